@@ -36,7 +36,7 @@
 use crate::simd::split_front;
 use crate::{Complex, Error};
 
-/// The size of a stage's memory, in numbers. Saturates at `usize::MAX`.
+/// How many numbers a stage needs to work in. Counts beyond `usize::MAX` are given as that.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Need {

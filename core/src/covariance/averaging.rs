@@ -70,9 +70,7 @@ pub trait Basis<V: Vector> {
     /// Entry `i` of the steering vector `a = 1` in the solver's coordinates.
     fn steering(i: usize, subaperture: usize) -> f32;
 
-    /// Transforms a centred steering vector to the solver's coordinates.
-    ///
-    /// `a_{L−1−i} = a_i*`. Entries of `steering` beyond `L` become zero.
+    /// A centred steering vector `a` (`a_{L−1−i} = a_i*`) in the solver's coordinates, and zeros beyond.
     fn steered(a: &[ComplexVector<V>], steering: &mut [Self::Scalar]);
 
     /// Writes steering vector and data as rows below the matrix.

@@ -81,10 +81,8 @@ pub trait Stage: Sealed {
         self.block_at_every(zero, line, record, (first, 1), scratch, out)
     }
 
-    /// [`Stage::block`] of which only every `step`-th output sample is used.
-    ///
-    /// Samples are counted from the line's first. I/Q in fixed point writes 0, or adds nothing, at the other
-    /// samples. Other stages ignore the step.
+    /// [`Stage::block`] of which only every `step`-th output sample is wanted, counted from the line's first. I/Q in fixed
+    /// point puts 0, or adds nothing, elsewhere. The other readings ignore the step.
     ///
     /// # Errors
     /// As [`Stage::block`].

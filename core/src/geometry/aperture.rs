@@ -1,17 +1,19 @@
-//! The active receive aperture: it grows with depth at a constant f-number and is cut at the
-//! array's ends. What lies outside is left out, never zeroed.
+//! The active receive aperture, at a constant f-number.
+//!
+//! It grows with depth and is cut at the array's ends. Elements outside are left out, never zeroed.
 
 use crate::Error;
 use crate::error::{at_least_one, positive};
 
-/// Consecutive active elements, `first .. first + count`. A beam too far from the array has
-/// `count` 0 (and `first` 0).
+/// Consecutive active elements, `first .. first + count`.
+///
+/// A beam too far from the array has `count` 0 (and `first` 0).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Active {
     /// Index of the first active element.
     pub first: usize,
-    /// How many there are.
+    /// Number of active elements.
     pub count: usize,
 }
 
@@ -19,7 +21,7 @@ pub struct Active {
 pub(super) const GRID: f64 = (1u32 << GRID_BITS) as f64;
 pub(super) const GRID_BITS: u32 = 20;
 
-/// Which elements take part at each depth.
+/// The active elements at each depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Aperture {
@@ -29,22 +31,26 @@ pub struct Aperture {
     depth_per_element: f64,
 }
 
-/// What an [`Aperture`] is made of.
+/// Parameters of an [`Aperture`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ApertureParameters {
     /// Elements of the array, M.
     pub elements: usize,
-    /// From one element to the next, m.
+    /// Distance of neighbouring elements, m.
     pub pitch: f64,
     /// F# = depth / aperture width.
     pub f_number: f64,
-    /// The fewest active elements at any depth; all are always active where this exceeds M.
+    /// Minimum number of active elements at any depth.
+    ///
+    /// If it exceeds M, all elements are always active.
     pub min_elements: usize,
 }
 
 impl Aperture {
-    /// An aperture of z/(F# · pitch) elements at depth z, at least `min_elements`, at most all.
+    /// An aperture of z/(F# · pitch) elements at depth z.
+    ///
+    /// At least `min_elements`, at most all.
     ///
     /// ```
     /// use bonebeam::geometry::{Active, Aperture, ApertureParameters};
@@ -92,7 +98,7 @@ impl Aperture {
         })
     }
 
-    /// All elements at every depth and for every beam, as for data delayed elsewhere.
+    /// All elements at every depth and for every beam, as for aligned data.
     ///
     /// # Errors
     /// [`Error::Parameter`] if `elements` is 0.
@@ -126,11 +132,12 @@ impl Aperture {
         wide
     }
 
-    /// The active elements for a beam (or pixel column) at `beam` pitches from element 0, at
-    /// `depth` m: m = clamp(round(z/(F# · pitch)), m_min, M), halves rounded up; the first is
-    /// ⌈beam − m/2⌉, with the beam taken to a millionth of a pitch, so that a beam on an element is
-    /// there whatever its coordinates were rounded to; then cut at the array's ends. A deeper set contains every shallower one.
-    /// A NaN beam has no active element; a NaN depth counts as 0.
+    /// The active elements of a beam or pixel column at a depth.
+    ///
+    /// `beam` is in pitches from element 0, `depth` in m. The number is m = clamp(round(z/(F# · pitch)), m_min, M),
+    /// with halves rounded up. The first element is ⌈beam − m/2⌉; then the set is cut at the array's ends. The beam
+    /// is rounded to a millionth of a pitch, so that rounded coordinates do not move a beam off its element. A
+    /// deeper set contains every shallower one. A NaN beam has no active element; a NaN depth counts as 0.
     pub fn active(&self, beam: f64, depth: f64) -> Active {
         if self.depth_per_element == 0.0 {
             return Active {

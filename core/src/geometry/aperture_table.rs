@@ -9,7 +9,7 @@ use super::{Active, Scan};
 use crate::Error;
 use crate::error::check_length;
 
-/// The aperture's width at each sample of a scan's lines.
+/// Aperture width at each sample of a scan's lines.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ApertureTable<'m> {
@@ -72,14 +72,16 @@ impl<'m> ApertureTable<'m> {
         })
     }
 
-    /// The aperture centre of a line; computed once a line.
+    /// Aperture centre of a line; compute it once a line.
     pub fn centre(scan: &Scan<'_>, line: usize) -> ApertureCentre {
         let steps = libm::round(scan.aperture_centre(line) * GRID);
         // A line that is nowhere is far away.
         ApertureCentre(if steps.is_nan() { FAR } else { steps as i64 })
     }
 
-    /// The active elements at a sample, as [`Scan::active`] has them; none beyond the last sample.
+    /// The active elements at a sample, equal to [`Scan::active`].
+    ///
+    /// None beyond the last sample.
     pub fn active(&self, centre: ApertureCentre, sample: usize) -> Active {
         let none = Active { first: 0, count: 0 };
         let Some(&width) = self.widths.get(sample) else {

@@ -1,25 +1,28 @@
-//! The elements of the transducer.
+//! Elements of the transducer.
 
 use super::Ray;
 use crate::Error;
 use crate::error::{at_least_one, finite, positive};
 
-/// An element: where it is, and where it looks. Its numbers lie in this order, for callers from C.
+/// Position and direction of an element.
+///
+/// The fields are in memory in this order, for callers from C.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Element {
-    /// Its lateral position, m.
+    /// Lateral position, m.
     pub x: f64,
-    /// Its depth, m.
+    /// Depth, m.
     pub z: f64,
-    /// The angle of its normal from the z axis, rad; positive looks towards positive x.
+    /// Angle of the normal from the z axis, rad; positive towards positive x.
     pub angle: f64,
 }
 
 impl Element {
-    /// Element `index` of a convex array of `elements`, `pitch` m apart along an arc of `radius` m,
-    /// whose middle is at x = 0, z = 0.
+    /// Element `index` of a convex array.
+    ///
+    /// The `elements` elements are `pitch` m apart along an arc of `radius` m, whose middle is at x = 0, z = 0.
     ///
     /// ```
     /// use bonebeam::geometry::Element;
@@ -39,22 +42,25 @@ impl Element {
     }
 }
 
-/// Where the elements of a transducer are. Those of a linear array lie at depth 0 and look down.
+/// Element positions of a transducer.
+///
+/// Elements of a linear array are at depth 0 and face down.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Array<'a> {
-    /// A linear array, centred on 0.
+    /// A linear array, centred at 0.
     Linear {
         /// The number of elements, M.
         elements: usize,
         /// From one element to the next, m.
         pitch: f64,
     },
-    /// A linear array by the lateral position of each element, m: ascending and evenly spaced, up to
-    /// rounding.
+    /// A linear array by the lateral position of each element, m.
+    ///
+    /// Ascending and evenly spaced, up to rounding.
     LinearAt(&'a [f64]),
-    /// Any elements along a line or an arc, one after the other from left to right.
+    /// Elements along a line or an arc, from left to right.
     At {
         /// The elements.
         elements: &'a [Element],
@@ -69,7 +75,7 @@ impl Array<'_> {
         Array::Linear { elements, pitch }
     }
 
-    /// The number of elements, M.
+    /// Number of elements, M.
     pub const fn elements(&self) -> usize {
         match *self {
             Array::Linear { elements, .. } => elements,
@@ -78,7 +84,7 @@ impl Array<'_> {
         }
     }
 
-    /// An element; NaN beyond the last.
+    /// Element `index`; NaN beyond the last.
     pub const fn element(&self, index: usize) -> Element {
         match *self {
             Array::At { elements, .. } if index < elements.len() => elements[index],
@@ -90,7 +96,7 @@ impl Array<'_> {
         }
     }
 
-    /// The position (x, z) of an element, m; NaN beyond the last.
+    /// Position (x, z) of an element, m; NaN beyond the last.
     #[inline]
     pub const fn position(&self, index: usize) -> [f64; 2] {
         let Element { x, z, .. } = self.element(index);
@@ -102,11 +108,11 @@ impl Array<'_> {
         !matches!(self, Array::At { .. })
     }
 
-    /// Where the line of a ray crosses the array, in elements from element 0; beyond the ends, as if
-    /// the array went on. NaN where the two elements that it lies between are at one position.
+    /// Intersection of a ray's line with the array, in elements from element 0.
     ///
-    /// Straight down from a linear array that is `(x − x₀)/pitch`. Else it lies between the two
-    /// neighbours on either side of the ray's line, by their distances from it.
+    /// Beyond the ends, the array is extended. The result is NaN if the two neighbouring elements have the same
+    /// position. Straight down from a linear array it is `(x − x₀)/pitch`. Otherwise it is interpolated between the
+    /// two elements on either side of the ray's line, by their distances from it.
     ///
     /// ```
     /// use bonebeam::geometry::{Array, Ray};
@@ -137,8 +143,9 @@ impl Array<'_> {
         low as f64 - left / (right - left)
     }
 
-    /// The ray that goes out along the array's normal at a position between two elements, in elements from
-    /// element 0: position and angle are between theirs. Beyond the ends it is that of the end.
+    /// The ray along the array's normal at a position in elements from element 0.
+    ///
+    /// Origin and angle are interpolated between the two elements. Beyond the ends they are those of the end.
     ///
     /// ```
     /// use bonebeam::geometry::{Array, Element, Ray};
@@ -167,7 +174,7 @@ impl Array<'_> {
         )
     }
 
-    /// The lateral position of an element, m; NaN beyond the last.
+    /// Lateral position of an element, m; NaN beyond the last.
     ///
     /// ```
     /// use bonebeam::geometry::Array;
@@ -188,7 +195,7 @@ impl Array<'_> {
         }
     }
 
-    /// The spacing of the elements, m; NaN where their positions are given and there is only one.
+    /// Spacing of the elements, m; NaN for a single element at a given position.
     pub const fn pitch(&self) -> f64 {
         match *self {
             Array::Linear { pitch, .. } | Array::At { pitch, .. } => pitch,

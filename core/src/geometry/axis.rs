@@ -6,11 +6,11 @@ use crate::Error;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Axis {
-    /// The position of index 0 (m).
+    /// Position of index 0, m.
     pub first: f64,
-    /// From one index to the next (m), positive.
+    /// Distance of neighbours, m; positive.
     pub step: f64,
-    /// How many positions there are.
+    /// Number of positions.
     pub count: usize,
 }
 
@@ -18,7 +18,7 @@ impl Axis {
     /// How far beyond an end, in steps, still counts as the end.
     const EDGE: f64 = 1e-6;
 
-    /// `count` positions `step` m apart, half of them on either side of 0.
+    /// `count` positions `step` m apart, centred at 0.
     ///
     /// ```
     /// use bonebeam::geometry::Axis;
@@ -34,12 +34,12 @@ impl Axis {
         }
     }
 
-    /// The position of an index, m.
+    /// Position of an index, m.
     pub const fn position(&self, index: usize) -> f64 {
         self.first + index as f64 * self.step
     }
 
-    /// The last position, m; the first where there is none.
+    /// The last position, m; the first if there is none.
     pub const fn last(&self) -> f64 {
         self.position(self.count.saturating_sub(1))
     }

@@ -1,17 +1,17 @@
 //! A position along a scan line.
 
-/// A position along a scan line: its depth, or the time to it and back.
+/// A position along a scan line, as a depth or a two-way time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Depth {
-    /// The depth z, m.
+    /// Depth z, m.
     Metres(f64),
-    /// The two-way time 2z/c, s.
+    /// Two-way time 2z/c, s.
     Seconds(f64),
 }
 
 impl Depth {
-    /// The two-way time at `sound_speed` m/s, s.
+    /// Two-way time at `sound_speed` m/s, s.
     ///
     /// ```
     /// use bonebeam::geometry::Depth;

@@ -1,4 +1,4 @@
-//! The scan lines.
+//! Scan lines of an image.
 
 use super::{Axis, Ray};
 use crate::Error;
@@ -9,16 +9,16 @@ use crate::error::{at_least_one, finite};
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Lines<'a> {
-    /// Evenly spaced lines, as an image needs them.
+    /// Evenly spaced lines, as required for an image.
     Even(Axis),
-    /// The lateral position of each line, m.
+    /// Lateral position of each line, m.
     At(&'a [f64]),
     /// Rays: of a sector, along the normals of a curved array, or steered.
     Rays(&'a [Ray]),
 }
 
 impl Lines<'_> {
-    /// The number of lines.
+    /// Number of lines.
     pub const fn count(&self) -> usize {
         match *self {
             Lines::Even(axis) => axis.count,
@@ -27,7 +27,7 @@ impl Lines<'_> {
         }
     }
 
-    /// The lateral position at which a line begins, m; NaN beyond the last.
+    /// Lateral position of a line's origin, m; NaN beyond the last.
     ///
     /// ```
     /// use bonebeam::geometry::{Axis, Lines};
@@ -44,7 +44,7 @@ impl Lines<'_> {
         }
     }
 
-    /// A line; NaN beyond the last.
+    /// Line `line` as a ray; NaN beyond the last.
     pub const fn ray(&self, line: usize) -> Ray {
         match *self {
             Lines::Rays(rays) if line < rays.len() => rays[line],

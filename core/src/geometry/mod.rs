@@ -1,10 +1,10 @@
-//! Where things are: elements, scan lines, depths, transmit waves, and which elements take part.
+//! Geometry of a scan: elements, lines, depths, transmit waves and apertures.
 //!
-//! [`Scan`] is the geometry stated once. Apertures, positions, times and the delay stage's parameters
-//! follow from it.
+//! [`Scan`] holds the geometry once. Apertures, positions, times and the parameters of the delay stage follow from
+//! it.
 //!
-//! Elements stand along a line or an arc. Scan lines go straight down from z = 0, or are [`Ray`]s. What is
-//! said of depth is, along a ray, the distance from its beginning.
+//! Elements are along a line or an arc. Scan lines go straight down from z = 0, or are [`Ray`]s. The depth along a
+//! ray is the distance from its origin.
 
 mod aperture;
 mod aperture_table;

@@ -3,8 +3,9 @@
 use crate::Error;
 use crate::error::finite;
 
-/// A scan line: where it begins, and which way it goes. Depth along it is the distance from its
-/// beginning, which should lie on the array.
+/// A scan line by its origin and its direction.
+///
+/// The depth along it is the distance from its origin, which should be on the array.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Ray {
@@ -16,7 +17,7 @@ pub struct Ray {
 }
 
 impl Ray {
-    /// Straight down from z = 0, at the lateral position `x` m.
+    /// A ray straight down from z = 0, at the lateral position `x` m.
     pub const fn down(x: f64) -> Self {
         Ray {
             x,
@@ -27,16 +28,9 @@ impl Ray {
         }
     }
 
-    /// From (`x`, `z`) m, `angle` rad away from the z axis; positive goes towards positive x.
+    /// A ray from (`x`, `z`) m at `angle` rad from the z axis.
     ///
-    /// ```
-    /// use bonebeam::geometry::Ray;
-    ///
-    /// let ray = Ray::new(1e-3, 0.0, core::f64::consts::FRAC_PI_6);
-    /// let [x, z] = ray.point(20e-3);
-    /// assert!((x - 11e-3).abs() < 1e-15 && (z - 20e-3 * 0.75f64.sqrt()).abs() < 1e-15);
-    /// assert_eq!(Ray::new(1e-3, 0.0, 0.0), Ray::down(1e-3));
-    /// ```
+    /// A positive angle goes towards positive x.
     pub fn new(x: f64, z: f64, angle: f64) -> Self {
         Ray {
             x,
@@ -47,27 +41,29 @@ impl Ray {
         }
     }
 
-    /// Where it begins: the lateral position, m.
+    /// Lateral position of the origin, m.
     pub const fn x(&self) -> f64 {
         self.x
     }
 
-    /// Where it begins: the depth, m.
+    /// Depth of the origin, m.
     pub const fn z(&self) -> f64 {
         self.z
     }
 
-    /// Its angle from the z axis, rad.
+    /// Angle from the z axis, rad.
     pub const fn angle(&self) -> f64 {
         self.angle
     }
 
-    /// The position (x, z) at the distance `r` m along it.
+    /// Position (x, z) at the distance `r` m along the ray.
     pub const fn point(&self, r: f64) -> [f64; 2] {
         [self.x + r * self.sine, self.z + r * self.cosine]
     }
 
-    /// How far to the right of the ray's line a position lies, m; and how far along it from the beginning:
+    /// Coordinates of a position across and along the ray, m.
+    ///
+    /// The first is the distance to the right of the ray's line, the second the distance along it from the origin:
     /// (Δx·cos θ − Δz·sin θ, Δx·sin θ + Δz·cos θ).
     pub const fn coordinates(&self, [x, z]: [f64; 2]) -> [f64; 2] {
         let (dx, dz) = (x - self.x, z - self.z);

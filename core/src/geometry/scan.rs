@@ -4,7 +4,7 @@ use super::{Active, Aperture, ApertureParameters, Array, Axis, Depth, Lines, Ray
 use crate::Error;
 use crate::error::{at_least_one, finite, positive};
 
-/// What is scanned, and how. SI units.
+/// Array, lines, sampling and aperture of a scan. SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ScanParameters<'a> {
@@ -20,19 +20,19 @@ pub struct ScanParameters<'a> {
     pub sampling_rate: f64,
     /// Samples of each element's record.
     pub record_samples: usize,
-    /// Output rate along the lines fout, Hz: more than 2·f₀, but for [`Scan::of_iq`].
+    /// Output rate along the lines fout, Hz: above 2·f₀, except for [`Scan::of_iq`].
     pub output_rate: f64,
-    /// Where the lines begin.
+    /// Beginning of the lines.
     pub start: Depth,
-    /// Where they end: the last sample lies here or within a sample above.
+    /// End of the lines; the last sample is here or less than a sample above.
     pub end: Depth,
-    /// The receive f-number: depth over aperture.
+    /// Receive f-number: depth over aperture.
     pub f_number: f64,
-    /// The fewest active elements at any depth.
+    /// Minimum number of active elements at any depth.
     pub min_elements: usize,
 }
 
-/// A valid scan, and all that follows from it.
+/// A valid scan, with derived sizes and positions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Scan<'a> {
@@ -43,7 +43,9 @@ pub struct Scan<'a> {
 }
 
 impl<'a> Scan<'a> {
-    /// Validates the parameters. In a `const`, so that the sizes of statics can follow from it:
+    /// Validates the parameters.
+    ///
+    /// In a `const`, sizes of statics can follow from it:
     ///
     /// ```
     /// use bonebeam::geometry::{Array, Axis, Depth, Lines, Scan, ScanParameters};
@@ -82,8 +84,9 @@ impl<'a> Scan<'a> {
         }
     }
 
-    /// Validates the parameters of a scan whose records are I/Q: a line may have any output rate, since
-    /// what is beyond the pulse's band need not be told from it.
+    /// Validates the parameters of a scan whose records are I/Q.
+    ///
+    /// The output rate may have any value, since I/Q holds the pulse's band alone.
     ///
     /// # Errors
     /// As [`Scan::new`].
@@ -137,12 +140,12 @@ impl<'a> Scan<'a> {
         &self.parameters
     }
 
-    /// The number of elements, M.
+    /// Number of elements, M.
     pub const fn elements(&self) -> usize {
         self.parameters.array.elements()
     }
 
-    /// The number of scan lines.
+    /// Number of scan lines.
     pub const fn lines(&self) -> usize {
         self.parameters.lines.count()
     }
@@ -157,17 +160,17 @@ impl<'a> Scan<'a> {
         self.start
     }
 
-    /// The two-way time of an output sample, s.
+    /// Two-way time of an output sample, s.
     pub const fn time(&self, sample: usize) -> f64 {
         self.start + sample as f64 / self.parameters.output_rate
     }
 
-    /// The depth of an output sample, m: the distance along a ray.
+    /// Depth of an output sample, m: the distance along a ray.
     pub const fn depth(&self, sample: usize) -> f64 {
         self.parameters.sound_speed * self.time(sample) / 2.0
     }
 
-    /// The depths of the output samples.
+    /// Depths of the output samples.
     pub const fn depths(&self) -> Axis {
         let p = &self.parameters;
         Axis {
@@ -182,29 +185,33 @@ impl<'a> Scan<'a> {
         &self.aperture
     }
 
-    /// The active elements of a line at an output sample; none for a line that the scan does not have.
+    /// The active elements of a line at an output sample.
+    ///
+    /// None for a line outside the scan.
     pub fn active(&self, line: usize, sample: usize) -> Active {
         self.active_at(self.aperture_centre(line), sample)
     }
 
-    /// Where a line leaves the array, in elements from element 0: [`Array::aperture_centre`].
+    /// Intersection of a line with the array: [`Array::aperture_centre`].
     pub fn aperture_centre(&self, line: usize) -> f64 {
         self.parameters.array.aperture_centre(&self.ray(line))
     }
 
-    /// The active elements, at an output sample, of a line with this aperture centre: [`Aperture::active`] at the
-    /// distance along the line.
+    /// The active elements at an output sample for this aperture centre.
+    ///
+    /// As [`Aperture::active`] at the sample's distance along the line.
     pub fn active_at(&self, centre: f64, sample: usize) -> Active {
         self.aperture.active(centre, self.depth(sample))
     }
 
-    /// A line as a ray; NaN for one that the scan does not have.
+    /// A line as a ray; NaN for a line outside the scan.
     pub const fn ray(&self, line: usize) -> Ray {
         self.parameters.lines.ray(line)
     }
 
-    /// The elements of a line that are active at any sample: those of its last one, since a deeper set
-    /// contains the shallower ones.
+    /// The elements of a line that are active at any sample.
+    ///
+    /// These are the elements of the last sample, since a deeper set contains the shallower ones.
     pub fn widest(&self, line: usize) -> Active {
         self.active(line, self.samples.saturating_sub(1))
     }

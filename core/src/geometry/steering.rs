@@ -1,7 +1,7 @@
-//! The directions of sub-lines from a table.
+//! Directions of sub-lines from a table.
 //!
-//! A sub-line lies within the cell of its line, which reaches half way to the neighbours. Its direction at a
-//! sample is a phase that grows from element to element: the least-squares line through the differences of the
+//! A sub-line is within the cell of its line, which extends half way to the neighbours. Its direction at a sample
+//! is a phase that grows linearly from element to element: the least-squares line through the differences of the
 //! echo paths. The table holds cosines and sines, so that the beamformer computes none.
 
 use super::{Active, Ray, Scan};
@@ -15,7 +15,7 @@ const PARTS: usize = 2;
 /// The direction of the line itself.
 const AHEAD: [Complex<f32>; PARTS] = [Complex::new(1.0, 0.0); PARTS];
 
-/// The directions of a line's sub-lines at each sample.
+/// Directions of a line's sub-lines at each sample.
 ///
 /// With the focus point `q` of the line, `q_δ` of the sub-line and the active elements `e_m`,
 /// `φ_m = 2πf₀(‖e_m − q‖ − ‖e_m − q_δ‖)/c`. Its least-squares line over the element index is
@@ -53,7 +53,7 @@ pub struct Steering<'m> {
 }
 
 impl<'m> Steering<'m> {
-    /// The memory for a line of so many samples and sub-lines.
+    /// Memory of a line with `samples` samples and `sub_lines` sub-lines.
     pub const fn need(samples: usize, sub_lines: usize) -> Need {
         Need {
             real: 0,
@@ -61,8 +61,9 @@ impl<'m> Steering<'m> {
         }
     }
 
-    /// Works out the directions of a line's `sub_lines` sub-lines ([`Lines::sub_line`]) in memory of
-    /// [`Steering::need`]. Once serves all frames of a scan.
+    /// Computes the directions of a line's sub-lines, once for all frames of a scan.
+    ///
+    /// The `sub_lines` sub-lines are those of [`Lines::sub_line`], the memory that of [`Steering::need`].
     ///
     /// [`Lines::sub_line`]: super::Lines::sub_line
     ///
@@ -92,7 +93,7 @@ impl<'m> Steering<'m> {
         })
     }
 
-    /// The directions in memory that [`Steering::new`] filled.
+    /// Directions in memory that [`Steering::new`] filled.
     pub fn of(directions: &'m [Complex<f32>], sub_lines: usize) -> Self {
         Steering {
             directions: directions.as_chunks().0,
@@ -100,12 +101,12 @@ impl<'m> Steering<'m> {
         }
     }
 
-    /// The number of sub-lines.
+    /// Number of sub-lines.
     pub fn sub_lines(&self) -> usize {
         self.sub_lines
     }
 
-    /// The number of samples.
+    /// Number of samples.
     pub fn samples(&self) -> usize {
         self.directions
             .len()
@@ -121,7 +122,7 @@ impl<'m> Steering<'m> {
     }
 }
 
-/// The directions of all lines of a scan.
+/// Directions of all lines of a scan.
 #[derive(Clone, Copy, Debug)]
 pub struct SteeringTable<'m> {
     /// `[line][sample][sub-line][2]`.
@@ -132,7 +133,7 @@ pub struct SteeringTable<'m> {
 }
 
 impl<'m> SteeringTable<'m> {
-    /// The memory for so many lines of so many samples and sub-lines.
+    /// Memory of `lines` lines with `samples` samples and `sub_lines` sub-lines.
     pub const fn need(lines: usize, samples: usize, sub_lines: usize) -> Need {
         Need {
             real: 0,
@@ -142,7 +143,7 @@ impl<'m> SteeringTable<'m> {
         }
     }
 
-    /// Works out [`Steering::new`] of every line, in memory of [`SteeringTable::need`].
+    /// Computes [`Steering::new`] of every line, in memory of [`SteeringTable::need`].
     ///
     /// # Errors
     /// [`Error::Length`].
@@ -164,7 +165,7 @@ impl<'m> SteeringTable<'m> {
         })
     }
 
-    /// The directions of a line; `None` for one that the scan does not have.
+    /// Directions of a line; `None` for a line outside the scan.
     pub fn line(&self, line: usize) -> Option<Steering<'m>> {
         let mut of_lines = self.directions.chunks_exact(self.length.max(1));
         Some(Steering::of(of_lines.nth(line)?, self.sub_lines))
@@ -300,8 +301,10 @@ impl Ray {
 }
 
 impl super::Lines<'_> {
-    /// Sub-line `index` of `count` of a line. They lie evenly within the line's cell, which reaches half way to the
-    /// neighbours; at an end as far out as to the other side. A line without neighbours is each of its sub-lines.
+    /// Sub-line `index` of `count` of a line.
+    ///
+    /// Sub-lines are evenly spaced within the line's cell, which extends half way to the neighbours; at an end as
+    /// far out as to the other side. All sub-lines of a single line are the line itself.
     ///
     /// ```
     /// use bonebeam::geometry::{Axis, Lines};

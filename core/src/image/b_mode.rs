@@ -1,4 +1,4 @@
-//! The whole way from envelopes of lines to a B-mode image.
+//! B-mode images from envelopes of lines.
 
 use super::{
     Fan, Logarithm, PixelGrid, largest, log_compression, median, resample, scan_conversion,
@@ -9,26 +9,28 @@ use crate::geometry::Axis;
 use crate::memory::Need;
 use crate::simd::Vector;
 
-/// What a [`BMode`] image is made of.
+/// Parameters of a [`BMode`] image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BModeParameters {
-    /// The lateral positions of the lines, or the angles of a fan of them, rad.
+    /// Lateral positions of the lines, or the angles of a fan of lines, rad.
     pub lines: Axis,
-    /// The depths of their samples.
+    /// Depths of the lines' samples.
     pub samples: Axis,
-    /// Where the pixels lie; those outside the data are 0.
+    /// Positions of the pixels; pixels outside the data are 0.
     pub grid: PixelGrid,
-    /// How far below the largest envelope black is, dB.
+    /// Level of black below the largest envelope, dB.
     pub dynamic_range: f32,
-    /// By which logarithm grey levels are made.
+    /// Logarithm of the grey levels.
     pub logarithm: Logarithm,
-    /// Whether the pixels go through the 3×3 median.
+    /// Whether a 3×3 median filters the pixels.
     pub median: bool,
 }
 
-/// Envelopes of lines → image: decibels below the largest, grey levels 0..255, isotropic pixels, and
-/// the 3×3 median where asked for.
+/// B-mode image from envelopes of lines.
+///
+/// The steps are decibels below the largest envelope, grey levels 0..255, isotropic pixels, and an optional 3×3
+/// median.
 ///
 /// ```
 /// use bonebeam::geometry::Axis;
@@ -79,7 +81,7 @@ impl BMode {
         })
     }
 
-    /// An image of lines that fan out: their angles are the parameters' `lines`.
+    /// A B-mode image of lines that fan out; `lines` of the parameters are angles.
     ///
     /// # Errors
     /// As [`BMode::new`], and [`Error::Parameter`] for a fan that is not finite or has a negative radius.
@@ -102,26 +104,29 @@ impl BMode {
         lines.count.saturating_mul(samples.count)
     }
 
-    /// The scratch of [`BMode::image`], real numbers: the grey levels of all lines, and for the median
-    /// the pixels before it.
+    /// Scratch of [`BMode::image`], real numbers.
+    ///
+    /// It holds the grey levels of all lines, and for the median the pixels before it.
     pub fn need(&self) -> Need {
         Need::real(self.envelopes_len()).and(self.pixels_need())
     }
 
-    /// The scratch of [`BMode::pixels`]: as many real numbers as pixels, or 0 without the median.
+    /// Scratch of [`BMode::pixels`], real numbers.
+    ///
+    /// As many as pixels; 0 without the median.
     pub fn pixels_need(&self) -> Need {
         let BModeParameters { grid, median, .. } = &self.parameters;
         Need::real(if *median { grid.pixels() } else { 0 })
     }
 
-    /// The image of all lines' envelopes, row-major `[row][column]`.
+    /// Computes the image of all lines' envelopes, row-major `[row][column]`.
     ///
     /// `zero`: any vector of the instruction set to compute with; the pixels do not depend on it.
     /// `work`: [`BMode::need`] values, contents irrelevant.
     ///
     /// # Errors
-    /// [`Error::Length`]; [`Error::NonFinite`] or [`Error::Parameter`] for an envelope that is not a
-    /// finite number of at least 0. `out` is then untouched.
+    /// [`Error::Length`]; [`Error::NonFinite`] or [`Error::Parameter`] for an envelope that is not a finite number
+    /// of at least 0. `out` is then unchanged.
     pub fn image<V: Vector>(
         &self,
         zero: V,
@@ -132,8 +137,10 @@ impl BMode {
         self.image_in_steps(zero, envelopes, work, out, &mut |_| {})
     }
 
-    /// [`BMode::image`], of whose steps `progress` hears, which count from 1: 4096 envelopes or pixels each, below a
-    /// million instructions on a Cortex-M7, so that a watchdog can be kicked. A fan's pixels are one step.
+    /// [`BMode::image`] with reports of progress.
+    ///
+    /// `progress` receives the number of finished steps, from 1. A step has 4096 envelopes or pixels, less than a
+    /// million instructions on a Cortex-M7, so that a watchdog can be reset in it. A fan's pixels are one step.
     ///
     /// # Errors
     /// As [`BMode::image`].
@@ -159,7 +166,9 @@ impl BMode {
         self.pixels_in_steps(zero, levels, scratch, out, &mut step)
     }
 
-    /// Grey levels of envelopes, of any number of lines, relative to the frame's `reference`.
+    /// Computes grey levels of envelopes relative to the frame's `reference`.
+    ///
+    /// The envelopes are of any number of lines.
     ///
     /// # Errors
     /// As [`log_compression_with()`](super::log_compression_with()).
@@ -183,7 +192,9 @@ impl BMode {
         log_compression::log_compression_in_steps(logarithm, envelopes, range, out, step)
     }
 
-    /// The image of all lines' grey levels, `[line][sample]`. `scratch`: [`BMode::pixels_need`] values.
+    /// Computes the image of all lines' grey levels, `[line][sample]`.
+    ///
+    /// `scratch`: [`BMode::pixels_need`] values.
     ///
     /// # Errors
     /// As [`resample()`](super::resample()) and [`median()`](super::median()).

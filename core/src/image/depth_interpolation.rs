@@ -1,13 +1,13 @@
-//! Envelopes at every sample, from lines that have some of them.
+//! Envelopes at every sample, from lines with a depth step.
 //!
-//! A beamformed line is narrow-band around the carrier, so that every second to fourth of its samples holds it.
-//! The samples are turned to baseband, `b[k] = z[k]·e^{−j2πf₀t}`, and interpolated by a polyphase filter, one row of
-//! taps for each sample between two of the line:
+//! A beamformed line is narrow-band around the carrier, so every second to fourth sample suffices. The samples are
+//! shifted to baseband, `b[k] = z[k]·e^{−j2πf₀t}`, and interpolated by a polyphase filter with one row of taps for
+//! each sample between two of the line:
 //!
 //! `y[k·step + p] = Σ_t h_p[t]·b[k + t − 3]`, `h_p[t] ∝ sinc(u)·kaiser(u/4, β = 4)`, `u = p/step − t + 3`, `Σ_t h_p[t] = 1`.
 //!
-//! The first and the last sample continue the baseband beyond the line's ends. The envelope is `|y|`; at a sample that
-//! the line has it is that of the sample, to the bit.
+//! The first and the last sample continue the baseband beyond the line's ends. The envelope is `|y|`. At a computed
+//! sample it is the sample's own, bit for bit.
 
 use super::Pooling;
 use super::envelope::{check_signal, envelope, magnitude};
@@ -33,11 +33,10 @@ const MOST: usize = 8;
 /// Samples from one cosine to the next; between them the phase is a product.
 const RESTART: usize = 16;
 
-/// Interpolates the complex samples of lines with a [depth step](crate::beamform::Parameters::depth_step), and forms the envelope at
-/// every sample.
+/// Interpolates lines with a [depth step](crate::beamform::Parameters::depth_step).
 ///
-/// Of a pulse of 60 % bandwidth and an output rate of four times its frequency, docs/reproduction.md has the error in
-/// grey levels.
+/// It computes the envelope at every sample from complex samples. For a pulse of 60 % bandwidth and an output rate
+/// of four times its frequency, docs/reproduction.md gives the error in grey levels.
 ///
 /// ```
 /// use bonebeam::Complex;
@@ -68,8 +67,9 @@ pub struct DepthInterpolation {
 }
 
 impl DepthInterpolation {
-    /// For lines of every `depth_step`-th of `samples` samples, with a carrier of so many `cycles` from one of the
-    /// `samples` to the next: the centre frequency over the output rate.
+    /// Computes the filters for lines of every `depth_step`-th of `samples` samples.
+    ///
+    /// `cycles` is the carrier's number of cycles between two of the `samples`: centre frequency over output rate.
     ///
     /// Cost: eight sines and windows in f64 for each sample between two of a line, once.
     ///
@@ -114,7 +114,7 @@ impl DepthInterpolation {
         })
     }
 
-    /// For the lines of a scan.
+    /// Computes the filters for the lines of a scan.
     ///
     /// # Errors
     /// As [`DepthInterpolation::new`].
@@ -132,17 +132,19 @@ impl DepthInterpolation {
         self.step.get()
     }
 
-    /// The number of envelopes of a line.
+    /// Number of envelopes of a line.
     pub const fn samples(&self) -> usize {
         self.samples
     }
 
-    /// The number of a line's complex samples.
+    /// Number of a line's complex samples.
     pub const fn line_samples(&self) -> usize {
         self.samples.div_ceil(self.step.get())
     }
 
-    /// The scratch of [`DepthInterpolation::envelope`] for so many sub-lines, complex numbers: none for a depth step of 1.
+    /// Scratch of [`DepthInterpolation::envelope`], complex numbers.
+    ///
+    /// None for a depth step of 1.
     pub const fn need(&self, sub_lines: usize) -> Need {
         Self::need_of(self.line_samples(), self.step.get(), sub_lines)
     }
@@ -160,18 +162,20 @@ impl DepthInterpolation {
         }
     }
 
-    /// Envelopes of a line at all samples, `out`, from `z[k·N + i]`, sub-line `i` of `N` at the line's sample `k`: of
-    /// one sub-line [`envelope()`], of more [`pooled_envelope()`] of the interpolated sub-lines. In the unit of `z`.
+    /// Computes the envelopes of a line at all samples.
+    ///
+    /// `z[k·N + i]` is sub-line `i` of `N` at the line's sample `k`. `out` is [`envelope()`] of one sub-line, or
+    /// [`pooled_envelope()`] of several interpolated sub-lines, in the unit of `z`.
     ///
     /// `scratch`: [`DepthInterpolation::need`], contents irrelevant.
     ///
-    /// Order: the baseband's phase factors from `libm::sincosf` every 16 samples, and multiplied up between them; taps in
-    /// ascending order from zero.
+    /// Order: phase factors of the baseband from `libm::sincosf` every 16 samples, and products between them; taps
+    /// in ascending order from zero.
     ///
     /// Cost of a sample and sub-line: 32 flops, a division and a root; 12 flops a complex sample of the line.
     ///
     /// # Errors
-    /// [`Error::Length`]; [`Error::NonFinite`] with the first bad number's index. `out` is then untouched.
+    /// [`Error::Length`]; [`Error::NonFinite`] with the index of the first bad number. `out` is then unchanged.
     pub fn envelope(
         &self,
         z: &[Complex<f32>],
@@ -210,12 +214,13 @@ impl DepthInterpolation {
         Ok(())
     }
 
-    /// A line at all samples, `out`, from those that it has, `z`, with its carrier. In the unit of `z`.
+    /// Interpolates a line `z` with its carrier to all samples, `out`.
     ///
-    /// `scratch`: [`DepthInterpolation::need`] of one sub-line, contents irrelevant. Its magnitude is
-    /// [`DepthInterpolation::envelope`], but for rounding.
+    /// In the unit of `z`. `scratch`: [`DepthInterpolation::need`] of one sub-line, contents irrelevant. The
+    /// magnitude is [`DepthInterpolation::envelope`], except for rounding.
     ///
-    /// Order: as that; then times the conjugate of the baseband's phase factor, and times the carrier's from there on.
+    /// Order: that of the envelope; then times the conjugate of the baseband's phase factor, and times the
+    /// carrier's from there on.
     ///
     /// # Errors
     /// As [`DepthInterpolation::envelope`].

@@ -10,7 +10,7 @@ use num_complex::Complex;
 /// or vanishes. A magnitude beyond `f32::MAX` (both parts near it) gives `f32::MAX`. Scaling the
 /// input by a power of two scales the result exactly.
 ///
-/// No memory of its own; a division and a square root a sample.
+/// RAM: none. Cost: a division and a square root a sample.
 ///
 /// ```
 /// use bonebeam::Complex;
@@ -22,8 +22,8 @@ use num_complex::Complex;
 /// ```
 ///
 /// # Errors
-/// [`Error::Length`] where `out` is not as long as `z`, [`Error::NonFinite`] with the first bad
-/// sample's index; `out` is then untouched.
+/// [`Error::Length`] if `out` and `z` differ in length, [`Error::NonFinite`] with the index of the first bad
+/// sample; `out` is then unchanged.
 pub fn envelope(z: &[Complex<f32>], out: &mut [f32]) -> Result<(), Error> {
     check_length("envelope output", out.len(), z.len())?;
     check_signal(z)?;

@@ -1,4 +1,4 @@
-//! Where the pixels of an image lie.
+//! Pixel grids of images.
 
 use crate::geometry::Axis;
 
@@ -6,22 +6,23 @@ use crate::geometry::Axis;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PixelGrid {
-    /// The lateral position of column 0 (m).
+    /// Lateral position of column 0, m.
     pub x0: f64,
-    /// The depth of row 0 (m).
+    /// Depth of row 0, m.
     pub z0: f64,
-    /// The distance from one pixel to the next (m).
+    /// Distance of neighbouring pixels, m.
     pub pixel: f64,
-    /// The number of rows.
+    /// Number of rows.
     pub rows: usize,
-    /// The number of columns.
+    /// Number of columns.
     pub columns: usize,
 }
 
 impl PixelGrid {
-    /// The smallest grid of a number of pixels that covers a width and a depth range, all in
-    /// metres: the pixels are as large as the tighter of the two asks for, the width is centred,
-    /// and the first row lies at the shallow end.
+    /// The smallest grid of `rows` × `columns` pixels that covers a region, in metres.
+    ///
+    /// The tighter of width and depth range sets the pixel size. The width is centred, and the first row is at the
+    /// shallow end.
     ///
     /// ```
     /// use bonebeam::image::PixelGrid;
@@ -42,14 +43,15 @@ impl PixelGrid {
         }
     }
 
-    /// The smallest grid of a number of pixels that covers all of the lines, which lie at `lines` and
-    /// have samples at the depths `samples`.
+    /// The smallest grid of `rows` × `columns` pixels that covers all lines.
+    ///
+    /// `lines` are the lateral positions, `samples` the depths.
     pub const fn of_lines(lines: &Axis, samples: &Axis, rows: usize, columns: usize) -> Self {
         let across = [lines.first, lines.last()];
         Self::cover(across, [samples.first, samples.last()], rows, columns)
     }
 
-    /// The depths of the rows.
+    /// Depths of the rows.
     pub const fn row_axis(&self) -> Axis {
         Axis {
             first: self.z0,
@@ -58,7 +60,7 @@ impl PixelGrid {
         }
     }
 
-    /// The lateral positions of the columns.
+    /// Lateral positions of the columns.
     pub const fn column_axis(&self) -> Axis {
         Axis {
             first: self.x0,
@@ -67,7 +69,7 @@ impl PixelGrid {
         }
     }
 
-    /// The number of pixels.
+    /// Number of pixels.
     pub const fn pixels(&self) -> usize {
         self.rows.saturating_mul(self.columns)
     }

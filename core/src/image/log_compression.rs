@@ -4,8 +4,9 @@ use super::{STEP, check_finite};
 use crate::Error;
 use crate::error::check_length;
 
-/// The largest value of an envelope, 0 for an empty one: the reference of a frame. An infinite one
-/// is returned as such, for [`log_compression`] to refuse; NaN is passed over.
+/// Largest value of an envelope, the reference of a frame; 0 for an empty one.
+///
+/// An infinite value is returned, and [`log_compression`] refuses it. NaN is skipped.
 pub fn largest(envelope: &[f32]) -> f32 {
     let mut largest = 0.0;
     for &value in envelope {
@@ -16,14 +17,16 @@ pub fn largest(envelope: &[f32]) -> f32 {
     largest
 }
 
-/// Maps `[−dynamic_range, 0]` dB relative to `reference` linearly to `0..255`, and what lies
-/// outside to the nearer end: `255 + 20·log₁₀(envelope/reference)·(255/dynamic_range)`.
+/// Maps decibels relative to `reference` to grey levels `0..255`.
+///
+/// `[−dynamic_range, 0]` dB is mapped linearly, other values to the nearer end: `255 +
+/// 20·log₁₀(envelope/reference)·(255/dynamic_range)`.
 ///
 /// `reference` is the frame's largest envelope ([`largest`]), so that a frame can be compressed
 /// line by line. The reference itself gives exactly 255, a zero envelope exactly 0, and a zero
 /// reference (an empty frame) 0 everywhere. `dynamic_range` is in dB.
 ///
-/// No memory of its own; a division and a logarithm a sample.
+/// RAM: none. Cost: a division and a logarithm a sample.
 ///
 /// ```
 /// use bonebeam::image::{largest, log_compression};
@@ -36,8 +39,8 @@ pub fn largest(envelope: &[f32]) -> f32 {
 /// ```
 ///
 /// # Errors
-/// [`Error::Parameter`] for a dynamic range that is not positive, a reference or an envelope
-/// below zero; [`Error::NonFinite`]; [`Error::Length`]. `out` is then untouched.
+/// [`Error::Parameter`] for a dynamic range that is not positive, a reference or an envelope below zero;
+/// [`Error::NonFinite`]; [`Error::Length`]. `out` is then unchanged.
 pub fn log_compression(
     envelope: &[f32],
     reference: f32,
@@ -47,19 +50,23 @@ pub fn log_compression(
     log_compression_with(Logarithm::Exact, envelope, reference, dynamic_range, out)
 }
 
-/// By which logarithm grey levels are made. Both give the same bits on every target.
+/// Logarithm of the grey levels.
+///
+/// Both have the same bits on every target.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Logarithm {
-    /// `libm::log10f`, which is right to a rounding or two.
+    /// `libm::log10f`, accurate to one or two roundings.
     #[default]
     Exact,
-    /// A polynomial of degree 5 between powers of two, without a branch or a table. Decibels err by at most
-    /// 1.6·10⁻⁴, which is 8·10⁻⁴ grey levels at 50 dB. What is more than 758 dB below the reference is black.
+    /// A polynomial of degree 5 between powers of two, without a branch or a table.
+    ///
+    /// Decibels err by at most 1.6·10⁻⁴, which is 8·10⁻⁴ grey levels at 50 dB. Values more than 758 dB below the
+    /// reference are black.
     Polynomial,
 }
 
-/// [`log_compression`] by a logarithm of one's choice.
+/// [`log_compression`] with a choice of logarithm.
 ///
 /// ```
 /// use bonebeam::image::{Logarithm, log_compression_with};

@@ -5,15 +5,15 @@ use crate::Error;
 use crate::error::check_length;
 use crate::simd::{Vector, copy};
 
-/// The median of each pixel's 3×3 neighbourhood; `image` and `out` are row-major, `columns` wide.
+/// Computes the median of each pixel's 3×3 neighbourhood.
 ///
-/// `zero`: any vector of the instruction set to compute with; the pixels do not depend on it.
+/// `image` and `out` are row-major, `columns` wide. `zero`: any vector of the instruction set to compute with; the
+/// pixels do not depend on it.
 ///
-/// Beyond an edge the nearest pixel of the image stands in (the edge is repeated), so every
-/// neighbourhood has nine values and a constant image stays as it is.
+/// Edges repeat the nearest pixel of the image, so every neighbourhood has nine values and a constant image does
+/// not change.
 ///
-/// No memory of its own; 19 compare-and-exchange steps a pixel (Paeth, Graphics Gems, 1990),
-/// none of which branches.
+/// RAM: none. Cost: 19 compare-and-exchange steps a pixel (Paeth, Graphics Gems, 1990), without branches.
 ///
 /// ```
 /// let image = [1.0, 2.0, 3.0, 4.0, 99.0, 6.0, 7.0, 8.0, 9.0];
@@ -24,9 +24,8 @@ use crate::simd::{Vector, copy};
 /// ```
 ///
 /// # Errors
-/// [`Error::Parameter`] for no columns, [`Error::Length`] where the image is not made of whole
-/// rows or `out` has another length, [`Error::NonFinite`] with the flat index. `out` is then
-/// untouched.
+/// [`Error::Parameter`] for no columns, [`Error::Length`] if the image does not consist of whole rows or `out` has
+/// another length, [`Error::NonFinite`] with the flat index. `out` is then unchanged.
 pub fn median<V: Vector>(
     zero: V,
     image: &[f32],

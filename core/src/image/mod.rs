@@ -1,9 +1,9 @@
 //! Beamformed lines → an image of isotropic pixels, 0..255.
 //!
-//! [`envelope()`] → [`log_compression()`] → [`resample()`] (or [`scan_convert()`] where the lines fan out) →
-//! [`median()`] where asked for; [`BMode`] is
-//! all of it from the envelope on, with its parameters checked once. Every function reads one slice and writes another, in a fixed order of operations, and refuses
-//! NaN and infinity before it writes anything.
+//! The order is [`envelope()`] → [`log_compression()`] → [`resample()`], or [`scan_convert()`] for lines that fan
+//! out → [`median()`], optional. [`BMode`] does everything after the envelope, with parameters validated once.
+//! Every function reads one slice and writes another, in a fixed order of operations, and refuses NaN and infinity
+//! before it writes.
 
 mod b_mode;
 mod depth_interpolation;

@@ -1,24 +1,26 @@
-//! The envelope of a line from its sub-lines.
+//! Envelope of a line from its sub-lines.
 
 use super::envelope::{check_signal, magnitude};
 use crate::Error;
 use crate::error::check_length;
 use num_complex::Complex;
 
-/// How the envelope of a line is made of those of its sub-lines.
+/// Combination of the sub-lines' envelopes into the line's envelope.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum Pooling {
-    /// The largest: an isolated point keeps its level wherever it lies.
+    /// The largest: an isolated point keeps its level at every position.
     #[default]
     Largest,
-    /// The root of the mean square: speckle is smoother, and a point up to `10·lg N` dB lower.
+    /// The root mean square: smoother speckle, and points up to `10·lg N` dB lower.
     Rms,
 }
 
-/// The envelope of a line from `z[n·N + k]`, sub-line `k` of sample `n`, in the unit of `z`.
+/// Computes the envelope of a line from its sub-lines.
+///
+/// `z[n·N + k]` is sub-line `k` of sample `n`. The result has the unit of `z`.
 ///
 /// Order: `|z|` as [`envelope`](super::envelope()); the root mean square is `a·√(Σ(|z|/a)²/N)` with the largest `a`,
 /// ascending from zero, so that no square overflows or vanishes.

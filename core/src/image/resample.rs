@@ -5,15 +5,16 @@ use crate::Error;
 use crate::error::check_length;
 use crate::geometry::Axis;
 
-/// Bilinear interpolation of `data`, row-major `[beam][sample]`, at the pixels of an image,
-/// row-major `[row][column]` with row 0 shallowest.
+/// Bilinear interpolation of `data[beam][sample]` at the pixels of an image.
 ///
-/// `beams` and `columns` are positions along x, `samples` and `rows` along z, in the same unit.
-/// A pixel outside the data is 0; one that lies beyond the first or last position by no more
-/// than 10⁻⁶ of a step counts as on it, so that rounding cannot blank an edge.
-/// With the fractions `p` along the beams and `q` along the samples:
-/// `(1−p)·((1−q)·d₀₀ + q·d₀₁) + p·((1−q)·d₁₀ + q·d₁₁)`, where `p` and `q` are rounded to f32 once
-/// from an f64 position. At a data point the result is that point, exactly.
+/// All arrays are row-major; the image is `[row][column]` with row 0 shallowest.
+///
+/// `beams` and `columns` are positions along x, `samples` and `rows` along z, in the same unit. A pixel outside the
+/// data is
+/// 0. A pixel beyond the first or last position by at most 10⁻⁶ of a step counts as on it, so that rounding cannot
+///    blank an edge. With the fractions `p` along the beams and `q` along the samples: `(1−p)·((1−q)·d₀₀ + q·d₀₁) +
+///    p·((1−q)·d₁₀ + q·d₁₁)`, where `p` and `q` are rounded to f32 once from an f64 position. At a data point the
+///    result is that point, exactly.
 ///
 /// RAM: 1.5 KiB of stack. Per pixel 6 f32 multiplications; an f64 division and a rounding a column,
 /// and a row for each 64 columns.
@@ -30,9 +31,8 @@ use crate::geometry::Axis;
 /// ```
 ///
 /// # Errors
-/// [`Error::Parameter`] for an axis that is not finite, whose step is not positive, or a data
-/// axis of fewer than 2 positions; [`Error::Length`]; [`Error::NonFinite`] with the flat index
-/// into `data`. `out` is then untouched.
+/// [`Error::Parameter`] for an axis that is not finite, whose step is not positive, or a data axis of fewer than 2
+/// positions; [`Error::Length`]; [`Error::NonFinite`] with the flat index into `data`. `out` is then unchanged.
 pub fn resample(
     data: &[f32],
     lines: [Axis; 2],

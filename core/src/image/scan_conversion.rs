@@ -1,4 +1,4 @@
-//! Bilinear scan conversion: lines that fan out to isotropic pixels.
+//! Bilinear scan conversion of lines that fan out to isotropic pixels.
 
 use super::check_finite;
 use super::resample::{check_axes, interpolate};
@@ -10,11 +10,13 @@ use crate::geometry::Axis;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Fan {
-    /// The lateral position of the point, m.
+    /// Lateral position of the apex, m.
     pub x: f64,
-    /// Its depth, m: above the array for a convex one.
+    /// Depth of the apex, m; above a convex array.
     pub z: f64,
-    /// How far from there the lines begin, m: 0 for a sector, the radius of a convex array.
+    /// Distance of the lines' beginning from the apex, m.
+    ///
+    /// 0 for a sector, the radius of a convex array.
     pub radius: f64,
 }
 
@@ -33,13 +35,14 @@ impl Fan {
     }
 }
 
-/// Bilinear interpolation of `data`, row-major `[line][sample]`, at the pixels of an image, row-major
-/// `[row][column]` with row 0 shallowest. The lines lie at `angles` (rad, from the z axis) of a `fan`, and
-/// their samples at the distances `samples` from where they begin.
+/// Bilinear interpolation of `data[line][sample]` at the pixels of an image.
 ///
-/// A pixel `u = x − x₀`, `v = z − z₀` from the fan's apex lies at the angle `atan2(u, v)` and the distance
-/// `√(u² + v²) − radius`, in f64; between four data points as in
-/// [`resample()`](super::resample()). Outside the data it is 0.
+/// All arrays are row-major; the image is `[row][column]` with row 0 shallowest. The lines are at `angles` (rad,
+/// from the z axis) of a `fan`, and their samples at the distances `samples` from the lines' beginnings.
+///
+/// A pixel `u = x − x₀`, `v = z − z₀` from the fan's apex has the angle `atan2(u, v)` and the distance `√(u² + v²)
+/// − radius`, in f64. The value is interpolated between four data points as in [`resample()`](super::resample()).
+/// Outside the data it is 0.
 ///
 /// Per pixel 6 f32 multiplications and, in f64, a root, an arctangent and two divisions.
 ///
@@ -61,8 +64,8 @@ impl Fan {
 /// ```
 ///
 /// # Errors
-/// As [`resample()`](super::resample()), and [`Error::Parameter`] for a fan that is not finite or has a
-/// negative radius. `out` is then untouched.
+/// As [`resample()`](super::resample()), and [`Error::Parameter`] for a fan that is not finite or has a negative
+/// radius. `out` is then unchanged.
 pub fn scan_convert(
     data: &[f32],
     fan: Fan,

@@ -2,7 +2,7 @@
 
 use crate::geometry::{Active, Scan};
 
-/// A block of a line's aligned samples: where it begins, and which elements are computed.
+/// A block of a line's aligned samples: its beginning and its elements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Block {
@@ -10,8 +10,10 @@ pub struct Block {
     pub line: usize,
     /// The first sample.
     pub first: usize,
-    /// The elements that are computed; the others are 0. A beamformer reads those that are active at a sample
-    /// whose time window reaches the block; deeper sets contain shallower ones.
+    /// Elements that are computed; other elements are 0.
+    ///
+    /// A beamformer reads the elements that are active at a sample whose time window reaches the block. Deeper sets
+    /// contain shallower ones.
     pub active: Active,
 }
 

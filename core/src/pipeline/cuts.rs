@@ -1,4 +1,4 @@
-//! Where a line is cut into blocks.
+//! Division of a line into blocks.
 
 use crate::geometry::Active;
 use core::ops::Range;

@@ -1,19 +1,19 @@
-//! Adaptive beamforming within a range of depths.
+//! Adaptive beamforming within a depth range.
 
 use crate::Error;
 use crate::geometry::Axis;
 use core::ops::Range;
 
-/// The depths in which a line is made by its beamformer; elsewhere it is made by DAS, which costs a
-/// hundredth. Depths are those of the samples: along the ray.
+/// Depth range of the beamformer; DAS elsewhere, at a hundredth of the cost.
 ///
-/// - **Inside**, a sample has the bits that it has without a gate: its time window reaches over the edge,
-///   and is cut as that of the whole line.
-/// - **Outside**, it has the bits of DAS over the same active elements.
-/// - **At the edge** there is no transition: one sample is the one, the next the other. DAS and MV pass an
-///   echo from straight ahead at its own level. The background has the level of the method: that of
-///   rank 1 is some decibels below that of DAS. That step is no bone: leave a margin around what is looked
-///   for.
+/// Depths are those of the samples, along the ray.
+///
+/// - **Inside**, a sample has the bits that it has without a gate: its time window extends over the edge, and is
+///   cut as that of the whole line.
+/// - **Outside**, a sample has the bits of DAS over the same active elements.
+/// - **At the edge** there is no transition between consecutive samples. DAS and MV pass an echo from straight
+///   ahead at its own level. The background has the level of the method: rank 1 is some decibels below DAS. That
+///   step is no bone: leave a margin around the structure of interest.
 ///
 /// ```
 /// use bonebeam::geometry::Axis;
@@ -28,9 +28,9 @@ use core::ops::Range;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct DepthGate {
-    /// The shallowest depth inside, m.
+    /// Least depth inside, m.
     pub from: f64,
-    /// The greatest depth inside, m.
+    /// Greatest depth inside, m.
     pub to: f64,
 }
 
@@ -38,11 +38,13 @@ impl DepthGate {
     /// How far beyond an end, in samples, still counts as the end: rounding in f64 moves depths there.
     const EDGE: f64 = 1e-6;
 
-    /// The samples inside, of a line with these depths ([`Scan::depths`](crate::geometry::Scan::depths)).
+    /// Samples inside the gate, for a line with these depths.
+    ///
+    /// [`Scan::depths`](crate::geometry::Scan::depths) gives them.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for a depth that is not finite, an end that is not below the start, and a gate
-    /// without a sample of the line.
+    /// [`Error::Parameter`] for a depth that is not finite, an end that is not below the start, and a gate without
+    /// a sample of the line.
     pub fn samples(&self, depths: &Axis) -> Result<Range<usize>, Error> {
         let refused = |name, value, expected| {
             Err(Error::Parameter {

@@ -1,4 +1,4 @@
-//! A pipeline at work.
+//! A pipeline with its memory.
 
 use super::line::Output;
 use super::{Parts, Pipeline};
@@ -17,8 +17,9 @@ use crate::surface::{Detector, Point, grey};
 use crate::{Complex, Error};
 use core::marker::PhantomData;
 
-/// A [`Pipeline`] of RF or I/Q with memory to work in: one frame after another, a line at a time, one output at a
-/// time, as on a microcontroller.
+/// A [`Pipeline`] with its memory, which processes frame after frame.
+///
+/// RF or I/Q enters line by line. One output is computed at a time, as on a microcontroller.
 ///
 /// ```
 /// # use bonebeam::beamform;
@@ -71,8 +72,8 @@ use core::marker::PhantomData;
 /// # Ok::<(), bonebeam::Error>(())
 /// ```
 ///
-/// `A` is the beamformer's averaging: [`ForwardBackward`], or
-/// [`Forward`](crate::covariance::Forward) by [`Frame::with_averaging`].
+/// `A` is the beamformer's averaging: [`ForwardBackward`], or [`Forward`](crate::covariance::Forward) by
+/// [`Frame::with_averaging`].
 pub struct Frame<'p, 'm, D = Delay, A = ForwardBackward> {
     pub(crate) pipeline: &'p Pipeline<'p, D>,
     gains: AnyGains<'m>,
@@ -88,8 +89,9 @@ pub struct Frame<'p, 'm, D = Delay, A = ForwardBackward> {
 }
 
 impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
-    /// Frames of `pipeline` with forward-backward averaging, in memory of [`Pipeline::need`]. Fills the table of
-    /// apertures: once serves all frames.
+    /// A frame of `pipeline` with forward-backward averaging.
+    ///
+    /// Its memory has [`Pipeline::need`] numbers. The table of apertures is computed here, once for all frames.
     ///
     /// # Errors
     /// [`Error::Length`] if the memory is shorter; as [`ApertureTable::new`].
@@ -136,7 +138,7 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
         })
     }
 
-    /// The same frames with filters of phase symmetry from elsewhere: [`LogGabor::new`] if flash is slow.
+    /// Sets the filters of phase symmetry: [`LogGabor::new`] if flash is slow.
     pub fn with_filters(self, filters: LogGabor<'m>) -> Self {
         Frame {
             gains: AnyGains::Computed(filters),
@@ -144,9 +146,10 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
         }
     }
 
-    /// The same frames with the gains of phase symmetry in tables, worked out here, in `memory` of
-    /// [`PhaseSymmetry::gain_tables_len`] numbers: 80.7 kB for 64 × 64 pixels and three scales, by which a map takes
-    /// 8.7 in place of 15 million instructions on a Cortex-M7. The map has the same bits.
+    /// Computes the gains of phase symmetry in tables, for faster maps.
+    ///
+    /// `memory` has [`PhaseSymmetry::gain_tables_len`] numbers: 80.7 kB for 64 × 64 pixels and three scales. A map
+    /// then takes 8.7 instead of 15 million instructions on a Cortex-M7. The map has the same bits.
     ///
     /// # Errors
     /// [`Error::Length`] for memory of another length.
@@ -164,17 +167,19 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
         })
     }
 
-    /// The same frames, whose lines have the envelope of their sub-lines by `pooling`; else by the largest.
+    /// Sets the pooling of a line's sub-lines; the largest by default.
     pub fn with_pooling(self, pooling: Pooling) -> Self {
         Frame { pooling, ..self }
     }
 
-    /// Line `line` from its transmits (their mean), beamformed; its envelope is kept for the image. Returns its
-    /// sub-lines, `[computed sample][sub-line]`.
-    /// Lines may come in any order; one that does not come stays as it was in the last frame.
+    /// Beamforms line `line` from its transmits, and keeps its envelope.
+    ///
+    /// The line is the mean over the transmits, and its envelope is kept for the image. Returns the line's
+    /// sub-lines, `[computed sample][sub-line]`. Lines may come in any order. A line that does not come keeps its
+    /// values of the last frame.
     ///
     /// # Errors
-    /// [`Error::Capacity`] for a line that the scan does not have; as [`LinePipeline::line`].
+    /// [`Error::Capacity`] for a line outside the scan; as [`LinePipeline::line`].
     ///
     /// [`LinePipeline::line`]: super::LinePipeline::line
     #[inline]
@@ -189,10 +194,11 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
         self.line_by(self.pipeline.parts.beamformer, line, transmits)
     }
 
-    /// [`Frame::line`] with the beamformer's shapes as an argument,
-    /// [`beamform::Parameters::sizes`](crate::beamform::Parameters::sizes). If they are constants in every call of a
-    /// program, the compiler writes short loops out: a tenth fewer instructions of rank 1 with 16 elements on a
-    /// Cortex-M7.
+    /// [`Frame::line`] with the beamformer's shapes as an argument.
+    ///
+    /// The shapes are [`beamform::Parameters::sizes`](crate::beamform::Parameters::sizes). If they are constants in
+    /// every call of a program, the compiler unrolls short loops: a tenth fewer instructions of rank 1 with 16
+    /// elements on a Cortex-M7.
     ///
     /// # Errors
     /// As [`Frame::line`]; [`Error::Length`] or [`Error::Capacity`] for shapes of another beamformer.
@@ -241,7 +247,9 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
         Ok(z)
     }
 
-    /// The image of the lines so far, row-major `[row][column]`, 0..255; lines that never came are black.
+    /// Computes the image of the lines so far, row-major `[row][column]`, 0..255.
+    ///
+    /// Lines that never came are black.
     ///
     /// # Errors
     /// None: lines are finite.
@@ -249,7 +257,7 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
         self.image_in_steps(&mut |_| {})
     }
 
-    /// [`Frame::image`], of whose steps `progress` hears, as those of [`BMode::image_in_steps`].
+    /// [`Frame::image`] with reports of progress, as [`BMode::image_in_steps`].
     ///
     /// # Errors
     /// None: lines are finite.
@@ -263,8 +271,10 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
         Ok(self.image)
     }
 
-    /// The phase symmetry of the last [`Frame::image`], row-major, in `[0, 1)`;
-    /// [`scale_for_display`](crate::phase_symmetry::scale_for_display) makes grey levels of it.
+    /// Computes the phase symmetry of the last [`Frame::image`].
+    ///
+    /// Row-major, in `[0, 1)`; [`scale_for_display`](crate::phase_symmetry::scale_for_display) converts it to grey
+    /// levels.
     ///
     /// # Errors
     /// None: images are finite.
@@ -272,8 +282,9 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
         self.bone_map_in_steps(&mut |_| {})
     }
 
-    /// [`Frame::bone_map`], of whose steps `progress` hears, as those of [`PhaseSymmetry::map`]: below a million
-    /// instructions each on a Cortex-M7, so that a watchdog can be kicked.
+    /// [`Frame::bone_map`] with reports of progress, as [`PhaseSymmetry::map`].
+    ///
+    /// A step is less than a million instructions on a Cortex-M7, so that a watchdog can be reset in it.
     ///
     /// # Errors
     /// None: images are finite.
@@ -289,13 +300,14 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
         Ok(self.map)
     }
 
-    /// The bone surface in the lines so far, a point or none each, from grey levels of the parameters' dynamic range:
-    /// the detector's settings are made for 60 dB. `detector` is of
-    /// [`Parameters::surface`](super::Parameters::surface), and `memory` what it needs.
+    /// Finds the bone surface in the lines so far, a point or none for each.
+    ///
+    /// Grey levels have the dynamic range of the parameters; the detector's settings are made for 60 dB. `detector`
+    /// has the parameters of [`Parameters::surface`](super::Parameters::surface), and `memory` its need.
     ///
     /// # Errors
-    /// [`Error::Length`] for a detector of other lines, for memory that is too short, and if `out` has not a place for
-    /// each line. As [`Detector::frame`].
+    /// [`Error::Length`] for a detector of other lines, for memory that is too short, and if `out` does not have an
+    /// entry for each line. As [`Detector::frame`].
     pub fn surface(
         &mut self,
         detector: &Detector,

@@ -1,4 +1,4 @@
-//! From the records of transmits to a beamformed line, block by block.
+//! From records of transmits to a beamformed line, block by block.
 
 use super::cuts::Cuts;
 use super::{Block, DepthGate};
@@ -15,12 +15,11 @@ use crate::{Complex, Error};
 use core::num::NonZeroUsize;
 use core::ops::Range;
 
-/// The lines of a scan: its delay stage, its apertures and its beamformer, all validated. From RF
-/// ([`LinePipeline::new`]) or from I/Q ([`LinePipeline::of_iq`]).
+/// Lines of a scan: its delay stage, apertures and beamformer, validated.
 ///
-/// Holds no memory to work in, so that threads can share it. [`LinePipeline::line`] is the whole way;
-/// [`LinePipeline::align`] is the first half, for programs that beamform many lines at once
-/// ([`Beamformer::segments`]).
+/// From RF ([`LinePipeline::new`]) or from I/Q ([`LinePipeline::of_iq`]). It has no memory to work in, so threads
+/// can share it. [`LinePipeline::line`] computes a line. [`LinePipeline::align`] is the first half, for programs
+/// that beamform many lines at once ([`Beamformer::segments`]).
 ///
 /// ```
 /// # use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
@@ -65,18 +64,18 @@ pub struct LinePipeline<'a, D = Delay> {
     adaptive: Range<usize>,
 }
 
-/// What is to be known of I/Q. SI units.
+/// Demodulation and interpolation of I/Q. SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct IqInput {
-    /// The frequency that the records were demodulated with, Hz.
+    /// Demodulation frequency of the records, Hz.
     pub demodulation_frequency: f64,
-    /// How they are read between their samples; without it as [`IqParameters::of`].
+    /// Interpolation of the records; by default that of [`IqParameters::of`].
     pub interpolation: Option<IqInterpolation>,
 }
 
 impl<'a> LinePipeline<'a> {
-    /// The lines of `scan` from RF, by a beamformer.
+    /// Lines of `scan` from RF, by a beamformer.
     ///
     /// # Errors
     /// As [`Delay::new`] and [`Beamformer::new`].
@@ -91,10 +90,10 @@ impl<'a> LinePipeline<'a> {
 }
 
 impl<'a> LinePipeline<'a, &'a Delay> {
-    /// The lines of `scan` from RF, by a delay stage that lies elsewhere: see [`Pipeline::by`].
+    /// Lines of `scan` from RF, with a delay stage elsewhere: see [`Pipeline::by`].
     ///
     /// # Errors
-    /// [`Error::Parameter`] where the stage is not the scan's; as [`Beamformer::new`].
+    /// [`Error::Parameter`] if the stage does not match the scan; as [`Beamformer::new`].
     ///
     /// [`Pipeline::by`]: super::Pipeline::by
     pub fn by(delay: &'a Delay, scan: Scan<'a>, beamformer: Parameters) -> Result<Self, Error> {
@@ -133,7 +132,7 @@ impl<'a> LinePipeline<'a, &'a Delay> {
 }
 
 impl<'a> LinePipeline<'a, IqDelay> {
-    /// The lines of `scan` from I/Q, by a beamformer.
+    /// Lines of `scan` from I/Q, by a beamformer.
     ///
     /// # Errors
     /// As [`IqDelay::new`] and [`Beamformer::new`].
@@ -153,7 +152,7 @@ impl<'a> LinePipeline<'a, IqDelay> {
 }
 
 impl<'a, D: Stage> LinePipeline<'a, D> {
-    /// The same lines, by the beamformer within `gate` only, and by DAS elsewhere.
+    /// The same lines, with the beamformer within `gate` only, and DAS elsewhere.
     ///
     /// # Errors
     /// As [`DepthGate::samples`].
@@ -164,7 +163,7 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         })
     }
 
-    /// The same lines, by the same delay stage where it lies.
+    /// The same lines, with the delay stage by reference.
     pub fn by_reference(&self) -> LinePipeline<'_, &D> {
         LinePipeline {
             scan: self.scan,
@@ -174,7 +173,7 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         }
     }
 
-    /// The samples of a line that the beamformer makes: all without a gate.
+    /// Samples of a line that the beamformer computes; all without a gate.
     pub fn adaptive(&self) -> Range<usize> {
         self.adaptive.clone()
     }
@@ -194,12 +193,14 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         &self.beamformer
     }
 
-    /// The delay stage's scratch for whole lines and vectors of so many lanes.
+    /// Scratch of the delay stage for whole lines and vectors of `lanes` lanes.
     pub fn align_need(&self, lanes: usize) -> Need {
         self.delay.need(lanes, self.scan.samples())
     }
 
-    /// The number of computed samples of a line, every [depth step](Parameters::depth_step)-th of the scan's.
+    /// Number of computed samples of a line.
+    ///
+    /// Every [depth step](Parameters::depth_step)-th of the scan's samples.
     pub fn line_samples(&self) -> usize {
         self.beamformer.line_samples(self.scan.samples())
     }
@@ -209,8 +210,10 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         self.scan.samples() * self.scan.elements()
     }
 
-    /// The memory for lines that are worked out `block` samples at a time, or as many as the time window takes:
-    /// real for the delay stage, complex for the aligned samples. The beamformer's workspace is not part of it.
+    /// Memory for lines in blocks of `block` samples.
+    ///
+    /// Real numbers for the delay stage, complex numbers for the aligned samples. A block is at least as long as
+    /// the time window. The beamformer's workspace is separate.
     pub fn need(&self, block: usize) -> Need {
         let half_window = self.beamformer.parameters().temporal_half_window;
         let buffered = buffered(self.scan.samples(), half_window, block);
@@ -312,15 +315,16 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         Ok(largest)
     }
 
-    /// A beamformed line: [`LinePipeline::align`], then [`Beamformer::line`], or [`Beamformer::line_within`] the
-    /// gate, block by block, as long as the memory allows. The transmits are gone
-    /// through once for each block.
+    /// Computes a beamformed line, block by block.
     ///
-    /// The beamformer's working scale is that of the records, so that it is the same for all blocks:
-    /// samples 300 dB below what the records hold are at the end of the floats' range.
+    /// [`LinePipeline::align`], then [`Beamformer::line`], or [`Beamformer::line_within`] the gate, in blocks as
+    /// long as the memory allows. All transmits are read once for each block.
+    ///
+    /// The beamformer's working scale is that of the records, so that it is the same for all blocks. Samples 300 dB
+    /// below the records are at the end of the floats' range.
     ///
     /// # Errors
-    /// As those two; [`Error::Length`] where `z` has not [`LinePipeline::line_samples`] numbers, or the memory not one of
+    /// As these two; [`Error::Length`] unless `z` has [`LinePipeline::line_samples`] numbers, and the memory one of
     /// [`LinePipeline::need`]. `z` may be changed in part.
     pub fn line<'r, A: Averaging<f32>>(
         &self,
@@ -338,11 +342,13 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         self.line_with(line, transmits, scratch, workspace, (active, output))
     }
 
-    /// The sub-lines of a line, `z[n·N + k]` that of computed sample `n` in direction `k` of `steering`:
-    /// [`LinePipeline::line`] with [`Beamformer::sub_lines`].
+    /// Computes the sub-lines of a line, block by block.
+    ///
+    /// `z[n·N + k]` is computed sample `n` in direction `k` of `steering`. The functions are [`LinePipeline::line`]
+    /// and [`Beamformer::sub_lines`].
     ///
     /// # Errors
-    /// As those two.
+    /// As these two.
     pub fn sub_lines<'r, A: Averaging<f32>>(
         &self,
         line: usize,

@@ -1,4 +1,4 @@
-//! The memory of a frame.
+//! Memory of a frame.
 
 use super::line::buffered;
 use super::{Parameters, even};
@@ -39,7 +39,7 @@ pub(crate) struct Parts {
 }
 
 impl Parameters<'_> {
-    /// The memory of a [`Frame`](super::Frame) of RF, for a `static`:
+    /// Memory of a [`Frame`](super::Frame) of RF, for a `static`:
     ///
     /// ```
     /// # use bonebeam::beamform;
@@ -92,7 +92,7 @@ impl Parameters<'_> {
         }
     }
 
-    /// The memory of a frame of I/Q.
+    /// Memory of a frame of I/Q.
     ///
     /// # Errors
     /// As [`Scan::of_iq`].
@@ -125,8 +125,9 @@ impl Parameters<'_> {
         }
     }
 
-    /// What a [`Detector`](crate::surface::Detector) of these lines is made of, for the surface of a whole frame:
-    /// [`Frame::surface`](super::Frame::surface).
+    /// Parameters of a surface [`Detector`](crate::surface::Detector) for these lines.
+    ///
+    /// They are for the surface of a whole frame: [`Frame::surface`](super::Frame::surface).
     ///
     /// # Errors
     /// As [`Scan::new`]; [`Error::Parameter`] for lines that are not evenly spaced.

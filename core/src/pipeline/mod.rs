@@ -1,18 +1,17 @@
-//! From the RF or the I/Q of transmits to lines, an image, a bone map and the bone surface, in fixed memory.
+//! Channel data to lines, image, bone map and bone surface, in fixed memory.
 //!
-//! A [`Pipeline`] is a plan: validated parameters and the tables that follow from them. It works in no
-//! memory of its own, so that it can be shared between threads. A [`Frame`] is a plan with memory: RF or
-//! I/Q goes in line by line, an image and a bone map come out. [`Parameters::need`] is its memory, known when the
-//! program is compiled; [`Pipeline::need`] is the same at run time.
+//! A [`Pipeline`] is a plan: validated parameters and their tables. It has no memory to work in, so threads can
+//! share it. A [`Frame`] is a plan with memory: RF or I/Q enters line by line, and an image and a bone map come
+//! out. Its memory is [`Parameters::need`] at compile time, or [`Pipeline::need`] at run time.
 //!
-//! A [`DepthGate`] bounds the depths in which the beamformer works: elsewhere is DAS.
+//! A [`DepthGate`] bounds the depths of the beamformer. Other depths are DAS.
 //!
-//! A line is worked out in blocks ([`Parameters::block`]), so that the memory for it does not grow with
-//! it. The bits are the same for all blocks.
+//! A line is computed in blocks ([`Parameters::block`]), so that its memory does not grow with its length. The bits
+//! are the same for all blocks.
 //!
-//! Each stage can be used by itself: [`LinePipeline`] delays and beamforms lines,
-//! [`BMode`] makes images of them, [`PhaseSymmetry`] bone maps of images, a
-//! [`Detector`](crate::surface::Detector) finds the surface in grey levels of lines.
+//! Each stage can be used alone: [`LinePipeline`] delays and beamforms lines, [`BMode`] makes images of lines,
+//! [`PhaseSymmetry`] bone maps of images, and a [`Detector`](crate::surface::Detector) finds the surface in grey
+//! levels of lines.
 
 mod block;
 mod cuts;
@@ -36,7 +35,7 @@ use crate::memory::Need;
 use crate::phase_symmetry::{self, PhaseSymmetry};
 pub(crate) use memory::Parts;
 
-/// What a [`Pipeline`] is made of.
+/// Parameters of a [`Pipeline`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Parameters<'a> {
@@ -44,24 +43,28 @@ pub struct Parameters<'a> {
     pub scan: ScanParameters<'a>,
     /// The beamformer.
     pub beamformer: beamform::Parameters,
-    /// Rows of the image, pixels: the whole scan on the smallest grid of isotropic pixels that covers
-    /// it. Phase symmetry takes 64, 128, 256, 512 or 1024.
+    /// Rows of the image, pixels.
+    ///
+    /// The image is the smallest grid of isotropic pixels that covers the scan. Phase symmetry accepts 64, 128,
+    /// 256, 512 or 1024 rows.
     pub rows: usize,
-    /// Columns of the image, likewise.
+    /// Columns of the image, with the same sizes as the rows.
     pub columns: usize,
-    /// How far below the largest envelope black is, dB.
+    /// Level of black below the largest envelope, dB.
     pub dynamic_range: f32,
-    /// Whether the image goes through the 3×3 median.
+    /// Whether a 3×3 median filters the image.
     pub median: bool,
-    /// Phase symmetry: the characteristic radii `r₀` of the filters, cycles per pixel.
+    /// Phase symmetry: centre frequencies `r₀` of the filters, cycles per pixel.
     pub scales: &'a [f64],
-    /// Phase symmetry: the noise threshold `T_n`, in grey levels.
+    /// Phase symmetry: noise threshold `T_n`, in grey levels.
     pub threshold: f32,
-    /// Phase symmetry by [`Pipeline::phase_symmetry`]: how many rows or columns are worked on at a time. It changes
-    /// memory and time, never the map. A [`Frame`] has all in one memory, whatever the strips.
+    /// Phase symmetry: rows or columns at a time of [`Pipeline::phase_symmetry`].
+    ///
+    /// They change memory and time, never the map. A [`Frame`] has the whole image in one memory, for every strip.
     pub strip: usize,
-    /// How many samples of a line are focused and beamformed at a time: as many as the time window at least, the
-    /// whole line at most. It changes memory and time, never the line.
+    /// Number of samples of a line that are aligned and beamformed at a time.
+    ///
+    /// At least the time window, at most the whole line. The number changes memory and time, never the line.
     pub block: usize,
 }
 
@@ -112,12 +115,11 @@ pub struct Pipeline<'a, D = Delay> {
 }
 
 impl<'a> Pipeline<'a> {
-    /// A pipeline of RF: validates the parameters and works out the tables.
+    /// A pipeline of RF: validates the parameters and computes the tables.
     ///
     /// # Errors
-    /// [`Error::Parameter`] or [`Error::Capacity`], naming the parameter that is out of range: as
-    /// [`Scan::new`], [`LinePipeline::new`], [`BMode::new`] and [`PhaseSymmetry::new`]; for lines that
-    /// are not evenly spaced.
+    /// [`Error::Parameter`] or [`Error::Capacity`], naming the parameter that is out of range: as [`Scan::new`],
+    /// [`LinePipeline::new`], [`BMode::new`] and [`PhaseSymmetry::new`]; for lines that are not evenly spaced.
     pub fn new(parameters: Parameters<'a>) -> Result<Self, Error> {
         let scan = Scan::new(parameters.scan)?;
         even(&parameters.scan.lines)?;
@@ -127,8 +129,9 @@ impl<'a> Pipeline<'a> {
 }
 
 impl<'a> Pipeline<'a, &'a Delay> {
-    /// A pipeline of RF by a delay stage that lies elsewhere, as a constant does in flash: nothing is left to be
-    /// worked out, and the plan is small.
+    /// A pipeline of RF with a delay stage elsewhere, such as a constant in flash.
+    ///
+    /// Nothing is left to compute, and the plan is small.
     ///
     /// ```
     /// # use bonebeam::beamform;
@@ -176,7 +179,7 @@ impl<'a> Pipeline<'a, &'a Delay> {
     /// ```
     ///
     /// # Errors
-    /// As [`Pipeline::new`]; [`Error::Parameter`] where the stage is not the scan's.
+    /// As [`Pipeline::new`]; [`Error::Parameter`] if the stage does not match the scan.
     pub fn by(delay: &'a Delay, parameters: Parameters<'a>) -> Result<Self, Error> {
         let scan = Scan::new(parameters.scan)?;
         even(&parameters.scan.lines)?;
@@ -266,7 +269,7 @@ impl<'a, D: Stage> Pipeline<'a, D> {
         })
     }
 
-    /// The same plan with adaptive beamforming within `gate` only, and DAS elsewhere.
+    /// The same plan, with the beamformer within `gate` only, and DAS elsewhere.
     ///
     /// # Errors
     /// As [`DepthGate::samples`].
@@ -277,27 +280,27 @@ impl<'a, D: Stage> Pipeline<'a, D> {
         })
     }
 
-    /// RF or I/Q → lines.
+    /// Plan of the lines, from RF or I/Q.
     pub fn lines(&self) -> &LinePipeline<'a, D> {
         &self.lines
     }
 
-    /// Lines with a depth step → envelopes at all samples.
+    /// Plan of the envelopes at all samples, from lines with a depth step.
     pub fn interpolation(&self) -> &DepthInterpolation {
         &self.interpolation
     }
 
-    /// Lines → image.
+    /// Plan of the image, from envelopes.
     pub fn b_mode(&self) -> &BMode {
         &self.b_mode
     }
 
-    /// Image → bone map.
+    /// Plan of the bone map, from the image.
     pub fn phase_symmetry(&self) -> &PhaseSymmetry {
         &self.phase_symmetry
     }
 
-    /// The memory that a [`Frame`] works in, by the averaging of its beamformer.
+    /// Memory of a [`Frame`], for the averaging of its beamformer.
     pub fn need(&self, covariance: Covariance) -> Need {
         self.parts.need(covariance)
     }

@@ -1,7 +1,7 @@
 //! Sub-lines: several directions of a line from its one covariance.
 //!
-//! Covariance, factor and eigenvectors are those of the line. A direction is a steering vector
-//! `a_i = e^{js(i−(L−1)/2)}` and a sum of the subapertures with phases; both come from the powers of `e^{js}`.
+//! Sub-lines share covariance, factor and eigenvectors of the line. A direction is a steering vector `a_i =
+//! e^{js(i−(L−1)/2)}` and a phased sum of the subapertures; both come from the powers of `e^{js}`.
 
 mod das;
 mod steer;
@@ -24,13 +24,16 @@ use num_complex::Complex;
 use steer::{Sample, steer};
 
 impl Beamformer {
-    /// Beamforms the sub-lines of one beam: `z[n·N + k]` is sub-line `k` of computed sample `n`, with
-    /// `N` = [`Parameters::sub_lines`]. With one sub-line that is [`Beamformer::line`].
+    /// Beamforms the sub-lines of one beam.
+    ///
+    /// `z[n·N + k]` is sub-line `k` of computed sample `n`, with `N` = [`Parameters::sub_lines`]. With one sub-line
+    /// the result is that of [`Beamformer::line`].
     ///
     /// [`Parameters::sub_lines`]: super::Parameters::sub_lines
     ///
     /// # Errors
-    /// As [`Beamformer::sub_line_segments`]; [`Error::Length`] where `z` has not `N` times [`Beamformer::line_samples`] numbers.
+    /// As [`Beamformer::sub_line_segments`]; [`Error::Length`] unless `z` has `N` times
+    /// [`Beamformer::line_samples`] numbers.
     #[inline]
     pub fn sub_lines<A: Averaging<f32>>(
         &self,
@@ -103,22 +106,25 @@ impl Beamformer {
         Ok(())
     }
 
-    /// [`Beamformer::segments`] of the sub-lines: `z[lane][i·N + k]` is sub-line `k` of computed sample `i`.
-    /// With one sub-line that is [`Beamformer::segments`].
+    /// Beamforms the sub-lines of segments.
     ///
-    /// With the direction `s`, `φ_c` of a sub-line at a sample ([`Steering`]) and `a_i = e^{js(i−(L−1)/2)}`,
-    /// `z = e^{−jφ_c}·(1/P)·Σ_p e^{−js(p−(P−1)/2)}·wᴴX̄_p`, where `w` is made of `a` and of the line's own
-    /// covariance, as the method says; the rank of ESMV by β is that of the direction. DAS is the mean of
-    /// `e^{−j(φ_c+s(m−centre))}·x_m`. A coherence factor is that of those samples, and an apodization weights them: of DAS
-    /// the elements, of the other methods the subapertures.
+    /// `z[lane][i·N + k]` is sub-line `k` of computed sample `i`. With one sub-line the result is that of
+    /// [`Beamformer::segments`].
+    ///
+    /// Let `s`, `φ_c` be the direction of a sub-line at a sample ([`Steering`]), and `a_i = e^{js(i−(L−1)/2)}`.
+    /// Then `z = e^{−jφ_c}·(1/P)·Σ_p e^{−js(p−(P−1)/2)}·wᴴX̄_p`, where the method computes `w` from `a` and the
+    /// line's own covariance. The rank of ESMV by β is that of the direction. DAS is the mean of
+    /// `e^{−j(φ_c+s(m−centre))}·x_m`. A coherence factor uses those samples. An apodization weights the elements of
+    /// DAS, and the subapertures of other methods.
     ///
     /// Cost a sample, lane and sub-line beyond that of the line, in flops: `14·count + 20·L` for the sum; MV `2L²`
-    /// for a solve forward and one backward, rank 1 `L²` for the one forward, the full eigensolver `4L²` and
-    /// its rotations. Forward multiplies these by 4. An apodization adds `4·P·L` flops and `P` cosines. RAM: the workspace, of [`Sizes::sub_lines`].
+    /// for a solve forward and one backward, rank 1 `L²` for the forward solve, the full eigensolver `4L²` and its
+    /// rotations. Forward multiplies these by 4. An apodization adds `4·P·L` flops and `P` cosines. RAM: the
+    /// workspace, of [`Sizes::sub_lines`].
     ///
     /// # Errors
     /// As [`Beamformer::segments`]; [`Error::Capacity`] for more sub-lines than the workspace has;
-    /// [`Error::Parameter`] for steering of another number of sub-lines, or of fewer samples than a segment has.
+    /// [`Error::Parameter`] for steering with another number of sub-lines, or with fewer samples than a segment.
     #[inline]
     pub fn sub_line_segments<A: Averaging<V>, V: Vector>(
         &self,

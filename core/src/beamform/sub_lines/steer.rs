@@ -1,4 +1,4 @@
-//! Steering vectors and sums of subapertures in the directions of sub-lines.
+//! Steering vectors and sums of subapertures for the directions of sub-lines.
 
 use crate::beamform::apodization::Window;
 use crate::beamform::parameters::Parameters;
