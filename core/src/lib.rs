@@ -1,28 +1,142 @@
-//! **bonebeam**: from ultrasound channel data to bone surfaces, in fixed memory.
+//! From ultrasound channel data to bone surfaces, in fixed memory.
 //!
-//! An application uses the names at the crate's root: [`Parameters`] describe a scan, its beamformer and its image; a
-//! [`Pipeline`] is the plan that follows from them; a [`Frame`] is a plan at work in a [`Memory`], on one [`Record`] a
-//! transmit. The [`prelude`] has these names and the types of their fields. The modules are for toolmakers: each stage
-//! by itself, memory of sizes known at run time, vectors of several lanes.
+//! bonebeam turns the RF or I/Q of an ultrasound array into lines, B-mode images and maps of the bone surface. Its
+//! beamformers are delay and sum, minimum variance (MV) and eigenspace minimum variance (ESMV). The crate is `no_std` and
+//! never allocates: the same code runs on a Cortex-M and on a workstation, with the same bits.
 //!
-//! The flow: [`delay`] (recorded data → aligned analytic samples) → [`beamform`] (one line, by way
-//! of [`covariance`], its factorisation and eigenvectors) → [`image`] (decibels, isotropic pixels) →
-//! [`phase_symmetry`] (the ridge filter) and [`surface`] (a depth of the bone, or none, in each line).
+//! # Five names
 //!
-//! Kernels are written over [`simd`] vectors, one independent output a lane. Every kernel is `no_std`,
-//! allocates nothing, never panics and returns the same bits on every target: `+ − × ÷ √` in a fixed
-//! order, `libm` by path for everything else.
+//! | | |
+//! |---|---|
+//! | [`Parameters`] | scan, beamformer and image, as data |
+//! | [`Pipeline`] | the plan: validated parameters and their tables |
+//! | [`Memory`] | all memory of a frame; [`Parameters::need`] gives its size at compile time |
+//! | [`Record`] | RF of one transmit, `[element][sample]`; for I/Q [`delay::IqRecord`] |
+//! | [`Frame`] | a plan with its memory: lines in, image and bone map out |
 //!
-//! That they never panic, the linker shows for one lane, optimised: no call of a panic is left. Vectors of
-//! several lanes are tested.
-//! An overflow that the debug profile would tell of is tested, too.
+//! # Example
+//!
+//! The [`prelude`] has these names and the types of their fields. Here 16 elements hear a flat bone at a depth of 8 mm.
+//!
+//! ```
+//! use bonebeam::prelude::*;
+//!
+//! const ELEMENTS: usize = 16;
+//! const SAMPLES: usize = 384;
+//! const PARAMETERS: Parameters = Parameters {
+//!     scan: ScanParameters {
+//!         array: Array::linear(ELEMENTS, 0.3e-3),
+//!         lines: Lines::Even(Axis::centred(64, 0.15e-3)),
+//!         sound_speed: 1540.0,
+//!         centre_frequency: 5e6,
+//!         sampling_rate: 20e6,
+//!         record_samples: SAMPLES,
+//!         output_rate: 20e6,
+//!         start: Depth::Metres(4e-3),
+//!         end: Depth::Metres(12e-3),
+//!         f_number: 1.5,
+//!         min_elements: 8,
+//!     },
+//!     beamformer: beamform::Parameters::DEFAULT,
+//!     rows: 64,
+//!     columns: 64,
+//!     dynamic_range: 50.0,
+//!     median: true,
+//!     scales: &[1.0 / 8.0, 1.0 / 16.0, 1.0 / 32.0],
+//!     threshold: 10.0,
+//!     strip: 8,
+//!     block: 64,
+//! };
+//! const NEED: Need = match PARAMETERS.need(Covariance::ForwardBackward) {
+//!     Ok(need) => need,
+//!     Err(_) => panic!("the parameters are not valid"),
+//! };
+//!
+//! fn main() -> Result<(), Error> {
+//!     // On a microcontroller, this is a `static`.
+//!     let mut memory = Box::new(Memory::<{ NEED.real }, { NEED.complex }>::new());
+//!     let pipeline = Pipeline::new(PARAMETERS)?;
+//!     let mut frame = Frame::new(&pipeline, memory.scratch())?;
+//!
+//!     for line in 0..64 {
+//!         // A focused transmit along the line; sample 0 is at its time origin.
+//!         let transmit = Transmit::new(TransmitLaw::Focused, 0.0);
+//!         let rf = echoes(PARAMETERS.scan.lines.x(line));
+//!         let record = Record::new(&rf, ELEMENTS)?;
+//!         frame.line(line, [(transmit, &record)])?;
+//!     }
+//!     frame.image()?; // [row][column], 0 to 255
+//!     let map = frame.bone_map()?; // [row][column], 0 to below 1
+//!
+//!     // The brightest row of the middle column: pixels of 0.15 mm from 4 mm on.
+//!     let bone = (0..64).max_by(|&a, &b| map[a * 64 + 32].total_cmp(&map[b * 64 + 32]));
+//!     let depth = 4e-3 + 0.15e-3 * bone.unwrap() as f64;
+//!     assert!((depth - 8e-3).abs() < 0.5e-3);
+//!     Ok(())
+//! }
+//!
+//! /// Simulated RF of one transmit, in place of a scanner.
+//! fn echoes(line_x: f64) -> Vec<f32> {
+//!     let mut rf = vec![0.0; ELEMENTS * SAMPLES];
+//!     for (m, rf) in rf.chunks_exact_mut(SAMPLES).enumerate() {
+//!         let path = 8e-3 + f64::hypot(8e-3, PARAMETERS.scan.array.x(m) - line_x);
+//!         for (n, rf) in rf.iter_mut().enumerate() {
+//!             let t = n as f64 / 20e6 - path / 1540.0;
+//!             *rf = ((-(t / 0.15e-6).powi(2)).exp() * (std::f64::consts::TAU * 5e6 * t).cos()) as f32;
+//!         }
+//!     }
+//!     rf
+//! }
+//! ```
+//!
+//! [`Pipeline::of_iq`] is the same for I/Q, [`Frame::surface`] finds a depth of the bone in each line, and
+//! [`self_test`] checks a device when it starts. The examples `bone_map` and `bone_map_iq` are whole programs.
+//!
+//! # Layers
+//!
+//! Applications need only the names above. The modules are for tools that use a stage alone, choose memory at run time, or
+//! compute several lanes at once:
+//!
+//! | module | from → to |
+//! |---|---|
+//! | [`geometry`] | array, lines, depths, apertures |
+//! | [`delay`] | recorded data → aligned analytic samples |
+//! | [`covariance`], [`beamform`] | aligned samples → lines |
+//! | [`image`] | lines → isotropic pixels, 0 to 255 |
+//! | [`phase_symmetry`] | image → bone map |
+//! | [`surface`] | grey levels of lines → a depth or none for each line |
+//! | [`pipeline`] | all stages together |
+//! | [`memory`], [`simd`] | scratch of stages; vectors of several lanes |
+//!
+//! # Features
+//!
+//! None is on by default.
+//!
+//! | feature | |
+//! |---|---|
+//! | `simd` | vectors of x86-64 and AArch64 registers, for workstations and large SoCs |
+//! | `std` | detection of the processor's instruction sets at run time |
+//! | `defmt` | `defmt::Format` on public types |
+//! | `serde` | `Serialize` and `Deserialize` on the enums of configurations |
+//!
+//! # Guarantees
+//!
+//! | | shown by |
+//! |---|---|
+//! | No allocation, `no_std` | `firmware/` runs without an allocator; [`memory`] gives every size before the call |
+//! | The same bits on every target, instruction set and optimisation level | golden hashes in `tests/golden/hashes.txt`; [`self_test`] on a device |
+//! | No panic | the linker refuses the image `firmware/src/bin/no_panic` if a panic is left, for one lane; tests with overflow checks for several |
+//! | No NaN and no infinity in an output | inputs are checked first, with the place of a bad sample in the [`Error`]; fuzz targets in `fuzz/` |
+//! | No `unsafe`, except for two instructions and two casts | `unsafe_code` is denied outside the module `instructions` |
+//!
+//! `docs/numerics.md` has equations, error bounds and the fixed orders of operations.
 
 #![no_std]
 
 #[cfg(test)]
 extern crate std;
 
-/// How far apart the cases are that a test tries: 1, or `sparse` under Miri, which takes thousands of times as
+/// Step between the cases of a test: 1, or `sparse` under Miri, which takes thousands of times as
 /// long for each.
 #[cfg(test)]
 const fn step(sparse: usize) -> usize {
