@@ -2,26 +2,26 @@
  *
  * MIT OR Apache-2.0
  *
- * Objects. An object lives in memory of the caller's. For an object X:
+ * Objects. An object lives in memory of the caller. For an object X:
  *
- * - bonebeam_X_bytes returns the bytes that a configuration needs. 0: the configuration is null or not valid.
- * - bonebeam_X_new checks the configuration, places the object in `memory`, which has so many `bytes` and is aligned to
- *   BONEBEAM_ALIGN, and writes the handle. Memory that is null or not aligned gives BONEBEAM_STATUS_POINTER, memory
- *   that is too small BONEBEAM_STATUS_STORAGE. What a pointer in the configuration leads to is copied.
- * - The other functions take the handle. There is nothing to free: the object ends when the memory is used again.
+ * - bonebeam_X_bytes returns the bytes that a configuration needs; 0 if the configuration is null or not valid.
+ * - bonebeam_X_new checks the configuration, places the object in `memory`, and writes the handle. `memory` has `bytes`
+ *   bytes and is aligned to BONEBEAM_ALIGN. Null or unaligned memory gives BONEBEAM_STATUS_POINTER, memory that is too
+ *   small BONEBEAM_STATUS_STORAGE. Data behind the pointers of a configuration is copied.
+ * - The other functions take the handle. Nothing must be freed: the object ends when the memory is used again.
  *
  * The memory may be static, as on a microcontroller without a heap:
  *
  *     static alignas(BONEBEAM_ALIGN) unsigned char memory[6912];
  *     status = bonebeam_beamformer_new(memory, sizeof memory, &parameters, 32, &beamformer);
  *
- * bonebeam_X_bytes on a workstation gives the number to write there: processors of 32 bits need as much or less.
+ * bonebeam_X_bytes on a workstation gives this number: 32-bit processors need as much or less.
  *
- * Calls. A status other than 0 leaves the outputs as they were, unless a function says otherwise. A pointer that is
- * null or not aligned is refused, and so is an output that overlaps an array that the same call reads:
- * BONEBEAM_STATUS_POINTER. Integers that name an enumerator take no other value: BONEBEAM_STATUS_PARAMETER.
+ * Calls. A status other than 0 leaves the outputs unchanged, unless a function says otherwise. A null or unaligned
+ * pointer gives BONEBEAM_STATUS_POINTER, and so does an output that overlaps an input array of the same call. An
+ * integer that names an enumerator and has another value gives BONEBEAM_STATUS_PARAMETER.
  *
- * The caller promises the rest: a pointer leads to as many values as its function says, no array overlaps an object's
+ * The caller guarantees the rest: a pointer leads to as many values as its function says, no array overlaps an object's
  * memory, and one thread at a time uses an object. */
 
 #ifndef BONEBEAM_H
@@ -30,7 +30,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-// The most transmits that one line is compounded of.
+// Maximum number of transmits compounded in a line.
 #define BONEBEAM_IQ_WAVES 16
 
 // Alignment, bytes, of the memory of every object.
@@ -46,7 +46,7 @@ enum bonebeam_status
   BONEBEAM_STATUS_OK = 0,
   // A parameter is outside its range.
   BONEBEAM_STATUS_PARAMETER = 1,
-  // An array does not have the length that the shapes ask for.
+  // An array's length differs from the shapes.
   BONEBEAM_STATUS_LENGTH = 2,
   // A size exceeds a capacity.
   BONEBEAM_STATUS_CAPACITY = 3,
@@ -56,9 +56,9 @@ enum bonebeam_status
   BONEBEAM_STATUS_MEMORY = 5,
   // A pointer is null or not aligned, or an output overlaps an input.
   BONEBEAM_STATUS_POINTER = 6,
-  // The object's memory is smaller than its `_bytes` function says.
+  // The object's memory is smaller than the result of its `_bytes` function.
   BONEBEAM_STATUS_STORAGE = 7,
-  // An error that this version has no number for.
+  // An error without a number in this version.
   BONEBEAM_STATUS_OTHER = 8,
 };
 #ifndef __cplusplus
@@ -85,7 +85,9 @@ typedef enum {
   BONEBEAM_LAW_PLANE = 1,
   // A single element at `x`, `z`.
   BONEBEAM_LAW_ELEMENT = 2,
-  // A virtual source at `x`, `z`. `z` ≤ 0: diverging. `z` > 0: converging on it, then diverging.
+  // A virtual source at `x`, `z`.
+  //
+  // `z` ≤ 0: diverging. `z` > 0: converging on the source, then diverging.
   BONEBEAM_LAW_SOURCE = 3,
   // The first arrival from elements that fire at `delays`.
   BONEBEAM_LAW_DELAYS = 4,
@@ -103,19 +105,25 @@ typedef enum {
 typedef enum {
   // libm's logarithm.
   BONEBEAM_LOGARITHM_EXACT = 0,
-  // A polynomial, a third of the instructions. `Logarithm::Polynomial` in the core's documentation has the error.
+  // A polynomial, at a third of the instructions.
+  //
+  // `Logarithm::Polynomial` in the core's documentation gives the error.
   BONEBEAM_LOGARITHM_POLYNOMIAL = 1,
 } bonebeam_logarithm;
 
-// Interpolation of I/Q. `IqInterpolation::for_band` in the core's documentation says which is enough.
+// Interpolation of I/Q.
+//
+// `IqInterpolation::for_band` in the core's documentation gives the cheapest for a bandwidth.
 typedef enum {
-  // Linear.
+  // Linear interpolation.
   BONEBEAM_INTERPOLATION_LINEAR = 0,
-  // Cubic, through four samples.
+  // Cubic interpolation through four samples.
   BONEBEAM_INTERPOLATION_CUBIC = 1,
   // A windowed sinc of 12 taps.
   BONEBEAM_INTERPOLATION_SINC = 2,
-  // Linear in fixed point, of counts only. `IqInterpolation::LinearFixed` in the core's documentation has the limits.
+  // Linear interpolation in fixed point, for counts only.
+  //
+  // `IqInterpolation::LinearFixed` in the core's documentation gives the limits.
   BONEBEAM_INTERPOLATION_LINEAR_FIXED = 3,
 } bonebeam_interpolation;
 
@@ -138,24 +146,26 @@ typedef struct bonebeam_phase_symmetry bonebeam_phase_symmetry;
 typedef struct {
   // Elements of the array.
   size_t elements;
-  // The distance of neighbouring elements, m.
+  // Distance of neighbouring elements, m.
   double pitch;
   // Depth over width.
   double f_number;
-  // The fewest active elements.
+  // Minimum number of active elements.
   size_t min_elements;
 } bonebeam_aperture;
 
 // Consecutive elements or samples.
 typedef struct {
-  // The first one.
+  // Index of the first one.
   size_t first;
-  // Their number.
+  // Number of them.
   size_t count;
 } bonebeam_range;
 
-// A parameter by its name in the tables of docs/numerics.md: "temporal_half_window", "diagonal_loading",
-// "subaperture_ratio" and others. Of several with one name the last counts.
+// A parameter by its name in the tables of docs/numerics.md.
+//
+// For instance "temporal_half_window", "diagonal_loading" or "subaperture_ratio". The last of several with one
+// name counts.
 typedef struct {
   // The name.
   const char *name;
@@ -165,39 +175,47 @@ typedef struct {
 
 // The parameters of a beamformer.
 typedef struct {
-  // The key of a method: "das", "mv", "esmv-rank1" and others in the tables of docs/numerics.md.
+  // Key of the method: "das", "mv", "esmv-rank1" and others.
+  //
+  // docs/numerics.md has the tables of all keys.
   const char *method;
-  // The key of a postfilter in the same tables, for instance "coherence-factor"; null for none.
+  // Key of the postfilter in the same tables, or null for none.
+  //
+  // For instance "coherence-factor".
   const char *postfilter;
-  // The key of an apodization in the same tables, for instance "hann"; null for none.
+  // Key of the apodization in the same tables, or null for none.
+  //
+  // For instance "hann".
   const char *apodization;
-  // The method's argument, if it has one in the tables: β, a rank, a number of steps.
+  // Argument of the method, if the tables give one.
+  //
+  // β, a rank, or a number of steps.
   double argument;
   // One of `bonebeam_covariance`.
   int32_t covariance;
-  // The parameters that do not have their defaults, `count` of them; may be null for none.
+  // Parameters other than their defaults, `count` of them; null for none.
   const bonebeam_number *numbers;
-  // How many `numbers` there are.
+  // Number of `numbers`.
   size_t count;
 } bonebeam_beamform_parameters;
 
 // A complex number.
 typedef struct {
-  // The real part.
+  // Real part.
   float re;
-  // The imaginary part.
+  // Imaginary part.
   float im;
 } bonebeam_complex;
 
-// The parameters of a delay stage, of RF or of I/Q. SI units.
+// Parameters of a delay stage for RF or for I/Q. SI units.
 typedef struct {
   // Speed of sound, m/s.
   double sound_speed;
-  // Sampling rate of the record, Hz; of I/Q complex samples a second.
+  // Sampling rate of the record, Hz; for I/Q complex samples a second.
   double sampling_rate;
-  // RF: centre frequency of the pulse, Hz. I/Q: frequency of the demodulation, Hz.
+  // RF: centre frequency of the pulse, Hz. I/Q: demodulation frequency, Hz.
   double frequency;
-  // Output rate, Hz; of RF at least a sixteenth of the sampling rate.
+  // Output rate, Hz; for RF at least a sixteenth of the sampling rate.
   double output_rate;
   // Two-way time of output sample 0, s.
   double output_start;
@@ -209,8 +227,9 @@ typedef struct {
   size_t record_samples;
   // RF: non-zero taps on one side of the Hilbert transformer, for instance 8.
   size_t hilbert_taps;
-  // RF: not 0 computes the filters in single precision, for processors that compute doubles in software. It
-  // takes a fiftieth of the instructions, and lines have other bits.
+  // RF: not 0 computes the filters in single precision.
+  //
+  // For processors with doubles in software: a fiftieth of the instructions. Lines have other bits.
   int32_t single_precision;
   // I/Q: one of `bonebeam_interpolation`.
   int32_t interpolation;
@@ -232,13 +251,15 @@ typedef struct {
   double t0;
 } bonebeam_wave;
 
-// A position and a direction: of an element, or of a line where it leaves.
+// A position and a direction, of an element or of a line's origin.
 typedef struct {
   // Lateral position, m.
   double x;
   // Depth, m.
   double z;
-  // Angle from straight down, rad; positive towards positive x: of an element that of its normal.
+  // Angle from straight down, rad; positive towards positive x.
+  //
+  // For an element the angle of its normal.
   double angle;
 } bonebeam_element;
 
@@ -246,9 +267,11 @@ typedef struct {
 typedef struct {
   // The transmit.
   bonebeam_wave wave;
-  // Where the line leaves, and its direction.
+  // Origin and direction of the line.
   bonebeam_element origin;
-  // Linear array: lateral positions of all elements, m, ascending and evenly spaced. Null for other arrays.
+  // Linear array: lateral positions of all elements, m. Null for other arrays.
+  //
+  // Ascending and evenly spaced.
   const double *element_x;
   // Other arrays: all elements along a line or an arc, from left to right.
   const bonebeam_element *elements;
@@ -256,17 +279,17 @@ typedef struct {
   double pitch;
   // The elements to compute.
   bonebeam_range active;
-  // Not 0 adds to the output, for the second and later ones of several transmits.
+  // Not 0 adds to the output, for transmits after the first.
   int32_t add;
 } bonebeam_scan_line;
 
 // Evenly spaced positions: `first + k·step` for `k` below `count`.
 typedef struct {
-  // The position of index 0, m.
+  // Position of index 0, m.
   double first;
-  // The distance of neighbours, m; positive.
+  // Distance of neighbours, m; positive.
   double step;
-  // The number of positions.
+  // Number of positions.
   size_t count;
 } bonebeam_axis;
 
@@ -286,15 +309,17 @@ typedef struct {
 typedef struct {
   // The delay stage.
   bonebeam_delay_parameters delay;
-  // The receive aperture, of as many elements.
+  // The receive aperture, with the same number of elements.
   bonebeam_aperture aperture;
   // Lateral positions of the lines, which go straight down.
   bonebeam_axis lines;
-  // The least depth of the depth gate, m; 0 for both is no gate.
+  // Least depth of the depth gate, m; 0 for both depths means no gate.
   double gate_from;
-  // The greatest depth of the depth gate, m: samples outside are DAS.
+  // Greatest depth of the depth gate, m. Samples outside the gate are DAS.
   double gate_to;
-  // Output samples that are aligned and beamformed at a time. It changes memory and time, never a line.
+  // Number of output samples in a block of alignment and beamforming.
+  //
+  // It changes memory and time, never a line.
   size_t block;
 } bonebeam_iq_scan;
 
@@ -310,15 +335,17 @@ typedef struct {
 typedef struct {
   // Rows of the image: 64, 128, 256, 512 or 1024.
   size_t rows;
-  // Columns of the image, likewise.
+  // Columns of the image: 64, 128, 256, 512 or 1024.
   size_t columns;
-  // Rows or columns that are transformed at a time. It changes memory and time, never the map.
+  // Number of rows or columns that are transformed at a time.
+  //
+  // It changes memory and time, never the map.
   size_t strip;
   // Centre frequencies r₀ of the filters, cycles a pixel.
   const double *scales;
-  // The number of scales, 1 to 8.
+  // Number of scales, 1 to 8.
   size_t scale_count;
-  // The noise threshold T_n, grey levels.
+  // Noise threshold T_n, grey levels.
   float threshold;
 } bonebeam_phase_symmetry_parameters;
 
@@ -326,14 +353,16 @@ typedef struct {
 extern "C" {
 #endif // __cplusplus
 
-// Computes the active elements at each of `count` depths, m, below the position `beam`, in pitches from element 0.
+// Computes the active elements at each of `count` depths, m.
+//
+// `beam` is the lateral position, in pitches from element 0.
 bonebeam_status bonebeam_active_elements(const bonebeam_aperture *aperture,
                                          double beam,
                                          const double *depths,
                                          size_t count,
                                          bonebeam_range *active);
 
-// Returns the bytes of a beamformer for lines with up to `elements` active elements.
+// Returns the bytes of a beamformer for up to `elements` active elements.
 size_t bonebeam_beamformer_bytes(const bonebeam_beamform_parameters *parameters, size_t elements);
 
 // Places a beamformer in `memory`.
@@ -343,9 +372,10 @@ bonebeam_status bonebeam_beamformer_new(void *memory,
                                         size_t elements,
                                         bonebeam_beamformer **beamformer);
 
-// Beamforms a line: `z[n]` from the aligned samples `x[n·elements]` to `x[n·elements + elements - 1]`, of which
-// `active[n]` are used. `z` has the scale of `x`. With a `depth_step` of s, `z[i]` is sample `n = i·s`, and there are
-// `samples/s` of them, rounded up.
+// Beamforms a line: `z[n]` from aligned samples.
+//
+// Sample n is `x[n·elements]` to `x[n·elements + elements - 1]`, of which `active[n]` are used. `z` has the scale
+// of `x`. With a `depth_step` of s, `z[i]` is sample `n = i·s`, and there are `samples/s` of them, rounded up.
 //
 // `adaptive`: a depth gate. Samples outside are DAS, and need not fit the beamformer's number of elements. Null:
 // all samples are adaptive.
@@ -366,13 +396,17 @@ bonebeam_status bonebeam_delay_new(void *memory,
                                    const bonebeam_delay_parameters *parameters,
                                    bonebeam_delay **delay);
 
-// Changes a stage's parameters. The filters are kept if rates, frequency, taps and precision stay the same; a
-// change of the others is cheap. The stage's memory limits the new sizes: for the largest ones, give
-// `bonebeam_delay_new` the bytes that these need. If the parameters are refused, the stage stays as it was.
+// Changes the parameters of a stage.
+//
+// The filters are kept if rates, frequency, taps and precision stay the same; a change of other parameters is
+// cheap. The stage's memory limits the new sizes: for the largest ones, give `bonebeam_delay_new` the bytes that
+// they need. If the parameters are refused, the stage stays unchanged.
 bonebeam_status bonebeam_delay_set(bonebeam_delay *delay, const bonebeam_delay_parameters *parameters);
 
-// Aligns one scan line: `out[n·elements + m]` is the analytic sample of element `m` at output sample `n`.
-// `rf` is `[element][record sample]`.
+// Aligns one scan line of one transmit.
+//
+// `out[n·elements + m]` is the analytic sample of element `m` at output sample `n`. `rf` is `[element][record
+// sample]`.
 bonebeam_status bonebeam_delay_line(bonebeam_delay *delay,
                                     const bonebeam_scan_line *line,
                                     const float *rf,
@@ -384,8 +418,9 @@ bonebeam_status bonebeam_envelope(const bonebeam_complex *z, size_t length, floa
 // Returns the largest of `length` envelopes; 0 for a null pointer.
 float bonebeam_largest(const float *envelopes, size_t length);
 
-// Computes grey levels 0 to 255: decibels relative to `reference`, of which `dynamic_range` dB are shown.
-// `logarithm` is one of `bonebeam_logarithm`.
+// Computes grey levels 0 to 255 from envelopes.
+//
+// They show `dynamic_range` dB below `reference`. `logarithm` is one of `bonebeam_logarithm`.
 bonebeam_status bonebeam_log_compression(int32_t logarithm,
                                          const float *envelopes,
                                          size_t length,
@@ -393,7 +428,9 @@ bonebeam_status bonebeam_log_compression(int32_t logarithm,
                                          float dynamic_range,
                                          float *out);
 
-// Resamples grey levels of lines, `[beam][sample]`, to pixels `[row][column]`; 0 beyond the lines.
+// Resamples grey levels of lines to pixels.
+//
+// Input `[beam][sample]`, output `[row][column]`, 0 beyond the lines.
 bonebeam_status bonebeam_resample(const float *levels,
                                   const bonebeam_axis *beams,
                                   const bonebeam_axis *samples,
@@ -429,21 +466,27 @@ bonebeam_status bonebeam_iq_lines_new(void *memory,
                                       const bonebeam_beamform_parameters *beamformer,
                                       bonebeam_iq_lines **lines);
 
-// Computes line `index`, the mean over `count` transmits. `z` has `output_samples` numbers, over the `depth_step` and
-// rounded up if there is one; they may be changed in part if something is refused.
+// Computes line `index`, the mean over `count` transmits.
+//
+// `z` has `output_samples` numbers; with a `depth_step`, their number over the step, rounded up. An error may
+// leave them changed in part.
 bonebeam_status bonebeam_iq_lines_line(bonebeam_iq_lines *lines,
                                        size_t index,
                                        const bonebeam_iq_wave *waves,
                                        size_t count,
                                        bonebeam_complex *z);
 
-// Returns the bytes of phase symmetry that are best in fast memory: they grow with the strip.
+// Returns the bytes of phase symmetry for fast memory; they grow with the strip.
 size_t bonebeam_phase_symmetry_bytes(const bonebeam_phase_symmetry_parameters *parameters);
 
-// Returns the bytes of phase symmetry that may be in slow memory: they grow with the image.
+// Returns the bytes of phase symmetry for slow memory.
+//
+// They grow with the image.
 size_t bonebeam_phase_symmetry_slow_bytes(const bonebeam_phase_symmetry_parameters *parameters);
 
-// Places phase symmetry in `memory` and `slow`. The scales are not used afterwards.
+// Places phase symmetry in `memory` and `slow`.
+//
+// The scales are not used afterwards.
 bonebeam_status bonebeam_phase_symmetry_new(void *memory,
                                             size_t bytes,
                                             void *slow,
@@ -451,21 +494,28 @@ bonebeam_status bonebeam_phase_symmetry_new(void *memory,
                                             const bonebeam_phase_symmetry_parameters *parameters,
                                             bonebeam_phase_symmetry **phase_symmetry);
 
-// Computes the map of an image of grey levels 0 to 255: at least 0, below 1. Both are `[row][column]`.
+// Computes the map of an image of grey levels 0 to 255.
+//
+// The map is at least 0 and below 1. Both are `[row][column]`.
 bonebeam_status bonebeam_phase_symmetry_map(bonebeam_phase_symmetry *phase_symmetry, const float *image, float *map);
 
-// Computes the elements of a convex array, `pitch` m apart along an arc of `radius` m with its middle at x = 0, z = 0.
+// Computes the elements of a convex array.
+//
+// They are `pitch` m apart along an arc of `radius` m with its middle at x = 0, z = 0.
 bonebeam_status bonebeam_convex_array(double pitch, double radius, bonebeam_element *elements, size_t count);
 
-// Computes the origin of a line along the array's normal at `position`, in elements from element 0. The array has
-// `count` elements, `pitch` m apart.
+// Computes the origin of a line along the array's normal.
+//
+// `position` is in elements from element 0. The array has `count` elements, `pitch` m apart.
 bonebeam_status bonebeam_normal(const bonebeam_element *elements,
                                 size_t count,
                                 double pitch,
                                 double position,
                                 bonebeam_element *origin);
 
-// Returns the meaning of a status in English, for logs. `status` may be any number.
+// Returns the meaning of a status in English, for logs.
+//
+// `status` may be any number.
 const char *bonebeam_status_text(int32_t status);
 
 #ifdef __cplusplus
