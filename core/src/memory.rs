@@ -36,6 +36,9 @@
 use crate::simd::split_front;
 use crate::{Complex, Error};
 
+/// Numbers of a step of an image or a bone map; `progress` is called between two.
+pub(crate) const STEP: usize = 4096;
+
 /// How many numbers a stage needs to work in. Counts beyond `usize::MAX` are given as that.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

@@ -225,10 +225,10 @@ impl BMode {
         check_length("scratch", scratch.len(), self.pixels_need().real)?;
         check_length("image", out.len(), grid.pixels())?;
         let (rows, columns) = (grid.row_axis(), grid.column_axis());
-        let axes = ([lines, samples], [rows, columns]);
-        let mut to_pixels = |out: &mut [f32]| match (self.fan, axes) {
-            (None, (data, pixels)) => resample::resample_in_steps(levels, data, pixels, out, step),
-            (Some(fan), (data, pixels)) => {
+        let (data, pixels) = ([lines, samples], [rows, columns]);
+        let mut to_pixels = |out: &mut [f32]| match self.fan {
+            None => resample::resample_in_steps(levels, data, pixels, out, step),
+            Some(fan) => {
                 scan_conversion::scan_convert(levels, fan, data, pixels, out)?;
                 step();
                 Ok(())

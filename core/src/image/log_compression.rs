@@ -1,8 +1,9 @@
 //! Log compression: decibels below the frame's largest envelope, mapped to 0..255.
 
-use super::{STEP, check_finite};
+use super::check_finite;
 use crate::Error;
 use crate::error::check_length;
+use crate::memory::STEP;
 
 /// Largest value of an envelope, the reference of a frame; 0 for an empty one.
 ///

@@ -1,8 +1,9 @@
 //! The 3×3 median.
 
-use super::{STEP, check_finite};
+use super::check_finite;
 use crate::Error;
 use crate::error::check_length;
+use crate::memory::STEP;
 use crate::simd::{Vector, copy};
 
 /// Computes the median of each pixel's 3×3 neighbourhood.

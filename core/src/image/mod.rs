@@ -27,9 +27,6 @@ pub use scan_conversion::{Fan, scan_convert};
 
 use crate::Error;
 
-/// Numbers of a step of an image.
-const STEP: usize = 4096;
-
 fn check_finite(name: &'static str, values: &[f32]) -> Result<(), Error> {
     match values.iter().position(|value| !value.is_finite()) {
         None => Ok(()),

@@ -1,9 +1,10 @@
 //! Bilinear resampling of lines to isotropic pixels.
 
-use super::{STEP, check_finite};
+use super::check_finite;
 use crate::Error;
 use crate::error::check_length;
 use crate::geometry::Axis;
+use crate::memory::STEP;
 
 /// Bilinear interpolation of `data[beam][sample]` at the pixels of an image.
 ///

@@ -12,12 +12,9 @@ use super::rows::quotient;
 use super::spectrum::check_pixels;
 use crate::error::check_length;
 use crate::instructions::sqrt;
-use crate::memory::{Need, Scratch};
+use crate::memory::{Need, STEP, Scratch};
 use crate::simd::split_front;
 use crate::{Complex, Error};
-
-/// Pixels of a step of [`PhaseSymmetry::map`], which is a line at least.
-const STEP: usize = 4096;
 
 impl Sizes {
     /// Memory of [`PhaseSymmetry::map`] beside image and map.
@@ -356,7 +353,7 @@ fn add_64(
     add(filtered, line, threshold, above, below);
 }
 
-/// Lines of a step.
+/// Lines of a step of [`PhaseSymmetry::map`], at least one.
 fn lines_of_step(length: usize) -> usize {
     (STEP / length.max(1)).max(1)
 }

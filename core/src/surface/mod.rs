@@ -1,10 +1,10 @@
 //! Grey levels of lines → the bone surface: a depth or none for each line.
 //!
-//! Bone is bright above and dark below. A line's samples are joined to cells of about 0.15 mm, and each cell gets a
-//! score, in nats, of five terms (see [`Settings`]): the shadow onset, the echo's contrast with the tissue above, the
-//! change of level over centimetres, the brightest below, and the shadow down to the end of the line. Over the lines
-//! a Viterbi search chooses the path of the largest sum: in each line a cell or absence, with prices of moves, jumps,
-//! starts and ends.
+//! Bone is bright above and dark below. A line's samples are joined to cells, of 0.12 mm by default ([`Settings::cell`]),
+//! and each cell gets a score, in nats, of five terms (see [`Settings`]): the shadow onset, the echo's contrast with the
+//! tissue above, the change of level over centimetres, the brightest below, and the shadow down to the end of the line.
+//! Over the lines a Viterbi search chooses the path of the largest sum: in each line a cell or absence, with prices of
+//! moves, jumps, starts and ends.
 //!
 //! [`Parameters`] → [`Detector`], the plan → [`Tracker`], the plan at work in a [`Scratch`](crate::memory::Scratch).
 //! [`Detector::frame`] does a whole frame; a tracker takes line after line with bounded latency.
