@@ -2,7 +2,7 @@
 //!
 //! How many elements are active depends on the depth alone, and which they are on the line and on that
 //! number. So a table of numbers serves all lines, and the rest is whole numbers. [`Scan::active`] takes
-//! about 2,700 instructions where f64 is computed in software, this about 30.
+//! about 2,700 instructions where f64 is computed in software, this about 15.
 
 use super::aperture::{GRID, GRID_BITS};
 use super::{Active, Scan};
@@ -13,21 +13,21 @@ use crate::error::check_length;
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ApertureTable<'m> {
-    elements: i64,
+    elements: i32,
     /// Elements before they are cut at the array's ends, as whole numbers.
     widths: &'m [f32],
 }
 
-/// The aperture centre of a line, in steps of 2⁻²⁰ pitches from element 0.
+/// The aperture centre of a line: the whole number of half pitches from element 0 that is at or beyond it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct ApertureCentre(i64);
+pub struct ApertureCentre(i32);
 
 impl<'m> ApertureTable<'m> {
     /// Works out the table in `memory`: [`Scan::samples`] numbers, contents irrelevant. Once serves all
     /// lines of all frames of a scan.
     ///
-    /// Cost: a division and a rounding in f64 a sample.
+    /// Cost: a division and a rounding in f64 a sample, down to the first whose aperture is the whole array.
     ///
     /// ```
     /// # use bonebeam::geometry::{Array, Axis, Depth, Lines, Scan, ScanParameters, ApertureTable};
@@ -63,11 +63,20 @@ impl<'m> ApertureTable<'m> {
                 capacity: LARGEST,
             });
         }
-        for (sample, width) in memory.iter_mut().enumerate() {
+        let elements = scan.elements() as f32;
+        let mut widths = memory.iter_mut().enumerate();
+        for (sample, width) in widths.by_ref() {
             *width = scan.aperture().width(scan.depth(sample)) as f32;
+            if *width == elements {
+                break;
+            }
+        }
+        // Deeper apertures are not narrower.
+        for (_, width) in widths {
+            *width = elements;
         }
         Ok(ApertureTable {
-            elements: scan.elements() as i64,
+            elements: scan.elements() as i32,
             widths: memory,
         })
     }
@@ -76,7 +85,9 @@ impl<'m> ApertureTable<'m> {
     pub fn centre(scan: &Scan<'_>, line: usize) -> ApertureCentre {
         let steps = libm::round(scan.aperture_centre(line) * GRID);
         // A line that is nowhere is far away.
-        ApertureCentre(if steps.is_nan() { FAR } else { steps as i64 })
+        let steps = if steps.is_nan() { FAR } else { steps as i64 };
+        let halves = -((-2 * steps.clamp(-FAR, FAR)) >> GRID_BITS);
+        ApertureCentre(halves as i32)
     }
 
     /// The active elements at a sample, equal to [`Scan::active`].
@@ -87,16 +98,9 @@ impl<'m> ApertureTable<'m> {
         let Some(&width) = self.widths.get(sample) else {
             return none;
         };
-        let width = width as i64;
-        // ⌈centre − width/2⌉, both doubled: the shift rounds down, so the sign changes before and after.
-        let centre = if centre.0 > FAR {
-            FAR
-        } else if centre.0 < -FAR {
-            -FAR
-        } else {
-            centre.0
-        };
-        let first = -(((width << GRID_BITS) - 2 * centre) >> (GRID_BITS + 1));
+        let width = width as i32;
+        // ⌈centre − width/2⌉ = ⌈(⌈2·centre⌉ − width)/2⌉; the shift rounds down, so the sign changes before and after.
+        let first = -((width - centre.0) >> 1);
         let end = (first + width).min(self.elements);
         let first = first.max(0);
         if first < end {
@@ -110,8 +114,8 @@ impl<'m> ApertureTable<'m> {
     }
 }
 
-/// Beyond every array, and far from where whole numbers end.
-const FAR: i64 = 1 << 56;
+/// Beyond every array, and far from where whole numbers of half pitches end.
+const FAR: i64 = 1 << (GRID_BITS + 28);
 
 #[cfg(test)]
 mod tests {
