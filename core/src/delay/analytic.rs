@@ -124,6 +124,27 @@ impl HilbertTransformer {
         }
         sums
     }
+
+    /// The imaginary part of the row [`Self::reach`] of `rows`; there are as many behind it. The bits of
+    /// [`Self::quadrature`].
+    #[inline(always)]
+    pub(super) fn quadrature_of_row<V: Vector>(&self, zero: V, rows: &[f32]) -> V {
+        let mut sum = zero;
+        let Some(taps) = self.taps.get(..self.count) else {
+            return sum;
+        };
+        let reach = self.reach() * V::LANES;
+        let Some((before, behind)) = rows.split_at_checked(reach) else {
+            return sum;
+        };
+        let earlier = before.chunks_exact(V::LANES).rev().step_by(2);
+        let later = behind.chunks_exact(V::LANES).skip(1).step_by(2);
+        for (&tap, (earlier, later)) in taps.iter().zip(earlier.zip(later)) {
+            let pair = load(zero, earlier) - load(zero, later);
+            sum = sum + zero.splat(tap) * pair;
+        }
+        sum
+    }
 }
 
 #[cfg(test)]

@@ -81,8 +81,8 @@ pub trait Stage: Sealed {
         self.block_at_every(zero, line, record, (first, 1), scratch, out)
     }
 
-    /// [`Stage::block`] of which only every `step`-th output sample is wanted, counted from the line's first. I/Q in fixed
-    /// point puts 0, or adds nothing, elsewhere. The other readings ignore the step.
+    /// [`Stage::block`] of which only every `step`-th output sample is wanted, counted from the line's first. Elsewhere it
+    /// puts 0, or adds nothing. RF is still interpolated at all samples, since an imaginary part takes the real parts around it.
     ///
     /// # Errors
     /// As [`Stage::block`].
@@ -229,4 +229,140 @@ pub(super) fn check_line<'a>(
         }
     }
     TransmitDelay::new(line.transmit.law, &line.ray, &line.array, sound_speed)
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::delay::{
+        Compounding, Delay, DelayParameters, IqDelay, IqInterpolation, IqLayout, IqParameters,
+        IqRecord, IqSamples, Record, ScanLine, Stage,
+    };
+    use crate::geometry::{Array, Axis, Depth, Lines, Scan, ScanParameters, Transmit, TransmitLaw};
+    use crate::simd::{InstructionSet, Task, Vector};
+    use crate::{Complex, Error};
+    use std::vec::Vec;
+    use std::{format, vec};
+
+    const ELEMENTS: usize = 12;
+    const SAMPLES: usize = 400;
+    const SCAN: ScanParameters = ScanParameters {
+        array: Array::linear(ELEMENTS, 0.3e-3),
+        lines: Lines::Even(Axis::centred(3, 0.4e-3)),
+        sound_speed: 1540.0,
+        centre_frequency: 5e6,
+        sampling_rate: 20e6,
+        record_samples: SAMPLES,
+        output_rate: 20e6,
+        start: Depth::Metres(4e-3),
+        end: Depth::Metres(9e-3),
+        f_number: 1.5,
+        min_elements: 8,
+    };
+
+    /// Two transmits of a line, every `step`-th sample of blocks of so many.
+    struct Align<'a, 'r, S: Stage> {
+        stage: &'a S,
+        scan: Scan<'static>,
+        record: &'a S::Record<'r>,
+        step: usize,
+        block: usize,
+    }
+
+    impl<S: Stage> Task for Align<'_, '_, S> {
+        type Output = Result<Vec<Complex<f32>>, Error>;
+
+        fn run<V: Vector>(self, zero: V) -> Self::Output {
+            let samples = self.scan.samples();
+            let mut scratch = vec![0.0; self.stage.need(V::LANES, samples).real];
+            let mut x = vec![Complex::new(f32::NAN, 0.0); samples * ELEMENTS];
+            for (k, x) in x.chunks_mut(self.block * ELEMENTS).enumerate() {
+                for (angle, compounding) in [(0.1, Compounding::Replace), (-0.05, Compounding::Add)]
+                {
+                    let transmit = Transmit::new(TransmitLaw::Plane { angle }, 1e-7);
+                    let line = ScanLine::of(&self.scan, 0, transmit, compounding);
+                    let need = self.stage.need(V::LANES, x.len() / ELEMENTS).real;
+                    let scratch = &mut scratch[..need];
+                    let wanted = (k * self.block, self.step);
+                    let record = self.record;
+                    self.stage
+                        .block_at_every(zero, &line, record, wanted, scratch, x)?;
+                }
+            }
+            Ok(x)
+        }
+    }
+
+    /// Every `step`-th sample has the bits that it has among all; the others are 0.
+    fn assert_stepped<S: Stage>(
+        name: &str,
+        stage: &S,
+        record: &S::Record<'_>,
+        scan: Scan<'static>,
+    ) {
+        for set in InstructionSet::available() {
+            let aligned = |step, block| {
+                let task = Align {
+                    stage,
+                    scan,
+                    record,
+                    step,
+                    block,
+                };
+                set.dispatch(task).unwrap()
+            };
+            let all = aligned(1, 37);
+            assert!(all.iter().any(|x| x.norm_sqr() > 0.0), "{name}");
+            for (step, block) in [(2, 37), (3, 1), (3, 100), (4, 100), (8, 33)] {
+                let name = format!("{name}, {set:?}, step {step}, blocks of {block}");
+                let pairs = aligned(step, block).into_iter().zip(&all);
+                for (k, (x, &all)) in pairs.enumerate() {
+                    let sample = k / ELEMENTS;
+                    let expected = match sample % step {
+                        0 => all,
+                        _ => Complex::new(0.0, 0.0),
+                    };
+                    assert_eq!(x, expected, "{name}, sample {sample}");
+                }
+            }
+        }
+    }
+
+    fn noise(k: usize) -> f32 {
+        ((k * 7919 + k / 3) % 2003) as f32 - 1001.0
+    }
+
+    #[test]
+    fn samples_at_a_step_are_those_of_all() {
+        let rf: Vec<f32> = (0..ELEMENTS * SAMPLES).map(noise).collect();
+        let scan = Scan::new(SCAN).unwrap();
+        let delay = Delay::new(DelayParameters::of(&scan)).unwrap();
+        assert_stepped("RF", &delay, &Record::new(&rf, ELEMENTS).unwrap(), scan);
+    }
+
+    #[test]
+    fn samples_of_iq_at_a_step_are_those_of_all() {
+        let counts: Vec<[i16; 2]> = (0..ELEMENTS * SAMPLES)
+            .map(|k| [noise(2 * k) as i16, noise(2 * k + 1) as i16])
+            .collect();
+        let counts = IqSamples::Counts(&counts, 1.0 / 32768.0);
+        let record = IqRecord::new(counts, IqLayout::Interleaved, ELEMENTS).unwrap();
+        let scan = Scan::of_iq(SCAN).unwrap();
+        for interpolation in [
+            IqInterpolation::Linear,
+            IqInterpolation::Cubic,
+            IqInterpolation::Sinc,
+            IqInterpolation::LinearFixed,
+        ] {
+            let stage = IqDelay::new(IqParameters {
+                interpolation,
+                ..IqParameters::of(&scan, 4.5e6)
+            });
+            assert_stepped(
+                &format!("{interpolation:?}"),
+                &stage.unwrap(),
+                &record,
+                scan,
+            );
+        }
+    }
 }

@@ -225,7 +225,8 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
 
     /// Aligned analytic samples of a line, `[sample][element]`, as many as `out` holds: the mean over the
     /// line's transmits, added up in their order. Returns them as the beamformer takes them; their working scale
-    /// is that of the records, the same for all blocks of a line.
+    /// is that of the records, the same for all blocks of a line. Samples that the beamformer does not read
+    /// ([`Parameters::depth_step`] without a time window) are 0.
     ///
     /// `zero`: any vector of the instruction set to compute with. `scratch`:
     /// [`LinePipeline::align_need`] values at least, contents irrelevant.
@@ -247,9 +248,18 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         let Some(elements) = NonZeroUsize::new(self.scan.elements()) else {
             return Err(none("elements"));
         };
-        let largest = self.compound(zero, (block, 1), transmits, scratch, out)?;
+        let largest = self.compound(zero, (block, self.wanted()), transmits, scratch, out)?;
         let whole = (block.first, self.scan.samples());
         Ok(AlignedLine::block(out, elements, whole, largest))
+    }
+
+    /// From one aligned sample that the beamformer reads to the next: time windows read all.
+    fn wanted(&self) -> usize {
+        let parameters = self.beamformer.parameters();
+        match parameters.temporal_half_window {
+            0 => parameters.step().get(),
+            _ => 1,
+        }
     }
 
     /// The last sample whose time window reads one before `end`.
@@ -398,8 +408,7 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         let half_window = self.beamformer.parameters().temporal_half_window;
         let block = self.block(aligned.len(), elements)?;
         let step = self.beamformer.parameters().step();
-        // Time windows read all samples.
-        let wanted = if half_window == 0 { step.get() } else { 1 };
+        let wanted = self.wanted();
         let transmits = transmits.into_iter();
         let mut buffered = 0..0;
         for own in Cuts::new(samples, half_window, block, &active) {

@@ -70,6 +70,7 @@ impl IqParameters {
             transmit,
             record,
             first,
+            step,
             ..
         } = source;
         zero.vectorize(
@@ -82,6 +83,9 @@ impl IqParameters {
                         row.fill(Complex::new(0.0, 0.0));
                     }
                     let n = first + n;
+                    if !n.is_multiple_of(*step) {
+                        continue;
+                    }
                     let centre = self.centre(transmit, record.cycles(), line.transmit.t0, n);
                     let Some(row) = row.get_mut(active.clone()) else {
                         return;

@@ -6,7 +6,7 @@ use core::ops::Range;
 use core::slice;
 
 use super::groups::{Group, Groups};
-use super::put::GroupLines;
+use super::put::{GroupLines, Wanted};
 use super::{Compounding, Delay, FAR, STEP, ScanLine, Source};
 use crate::Complex;
 use crate::delay::decimator::{DecimatorMemory, streams_len};
@@ -62,6 +62,10 @@ impl Delay {
         out: &mut [Complex<f32>],
     ) {
         let line = source.line;
+        let wanted = Wanted {
+            first: source.first,
+            step: source.step,
+        };
         let mut scratch = self.split_scratch::<V>(scratch, source.samples);
         self.trace_centre(source, &mut scratch.centre);
         for group in self.groups(line, V::LANES) {
@@ -71,23 +75,12 @@ impl Delay {
                 line_len: scratch.centre.depth.len(),
                 group: &group,
                 compounding: line.compounding,
+                wanted,
             };
             self.put(zero, &lines, scratch.rows, out);
         }
         if line.compounding == Compounding::Replace {
-            self.clear_outside(line, out);
-        }
-    }
-
-    /// Zeros for the elements that are not active.
-    #[inline(always)]
-    pub(super) fn clear_outside(&self, line: &ScanLine, out: &mut [Complex<f32>]) {
-        let end = line.active.first + line.active.count;
-        for row in out.chunks_exact_mut(self.parameters.elements.max(1)) {
-            for outside in [0..line.active.first, end..row.len()] {
-                let outside = row.get_mut(outside).unwrap_or_default();
-                outside.fill(Complex::new(0.0, 0.0));
-            }
+            self.clear_outside(line, wanted, out);
         }
     }
 

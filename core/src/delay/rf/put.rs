@@ -3,7 +3,7 @@
 //! Its input is rows of samples with one element a lane.
 
 use super::groups::Group;
-use super::{CHUNK, Compounding, Delay};
+use super::{CHUNK, Compounding, Delay, ScanLine};
 use crate::Complex;
 use crate::delay::analytic::GROUP;
 use crate::simd::{MOST_LANES, Vector, copy, load, load_at, transpose};
@@ -15,6 +15,25 @@ pub(super) struct GroupLines<'a> {
     pub line_len: usize,
     pub group: &'a Group,
     pub compounding: Compounding,
+    pub wanted: Wanted,
+}
+
+/// The samples of a line that are put out: every `step`-th of the line, in a block that begins at its sample `first`.
+#[derive(Clone, Copy)]
+pub(super) struct Wanted {
+    pub first: usize,
+    pub step: usize,
+}
+
+impl Wanted {
+    /// All samples.
+    pub const ALL: Self = Wanted { first: 0, step: 1 };
+
+    /// Whether the block's sample `sample` is put out.
+    #[inline(always)]
+    pub fn includes(self, sample: usize) -> bool {
+        self.step == 1 || self.first.wrapping_add(sample).is_multiple_of(self.step)
+    }
 }
 
 impl Delay {
@@ -47,7 +66,10 @@ impl Delay {
                         return;
                     };
                     transpose_lines(zero, lines, n, new);
-                    self.put_chunk(zero, rows, lines, out);
+                    match lines.wanted.step {
+                        1 => self.put_chunk(zero, rows, lines, out),
+                        _ => self.put_wanted(zero, rows, lines, (chunk * CHUNK, out)),
+                    }
                     if kept <= rows.len() {
                         rows.copy_within(kept.., 0);
                     }
@@ -78,6 +100,47 @@ impl Delay {
             for ((real, imaginary), out) in real.chunks_exact(V::LANES).zip(imaginary).zip(out) {
                 put_row(lines, (load(zero, real), imaginary), out);
             }
+        }
+    }
+}
+
+impl Delay {
+    /// Zeros for the elements that are not active, and for samples that are not wanted.
+    #[inline(always)]
+    pub(super) fn clear_outside(&self, line: &ScanLine, wanted: Wanted, out: &mut [Complex<f32>]) {
+        let end = line.active.first + line.active.count;
+        let rows = out.chunks_exact_mut(self.parameters.elements.max(1));
+        for (sample, row) in rows.enumerate() {
+            if !wanted.includes(sample) {
+                row.fill(Complex::new(0.0, 0.0));
+                continue;
+            }
+            for outside in [0..line.active.first, end..row.len()] {
+                let outside = row.get_mut(outside).unwrap_or_default();
+                outside.fill(Complex::new(0.0, 0.0));
+            }
+        }
+    }
+
+    /// The analytic signals of the wanted rows of a chunk that begins at the block's sample `first`.
+    #[inline(always)]
+    fn put_wanted<V: Vector>(
+        &self,
+        zero: V,
+        rows: &[f32],
+        lines: &GroupLines,
+        (first, out): (usize, &mut [Complex<f32>]),
+    ) {
+        let reach = self.hilbert.reach() * V::LANES;
+        let out = out.chunks_exact_mut(self.parameters.elements.max(1));
+        for (row, out) in out.enumerate() {
+            if !lines.wanted.includes(first + row) {
+                continue;
+            }
+            let rows = rows.get(row * V::LANES..).unwrap_or_default();
+            let real = load(zero, rows.get(reach..).unwrap_or_default());
+            let imaginary = self.hilbert.quadrature_of_row(zero, rows);
+            put_row(lines, (real, imaginary), out);
         }
     }
 }

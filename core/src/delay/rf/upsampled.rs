@@ -11,7 +11,7 @@
 //! element's part, which all transmits share, are each computed once and added.
 
 use super::groups::Group;
-use super::put::GroupLines;
+use super::put::{GroupLines, Wanted};
 use super::{Compounding, Delay, FAR, ScanLine};
 #[cfg(doc)]
 use crate::delay::Stage;
@@ -333,10 +333,11 @@ impl<'a> Upsampled<'a> {
                 line_len,
                 group: &group,
                 compounding: Compounding::Replace,
+                wanted: Wanted::ALL,
             };
             self.delay.put(zero, &lines, rows, out);
         }
-        self.delay.clear_outside(line, out);
+        self.delay.clear_outside(line, Wanted::ALL, out);
         Ok(())
     }
 }
