@@ -9,7 +9,7 @@ use super::parameters::{Beamformer, Parameters};
 use super::postfilter::postfilter;
 use super::segment::{Segment, SegmentGroup};
 use super::sizes::Sizes;
-use super::snapshot::snapshot;
+use super::snapshot::{elements, snapshot};
 use super::workspace::Workspace;
 use crate::Error;
 use crate::covariance::diagonal_loading::DiagonalLoading;
@@ -164,7 +164,7 @@ impl Beamformer {
         let subapertures = group.count - subaperture + 1;
         let gain = self.gain::<A, V>(subapertures);
         for push in 0..most {
-            if let Some(zero_power) = self.push(workspace, group, subaperture, push) {
+            if let Some(zero_power) = self.push::<A, V, true>(workspace, group, subaperture, push) {
                 let i = push - 2 * self.parameters().temporal_half_window;
                 let sum = self.output(workspace, subaperture, i, zero_power);
                 let gain = workspace.zero.splat(gain);
@@ -185,9 +185,10 @@ impl Beamformer {
     }
 
     /// Takes the next sample of each segment into the covariance, [`Pushes::read`]. Where the time window of a computed
-    /// sample is then complete, works out its loaded covariance, and returns the lanes without power.
+    /// sample is then complete, works out its loaded covariance, and returns the lanes without power. With `DATA`, keeps
+    /// the subaperture sum of the sample, too.
     #[inline(always)]
-    pub(super) fn push<A: Averaging<V>, V: Vector>(
+    pub(super) fn push<A: Averaging<V>, V: Vector, const DATA: bool>(
         &self,
         workspace: &mut Workspace<'_, A, V>,
         group: SegmentGroup<'_, '_>,
@@ -215,13 +216,19 @@ impl Beamformer {
         };
         let pushes = self.parameters().pushes();
         let apodization = self.parameters().window();
-        snapshot::<A, V>(
-            group.segments,
-            pushes.read(push),
-            apodization.as_ref(),
-            active,
-            (sum, data),
-        );
+        let place = pushes.read(push);
+        match DATA {
+            true => {
+                snapshot::<A, V>(
+                    group.segments,
+                    place,
+                    apodization.as_ref(),
+                    active,
+                    (sum, data),
+                );
+            }
+            false => elements(zero, group.segments, place, active),
+        }
         let size = A::COVARIANCE.lag_count(subaperture);
         let lags = time_window::slot(window, size, temporal_half_window, push);
         lag_sums::<A, V>(active, subaperture, work, lags);

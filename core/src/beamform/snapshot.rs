@@ -36,6 +36,20 @@ pub(super) fn snapshot<A: Averaging<V>, V: Vector>(
     );
 }
 
+/// The `active` elements of the segments' sample at `place`.
+#[inline(never)]
+pub(super) fn elements<V: Vector>(
+    zero: V,
+    segments: &[Segment<'_>],
+    place: Place,
+    active: &mut [ComplexVector<V>],
+) {
+    zero.vectorize(
+        #[inline(always)]
+        || gather(zero, segments, place, 0, active),
+    );
+}
+
 /// The active elements of each segment's sample at `place` from active element `first` on, at the line's working scale; zero outside the record.
 ///
 /// A register of consecutive elements is read at once and the lanes' registers transposed: whole
@@ -85,7 +99,7 @@ pub(super) fn gather<V: Vector>(
         let lanes = square.iter_mut().zip(rows.iter().zip(&scales));
         for (square, (row, &scale)) in lanes.take(segments.len()) {
             let row = row.get(block * (V::LANES / 2)..).unwrap_or(&[]);
-            *square = elements(zero, row) * scale;
+            *square = register(zero, row) * scale;
         }
         transpose(&mut square);
         for (x, &[re, im]) in snapshot.iter_mut().zip(square.as_chunks().0) {
@@ -115,7 +129,7 @@ fn elements_of<'a>(segment: &Segment<'a>, place: Place, first: usize) -> &'a [Co
 /// The first elements of `row` with their parts by turns, as many as a register holds; zero beyond
 /// the row.
 #[inline(always)]
-fn elements<V: Vector>(zero: V, row: &[Complex<f32>]) -> V {
+fn register<V: Vector>(zero: V, row: &[Complex<f32>]) -> V {
     let mut vector = zero;
     let (parts, _) = vector.lanes_mut().as_chunks_mut::<2>();
     if let Some(row) = row.get(..V::LANES / 2) {

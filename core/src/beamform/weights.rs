@@ -66,7 +66,7 @@ impl Beamformer {
             ..*self.parameters()
         });
         for push in 0..=2 * self.parameters().temporal_half_window {
-            let pushed = every.push(workspace, group, length, push);
+            let pushed = every.push::<A, f32, true>(workspace, group, length, push);
             zero_power = pushed.unwrap_or(true);
         }
         if zero_power {

@@ -70,7 +70,7 @@ pub(super) struct Directions<'a, S, V> {
     pub(super) powers: &'a mut [V],
     /// `e^{−jφ_c}` of each direction, times the postfilter's factor.
     pub(super) phases: &'a mut [ComplexVector<V>],
-    /// `wᴴs` of each direction.
+    /// `e^{js/2}` of each direction; later `wᴴs`.
     pub(super) answers: &'a mut [ComplexVector<V>],
 }
 

@@ -70,8 +70,14 @@ pub trait Basis<V: Vector> {
     /// Entry `i` of the steering vector `a = 1` in the solver's coordinates.
     fn steering(i: usize, subaperture: usize) -> f32;
 
-    /// A centred steering vector `a` (`a_{L−1−i} = a_i*`) in the solver's coordinates, and zeros beyond.
-    fn steered(a: &[ComplexVector<V>], steering: &mut [Self::Scalar]);
+    /// A centred steering vector `a` (`a_{L−1−i} = a_i*`) and the data `a_i·s_i`, in the solver's coordinates, and zeros
+    /// beyond. `powers` are the entries of `a` from its middle on, `sums` the `s_i`.
+    fn steered(
+        powers: &[ComplexVector<V>],
+        sums: &[ComplexVector<V>],
+        steering: &mut [Self::Scalar],
+        data: &mut [ComplexVector<V>],
+    );
 
     /// Writes steering vector and data as rows below the matrix.
     ///

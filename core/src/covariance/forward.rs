@@ -118,13 +118,34 @@ impl<V: Vector> Basis<V> for Forward {
     }
 
     #[inline(always)]
-    fn steered(a: &[ComplexVector<V>], steering: &mut [ComplexVector<V>]) {
-        let Some((entries, beyond)) = steering.split_at_mut_checked(a.len()) else {
+    fn steered(
+        powers: &[ComplexVector<V>],
+        sums: &[ComplexVector<V>],
+        steering: &mut [ComplexVector<V>],
+        data: &mut [ComplexVector<V>],
+    ) {
+        let (Some((entries, beyond)), Some(last)) =
+            (steering.split_at_mut_checked(sums.len()), powers.last())
+        else {
             return;
         };
-        copy(a, entries);
-        if let Some(a) = a.first() {
-            beyond.fill(a.zero());
+        beyond.fill(last.zero());
+        let middle = sums.len() / 2;
+        let (left, right) = entries.split_at_mut(middle);
+        let (Some((left_data, right_data)), (left_sums, right_sums)) =
+            (data.split_at_mut_checked(middle), sums.split_at(middle))
+        else {
+            return;
+        };
+        let right = right.iter_mut().zip(right_data).zip(right_sums);
+        for (((a, data), &s), &power) in right.zip(powers) {
+            *a = power;
+            *data = power.mul(s);
+        }
+        let left = left.iter_mut().zip(left_data).zip(left_sums);
+        for (((a, data), &s), power) in left.zip(powers.iter().rev()) {
+            *a = power.conj();
+            *data = a.mul(s);
         }
     }
 

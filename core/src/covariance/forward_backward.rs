@@ -84,6 +84,17 @@ impl ForwardBackward {
         ])
     }
 
+    /// The numbers of a pair of elements in the solver's coordinates: their sum, and their difference by `−j`.
+    #[inline(always)]
+    fn pair<V: Vector>(s: ComplexVector<V>, mirrored: ComplexVector<V>) -> [ComplexVector<V>; 2] {
+        let apart = s - mirrored;
+        let turned = ComplexVector {
+            re: apart.im,
+            im: -apart.re,
+        };
+        [s + mirrored, turned]
+    }
+
     /// Pair `i` with itself, loaded; the rows that fill up the last tile are those of the identity.
     #[inline(always)]
     fn diagonal<V: Vector>(
@@ -209,13 +220,8 @@ impl<V: Vector> Basis<V> for ForwardBackward {
     fn data(s: &[ComplexVector<V>], data: &mut [ComplexVector<V>]) {
         let (pairs, middle) = data.as_chunks_mut::<2>();
         let ends = s.iter().zip(s.iter().rev());
-        for ([sum, difference], (&s, &mirrored)) in pairs.iter_mut().zip(ends) {
-            let apart = s - mirrored;
-            *sum = s + mirrored;
-            *difference = ComplexVector {
-                re: apart.im,
-                im: -apart.re,
-            };
+        for (pair, (&s, &mirrored)) in pairs.iter_mut().zip(ends) {
+            *pair = Self::pair(s, mirrored);
         }
         if let ([middle], Some(s)) = (middle, s.get(s.len() / 2)) {
             *middle = s.scale(s.re.splat(SQRT_2));
@@ -234,20 +240,34 @@ impl<V: Vector> Basis<V> for ForwardBackward {
     }
 
     #[inline(always)]
-    fn steered(a: &[ComplexVector<V>], steering: &mut [V]) {
-        let Some((entries, beyond)) = steering.split_at_mut_checked(a.len()) else {
+    fn steered(
+        powers: &[ComplexVector<V>],
+        sums: &[ComplexVector<V>],
+        steering: &mut [V],
+        data: &mut [ComplexVector<V>],
+    ) {
+        let (Some((entries, beyond)), Some(first)) =
+            (steering.split_at_mut_checked(sums.len()), powers.first())
+        else {
             return;
         };
+        beyond.fill(first.re.zero());
         let (pairs, middle) = entries.as_chunks_mut::<2>();
-        for ([sum, difference], a) in pairs.iter_mut().zip(a) {
+        let (of_pairs, middle_data) = data.as_chunks_mut::<2>();
+        let ends = sums.iter().zip(sums.iter().rev());
+        let ends = ends.zip(powers.iter().rev());
+        for (([a_sum, a_apart], [sum, apart]), ((&s, &mirrored), power)) in
+            pairs.iter_mut().zip(of_pairs).zip(ends)
+        {
+            let a = power.conj();
             // Of a and its mirror image a*: (a + a*)/2 and −j(a − a*)/2.
-            (*sum, *difference) = (a.re, a.im);
+            (*a_sum, *a_apart) = (a.re, a.im);
+            [*sum, *apart] = Self::pair(a.mul(s), power.mul(mirrored));
         }
-        let Some(a) = a.first() else {
-            return;
-        };
-        middle.fill(a.re.splat(FRAC_1_SQRT_2));
-        beyond.fill(a.re.zero());
+        if let ([a], [data], Some(s)) = (middle, middle_data, sums.get(sums.len() / 2)) {
+            *a = first.re.splat(FRAC_1_SQRT_2);
+            *data = first.mul(*s).scale(s.re.splat(SQRT_2));
+        }
     }
 
     #[inline(always)]

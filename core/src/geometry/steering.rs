@@ -114,6 +114,14 @@ impl<'m> Steering<'m> {
             .unwrap_or(0)
     }
 
+    /// `e^{js/2}` and `e^{−jφ_c}` of each sub-line at a sample; none beyond the last.
+    #[inline(always)]
+    pub(crate) fn at(&self, sample: usize) -> &'m [[Complex<f32>; PARTS]] {
+        let first = sample.wrapping_mul(self.sub_lines);
+        let directions = self.directions.get(first..).unwrap_or_default();
+        directions.get(..self.sub_lines).unwrap_or_default()
+    }
+
     /// `e^{js/2}` and `e^{−jφ_c}` of a sub-line at a sample; those of the line itself beyond the last.
     #[inline(always)]
     pub fn direction(&self, sample: usize, sub_line: usize) -> [Complex<f32>; 2] {

@@ -172,19 +172,50 @@ fn mv<A: Averaging<V>, V: Vector, const N: usize>(
     let (answers, _) = directions.answers.as_chunks_mut::<N>();
     let groups = rows.zip(data).zip(powers.iter().zip(answers));
     for ((rows, data), (powers, answers)) in groups {
-        let mut sums = [ComplexVector::from_real(zero); N];
         let mut data = data.chunks_exact(subaperture.max(1));
+        let data = [(); N].map(
+            #[inline(always)]
+            |()| data.next().unwrap_or_default(),
+        );
+        let sums = products::<_, V, N>(zero, rows, data);
         for r in 0..N {
-            let Some(data) = data.next() else {
-                break;
-            };
-            for (row, &s) in rows.iter().zip(data) {
-                sums[r] = sums[r] + row[r].mul_complex(s);
-            }
             answers[r] = sums[r].divide(powers[r]);
         }
     }
     definite
+}
+
+/// `uᴴs` of each direction, from the rows `u*` and the data `s`.
+///
+/// A tile of each at a time: no sum waits for its own last addition.
+#[inline(always)]
+fn products<S: Scalar<V>, V: Vector, const N: usize>(
+    zero: V,
+    rows: &[[S; N]],
+    data: [&[ComplexVector<V>]; N],
+) -> [ComplexVector<V>; N] {
+    let mut sums = [ComplexVector::from_real(zero); N];
+    let mut tiles = data.map(
+        #[inline(always)]
+        |data| data.as_chunks::<TILE>().0.iter(),
+    );
+    for row in rows.as_chunks::<TILE>().0 {
+        for r in 0..N {
+            if let Some(s) = tiles[r].next() {
+                for k in 0..TILE {
+                    sums[r] = sums[r] + row[k][r].mul_complex(s[k]);
+                }
+            }
+        }
+    }
+    for r in 0..N {
+        let (tiles, rest) = data[r].as_chunks::<TILE>();
+        let rows = rows.get(tiles.len() * TILE..).unwrap_or_default();
+        for (row, &s) in rows.iter().zip(rest) {
+            sums[r] = sums[r] + row[r].mul_complex(s);
+        }
+    }
+    sums
 }
 
 /// Rank 1 by the largest eigenvalue and its eigenvector in the solver's `vector`: with `p = R·e₁`,
@@ -253,13 +284,14 @@ fn forward<A: Averaging<V>, V: Vector, const N: usize>(
     };
     let steering = directions.steering.chunks_exact((N * padded).max(1));
     for (rows, steering) in rows.chunks_exact_mut(padded.max(1)).zip(steering) {
+        let (rows, _) = rows.as_chunks_mut::<TILE>();
         let mut steering = steering.chunks_exact(padded.max(1));
         for r in 0..N {
-            let Some(steering) = steering.next() else {
-                break;
-            };
+            let (steering, _) = steering.next().unwrap_or_default().as_chunks::<TILE>();
             for (row, a) in rows.iter_mut().zip(steering) {
-                row[r] = a.conj();
+                for k in 0..TILE {
+                    row[k][r] = a[k].conj();
+                }
             }
         }
     }

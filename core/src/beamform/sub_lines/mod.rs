@@ -13,7 +13,7 @@ use super::parameters::Beamformer;
 use super::segment::{Segment, SegmentGroup, SteeredSegments, constant_segments, segments_within};
 use super::segments::emit;
 use super::sizes::Sizes;
-use super::snapshot::gather;
+use super::snapshot::elements;
 use super::workspace::Workspace;
 use crate::Error;
 use crate::covariance::Averaging;
@@ -73,17 +73,17 @@ impl Beamformer {
             outputs.start * count..outputs.end * count
         };
         let active = |sample| block.active(sample);
-        let within = || segments_within(samples, active, block.adaptive.clone(), half_window);
         // All is checked before anything is put out.
         for (first, length, set) in constant_segments(samples, active) {
             self.check_segment(&block.segment(first, set), set.count, length)?;
-        }
-        for (.., set) in within().filter(|(.., set)| set.count > 0) {
-            if parameters.method.direct().is_none() {
+            let adaptive = block.adaptive.start < (first + length).min(block.adaptive.end)
+                && first < block.adaptive.end;
+            if adaptive && set.count > 0 && parameters.method.direct().is_none() {
                 self.check_sizes(set.count, sizes)?;
             }
         }
-        for (first, length, set) in within() {
+        let within = segments_within(samples, active, block.adaptive.clone(), half_window);
+        for (first, length, set) in within {
             let out = z.get_mut(of(first..first + length));
             let lines = SteeredSegments {
                 segments: &[block.segment(first, set)],
@@ -225,7 +225,8 @@ impl Beamformer {
         let window = parameters.window();
         let gain = self.gain::<A, V>(count - subaperture + 1);
         for push in 0..most {
-            let Some(zero_power) = self.push(workspace, group, subaperture, push) else {
+            let Some(zero_power) = self.push::<A, V, false>(workspace, group, subaperture, push)
+            else {
                 continue;
             };
             let place = pushes.complete(push);
@@ -242,7 +243,7 @@ impl Beamformer {
             };
             if half_window > 0 {
                 // The sample that was pushed last lies `K` further on.
-                gather(zero, segments, place, 0, active);
+                elements(zero, segments, place, active);
             }
             let sample = Sample {
                 lines,
