@@ -96,10 +96,6 @@ impl Experiment for Claims {
             }
         }
         self.bone.validate(Self::NAME)?;
-        if self.volumes > self.bones {
-            let range = "at most `bones`";
-            return Err(out_of_range(Self::NAME, "volumes", self.volumes, range));
-        }
         for (key, count) in [("bones", self.bones), ("tuning_bones", self.tuning_bones)] {
             if !(1..=10_000).contains(&count) {
                 return Err(out_of_range(Self::NAME, key, count, "1 to 10000"));
