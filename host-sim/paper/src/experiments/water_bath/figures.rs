@@ -5,13 +5,10 @@ use ndarray::{Array3, ShapeBuilder};
 use serde::Serialize;
 
 use crate::experiments::Outcome;
-use crate::experiments::common::pictures::{Pair, scales};
-use crate::experiments::outcome::{
-    Attachment, Coloured, Curve, Picture, Plot, Section, SideBySide, Table, View, data, number,
-};
+use crate::experiments::common::pictures::Pair;
+use crate::experiments::outcome::{Attachment, Section, Table, data, number};
 use crate::measure::registration::expected_fiducial_error;
 use crate::{Error, Result};
-use bonebeam_drive::methods::COMPARED;
 use bonebeam_files::{nifti, ply};
 use bonebeam_simulate::DiffuseClutter;
 
@@ -19,8 +16,9 @@ use super::clutter::{self, Tried};
 use super::comparisons::{line_comparisons, table_one};
 use super::contour::{Registered, Registration, Row, Sources};
 use super::images::Images;
-use super::measures::{ByDistance, Draws, Measured};
-use super::parameters::{FEATURED, KINDS, METHODS, WaterBath};
+use super::measures::{Draws, Measured};
+use super::parameters::{KINDS, METHODS, WaterBath};
+use super::plots::{beside, distance_maps, distance_plots, line_plots, name};
 use super::registration::{Ct, Registrations};
 use super::sweep::{Tip, Volume};
 
@@ -60,9 +58,6 @@ struct NumbersOfRegistration<'a> {
 
 /// The level at which a pulse's front is seen, of its peak.
 const FRONT: f64 = 0.1;
-
-/// How far the colour maps and curves reach from the contour, mm.
-const REACH: f64 = 10.0;
 
 /// What in the paper does not fit the rest of it.
 const CONTRADICTIONS: &str = "The paper contradicts itself. For PS of slice 1 its text gives errors of 0.90 and 0.79 mm \
@@ -202,98 +197,6 @@ fn spread(values: &[f64]) -> String {
     let mean = values.iter().sum::<f64>() / n;
     let square: f64 = values.iter().map(|v| (v - mean) * (v - mean)).sum();
     format!("{mean:.2} ± {:.2} mm", (square / n).sqrt())
-}
-
-fn name(key: &str) -> &'static str {
-    let row = COMPARED.iter().find(|row| row.key == key);
-    row.map_or("", |row| row.name)
-}
-
-fn beside(k: usize, slice: &Images, measured: &Measured, bath: &WaterBath) -> SideBySide {
-    let view = |pair: &Pair| View {
-        name: name(pair.beamformer).into(),
-        pictures: pair.card(),
-    };
-    let mut views = slice.pairs.iter().map(view).collect::<Vec<_>>();
-    let reference = views.remove(0);
-    SideBySide {
-        id: format!("water-bath-{}", k + 1),
-        reference,
-        first: views.len() - 1,
-        others: views,
-        outline: measured.contour_mm.clone(),
-        scales: scales(bath.image.dynamic_range),
-    }
-}
-
-fn distance_plots(k: usize, measured: &Measured) -> Vec<Plot> {
-    let plot = |image: usize| {
-        let curves = METHODS.iter().zip(&measured.by_distance);
-        let featured = curves.filter(|(key, _)| FEATURED.contains(key));
-        let curve = |key: &str, what: &str, featured: bool, levels: Vec<Option<f64>>| Curve {
-            name: format!("{}, {what}", name(key)).into(),
-            featured,
-            points: measured.distance_mm.iter().copied().zip(levels).collect(),
-        };
-        Plot {
-            caption: format!("Grey level by distance, {}, slice {}", KINDS[image], k + 1),
-            x: "signed distance, mm",
-            y: "grey level",
-            x_range: [-REACH, REACH],
-            y_range: [0.0, 255.0],
-            marks: vec![0.0],
-            curves: featured
-                .flat_map(|(key, levels)| {
-                    let ByDistance { mean, above_zero } = &levels[image];
-                    let quantile = |k: usize| above_zero.iter().map(|q| Some((*q)?[k])).collect();
-                    [
-                        curve(key, "mean", true, mean.clone()),
-                        curve(key, "median", false, quantile(0)),
-                        curve(key, "90 %", false, quantile(1)),
-                    ]
-                })
-                .collect(),
-        }
-    };
-    vec![plot(0), plot(1)]
-}
-
-fn line_plots(k: usize, measured: &Measured) -> Vec<Plot> {
-    let mut plots = Vec::new();
-    for (way, line) in [&measured.down, &measured.across].into_iter().enumerate() {
-        for image in 0..2 {
-            let curves = METHODS.iter().zip(&measured.profiles);
-            plots.push(Plot {
-                caption: format!(
-                    "{}, slice {}, {} {:.1} mm",
-                    KINDS[image],
-                    k + 1,
-                    ["down at x =", "across at a depth of"][way],
-                    line.place_mm
-                ),
-                x: if way == 0 { "depth, mm" } else { "lateral, mm" },
-                y: "grey level",
-                x_range: [line.at_mm[0], line.at_mm[line.at_mm.len() - 1]],
-                y_range: [0.0, 255.0],
-                marks: line.contour_mm.clone(),
-                curves: curves
-                    .map(|(key, profiles)| Curve {
-                        name: name(key).into(),
-                        featured: FEATURED.contains(key),
-                        points: (line.at_mm.iter().copied())
-                            .zip(
-                                profiles[image][way]
-                                    .grey
-                                    .iter()
-                                    .map(|&v| Some(f64::from(v))),
-                            )
-                            .collect(),
-                    })
-                    .collect(),
-            });
-        }
-    }
-    plots
 }
 
 fn cells(row: &Row) -> [String; 6] {
@@ -522,32 +425,4 @@ fn files(found: &Found<'_>) -> Result<Vec<Attachment>> {
             bytes: ply(surface.vertices(), surface.triangles())?,
         },
     ])
-}
-
-/// Images of a slice in the colours of the signed distance, the B-mode images before phase symmetry.
-fn distance_maps(k: usize, slice: &Images, measured: &Measured) -> Vec<Coloured> {
-    let mut all = Vec::new();
-    for image in 0..2 {
-        let featured = |p: &&Pair| FEATURED.contains(&p.beamformer);
-        for pair in slice.pairs.iter().filter(featured) {
-            let kind = KINDS[image];
-            let of = [&pair.b_mode, &pair.phase_symmetry][image];
-            let key = pair.beamformer;
-            all.push(Coloured {
-                picture: Picture {
-                    file: format!(
-                        "water-bath-{}-{key}-{}-distance.png",
-                        k + 1,
-                        kind.to_lowercase()
-                    ),
-                    caption: format!("{}, {kind}, slice {}, by signed distance", name(key), k + 1),
-                    ..of.clone()
-                },
-                values: measured.distance.mapv(|s| 1e3 * s),
-                reach: REACH,
-                quantity: "signed distance, mm",
-            });
-        }
-    }
-    all
 }

@@ -11,6 +11,7 @@ mod figures;
 mod images;
 mod measures;
 mod parameters;
+mod plots;
 mod profiles;
 mod registration;
 mod specimen;
