@@ -5,7 +5,7 @@ use maud::{Markup, html};
 
 use crate::Result;
 use crate::experiments::Outcome;
-use crate::experiments::outcome::{Comparison, Ruling, Section, Verdict};
+use crate::experiments::outcome::{Comparison, Ruling, Section, Table, Verdict};
 
 use super::html::{document, folded, notes, parts, table};
 use super::pictures::PictureLocation;
@@ -91,11 +91,14 @@ pub fn page(report: &Report<'_>) -> Result<String> {
     Ok(document("Bonebeam: the paper's experiments", &body))
 }
 
-/// An experiment's part of the page: its first figure, then its numbers; further figures are folded.
+/// An experiment's part of the page: its first figure, if no table comes before it, then its numbers; further figures and
+/// tables are folded.
 fn experiment(name: &str, outcome: &Outcome) -> Result<Markup> {
     let comparisons: Vec<&Comparison> = outcome.comparisons.iter().collect();
-    let first = outcome.parts.iter().position(is_figure);
-    let first = first.map_or(outcome.parts.len(), |at| at + 1);
+    let mut parts_of = outcome.parts.iter();
+    let first = parts_of.position(|part| is_figure(part) || matches!(part, Section::Table(_)));
+    let first = first.filter(|at| is_figure(&outcome.parts[*at]));
+    let first = first.map_or(0, |at| at + 1);
     let (open, rest) = outcome.parts.split_at(first);
     Ok(html! {
         section id=(name) {
@@ -108,14 +111,11 @@ fn experiment(name: &str, outcome: &Outcome) -> Result<Markup> {
             }
             @if !comparisons.is_empty() {
                 h3 { "Beside the paper" }
-                div .tables {
-                    @for beside in tables::comparisons(&comparisons) { (table(&beside)) }
-                }
+                (few(&tables::comparisons(&comparisons)))
                 (folded("Why the figures differ", &notes(&comparisons)))
             }
             @if !outcome.tables.is_empty() {
-                h3 { "All beamformers" }
-                div .tables { @for shown in &outcome.tables { (table(shown)) } }
+                (folded("All beamformers", &together(&outcome.tables)))
             }
             @if !outcome.files.is_empty() {
                 h3 { "Files" }
@@ -127,6 +127,21 @@ fn experiment(name: &str, outcome: &Outcome) -> Result<Markup> {
             }
         }
     })
+}
+
+/// Tables, those beyond the first folded.
+fn few(tables: &[Table]) -> Markup {
+    let (first, rest) = tables.split_at(tables.len().min(1));
+    html! {
+        (together(first))
+        @if !rest.is_empty() {
+            (folded(&format!("More tables ({})", rest.len()), &together(rest)))
+        }
+    }
+}
+
+fn together(tables: &[Table]) -> Markup {
+    html! { div .tables { @for shown in tables { (table(shown)) } } }
 }
 
 fn is_figure(part: &Section) -> bool {
