@@ -9,6 +9,7 @@ use rand::{RngExt, SeedableRng};
 use crate::{Error, Result};
 
 use super::bone_surface::{BoneSurface, SurfaceDensity};
+use super::layers::{Layers, layer};
 use super::mesh::slice_mesh;
 use super::outline::Outline;
 use super::scatterer::{PointSource, Scatterer};
@@ -41,6 +42,8 @@ pub struct Tissue {
     pub density: f64,
     /// Reflected amplitude of each; that of a bone scatterer is 1.
     pub amplitude: f64,
+    /// By which layers the amplitude differs.
+    pub layers: Layers,
     /// Lateral range, m.
     pub x: [f64; 2],
     /// Depth range, m.
@@ -54,6 +57,7 @@ impl Default for Tissue {
         Tissue {
             density: 1e6 / (30e-3 * 6e-3 * 25e-3) * 0.5e-3,
             amplitude: 1.0,
+            layers: Layers::Uniform,
             x: [-15e-3, 15e-3],
             z: [12e-3, 37e-3],
             seed: 1,
@@ -303,7 +307,7 @@ impl Phantom {
                     x,
                     y: 0.0,
                     z,
-                    amplitude: tissue.amplitude,
+                    amplitude: tissue.amplitude * layer(tissue.layers, [1e3 * x, 0.0, 1e3 * z]),
                 });
             }
         }

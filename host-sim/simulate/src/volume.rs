@@ -3,7 +3,6 @@
 //! A lumbar spine is copies of the built-in vertebra, one above the other. Tissue is point scatterers at
 //! random positions whose amplitude is that of the layer they lie in. Millimetres within this file.
 
-use std::f64::consts::TAU;
 use std::path::Path;
 
 use ndarray::Array2;
@@ -14,6 +13,7 @@ use crate::{Error, Result};
 use bonebeam_files::memory::{self, product};
 
 use super::bone_surface::BoneSurface;
+use super::layers::{Layers, layer};
 use super::marching_tetrahedra::{self, VolumeGrid};
 use super::mesh::read_mesh;
 use super::phantom::Phantom;
@@ -74,15 +74,6 @@ pub struct Block {
     pub density: f64,
     /// Seed of the positions.
     pub seed: u64,
-}
-
-/// What soft tissue consists of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Layers {
-    /// All alike, as bright a scatterer as one of bone: the paper's simulation.
-    Uniform,
-    /// Skin, fat, fascia and muscle.
-    Anatomy,
 }
 
 impl Bone<'_> {
@@ -187,36 +178,6 @@ fn spine([x, y, z]: [f64; 3]) -> f64 {
     let middle = middle.max(JOINT - above);
     let below = below.max(JOINT - middle);
     below.min(middle).min(above)
-}
-
-/// The amplitude of a tissue scatterer, and of a layer's part, at a depth below the array.
-fn layer(layers: Layers, [x, y, z]: [f64; 3]) -> f64 {
-    if layers == Layers::Uniform {
-        return 1.0;
-    }
-    // Interfaces wave a little, each its own way.
-    let wave = |phase: f64| {
-        0.4 * libm::sin(TAU * x / 27.0 + phase)
-            + 0.2 * libm::sin(TAU * (x + 2.0 * y) / 11.0 - phase)
-    };
-    let (skin, fat, deep) = (
-        1.8 + 0.3 * wave(0.0),
-        6.5 + wave(1.0),
-        12.5 + 1.5 * wave(2.5),
-    );
-    if z < skin {
-        1.4
-    } else if z < fat {
-        // Septa between the lobules.
-        let septum = libm::sin(TAU * (z + 1.5 * wave(4.0)) / 2.3);
-        if septum > 0.93 { 0.9 } else { 0.3 }
-    } else if z < fat + 0.7 || (deep..deep + 0.5).contains(&z) {
-        4.0
-    } else {
-        // Muscle, with the sheaths of its bundles.
-        let sheath = libm::sin(TAU * (z + 0.12 * x + wave(0.7)) / 1.9);
-        if sheath > 0.9 { 1.5 } else { 0.6 }
-    }
 }
 
 impl Block {

@@ -22,6 +22,12 @@ pub enum Condition {
     WaterVolume,
     TissueQuiet,
     TissueDisturbed,
+    /// Skin, fat, fasciae and muscle.
+    #[serde(rename = "tissue-layers")]
+    Layers,
+    /// Attenuation that grows with frequency.
+    #[serde(rename = "tissue-attenuation")]
+    Attenuation,
     /// Aberration on receive, 20 ns RMS.
     #[serde(rename = "tissue-aberration-20-ns")]
     Aberration20,
@@ -47,12 +53,14 @@ impl Medium {
 }
 
 impl Condition {
-    pub const ALL: [Condition; 9] = [
+    pub const ALL: [Condition; 11] = [
         Condition::WaterQuiet,
         Condition::WaterDisturbed,
         Condition::WaterVolume,
         Condition::TissueQuiet,
         Condition::TissueDisturbed,
+        Condition::Layers,
+        Condition::Attenuation,
         Condition::Aberration20,
         Condition::Aberration35,
         Condition::SpeedLow,
@@ -79,6 +87,8 @@ impl Condition {
             Condition::WaterQuiet | Condition::TissueQuiet => "quiet",
             Condition::WaterDisturbed | Condition::TissueDisturbed => "disturbed",
             Condition::WaterVolume => "volume",
+            Condition::Layers => "layers",
+            Condition::Attenuation => "attenuation",
             Condition::Aberration20 => "aberration-20-ns",
             Condition::Aberration35 => "aberration-35-ns",
             Condition::SpeedLow => "speed-low",
@@ -94,6 +104,8 @@ impl Condition {
             Condition::WaterVolume => "water, disturbed, in 3-D",
             Condition::TissueQuiet => "tissue, quiet",
             Condition::TissueDisturbed => "tissue, disturbed",
+            Condition::Layers => "tissue, layers with fasciae",
+            Condition::Attenuation => "tissue, attenuation",
             Condition::Aberration20 => "tissue, aberration 20 ns",
             Condition::Aberration35 => "tissue, aberration 35 ns",
             Condition::SpeedLow => "tissue, sound speed −2 %",

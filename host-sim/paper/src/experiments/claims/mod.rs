@@ -109,6 +109,15 @@ impl Experiment for Claims {
         for (key, level) in [("noise", self.noise), ("reverberation", self.reverberation)] {
             check_level(Self::NAME, key, Some(level))?;
         }
+        if !(0.0..=10.0).contains(&self.attenuation) {
+            let range = "0 to 10 (dB/(cm·MHz))";
+            return Err(out_of_range(
+                Self::NAME,
+                "attenuation",
+                self.attenuation,
+                range,
+            ));
+        }
         self.clutter.validate(Self::NAME)?;
         if self.conditions().is_empty() {
             let mut words: Vec<&str> = vec!["water", "tissue"];

@@ -41,6 +41,8 @@ pub struct Claims {
     pub(super) noise: f64,
     /// The disturbance: diffuse clutter in the bone's shadow.
     pub(super) clutter: DiffuseClutter,
+    /// Attenuation in the scenes that have it, dB/(cm·MHz).
+    pub(super) attenuation: f64,
     /// The bone's image at twice its depth, dB.
     pub(super) reverberation: f64,
     /// Words that a scene's name must have; all scenes without any.
@@ -69,7 +71,7 @@ impl Default for Claims {
             mesh_slice: 0.0,
             slices: [-10e-3, 1e-3],
             depths: [10e-3, 30e-3],
-            tissue_levels: [-28.0, -7.0],
+            tissue_levels: [-30.5, -8.0],
             tilt: 15.0,
             bone: BoneSurface::default(),
             bones: 12,
@@ -82,6 +84,7 @@ impl Default for Claims {
                 coherence: Some(2e-3),
                 ..DiffuseClutter::default()
             },
+            attenuation: 0.5,
             reverberation: -20.0,
             only: Vec::new(),
             simulation: Settings {

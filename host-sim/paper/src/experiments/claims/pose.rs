@@ -11,7 +11,7 @@ use bonebeam_drive::config::{Image, PhaseSymmetry};
 use bonebeam_drive::image::b_mode;
 use bonebeam_files::{BeamformedLines, ChannelData, Samples};
 use bonebeam_simulate::{
-    self as simulate, Clutter, Outline, Phantom, Settings, Summation, Tissue, add_noise,
+    self as simulate, Clutter, Layers, Outline, Phantom, Settings, Summation, Tissue, add_noise,
     channel_data,
 };
 
@@ -34,6 +34,10 @@ struct Recordings {
     /// The bone in three dimensions, and its outline in the image plane.
     volume: Option<(ChannelData, Outline)>,
     tissue: Option<ChannelData>,
+    /// Tissue with layers.
+    layers: Option<ChannelData>,
+    /// The bone with clutter and reverberation, and tissue, attenuated.
+    attenuated: Option<[ChannelData; 2]>,
 }
 
 /// A bone in its conditions.
@@ -139,10 +143,15 @@ impl<'a> Pose<'a> {
         };
         let water = Phantom::rough_bone(&self.bone.outline, &claims.bone, seed)?;
         water.check_within(&quiet)?;
-        let tissue = wanted.iter().any(|c| c.medium() == Medium::Tissue);
-        let tissue = tissue.then(|| {
+        let attenuated = Settings {
+            attenuation: claims.attenuation,
+            ..quiet.clone()
+        };
+        let own = [Condition::Layers, Condition::Attenuation];
+        let tissue = |layers: Layers| {
             let block = Tissue {
                 amplitude: libm::pow(10.0, self.bone.tissue_level / 20.0),
+                layers,
                 seed,
                 x: TISSUE[0],
                 z: TISSUE[1],
@@ -151,8 +160,13 @@ impl<'a> Pose<'a> {
             let mut phantom = water.clone().with_tissue(&block);
             phantom.scatterers.drain(..phantom.on_bone);
             (phantom.on_bone, phantom.seen_at) = (0, Vec::new());
-            simulated("tissue", &quiet, &phantom)
-        });
+            phantom
+        };
+        let is_uniform = |c: &Condition| c.medium() == Medium::Tissue && !own.contains(c);
+        let uniform = wanted.iter().any(is_uniform);
+        let uniform = uniform.then(|| simulated("tissue", &quiet, &tissue(Layers::Uniform)));
+        let layers = wanted.contains(&Condition::Layers);
+        let layers = layers.then(|| simulated("layers", &quiet, &tissue(Layers::Anatomy)));
         let clutter = |thickness: f64| Clutter {
             diffuse: Some(claims.clutter),
             reverberation: Some(claims.reverberation),
@@ -162,10 +176,16 @@ impl<'a> Pose<'a> {
         };
         let is_plane = |c: &Condition| *c != Condition::WaterVolume;
         let mut planes = wanted.iter().filter(|c| is_plane(c));
-        let disturbed = planes.any(|c| c.is_disturbed()).then(|| {
-            let mut phantom = water.clone();
-            clutter(0.0).add(&mut phantom)?;
-            simulated("clutter", &quiet, &phantom)
+        let mut cluttered = water.clone();
+        clutter(0.0).add(&mut cluttered)?;
+        let disturbed = planes.any(|c| c.is_disturbed() && *c != Condition::Attenuation);
+        let disturbed = disturbed.then(|| simulated("clutter", &quiet, &cluttered));
+        let attenuates = wanted.contains(&Condition::Attenuation);
+        let attenuated = attenuates.then(|| {
+            let bone = simulated("clutter, attenuated", &attenuated, &cluttered)?;
+            let tissue = tissue(Layers::Uniform);
+            let tissue = simulated("tissue, attenuated", &attenuated, &tissue)?;
+            Ok::<_, Error>([bone, tissue])
         });
         let shape = self
             .bone
@@ -196,7 +216,9 @@ impl<'a> Pose<'a> {
         Ok(Recordings {
             bone: [undisturbed.transpose()?, disturbed.transpose()?],
             volume: volume.transpose()?,
-            tissue: tissue.transpose()?,
+            tissue: uniform.transpose()?,
+            layers: layers.transpose()?,
+            attenuated: attenuated.transpose()?,
         })
     }
 
@@ -213,14 +235,17 @@ impl<'a> Pose<'a> {
         let claims = self.claims;
         let bone = match condition {
             Condition::WaterVolume => parts.volume.as_ref().map(|(data, _)| data),
+            Condition::Attenuation => parts.attenuated.as_ref().map(|[bone, _]| bone),
             _ => parts.bone[usize::from(condition.is_disturbed())].as_ref(),
         };
         let none = || Error::Data("the bone was not simulated".into());
         let mut data = bone.ok_or_else(none)?.clone();
-        if let Some(part) = parts
-            .tissue
-            .as_ref()
-            .filter(|_| condition.medium() == Medium::Tissue)
+        let tissue = match condition {
+            Condition::Layers => parts.layers.as_ref(),
+            Condition::Attenuation => parts.attenuated.as_ref().map(|[_, tissue]| tissue),
+            _ => parts.tissue.as_ref(),
+        };
+        if let Some(part) = tissue.filter(|_| condition.medium() == Medium::Tissue)
             && let (Samples::Rf(sum), Samples::Rf(part)) = (&mut data.samples, &part.samples)
         {
             *sum += part;

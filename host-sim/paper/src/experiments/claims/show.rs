@@ -25,8 +25,8 @@ pub fn outcome(result: &ClaimsResult, bones: Figure, mechanism: Option<Figure>) 
         "DAS and rank-1 ESMV on {} bones in up to {} conditions, {} scenes. Each bone has a shape of its own (size, width, \
          spinous process, laminae, facets, sides), a slice, a tilt, a depth, a roughness, tissue of a level of its own, clutter and noise. \
          Water and tissue are once quiet (noise at −60 dB) and once disturbed (noise at −40 dB, clutter in the bone's \
-         shadow that is coherent over about six elements, a reverberation of the bone); disturbed tissue is also \
-         aberrated on receive, and beamformed with a speed of sound that is 2 % off (depths are told by the true \
+         shadow that is coherent over about six elements, a reverberation of the bone); disturbed tissue also \
+         has layers with fasciae, attenuation, is aberrated on receive, and beamformed with a speed of sound that is 2 % off (depths are told by the true \
          one). The scenes lie in the image plane alone, but for \
          those in 3-D: some of the bones as volumes, by an array with a lens. Each table has the mean of ESMV − DAS with its 95 % \
          interval (paired, Student's t over the bones). A claim is shown in a condition where a two-sided test says so \
