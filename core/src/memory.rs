@@ -39,7 +39,7 @@ use crate::{Complex, Error};
 /// Numbers of a step of an image or a bone map; `progress` is called between two.
 pub(crate) const STEP: usize = 4096;
 
-/// How many numbers a stage needs to work in. Counts beyond `usize::MAX` are given as that.
+/// The size of a stage's memory, in numbers. Saturates at `usize::MAX`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Need {

@@ -1,4 +1,5 @@
-//! The documents: their links lead somewhere, the files that they name exist, their examples hold.
+//! The documents: their links lead somewhere, the files that they name exist, their examples hold. Doc comments fit an
+//! index.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -319,4 +320,106 @@ fn the_formats_of_the_documents_are_those_that_are_read() {
         .map(|row| name(row).expect("a linked name"))
         .collect();
     assert_eq!(named, Format::ALL.map(Format::name));
+}
+
+/// The longest first paragraph, in characters as an index shows them.
+const LONGEST: usize = 80;
+
+/// The files of Rust below a folder, without unit tests.
+fn sources(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).unwrap();
+    let paths = entries.map(|entry| entry.unwrap().path());
+    let mut found = Vec::new();
+    for path in paths.filter(|path| path.file_stem().is_some_and(|name| name != "tests")) {
+        if path.is_dir() {
+            found.extend(sources(&path));
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            found.push(path);
+        }
+    }
+    found
+}
+
+/// A line of a doc comment without its mark, which is `///` or `//!`.
+fn comment<'a>(line: &'a str, mark: &str) -> Option<&'a str> {
+    let rest = line.trim_start().strip_prefix(mark)?;
+    (rest.is_empty() || rest.starts_with(' ')).then(|| rest.trim())
+}
+
+/// A paragraph as an index shows it: a link is its text.
+fn shown(paragraph: &str) -> String {
+    let mut text = paragraph.to_owned();
+    while let Some((before, rest)) = text.split_once("](") {
+        let (begin, end) = (before.rfind('['), rest.find(')'));
+        let [begin, end] = [begin, end].map(|place| place.expect("a link"));
+        text = [&before[..begin], &before[begin + 1..], &rest[end + 1..]].concat();
+    }
+    text.replace("[`", "`").replace("`]", "`")
+}
+
+/// Whether a line declares a public item: `pub`, a variant of an enum, or an item of a public trait.
+fn is_public(line: &str, in_a_trait: bool) -> bool {
+    let of_a_trait = ["fn ", "const ", "type "].map(|word| line.starts_with(word));
+    line.starts_with("pub ")
+        || line.starts_with(char::is_uppercase)
+        || in_a_trait && of_a_trait.contains(&true)
+}
+
+/// The first paragraphs of a file's modules and public items, with the numbers of their lines.
+fn paragraphs(text: &str) -> Vec<(usize, String)> {
+    let lines: Vec<&str> = text.lines().collect();
+    let (mut found, mut in_a_trait, mut i) = (Vec::new(), false, 0);
+    while i < lines.len() {
+        if lines[i].starts_with(char::is_alphabetic) {
+            in_a_trait = lines[i].starts_with("pub trait ");
+        }
+        let Some(mark) = ["///", "//!"]
+            .into_iter()
+            .find(|m| comment(lines[i], m).is_some())
+        else {
+            i += 1;
+            continue;
+        };
+        let block = lines[i..].iter().map_while(|line| comment(line, mark));
+        let block: Vec<&str> = block.collect();
+        let paragraph = block.split(|line| line.is_empty()).next().unwrap();
+        let mut after = lines[i + block.len()..].iter().map(|line| line.trim());
+        let item = after.find(|line| line.starts_with(char::is_alphabetic));
+        if mark == "//!" || item.is_some_and(|line| is_public(line, in_a_trait)) {
+            found.push((i + 1, shown(&paragraph.join(" "))));
+        }
+        i += block.len();
+    }
+    found
+}
+
+#[test]
+fn first_paragraphs_fit_an_index() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let crates = [
+        "core",
+        "bonebeam-c",
+        "python",
+        "firmware/front-end",
+        "firmware/stream",
+    ];
+    let (mut count, mut wrong) = (0, Vec::new());
+    let paths = crates
+        .iter()
+        .flat_map(|name| sources(&root.join(name).join("src")));
+    for path in paths {
+        for (line, paragraph) in paragraphs(&fs::read_to_string(&path).unwrap()) {
+            let length = paragraph.chars().count();
+            if length == 0 || length > LONGEST {
+                wrong.push(format!("{}:{line}: {length}: {paragraph}", path.display()));
+            }
+            count += 1;
+        }
+    }
+    assert!(count >= 1500, "{count} items");
+    assert!(
+        wrong.is_empty(),
+        "longer than {LONGEST} characters:\n{}",
+        wrong.join("\n")
+    );
 }

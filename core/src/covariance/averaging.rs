@@ -70,8 +70,10 @@ pub trait Basis<V: Vector> {
     /// Entry `i` of the steering vector `a = 1` in the solver's coordinates.
     fn steering(i: usize, subaperture: usize) -> f32;
 
-    /// A centred steering vector `a` (`a_{L−1−i} = a_i*`) and the data `a_i·s_i`, in the solver's coordinates, and zeros
-    /// beyond. `powers` are the entries of `a` from its middle on, `sums` the `s_i`.
+    /// Writes a centred steering vector and its product with the data.
+    ///
+    /// Both are in the solver's coordinates, with zeros beyond. The steering vector `a` (`a_{L−1−i} = a_i*`) comes
+    /// from `powers`, its entries from the middle on. The product is `a_i·s_i`, with `sums` the `s_i`.
     fn steered(
         powers: &[ComplexVector<V>],
         sums: &[ComplexVector<V>],

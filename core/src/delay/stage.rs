@@ -81,11 +81,10 @@ pub trait Stage: Sealed {
         self.block_at_every(zero, line, record, (first, 1), scratch, out)
     }
 
-    /// [`Stage::block`] of which only every `step`-th output sample is wanted, counted from the line's first. Elsewhere it
-    /// puts 0, or adds nothing. RF is still interpolated at all samples, since an imaginary part takes the real parts around it.
+    /// [`Stage::block`] of which only every `step`-th output sample is used.
     ///
-    /// # Errors
-    /// As [`Stage::block`].
+    /// Samples are counted from the line's first. At the other samples the stage writes 0, or adds nothing. RF is
+    /// still interpolated at all samples, since an imaginary part needs the real parts around it.
     fn block_at_every<V: Vector>(
         &self,
         zero: V,

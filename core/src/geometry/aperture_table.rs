@@ -1,8 +1,8 @@
 //! The apertures of a scan from a table.
 //!
-//! How many elements are active depends on the depth alone, and which they are on the line and on that
-//! number. So a table of numbers serves all lines, and the rest is whole numbers. [`Scan::active`] takes
-//! about 2,700 instructions where f64 is computed in software, this about 15.
+//! The number of active elements depends on the depth alone. Their indices depend on the line and that number. One
+//! table of numbers therefore serves all lines, with integer arithmetic. With f64 in software, [`Scan::active`]
+//! takes about 2,700 instructions, the table about 15.
 
 use super::aperture::{GRID, GRID_BITS};
 use super::{Active, Scan};
@@ -18,16 +18,16 @@ pub struct ApertureTable<'m> {
     widths: &'m [f32],
 }
 
-/// The aperture centre of a line: the whole number of half pitches from element 0 that is at or beyond it.
+/// Aperture centre of a line, in half pitches from element 0, rounded up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ApertureCentre(i32);
 
 impl<'m> ApertureTable<'m> {
-    /// Works out the table in `memory`: [`Scan::samples`] numbers, contents irrelevant. Once serves all
-    /// lines of all frames of a scan.
+    /// Computes the table in `memory`, once for all lines and frames of a scan.
     ///
-    /// Cost: a division and a rounding in f64 a sample, down to the first whose aperture is the whole array.
+    /// `memory` has [`Scan::samples`] numbers, contents irrelevant. Cost: a division and a rounding in f64 a
+    /// sample, down to the first sample whose aperture is the whole array.
     ///
     /// ```
     /// # use bonebeam::geometry::{Array, Axis, Depth, Lines, Scan, ScanParameters, ApertureTable};

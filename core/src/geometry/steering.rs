@@ -122,7 +122,9 @@ impl<'m> Steering<'m> {
         directions.get(..self.sub_lines).unwrap_or_default()
     }
 
-    /// `e^{js/2}` and `e^{−jφ_c}` of a sub-line at a sample; those of the line itself beyond the last.
+    /// `e^{js/2}` and `e^{−jφ_c}` of a sub-line at a sample.
+    ///
+    /// Beyond the last sample, those of the line itself.
     #[inline(always)]
     pub fn direction(&self, sample: usize, sub_line: usize) -> [Complex<f32>; 2] {
         let index = sample * self.sub_lines + sub_line;

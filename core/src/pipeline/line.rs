@@ -223,17 +223,19 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         })
     }
 
-    /// Aligned analytic samples of a line, `[sample][element]`, as many as `out` holds: the mean over the
-    /// line's transmits, added up in their order. Returns them as the beamformer takes them; their working scale
-    /// is that of the records, the same for all blocks of a line. Samples that the beamformer does not read
-    /// ([`Parameters::depth_step`] without a time window) are 0.
+    /// Computes aligned analytic samples of a line, `[sample][element]`.
+    ///
+    /// The length of `out` sets their number. They are the mean over the line's transmits, added in their order.
+    /// Samples that the beamformer does not read ([`Parameters::depth_step`] without a time window) are 0. Returns
+    /// the samples for the beamformer. Their working scale is that of the records, the same for all blocks of a
+    /// line.
     ///
     /// `zero`: any vector of the instruction set to compute with. `scratch`:
     /// [`LinePipeline::align_need`] values at least, contents irrelevant.
     ///
     /// # Errors
     /// [`Error::Parameter`] for no transmits; [`Error::Capacity`] for a block that ends behind the line; as
-    /// [`Stage::line`], with `out` perhaps changed where it is not the first transmit that is refused.
+    /// [`Stage::line`]. `out` may be changed if a transmit after the first is refused.
     pub fn align<'r, 'x, V: Vector>(
         &self,
         zero: V,

@@ -1,16 +1,17 @@
 //! Grey levels of lines → the bone surface: a depth or none for each line.
 //!
-//! Bone is bright above and dark below. A line's samples are joined to cells, of 0.12 mm by default ([`Settings::cell`]),
-//! and each cell gets a score, in nats, of five terms (see [`Settings`]): the shadow onset, the echo's contrast with the
-//! tissue above, the change of level over centimetres, the brightest below, and the shadow down to the end of the line.
-//! Over the lines a Viterbi search chooses the path of the largest sum: in each line a cell or absence, with prices of
-//! moves, jumps, starts and ends.
+//! Bone is bright above and dark below. A line's samples are joined to cells, of 0.12 mm by default
+//! ([`Settings::cell`]). Each cell gets a score, in nats, of five terms (see [`Settings`]): the shadow onset, the
+//! echo's contrast with the tissue above, the change of level over centimetres, the brightest level below, and the
+//! shadow down to the end of the line. A Viterbi search over the lines finds the path with the largest sum. The
+//! path has a cell or absence in each line, with prices of moves, jumps, starts and ends.
 //!
-//! [`Parameters`] → [`Detector`], the plan → [`Tracker`], the plan at work in a [`Scratch`](crate::memory::Scratch).
-//! [`Detector::frame`] does a whole frame; a tracker takes line after line with bounded latency.
+//! [`Parameters`] give the plan, a [`Detector`]. A [`Tracker`] is a plan with its memory, a
+//! [`Scratch`](crate::memory::Scratch). [`Detector::frame`] computes a whole frame; a tracker takes line after line
+//! with bounded latency.
 //!
-//! All of it is integer arithmetic on grey levels of eight bits ([`grey`]): means in 1/16 of a level, scores in 1/1024
-//! nat. So the bits are the same everywhere, in any order of the sums.
+//! All arithmetic is on integers, from grey levels of eight bits ([`grey`]): means in 1/16 of a level, scores in
+//! 1/1024 nat. The bits are therefore the same everywhere, in any order of the sums.
 //!
 //! ```
 //! use bonebeam::geometry::Axis;
