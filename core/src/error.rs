@@ -15,12 +15,12 @@ pub enum Error {
         name: &'static str,
         /// The value that was given.
         value: f64,
-        /// What would be right.
+        /// The correct value.
         expected: &'static str,
     },
     /// A slice has another length than the shapes ask for.
     Length {
-        /// What the slice holds.
+        /// Contents of the slice.
         name: &'static str,
         /// Its length.
         actual: usize,
@@ -38,7 +38,7 @@ pub enum Error {
     },
     /// An input sample is NaN or infinite.
     NonFinite {
-        /// What the slice holds.
+        /// Contents of the slice.
         name: &'static str,
         /// Where, as an index into the flat slice.
         index: usize,
@@ -102,7 +102,7 @@ impl fmt::Display for Error {
 
 impl core::error::Error for Error {}
 
-/// `?` where it cannot be written, in a `const fn`.
+/// The operator `?` for a `const fn`, which does not have it.
 macro_rules! attempt {
     ($result:expr) => {
         match $result {
@@ -130,7 +130,7 @@ pub(crate) const fn check_length(
     }
 }
 
-/// Refuses what is not a positive, finite number.
+/// Refuses a number that is not positive and finite.
 pub(crate) const fn positive(name: &'static str, value: f64) -> Result<(), Error> {
     if value > 0.0 && value.is_finite() {
         return Ok(());

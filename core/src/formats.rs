@@ -13,7 +13,7 @@ use crate::simd::{ComplexVector, Vector};
 use crate::surface::{Survey, Tracker};
 use defmt::{Format, Formatter};
 
-/// `Type(N bytes)` for types whose memory is so many bytes.
+/// `Type(N bytes)` for types with N bytes of memory.
 macro_rules! bytes {
     ($([$($generics:tt)*] $type:ty: $name:literal, $memory:ident => $bytes:expr;)*) => {$(
         impl<$($generics)*> Format for $type {

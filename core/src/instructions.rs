@@ -37,7 +37,9 @@ impl Integer for u16 {}
 impl Integer for u32 {}
 impl Integer for i32 {}
 
-/// A caller's real memory as integers: as many, twice as many of 16 bits, or four times as many of 8. What is in them is anything.
+/// A caller's real memory as integers.
+///
+/// As many, twice as many of 16 bits, or four times as many of 8. Contents are arbitrary.
 #[inline(always)]
 #[allow(unsafe_code)]
 pub(crate) fn integers<T: Integer>(real: &mut [f32]) -> &mut [T] {

@@ -90,7 +90,7 @@
 //! ```
 //!
 //! [`Pipeline::of_iq`] is the same for I/Q, [`Frame::surface`] finds a depth of the bone in each line, and
-//! [`self_test`] checks a device when it starts. The examples `bone_map` and `bone_map_iq` are whole programs.
+//! [`self_test()`] checks a device when it starts. The examples `bone_map` and `bone_map_iq` are whole programs.
 //!
 //! # Layers
 //!
@@ -124,7 +124,7 @@
 //! | | shown by |
 //! |---|---|
 //! | No allocation, `no_std` | `firmware/` runs without an allocator; [`memory`] gives every size before the call |
-//! | The same bits on every target, instruction set and optimisation level | golden hashes in `tests/golden/hashes.txt`; [`self_test`] on a device |
+//! | The same bits on every target, instruction set and optimisation level | golden hashes in `tests/golden/hashes.txt`; [`self_test()`] on a device |
 //! | No panic | the linker refuses the image `firmware/src/bin/no_panic` if a panic is left, for one lane; tests with overflow checks for several |
 //! | No NaN and no infinity in an output | inputs are checked first, with the place of a bad sample in the [`Error`]; fuzz targets in `fuzz/` |
 //! | No `unsafe`, except for two instructions and two casts | `unsafe_code` is denied outside the module `instructions` |

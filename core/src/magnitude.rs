@@ -5,7 +5,9 @@
 
 use crate::Complex;
 
-/// The bits of the largest magnitude: they order as the magnitudes do, and what is not finite comes last.
+/// Bits of the largest magnitude.
+///
+/// Bits order as magnitudes do, and numbers that are not finite come last.
 #[cfg_attr(target_pointer_width = "32", inline(never))]
 pub(crate) fn largest(x: &[f32]) -> u32 {
     largest_of(x, |&value| [value])

@@ -21,8 +21,9 @@ const SIZES: Sizes = Sizes {
 };
 const NEED: Need = SIZES.need(Covariance::ForwardBackward);
 
-/// What is computed, the power of two that the samples are multiplied by, and the hash of the envelope's bits and of the
-/// levels' bits.
+/// Method, power of two of the samples, and hashes.
+///
+/// The hash is of the envelope's bits and of the levels' bits.
 const CASES: [(Method, i32, u32); 5] = [
     (Method::Das, 0, 0xc79b_7d1d),
     // Below the smallest normal number: a processor that flushes such numbers to zero is found.
@@ -56,7 +57,7 @@ pub fn self_test() -> Result<(), &'static str> {
     of_samples(&samples())
 }
 
-/// A wavefront across the elements, and what a generator of whole numbers adds.
+/// A wavefront across the elements, and noise of an integer generator.
 #[inline]
 fn samples() -> [Complex<f32>; ELEMENTS * SAMPLES] {
     let mut state = 1u32;

@@ -12,7 +12,7 @@
 
 use core::f64::consts::{FRAC_2_PI, FRAC_PI_4};
 
-/// π/2 in parts of 33 bits, and what is left of it after each.
+/// π/2 in parts of 33 bits, and its remainder after each part.
 const HALF_PI: [f64; 3] = [
     f64::from_bits(0x3FF9_21FB_5440_0000),
     f64::from_bits(0x3DD0_B461_1A60_0000),
@@ -23,7 +23,9 @@ const LEFT: [f64; 3] = [
     f64::from_bits(0x3BA3_198A_2E03_7073),
     f64::from_bits(0x397B_839A_2520_49C1),
 ];
-/// Where the first part, and the second, leave more than so many bits fewer, the next is taken off.
+/// Bits of cancellation after which the next part of π/2 is subtracted.
+///
+/// This is a Cody-Waite reduction.
 const CANCELLED: [i32; 2] = [16, 49];
 /// 1.5·2⁵²: a number that it is added to is rounded to an integer.
 const INTEGERS: f64 = 6_755_399_441_055_744.0;

@@ -23,7 +23,7 @@ pub struct AlignedLine<'a> {
     /// Of the whole line.
     samples: usize,
     elements: NonZeroUsize,
-    /// The exponent bits of the largest component, within what a normal reciprocal allows.
+    /// Exponent bits of the largest component, limited so that the reciprocal is normal.
     exponent: u32,
 }
 
@@ -143,7 +143,7 @@ impl<'a> AlignedLine<'a> {
     }
 }
 
-/// The exponent bits of a magnitude, within what a normal reciprocal allows.
+/// Exponent bits of a magnitude, limited so that the reciprocal is normal.
 fn exponent(magnitude: u32) -> u32 {
     (magnitude >> 23).clamp(1, 253)
 }

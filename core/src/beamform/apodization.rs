@@ -165,7 +165,7 @@ mod tests {
         Window::new(apodization, taper).expect("a window")
     }
 
-    /// Four elements lie at ±1/4 and ±3/4: `cos π/4` and `cos 3π/4` are `±√½`.
+    /// Four elements are at ±1/4 and ±3/4: `cos π/4` and `cos 3π/4` are `±√½`.
     #[test]
     fn four_elements_have_the_weights_of_the_formulas() {
         let root = core::f32::consts::FRAC_1_SQRT_2;

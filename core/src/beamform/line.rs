@@ -81,8 +81,10 @@ impl Beamformer {
         self.block(workspace, sizes, &block, z)
     }
 
-    /// The computed samples of a block. Inlined, so that the compiler knows the workspace's `sizes`
-    /// where they are constants; read once a line, since a kernel might change them for all that the compiler knows.
+    /// The computed samples of a block.
+    ///
+    /// Inlined, so that the compiler knows constant `sizes` of the workspace. They are read once a line, since the
+    /// compiler must assume that a kernel changes them.
     #[inline(always)]
     pub(crate) fn block<A: Averaging<f32>>(
         &self,

@@ -154,13 +154,13 @@ impl Parameters {
         }
     }
 
-    /// How segments are gone along.
+    /// Steps of the time window along segments.
     #[inline(always)]
     pub(super) fn pushes(&self) -> Pushes {
         Pushes::new(self.temporal_half_window, self.step())
     }
 
-    /// The postfilter and what it takes.
+    /// The postfilter and its parameter.
     pub(super) fn postfilter_of_lines(&self) -> Applied {
         Applied {
             postfilter: self.postfilter,

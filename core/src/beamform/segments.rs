@@ -175,7 +175,7 @@ impl Beamformer {
         }
     }
 
-    /// What the sum over so many subapertures is divided by.
+    /// Divisor of the sum over the subapertures.
     #[inline(always)]
     pub(super) fn gain<A: Averaging<V>, V: Vector>(&self, subapertures: usize) -> f32 {
         match self.parameters().window() {
@@ -184,9 +184,10 @@ impl Beamformer {
         }
     }
 
-    /// Takes the next sample of each segment into the covariance, [`Pushes::read`]. Where the time window of a computed
-    /// sample is then complete, works out its loaded covariance, and returns the lanes without power. With `DATA`, keeps
-    /// the subaperture sum of the sample, too.
+    /// Adds the next sample of each segment to the covariance, [`Pushes::read`].
+    ///
+    /// If the time window of a computed sample is then complete, computes its loaded covariance, and returns the
+    /// lanes without power. With `DATA`, keeps the subaperture sum of the sample, too.
     #[inline(always)]
     pub(super) fn push<A: Averaging<V>, V: Vector, const DATA: bool>(
         &self,
@@ -278,7 +279,7 @@ impl Beamformer {
         weighted_sum::<A, V>(zero, method, solver, subaperture, data, zero_power)
     }
 
-    /// The segment lies within its line and the time window within the record.
+    /// Checks that the segment is within its line and the time window within the record.
     pub(super) fn check_segment(
         &self,
         segment: &Segment<'_>,
@@ -354,10 +355,10 @@ fn slot_of(push: usize, temporal_half_window: usize, subaperture: usize) -> Rang
     slot * subaperture..(slot + 1) * subaperture
 }
 
-/// The loaded matrix from the lag sums `lag(index)`; returns the lanes without power, all of them if
-/// there are not as many sums as it takes.
+/// The loaded matrix from the lag sums `lag(index)`.
 ///
-/// `lag` goes on by value: through a reference, its calls are not inlined (8 % of MV's time at 64/32/2).
+/// Returns the lanes without power; all lanes if sums are missing. `lag` is passed by value: calls through a
+/// reference are not inlined (8 % of MV's time at 64/32/2).
 #[inline(never)]
 fn loaded_matrix<A: Averaging<V>, V: Vector>(
     zero: V,

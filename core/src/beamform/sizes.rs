@@ -68,7 +68,7 @@ impl Sizes {
     }
 }
 
-/// What the sub-lines take, in numbers; see the view's fields.
+/// Memory of the sub-lines, in numbers; see the view's fields.
 pub(super) struct DirectionParts {
     pub(super) powers_of_step: usize,
     pub(super) rotated: usize,
@@ -128,7 +128,7 @@ impl DirectionParts {
     }
 }
 
-/// What the slices are cut into, in numbers; see the view's fields.
+/// Lengths of the slices' parts, in numbers; see the view's fields.
 pub(super) struct Parts {
     pub(super) ring: usize,
     pub(super) lags: usize,

@@ -81,8 +81,10 @@ impl Beamformer {
     }
 }
 
-/// Entry `i` is `(w_pᴴu_i)*`, what the method's kernel makes of the unit vector `u_i`, for the loaded
-/// covariance in the solver's panels.
+/// Weights from the method's kernel, by unit vectors.
+///
+/// Entry `i` is `(w_pᴴu_i)*`, the kernel's output for the unit vector `u_i`, for the loaded covariance in the
+/// solver's panels.
 fn kernel_weights<A: Averaging<f32>>(
     method: Method,
     workspace: &mut Workspace<'_, A>,

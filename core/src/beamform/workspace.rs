@@ -35,7 +35,7 @@ use crate::simd::{ComplexVector, Vector, split_front};
 /// # Ok::<(), bonebeam::Error>(())
 /// ```
 pub struct Workspace<'a, A: Averaging<V> = ForwardBackward, V: Vector = f32> {
-    /// What new vectors are made from.
+    /// Source of new vectors.
     pub(super) zero: V,
     pub(super) sizes: Sizes,
     /// The active elements of one sample.
@@ -48,7 +48,7 @@ pub struct Workspace<'a, A: Averaging<V> = ForwardBackward, V: Vector = f32> {
     pub(super) directions: Directions<'a, A::Scalar, V>,
 }
 
-/// What the directions of sub-lines are worked out in.
+/// Workspace of the directions of sub-lines.
 pub(super) struct Directions<'a, S, V> {
     /// Powers of `e^{js}`, from the centre outwards.
     pub(super) powers_of_step: &'a mut [ComplexVector<V>],
@@ -74,7 +74,7 @@ pub(super) struct Directions<'a, S, V> {
     pub(super) answers: &'a mut [ComplexVector<V>],
 }
 
-/// What the solvers work on.
+/// Workspace of the solvers.
 pub(super) struct Solver<'a, S, V> {
     /// The loaded covariance in panels.
     pub(super) matrix: &'a mut [PanelColumn<S>],

@@ -117,7 +117,7 @@ mod tests {
         }
     }
 
-    /// The rows that fill up the last panel are those of the identity, whatever the loading is.
+    /// The padding rows of the last panel are those of the identity, for every loading.
     fn assert_filled<A: Basis<f32>>() {
         for subaperture in 1..=9_usize {
             let diagonal_loading = DiagonalLoading {

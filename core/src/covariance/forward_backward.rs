@@ -46,8 +46,8 @@ impl ForwardBackward {
     }
 
     /// Pair `i` with pair `j ≤ i`: sum-sum, difference-sum, sum-difference, difference-difference.
-    /// The middle element of an odd number counts as a pair without a difference; what is beyond is
-    /// zero.
+    ///
+    /// The middle element of an odd number counts as a pair without a difference; entries beyond are zero.
     #[inline(always)]
     fn pairs<V: Vector>(
         lag: impl Fn(usize) -> Option<ComplexVector<V>> + Copy,

@@ -190,7 +190,7 @@ mod tests {
     /// The elements that there are at most.
     const ELEMENTS: usize = 12;
 
-    /// Sums of whole numbers are exact: sliding comes to what the sum by itself comes to.
+    /// Sums of integers are exact: sliding sums equal direct sums.
     fn assert_direct<const LAGS: usize>() {
         let x: [ComplexVector<f32>; ELEMENTS] = core::array::from_fn(|i| ComplexVector {
             re: (7 * i % 11) as f32 - 5.0,

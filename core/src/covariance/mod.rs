@@ -33,8 +33,9 @@ pub enum Covariance {
 }
 
 impl Covariance {
-    /// How many lag sums are kept of a sample; so many that no memory holds them, where that cannot be
-    /// counted.
+    /// Number of lag sums kept of a sample.
+    ///
+    /// It saturates at a number that no memory holds.
     #[inline(always)]
     pub(crate) const fn lag_count(self, subaperture: usize) -> usize {
         match self {

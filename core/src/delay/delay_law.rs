@@ -130,7 +130,7 @@ impl<'a> TransmitDelay<'a> {
         Ok(TransmitDelay { shape, c })
     }
 
-    /// How much the wave's path grows a metre of the line, where it grows evenly.
+    /// Growth of the wave's path a metre of the line, if it is linear.
     pub(super) fn slope(&self) -> Option<f64> {
         match self.shape {
             Shape::Straight { slope, .. } => Some(slope),
@@ -226,8 +226,9 @@ impl ReceiveDelay {
         }
     }
 
-    /// Whether the element lies as far along the line as its beginning, so that [`ReceiveDelay::level`]
-    /// serves.
+    /// Whether the element is at the line's beginning along the line.
+    ///
+    /// [`ReceiveDelay::level`] then serves.
     pub(super) fn is_level(&self) -> bool {
         self.level
     }
@@ -338,7 +339,7 @@ mod tests {
         assert!((passed.time(z) - (5e-3 + 3e-3) / C).abs() < 1e-18);
     }
 
-    /// The delays that make a wave give that wave, where it is the first to arrive.
+    /// The delays of a wave give that wave, where it arrives first.
     #[test]
     fn delays_make_the_wave_that_they_are_of() {
         let array = Array::linear(65, 0.15e-3);

@@ -12,10 +12,11 @@ use core::num::NonZeroUsize;
 /// addition: a gain of 100 would still be safe.
 pub const MAX_MAGNITUDE: f32 = 1e29;
 
-/// What the filters can multiply a magnitude by, one after the other: the sum of a filter's magnitudes is
-/// the most that it makes of 1. Halvings 1.42 and twice 1.25, interpolation 2.2 (16 taps; between two rows
-/// of its table no more than in one of them), Hilbert transformer 3.4 with the most taps. Records have not
-/// been seen to come to more than 3.8.
+/// Largest gain of the filters in sequence.
+///
+/// The gain of a filter is at most the sum of its magnitudes: halvings 1.42 and twice 1.25, interpolation 2.2 (16
+/// taps; no more between two rows of its table than in one), Hilbert transformer 3.4 with the most taps. The
+/// largest gain seen for records is 3.8.
 #[cfg(test)]
 const LARGEST_GAIN: f64 = 1.42 * 1.25 * 1.25 * 2.2 * 3.4;
 
@@ -82,7 +83,7 @@ impl<'a> Record<'a> {
         self.rf.len() / self.elements
     }
 
-    /// What neither part of an aligned sample exceeds.
+    /// Upper bound of the parts of an aligned sample.
     pub(super) fn largest_aligned(&self) -> f32 {
         // Above the filters' gains and their roundings.
         32.0 * self.largest
@@ -116,9 +117,10 @@ mod tests {
     use crate::delay::analytic::HilbertTransformer;
     use crate::delay::interpolate::Interpolator;
 
-    /// The filters as they are, over all rates and pulses that change them: the ratio of the rates, and of
-    /// the pulse's frequency to them from where the window is widest to where it is narrowest. The filters
-    /// follow the ratio smoothly between the steps, and a tenth of [`LARGEST_GAIN`] is to spare.
+    /// Gains of the filters over all rates and pulses that change them.
+    ///
+    /// These are the ratio of the rates, and the ratio of the pulse's frequency to them, from the widest to the
+    /// narrowest window. The filters are smooth between the steps, and a tenth of [`LARGEST_GAIN`] is margin.
     #[test]
     fn no_parameters_multiply_more() {
         let mut largest = 0.0f64;

@@ -169,7 +169,7 @@ pub struct Source<'a, R> {
     pub(super) step: usize,
 }
 
-/// A stage that lies elsewhere: in a static, say.
+/// A stage by reference, for instance in a static.
 impl<S: Stage> Stage for &S {
     type Record<'r> = S::Record<'r>;
 
@@ -200,7 +200,7 @@ impl<S: Stage> Stage for &S {
     }
 }
 
-/// What can be wrong with a line, whatever it is delayed from.
+/// Checks of a line that all stages share.
 pub(super) fn check_line<'a>(
     line: &'a ScanLine<'_>,
     elements: usize,
@@ -258,7 +258,7 @@ mod tests {
         min_elements: 8,
     };
 
-    /// Two transmits of a line, every `step`-th sample of blocks of so many.
+    /// Two transmits of a line, every `step`-th sample, in blocks.
     struct Align<'a, 'r, S: Stage> {
         stage: &'a S,
         scan: Scan<'static>,

@@ -103,7 +103,7 @@ impl Array<'_> {
         [x, z]
     }
 
-    /// Whether its elements lie at depth 0 by definition.
+    /// Whether the elements are at depth 0 by definition.
     pub(crate) const fn is_linear(&self) -> bool {
         !matches!(self, Array::At { .. })
     }

@@ -149,7 +149,7 @@ impl DepthInterpolation {
         Self::need_of(self.line_samples(), self.step.get(), sub_lines)
     }
 
-    /// [`DepthInterpolation::need`] for lines of so many complex samples.
+    /// [`DepthInterpolation::need`] for lines of `line_samples` complex samples.
     pub(crate) const fn need_of(line_samples: usize, depth_step: usize, sub_lines: usize) -> Need {
         let padded = line_samples.saturating_add(TAPS - 1);
         Need {
@@ -305,7 +305,7 @@ const fn checked(depth_step: usize) -> Option<NonZeroUsize> {
     NonZeroUsize::new(depth_step)
 }
 
-/// What is left of a number of cycles below one. The casts cut the fraction off, and saturate.
+/// Fractional part of a number of cycles. The casts truncate and saturate.
 const fn fraction(cycles: f64) -> f64 {
     let part = cycles - cycles as i64 as f64;
     if part < 0.0 { part + 1.0 } else { part }

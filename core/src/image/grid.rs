@@ -75,7 +75,7 @@ impl PixelGrid {
     }
 }
 
-/// Steps between so many pixels, at least one.
+/// Steps between `pixels` pixels, at least one.
 const fn steps(pixels: usize) -> f64 {
     if pixels > 2 { (pixels - 1) as f64 } else { 1.0 }
 }

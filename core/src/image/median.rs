@@ -120,7 +120,7 @@ fn rows_of<V: Vector>(zero: V, image: &[f32], first: usize, columns: usize, out:
     }
 }
 
-/// What `load` finds in three rows at three columns.
+/// Results of `load` for three rows and three columns.
 #[inline(always)]
 fn neighbourhood<V>(
     [above, own, below]: [&[f32]; 3],

@@ -95,7 +95,7 @@ pub(super) fn resample_in_steps(
     Ok(())
 }
 
-/// Refuses axes that are not finite and ascending, and data that nothing lies between.
+/// Refuses axes that are not finite and ascending, and data without an interval.
 pub(super) fn check_axes(
     beams: &Axis,
     samples: &Axis,

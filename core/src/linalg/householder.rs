@@ -254,7 +254,9 @@ impl<S: Scalar<V>, V: Vector> Reduction<'_, '_, S, V> {
     }
 }
 
-/// Zeros from entry `first` of a vector to the end of its tile. What is behind it, no later row reads.
+/// Zeros from entry `first` of a vector to the end of its tile.
+///
+/// No later row reads the entries behind it.
 #[inline(always)]
 fn clear_tile<S: Scalar<V>, V: Vector>(zero: V, x: &mut [S], first: usize) {
     if let Some(tile) = x.as_chunks_mut::<TILE>().0.get_mut(first / TILE) {

@@ -11,7 +11,7 @@ use crate::simd::{ComplexVector, Mask, Scalar, Vector};
 /// entry in the way is dropped: the result stays finite and orthonormal.
 const STEP_LIMIT: f32 = 40.0;
 
-/// An off-diagonal entry is zero where it is at most this fraction of its diagonal neighbours.
+/// Off-diagonal entries of at most this fraction of their diagonal neighbours are zero.
 const NEGLIGIBLE: f32 = 1.0 / 16_777_216.0; // 2^-24
 
 /// Or below this, of a matrix with trace near 1: the squares of the rotations keep all their bits.
@@ -57,7 +57,7 @@ pub(crate) fn implicit_ql<S: Scalar<V>, V: Vector, const N: usize>(
 
 /// Where each lane is in its search.
 struct Search<V> {
-    /// The row whose eigenvalue it looks for; as many as there are rows where it has found them all.
+    /// The row of the current eigenvalue; the number of rows when all are found.
     first: V,
     /// How many steps that one has taken.
     steps: V,
@@ -65,7 +65,7 @@ struct Search<V> {
     lowest: usize,
 }
 
-/// An unreduced block in each lane, and what its shift follows from.
+/// An unreduced block in each lane, and the values of its shift.
 struct Block<V: Vector> {
     /// Its first and its last row, both in it.
     first: V,
@@ -193,7 +193,7 @@ impl<V: Vector> Search<V> {
     }
 }
 
-/// What an off-diagonal entry between two of the diagonal is at most where it counts as zero.
+/// Largest off-diagonal entry between two diagonal ones that counts as zero.
 #[inline(always)]
 fn threshold<V: Vector>([here, below]: [V; 2]) -> V {
     here.splat(NEGLIGIBLE) * (here.abs() + below.abs())
@@ -212,8 +212,8 @@ fn shifted_end<V: Vector>(block: &Block<V>) -> V {
 
 /// One implicit QL step on each lane's block.
 ///
-/// What a pass has of a row is kept in registers until the next one is rotated with it, then written
-/// once: a lane's own part of a value in memory is costly to write on some processors.
+/// A pass keeps a row in registers until the next one is rotated with it, then writes it once: on some processors,
+/// writing one lane's part of a value is costly.
 #[inline(always)]
 fn ql_step<S: Scalar<V>, V: Vector, const N: usize>(
     d: &mut [V],
@@ -372,8 +372,9 @@ mod tests {
         }
     }
 
-    /// Where the squares of what is to be rotated next are 0 in f32, a step ends: the rows below are rotated,
-    /// those above are as they were.
+    /// A step ends if the squares of the next rotation are 0 in f32.
+    ///
+    /// The rows below are then rotated, and those above are unchanged.
     #[test]
     fn a_block_that_splits_under_way_is_rotated_so_far() {
         let small = f32::from_bits((127 - 40) << 23); // 2^-40

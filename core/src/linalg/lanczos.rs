@@ -36,14 +36,15 @@ pub const STEP_LIMIT: usize = 16;
 /// The steps before it is looked whether a lane has a gap and is done.
 const FIRST_LOOK: usize = 2;
 
-/// A lane that seems so many times farther from done than it may be is not looked at.
+/// Ratio of error to accuracy above which a lane is not checked.
 const FAR: f32 = 8.0;
 
 /// A basis vector shorter than this fraction of the eigenvalue is made of rounding errors.
 const EXHAUSTED: f32 = 1e-6;
 
-/// What is left of the other vectors in a basis vector that is as long as what was subtracted: a
-/// rounding error or two.
+/// Components along other vectors in a basis vector, relative to the subtracted length.
+///
+/// They are one or two rounding errors.
 const ROUNDING: f32 = 1e-7;
 
 /// The fraction of the gap below which a step towards `θ` is the last.
@@ -306,7 +307,7 @@ fn residual<V: Vector>(
     residual
 }
 
-/// The next basis vector: what is left of the product, of length 1.
+/// The next basis vector: the remainder of the product, scaled to length 1.
 #[inline(always)]
 fn scale<S: Scalar<V>, V: Vector>(
     rest: &[PanelColumn<S>],

@@ -40,9 +40,11 @@ pub fn times_vector<S: Scalar<V>, V: Vector>(
     }
 }
 
-/// The rows of one panel, whose columns are those before its diagonal tile and that tile's; what the panel's
-/// columns, mirrored, add to the rows above is put there. `own`: the vector's entries at the panel's rows,
-/// copied, since a store would make the compiler read them again.
+/// The product of a panel's rows and a vector.
+///
+/// The panel has the columns before its diagonal tile, and the tile. Its mirrored columns are added to the rows
+/// above. `own`: the vector's entries at the panel's rows, copied, since a store would make the compiler read them
+/// again.
 #[inline(always)]
 fn panel_times_vector<S: Scalar<V>, V: Vector>(
     (before, diagonal): (&[PanelColumn<S>], &[PanelColumn<S>]),

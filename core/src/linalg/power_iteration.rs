@@ -43,7 +43,7 @@ pub fn power_iteration<S: Scalar<V>, V: Vector>(
     Some(eigenvalue)
 }
 
-/// `A·u`: the first column, or the second where its diagonal entry is larger.
+/// `A·u`: the first column, or the second if its diagonal entry is larger.
 #[inline(always)]
 fn start<S: Scalar<V>, V: Vector>(
     zero: V,

@@ -8,7 +8,7 @@ use crate::simd::{Mask, Vector};
 /// The most steps from an upper bound to the largest eigenvalue; two to five are usual.
 const STEP_LIMIT: usize = 20;
 
-/// What an eigenvector's last entry is set to at first, 2⁻⁴⁰: the others may be larger by 30 orders.
+/// Initial last entry of an eigenvector, 2⁻⁴⁰; others may be larger by 30 orders.
 const LAST_ENTRY: f32 = 1.0 / 1_099_511_627_776.0;
 
 /// The matrix and the work vectors of its eigenvector.

@@ -50,7 +50,7 @@ pub trait WriteAt: ReadAt {
     }
 }
 
-/// The numbers from `first` on, as many as `buffer` holds: where they lie, or copied to it.
+/// The numbers from `first` on, borrowed or copied to `buffer`, which sets their count.
 pub(super) fn view_or_read<'a>(
     memory: &'a mut dyn ReadAt,
     first: usize,

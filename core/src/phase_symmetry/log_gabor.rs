@@ -114,7 +114,7 @@ pub(super) struct Bin {
     v: f32,
 }
 
-/// Where a frequency lies: one of four faces, and the tangent of the angle from that face's axis.
+/// Direction of a frequency: a face, and the tangent of the angle from its axis.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Direction {
     face: usize,

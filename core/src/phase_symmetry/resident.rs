@@ -34,7 +34,7 @@ impl Sizes {
 /// Real and imaginary part.
 type Pair = [f32; 2];
 
-/// What a map is worked out in.
+/// Matrices of a map.
 struct Matrices<'a> {
     /// `[column][row]`, columns 0..=C/2.
     spectrum: &'a mut [Pair],

@@ -154,8 +154,9 @@ pub(super) fn quotient(above: f32, below: f32) -> f32 {
     if ratio < 1.0 { ratio } else { BELOW_ONE }
 }
 
-/// Eq. 10's quotients of the sums `above` and `below`, which lie column by column, into `below`, row by
-/// row.
+/// Quotients of Eq. 10 from the sums `above` and `below`, into `below`.
+///
+/// The sums are column by column, the quotients row by row.
 fn divide(above: &mut [f32], below: &mut [f32], height: usize) {
     for (above, below) in above.iter_mut().zip(&*below) {
         *above = quotient(*above, *below);

@@ -89,7 +89,7 @@ mod tests {
         DepthGate { from, to }.samples(&DEPTHS)
     }
 
-    /// Whatever the depth of a sample is rounded to.
+    /// The end is inside for every rounding of a sample's depth.
     #[test]
     fn a_sample_at_an_end_is_inside() {
         let depth = |k| DEPTHS.position(k);

@@ -198,9 +198,7 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         self.delay.need(lanes, self.scan.samples())
     }
 
-    /// Number of computed samples of a line.
-    ///
-    /// Every [depth step](Parameters::depth_step)-th of the scan's samples.
+    /// Number of computed samples of a line, with its [depth step](Parameters::depth_step).
     pub fn line_samples(&self) -> usize {
         self.beamformer.line_samples(self.scan.samples())
     }
@@ -354,10 +352,9 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         self.line_with(line, transmits, scratch, workspace, (active, output))
     }
 
-    /// Computes the sub-lines of a line, block by block.
+    /// Computes the sub-lines of a line: `z[n·N + k]` is sample `n` in direction `k`.
     ///
-    /// `z[n·N + k]` is computed sample `n` in direction `k` of `steering`. The functions are [`LinePipeline::line`]
-    /// and [`Beamformer::sub_lines`].
+    /// As [`LinePipeline::line`], with [`Beamformer::sub_lines`]; `steering` has the directions.
     ///
     /// # Errors
     /// As these two.
@@ -461,7 +458,7 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         Ok(())
     }
 
-    /// How many samples are put out at a time with so many aligned samples.
+    /// Number of samples of a block in the given memory for aligned samples.
     fn block(&self, aligned: usize, elements: NonZeroUsize) -> Result<usize, Error> {
         let samples = self.scan.samples();
         let half_window = self.beamformer.parameters().temporal_half_window;

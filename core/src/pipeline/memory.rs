@@ -20,7 +20,7 @@ pub(crate) struct Parts {
     pub(super) samples: usize,
     /// Those that its beamformer computes.
     pub(super) line_samples: usize,
-    /// What the image interpolates lines in.
+    /// Memory of the image's interpolation of lines.
     pub(super) interpolation: Need,
     /// Sub-lines of a line.
     pub(super) sub_lines: usize,

@@ -170,7 +170,7 @@ impl InstructionSet {
     }
 }
 
-/// What the processor has, or where it cannot be asked, what the target promises.
+/// The processor's level, or, if it cannot be asked, the target's.
 #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 fn level() -> fearless_simd::Level {
     use fearless_simd::Level;

@@ -81,7 +81,7 @@ impl<'p, 'm> Survey<'p, 'm> {
     }
 }
 
-/// The lowest level that so many per cent of the counts do not exceed.
+/// The lowest level that at least `percent` per cent of the counts do not exceed.
 fn percentile(counts: &[u32], percent: u64) -> u16 {
     let total: u64 = counts.iter().map(|&count| u64::from(count)).sum();
     let mut below = 0;

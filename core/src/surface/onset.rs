@@ -27,7 +27,7 @@ pub(super) struct Window {
     reciprocal: u32,
 }
 
-/// Sums times reciprocals are means of so many parts: 2²³ of a grey level.
+/// Sums times reciprocals are means in units of 2⁻²³ of a grey level.
 const SHIFT: u32 = 23 - PARTS.trailing_zeros();
 
 impl Window {
@@ -53,7 +53,9 @@ impl Window {
             .map(|(from, end)| end.wrapping_sub(*from))
     }
 
-    /// 2²³ times the mean over that part of a cell's window that lies within a line of so many cells; 0 if none does.
+    /// 2²³ times the mean over the part of a cell's window within its line.
+    ///
+    /// The line has `cells` cells; the result is 0 if no part is within.
     #[inline(always)]
     fn cut(&self, sum: u32, cell: i32, cells: i32, stride: i32) -> i32 {
         let from = (cell + self.from as i32).max(0);
@@ -198,7 +200,9 @@ impl Line {
         }
     }
 
-    /// The scores of cells from the first that is searched on. What is in `scores` does not matter.
+    /// Scores of cells from the first of the search on.
+    ///
+    /// The initial contents of `scores` do not matter.
     pub(super) fn scores(&self, sums: &[u32], sizes: &Sizes, levels: Levels, scores: &mut [i32]) {
         let Sizes {
             cells,

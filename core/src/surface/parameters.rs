@@ -5,7 +5,7 @@ use crate::error::{attempt, positive};
 use crate::geometry::Axis;
 use crate::memory::Need;
 
-/// Means are in so many parts of a grey level.
+/// Fractions of a grey level in means.
 pub(super) const PARTS: i32 = 16;
 /// White, in those.
 pub(super) const WHITE: i32 = 255 * PARTS;

@@ -41,7 +41,7 @@ impl Pointer {
     const BELOW: i32 = 65;
     const JUMP: i32 = 1;
     const START: i32 = 0;
-    /// Bits of the origin, and with so many a path's value lies above its origin.
+    /// Bits of the origin, below the bits of a path's value.
     const BITS: u32 = 7;
     const ORIGIN: i32 = (1 << Self::BITS) - 1;
 
@@ -61,7 +61,7 @@ impl Pointer {
     }
 }
 
-/// The value of what cannot be: all others lie above half of it.
+/// Value of an impossible path; all others are above half of it.
 const NEVER: i32 = -(1 << 23);
 
 impl Detector {
@@ -279,7 +279,7 @@ impl<'p, 'm> Tracker<'p, 'm> {
         self.lines = self.lines.saturating_add(1);
     }
 
-    /// Follows the best path from the last line back over so many lines before it, or to the first.
+    /// Follows the best path from the last line back over `before` lines, or to the first.
     fn trace(&mut self, before: usize) {
         let Sizes { searched, kept, .. } = self.detector.sizes;
         let mut cell = (self.best.value >= self.absent).then_some(self.best.cell);

@@ -37,10 +37,10 @@ fn no_lane<V: Vector>(zero: V) -> V::Mask {
     )
 }
 
-/// `wᴴs` of each direction for the loaded covariance in the solver's panels, into the `answers`. What they are in the
-/// `zero_power` lanes means nothing.
+/// `wᴴs` of each direction for the loaded covariance in the solver's panels, into the `answers`.
 ///
-/// `steering` and `data` hold each direction's `a` and `s` in the solver's coordinates.
+/// The `zero_power` lanes are undefined. `steering` and `data` hold each direction's `a` and `s` in the solver's
+/// coordinates.
 #[inline(always)]
 pub(in crate::beamform) fn answers<A: Averaging<V>, V: Vector>(
     zero: V,

@@ -16,16 +16,16 @@ use crate::simd::{ComplexVector, Mask, Scalar, Vector, copy};
 
 /// `w_pᴴs` with a signal subspace of rank 1, for the loaded covariance in the solver's panels.
 ///
-/// With `λ₁` and `e₁` no back substitution is needed: `w_p = e₁(e₁ᴴa)/(λ₁·aᴴR⁻¹a)`, and
-/// `aᴴR⁻¹a = ‖G⁻¹a‖²` from one forward solve. The Lanczos iteration serves the lanes where it arrives,
-/// [`dominant_eigenpair`] the others except the `zero_power` ones. Also returns the lanes that this is true of:
-/// where `R` is singular in f32, the caller takes [`esmv`] instead.
+/// With `λ₁` and `e₁` no back substitution is needed: `w_p = e₁(e₁ᴴa)/(λ₁·aᴴR⁻¹a)`, and `aᴴR⁻¹a = ‖G⁻¹a‖²` from one
+/// forward solve. The Lanczos iteration serves the lanes in which it converges, [`dominant_eigenpair`] the others
+/// except the `zero_power` ones. Also returns the solved lanes: if `R` is singular in f32, the caller uses [`esmv`]
+/// instead.
 ///
-/// `e₁ᴴa` is taken as `e₁ᴴ(R·a)/λ₁`. For an echo from aside its terms cancel, and an error of `e₁` would
-/// count whole beside what they leave; so it counts `λ₂/λ₁` times at most, and the roundings of `R·a`,
+/// `e₁ᴴa` is computed as `e₁ᴴ(R·a)/λ₁`. For an echo from aside the terms of `e₁ᴴa` cancel, and an error of `e₁`
+/// would count fully beside their sum. In this form it counts at most `λ₂/λ₁` times, and the roundings of `R·a`,
 /// each a fraction of an entry of `e₁`, average out.
 ///
-/// Cost: those, one product of the matrix with a vector, and one factorisation with a row below it.
+/// Cost: the eigenpair, one product of the matrix with a vector, and one factorisation with a row below it.
 #[inline(always)]
 pub(in crate::beamform) fn esmv_rank1<A: Averaging<V>, V: Vector>(
     zero: V,
@@ -120,7 +120,9 @@ pub(in crate::beamform) fn esmv_rank1_steps<A: Averaging<V>, V: Vector>(
     ComplexVector::select(solved, sum, nothing)
 }
 
-/// The eigenvalue of so many steps of power iteration; the eigenvector is in the solver's `vector`.
+/// Eigenvalue after a number of power iteration steps.
+///
+/// The eigenvector is in the solver's `vector`.
 #[inline(always)]
 pub(super) fn stepped_eigenpair<A: Averaging<V>, V: Vector>(
     steps: usize,
@@ -320,7 +322,9 @@ pub(super) fn sort<V: Vector>(zero: V, values: &mut [V], order: &mut [V]) {
     }
 }
 
-/// One lane's by insertion: at most `n²/2` comparisons, and one each where they are sorted.
+/// Sorts one lane by insertion.
+///
+/// At most `n²/2` comparisons, one for each value if they are sorted.
 #[inline(always)]
 fn insert<V: Vector>(values: &mut [V], order: &mut [V]) {
     for end in 2..=values.len() {

@@ -84,7 +84,9 @@ const STEPS: Parameter = Parameter {
     range: range!(1 to 64),
 };
 
-/// Makes the computed samples of a segment's active elements, so many at each depth step, apodized by a window.
+/// Computes the samples of a segment's active elements, apodized by a window.
+///
+/// Arguments are the number of elements and the depth step.
 type Output =
     fn(segment: &Segment<'_>, (usize, DepthStep), window: Option<&Window>, z: &mut [Complex<f32>]);
 
@@ -127,8 +129,9 @@ impl Method {
     }
 }
 
-/// `wᴴs` for the loaded covariance in the solver's panels and the data `s` in the solver's
-/// coordinates. What it is in the `zero_power` lanes means nothing.
+/// `wᴴs` for the loaded covariance in the solver's panels.
+///
+/// `s` is the data in the solver's coordinates. The `zero_power` lanes are undefined.
 #[inline(always)]
 pub(super) fn weighted_sum<A: Averaging<V>, V: Vector>(
     zero: V,

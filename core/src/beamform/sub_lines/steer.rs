@@ -29,11 +29,11 @@ pub(super) fn number(value: Complex<f32>) -> ComplexVector<f32> {
     }
 }
 
-/// The powers of `e^{js}` from the middle of so many elements outwards: `e^{jsk}`, or `e^{js(k+1/2)}` of an even
-/// number.
+/// Powers of `e^{js}` from the middle element outwards.
 ///
-/// Order: the first four one after the other, times `e^{js}`; each later one is that four before it, times
-/// `e^{4js}`, the square of the square. So rounding adds up a quarter as far, and four do not wait for each other.
+/// `e^{jsk}`, or `e^{js(k+1/2)}` for an even number of elements. Order: the first four one after the other, times
+/// `e^{js}`; each later one is that four before it, times `e^{4js}`, the square of the square. Rounding then adds
+/// up a quarter as far, and four products do not wait for each other.
 pub(super) struct Powers<V> {
     next: [ComplexVector<V>; TILE],
     step: ComplexVector<V>,

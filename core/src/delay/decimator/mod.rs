@@ -35,7 +35,7 @@ const CHUNK: usize = 64;
 /// Samples of even index, and of odd index, that stay in front of new ones: at least 2P − 1, and a
 /// whole number of registers.
 const OLD: usize = 16;
-/// Samples after which no filter reaches back any more to where they began on nothing.
+/// Samples until no filter reaches back to the missing samples before the beginning.
 const LEAD: usize = 32;
 
 /// How often records sampled at `ratio` times the output rate are decimated, up to a ratio of 16.
@@ -49,8 +49,9 @@ pub(super) const fn halvings(ratio: f64) -> usize {
     halvings
 }
 
-/// Samples that a record of `samples` becomes after so many halvings, with those in front of sample 0
-/// and all that the filters reach behind; 0 where it is not decimated.
+/// Length of a record of `samples` samples after a number of halvings.
+///
+/// It includes the samples before sample 0 and the filters' reach at the end; 0 without decimation.
 pub(super) const fn decimated_len(halvings: usize, samples: usize) -> usize {
     if halvings == 0 {
         return 0;
@@ -131,13 +132,15 @@ impl Decimator {
         self.halvings
     }
 
-    /// Where sample 0 lies in what [`Decimator::decimate`] returns.
+    /// Index of sample 0 in the result of [`Decimator::decimate`].
     pub(super) fn origin(&self) -> usize {
         if self.halvings == 0 { 0 } else { MARGIN }
     }
 
-    /// `record` at the rate of the last halving: the memory's `decimated`, or itself where
-    /// it is not to be decimated. What is not recorded is 0. What is not `needed` may stay as it was.
+    /// Returns `record` at the rate of the last halving.
+    ///
+    /// The result is the memory's `decimated`, or `record` itself without decimation. Samples outside the record
+    /// are 0. Samples that are not `needed` may stay unchanged.
     ///
     /// Order, f32: `x[2j]/2`, then in ascending k, `+ h_k · (earlier + later)`.
     #[inline(always)]
@@ -206,7 +209,7 @@ struct Stream<'a> {
 }
 
 impl Stream<'_> {
-    /// Takes `length` samples of the record from `first` on as new ones; what is not recorded is 0.
+    /// Takes `length` new samples of the record from `first` on; samples outside are 0.
     #[inline(always)]
     fn take_record<V: Vector>(&mut self, zero: V, record: &[f32], first: isize, length: usize) {
         // In front of the record, indices wrap around, to where there is nothing either.
@@ -269,7 +272,7 @@ impl Stream<'_> {
         )
     }
 
-    /// What so many outputs are made of, and then the next ones: samples of even and of odd index.
+    /// The inputs of a number of outputs, and of the next ones: even and odd samples.
     #[inline(always)]
     fn inputs<'s>(&'s self, outputs: usize) -> impl Iterator<Item = [&'s [f32]; 2]> {
         let windows = |samples: &'s [f32]| samples.windows(OLD + outputs).step_by(outputs);
@@ -309,8 +312,10 @@ fn filter<V: Vector, const PAIRS: usize>(
     y
 }
 
-/// The samples from `position` on, 0..=[`OLD`]. With the widest registers, from two that lie on a cache
-/// line each: a register across two lines would take two loads, for every position.
+/// The samples from `position` on, 0..=[`OLD`].
+///
+/// With the widest registers, they come from two loads of a cache line each: a register across two lines would take
+/// two loads at every position.
 #[inline(always)]
 fn from_index<V: Vector>(zero: V, samples: &[f32], index: usize) -> V {
     if V::LANES == OLD {

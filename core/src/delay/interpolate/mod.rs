@@ -36,8 +36,9 @@ use crate::sine::sin;
 
 /// Maximum ratio of recorded to output rate.
 pub const MAX_DECIMATION: usize = 16;
-/// The most taps of the filter, in blocks of [`PARTIAL_SUMS`]: where what it reads is more than
-/// [`ONE_BLOCK`] times as fast as the output.
+/// Maximum number of taps of the filter, in blocks of [`PARTIAL_SUMS`].
+///
+/// For a record more than [`ONE_BLOCK`] times as fast as the output.
 const MAX_BLOCKS: usize = 2;
 const ONE_BLOCK: f64 = 1.25;
 /// The most taps.
@@ -45,8 +46,9 @@ pub(super) const MOST_TAPS: usize = MAX_BLOCKS * PARTIAL_SUMS;
 /// Rows of the table a block of taps; between rows the value is interpolated linearly.
 const ROWS: usize = 150;
 const TABLE: usize = ROWS + MAX_BLOCKS;
-/// How much higher than half the output rate the cut-off is: a short filter falls too slowly to lie as
-/// low as a long one.
+/// Cut-off over half the output rate.
+///
+/// A short filter falls too slowly for the cut-off of a long one.
 const CUT_OFF: [f64; MAX_BLOCKS] = [1.08, 1.02];
 
 /// The tabulated filter. Built once; 9.7 KiB.
@@ -57,12 +59,13 @@ pub(super) struct Interpolator {
     blocks: usize,
     phases: usize,
     decimator: Decimator,
-    /// Whether the table was worked out in f32.
+    /// Whether the table was computed in f32.
     single: bool,
 }
 
-/// Row-major [phase 0..=phases][tap]; row p holds h(k − (taps/2 − 1) − p/phases) at tap k. On cache
-/// lines of its own: a register that lies on two of them takes two loads.
+/// Row-major [phase 0..=phases][tap], aligned to cache lines.
+///
+/// Row p holds h(k − (taps/2 − 1) − p/phases) at tap k. A register across two cache lines would take two loads.
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 struct Table([[f32; PARTIAL_SUMS]; TABLE]);
@@ -123,8 +126,10 @@ impl Interpolator {
         Ok(())
     }
 
-    /// The same filter, worked out in f32 in the order of [`single::Filter`]: right to 5·10⁻⁷ of its largest tap,
-    /// of other bits, and for a fiftieth of the instructions where f64 is computed in software.
+    /// The same filter, computed in f32 in the order of [`single::Filter`].
+    ///
+    /// It is right to 5·10⁻⁷ of its largest tap, has other bits, and takes a fiftieth of the instructions with f64
+    /// in software.
     ///
     /// # Errors
     /// As [`Interpolator::set`].
@@ -149,12 +154,12 @@ impl Interpolator {
         Ok(())
     }
 
-    /// Whether the table was worked out in f32.
+    /// Whether the table was computed in f32.
     pub(super) const fn is_single(&self) -> bool {
         self.single
     }
 
-    /// How often the record is decimated, taps and phases; and what they are worked out from.
+    /// Number of halvings, taps and phases, and their design values.
     const fn design(
         &mut self,
         sampling_rate: f64,
@@ -220,8 +225,9 @@ impl Interpolator {
         pairs.map(move |(here, next)| here + weight * (next - here))
     }
 
-    /// The most that it makes of samples of magnitude 1: the largest of its rows, since what lies between
-    /// two of them is no larger than both.
+    /// Largest gain for samples of magnitude 1.
+    ///
+    /// It is that of the largest row, since a value between two rows is no larger than both.
     #[cfg(test)]
     pub(super) fn gain(&self) -> f64 {
         let rows = self.table.0.as_flattened().chunks_exact(self.taps());

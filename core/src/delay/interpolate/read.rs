@@ -11,7 +11,7 @@ const INTEGERS: f32 = 8_388_608.0;
 pub(in super::super) struct TapPositions {
     /// The first sample under the filter; negative in front of the record.
     first: [i32; PARTIAL_SUMS],
-    /// Where the row of the table begins, and how far the position lies towards the next one.
+    /// Beginning of the table's row, and the position's distance towards the next row.
     row: [i32; PARTIAL_SUMS],
     weight: [f32; PARTIAL_SUMS],
 }
@@ -175,7 +175,7 @@ fn term<'a, const BLOCKS: usize, const LINES: usize>(
     })
 }
 
-/// Values of which some filters lie partly or wholly outside the record.
+/// Values whose filters are partly or wholly outside the record.
 #[cold]
 #[inline(never)]
 fn at_the_edge<const BLOCKS: usize>(

@@ -2,7 +2,7 @@
 
 use core::f32::consts::PI;
 
-/// Terms of the series of I₀, enough for β ≤ 10: what is left out is below 10⁻⁸ of it.
+/// Terms of the series of I₀, enough for β ≤ 10: the rest is below 10⁻⁸ of it.
 const TERMS: usize = 22;
 /// 1/(k!)².
 const BESSEL: [f32; TERMS] = {
@@ -26,7 +26,7 @@ const SINE: [f32; 6] = [
     0.082_145_89,
     -0.007_370_43,
 ];
-/// 1.5·2²³: added and subtracted, it rounds to an integer what is below 2²².
+/// 1.5·2²³: adding and subtracting it rounds a number below 2²² to an integer.
 const INTEGERS: f32 = 12_582_912.0;
 
 /// κ·sinc(κu)·kaiser(u/half, β).

@@ -33,7 +33,7 @@ const DELAY_BITS: u32 = 18;
 const DELAY_SCALE: f32 = (1 << DELAY_BITS) as f32;
 /// Fraction bits of f_demod/fs, in cycles per sample.
 const RATE_BITS: u32 = 26;
-/// The largest f_demod/fs, of which so many bits are left.
+/// Largest f_demod/fs, limited by the bits of the phase.
 pub(super) const MAX_CYCLES_PER_SAMPLE: f64 = 2.0;
 /// Phases of the table, as bits, and the scale of its numbers.
 const TABLE_BITS: u32 = 12;
@@ -42,11 +42,13 @@ const NUMBERS: f32 = 16384.0;
 /// The longest record, and the most elements: a position in 2⁻¹³ samples and the index of a sample fit 32 bits.
 pub(super) const MAX_SAMPLES: usize = 1 << 16;
 pub(super) const MAX_ELEMENTS: usize = 1 << 12;
-/// How far an element may lie from the line, in samples: its receive delay fits 32 bits.
+/// Maximum distance of an element from the line, in samples.
+///
+/// Its receive delay then fits 32 bits.
 const REACH: f32 = 8191.0;
-/// A position that is outside of it on either side, however far an element lies ahead.
+/// A position that is outside of the record on either side, for every receive delay.
 const FARTHEST: i64 = (MAX_SAMPLES as i64 + REACH as i64) << POSITION_BITS;
-/// What a count is in the numbers that come out.
+/// Value of a count in the output numbers.
 const COUNT: f32 = (1 << POSITION_BITS) as f32 * NUMBERS / 65536.0;
 
 /// Cosine in the lower and sine in the upper half of a word.
@@ -88,7 +90,7 @@ enum Centres {
     Each,
 }
 
-/// A row's part that is put out, and what it is made from.
+/// Output part of a row, and its source.
 struct Row<'a> {
     window: &'a Window<'a, [i16; 2]>,
     receive_delays: &'a [f32],
@@ -165,8 +167,7 @@ impl IqParameters {
         Ok(())
     }
 
-    /// The receive delays of the active elements, one after the other; whether all lie as far along the line as its
-    /// beginning.
+    /// Receive delays of the active elements; whether all are at the line's beginning.
     ///
     /// # Errors
     /// [`Error::Parameter`] for an element that is out of reach.
@@ -312,7 +313,7 @@ fn fraction(cycles: f64) -> i64 {
 }
 
 impl Row<'_> {
-    /// A row of active elements. `DENSE`: a sample's elements lie side by side.
+    /// Writes a row of active elements. `DENSE`: a sample's elements are consecutive.
     #[inline(never)]
     fn put<const LEVEL: bool, const DENSE: bool, const ADD: bool>(
         &self,

@@ -12,7 +12,7 @@ use crate::simd::{MOST_LANES, Vector, load};
 
 /// The largest number of cycles whose fraction is kept in f32.
 const MOST_CYCLES: f32 = (1 << 22) as f32;
-/// The largest f_demod/fs: what a record can be read at is then within [`MOST_CYCLES`].
+/// Largest f_demod/fs; positions of a record are then within [`MOST_CYCLES`].
 pub(super) const MAX_CYCLES_PER_SAMPLE: f64 = 1e6;
 
 /// Where an element straight above the line is read at an output sample, and the carrier phase there, in cycles.
@@ -24,7 +24,7 @@ struct Centre {
     cycles: f32,
 }
 
-/// Reads the samples of a line: where they lie, what they are multiplied by, and how they are interpolated.
+/// Reads the samples of a line: positions, factors, and interpolation.
 struct Reader<'a, T, R> {
     parameters: &'a IqParameters,
     window: &'a Window<'a, T>,

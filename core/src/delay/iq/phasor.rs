@@ -12,7 +12,7 @@
 
 use crate::simd::Vector;
 
-/// 1.5·2²³: added and subtracted, it rounds to an integer what is below 2²².
+/// 1.5·2²³: adding and subtracting it rounds a number below 2²² to an integer.
 const INTEGERS: f32 = 12_582_912.0;
 
 /// C₁ to C₅.

@@ -42,7 +42,7 @@ pub struct IqRecord<'a> {
     largest: f32,
 }
 
-/// What a line is focused from.
+/// Source of a line.
 pub(super) type IqSource<'a> = Source<'a, IqRecord<'a>>;
 
 impl<'a> IqRecord<'a> {
@@ -124,7 +124,9 @@ impl<'a> IqRecord<'a> {
         self.length
     }
 
-    /// What neither part of an aligned sample exceeds: interpolation makes at most 2.3 of 1, and rotation √2.
+    /// Upper bound of the parts of an aligned sample.
+    ///
+    /// Interpolation has a gain of at most 2.3, and rotation √2.
     pub(in crate::delay) fn largest_aligned(&self) -> f32 {
         4.0 * self.largest
     }
@@ -133,7 +135,7 @@ impl<'a> IqRecord<'a> {
         self.cycles
     }
 
-    /// What the samples are to be multiplied by.
+    /// Factor of the samples.
     pub(super) fn scale(&self) -> f32 {
         match self.samples {
             IqSamples::Float(_) => 1.0,
@@ -145,7 +147,7 @@ impl<'a> IqRecord<'a> {
         self.samples
     }
 
-    /// Where samples of the type `T` lie.
+    /// Position of samples of the type `T` in memory.
     pub(super) fn window<T>(&self, samples: &'a [T]) -> Window<'a, T> {
         let elements = self.elements.get();
         let (element, sample) = match self.layout {
@@ -170,7 +172,7 @@ pub(super) struct Window<'a, T> {
     pub(super) length: usize,
 }
 
-/// A sample as it lies in a record.
+/// A sample of a record in memory.
 pub(super) trait Sample: Copy {
     fn value(self) -> Complex<f32>;
 }

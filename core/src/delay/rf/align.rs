@@ -15,13 +15,13 @@ use crate::delay::interpolate::{Locator, TapPositions};
 use crate::geometry::{Array, Ray};
 use crate::simd::{PARTIAL_SUMS, Vector, load, split_front};
 
-/// The bytes of a cache line: rows that lie across two of them take longer.
+/// Bytes of a cache line; rows across two lines take longer.
 const CACHE_LINE: usize = 64;
 
-/// By how many samples receive delays in f32 may err where they are largest.
+/// Largest rounding error of receive delays in f32, in samples.
 const ROUNDING: usize = 3;
 
-/// The scratch slice by what it holds.
+/// The scratch slice, divided by contents.
 struct Scratch<'a> {
     /// The samples of a block of depths, a lane each element.
     rows: &'a mut [f32],
@@ -45,7 +45,7 @@ struct ElementPath<'a, const ELEMENTS: usize> {
     records: [&'a [f32]; ELEMENTS],
 }
 
-/// What reading an element takes.
+/// Buffers for reading an element.
 struct Buffers<'a> {
     decimator: DecimatorMemory<'a, 'a>,
     positions: [TapPositions; STEP],
@@ -307,7 +307,7 @@ impl Delay {
         );
     }
 
-    /// The records at the rate at which they are read: themselves, or what is needed of them decimated.
+    /// Records at the rate of the reads: unchanged, or decimated where needed.
     #[inline(always)]
     fn decimate<'a, V: Vector, const LINES: usize>(
         &self,
@@ -364,8 +364,10 @@ fn locate<V: Vector, const ELEMENTS: usize, const LEVEL: bool>(
     }
 }
 
-/// What the indices of two elements of a range come to where the line lies halfway between
-/// them, if they are spaced evenly. More than any two can come to, where it lies beside them all.
+/// Sum of the indices of two mirrored elements of a range.
+///
+/// For evenly spaced elements with the line halfway between the two. If the line is beside all elements, the result
+/// exceeds every sum.
 fn mirror(array: &Array, range: Range<usize>, ray: &Ray) -> usize {
     let Range { start, end } = range;
     let none = 2 * end;
@@ -393,7 +395,9 @@ fn sixteens(values: &[f32], start: usize) -> slice::Iter<'_, [f32; PARTIAL_SUMS]
     values.as_chunks().0.iter()
 }
 
-/// Where the line lies, if the elements all lie as far along it: straight down from a linear array.
+/// Lateral position of the line, if all elements are at its beginning.
+///
+/// This is so straight down from a linear array.
 fn level(array: &Array, ray: &Ray) -> Option<f64> {
     (array.is_linear() && ray.is_down()).then(|| ray.x())
 }
@@ -431,7 +435,7 @@ mod tests {
         }
     }
 
-    /// Every pair of a range, from a line that lies halfway, or 0.2 pitches aside.
+    /// Every pair of a range, from a line halfway between them, or 0.2 pitches aside.
     #[test]
     fn indices_of_a_pair_come_to_the_mirror() {
         let x: [f64; 24] = core::array::from_fn(|m| (m as f64 - 11.5) * PITCH);

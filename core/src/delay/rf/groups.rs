@@ -30,8 +30,10 @@ pub(super) struct Groups {
 }
 
 impl Groups {
-    /// The groups of the elements `range` for so many `lanes`. `alike` tells whether two elements lie
-    /// at the same distance from the line, `sum` what their indices come to if they do.
+    /// Groups of the elements `range` for `lanes` lanes.
+    ///
+    /// `alike` tells whether two elements are at the same distance from the line, and `sum` gives the sum of their
+    /// indices.
     pub(super) fn new(
         range: Range<usize>,
         lanes: usize,

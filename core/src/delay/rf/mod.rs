@@ -31,8 +31,9 @@ use crate::memory::Need;
 use crate::simd::{PARTIAL_SUMS, Vector};
 use crate::{Complex, Error};
 
-/// Sixteens of positions that are worked out before they are read, so that neither waits for the
-/// other.
+/// Multiples of sixteen positions computed before their reads.
+///
+/// So neither waits for the other.
 const STEP: usize = 8;
 /// Output samples that are transposed and transformed together.
 const CHUNK: usize = 32;
@@ -111,7 +112,7 @@ impl DelayParameters {
         self.block_need(lanes, self.output_samples)
     }
 
-    /// What the filters do not depend on.
+    /// Checks the parameters that the filters do not depend on.
     const fn check(&self) -> Result<(), Error> {
         attempt!(positive("sound_speed", self.sound_speed));
         attempt!(finite("output_start", self.output_start));
@@ -163,7 +164,7 @@ const fn within_limits(size: usize) -> usize {
     }
 }
 
-/// What a line is focused from.
+/// Source of a line.
 type Source<'a> = stage::Source<'a, Record<'a>>;
 
 /// A delay stage for RF: validated parameters and filters.

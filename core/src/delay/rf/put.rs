@@ -18,7 +18,7 @@ pub(super) struct GroupLines<'a> {
     pub wanted: Wanted,
 }
 
-/// The samples of a line that are put out: every `step`-th of the line, in a block that begins at its sample `first`.
+/// The output samples of a line: every `step`-th, in a block from sample `first` on.
 #[derive(Clone, Copy)]
 pub(super) struct Wanted {
     pub first: usize,
@@ -29,7 +29,7 @@ impl Wanted {
     /// All samples.
     pub const ALL: Self = Wanted { first: 0, step: 1 };
 
-    /// Whether the block's sample `sample` is put out.
+    /// Whether the output has the block's sample `sample`.
     #[inline(always)]
     pub fn includes(self, sample: usize) -> bool {
         self.step == 1 || self.first.wrapping_add(sample).is_multiple_of(self.step)

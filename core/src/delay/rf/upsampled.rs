@@ -34,7 +34,7 @@ const UNITS_A_SAMPLE: f64 = (UPSAMPLING as u32 * UNITS) as f64;
 const FARTHEST: i32 = (1 << 30) - 1;
 /// The longest record: all of it is nearer.
 const MOST_SAMPLES: usize = 1 << 14;
-/// Recorded samples whose upsampled ones are worked out together.
+/// Recorded samples that are upsampled together.
 const BLOCKS: usize = 4;
 /// Values of a line that are read together.
 const BATCH: usize = 128;
@@ -350,7 +350,7 @@ impl defmt::Format for Upsampled<'_> {
     }
 }
 
-/// Values of a line that are worked on together: how they are read, and what is read.
+/// Values of a line that are computed together: their positions and their samples.
 struct Batch {
     at: [u32; BATCH],
     weight: [f32; BATCH],
@@ -364,8 +364,9 @@ impl Batch {
         pairs: [[0.0; 2]; BATCH],
     };
 
-    /// Adds to as many values, or fewer. Positions, then what is read there, then values: neither waits for the
-    /// other.
+    /// Adds to up to a batch of values.
+    ///
+    /// Positions, then reads, then values: neither waits for the other.
     #[inline(always)]
     fn add(&mut self, record: &[f32], centre: &[i32], receive_delays: &[i32], line: &mut [f32]) {
         let last = (record.len() - 2) as i32 * UNITS as i32;
