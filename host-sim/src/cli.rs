@@ -11,7 +11,7 @@ use crate::commands::bench;
 use crate::commands::bench_left_out as bench;
 use crate::commands::{
     beamform, completions, convert, golden, info, main_job, paper, phase_symmetry, simulate,
-    surface, verify,
+    surface, tune, verify,
 };
 use crate::provenance::PROGRAM;
 use crate::{Error, Result};
@@ -45,6 +45,7 @@ enum Command {
     Beamform(Box<beamform::Arguments>),
     PhaseSymmetry(phase_symmetry::Arguments),
     Surface(Box<surface::Arguments>),
+    Tune(tune::Arguments),
     Info(Box<info::Arguments>),
     Convert(convert::Arguments),
     Verify(verify::Arguments),
@@ -69,6 +70,7 @@ Examples:
       --image ps.png
   host-sim surface channels.npz -o surface.csv --image surface.png
   host-sim surface scan.png --pixel-size 0.0001 -o surface.csv --image surface.png
+  host-sim tune -o tuned
   host-sim info recording.hdf5
   host-sim convert recording.uff -o recording.npz
   host-sim beamform --help";
@@ -98,6 +100,7 @@ fn dispatch(cli: Cli) -> Result<()> {
         Some(Command::Beamform(arguments)) => beamform::run(*arguments),
         Some(Command::PhaseSymmetry(arguments)) => phase_symmetry::run(arguments),
         Some(Command::Surface(arguments)) => surface::run(*arguments),
+        Some(Command::Tune(arguments)) => tune::run(&arguments),
         Some(Command::Simulate(arguments)) => simulate::run(*arguments),
         Some(Command::Info(arguments)) => info::run(*arguments),
         Some(Command::Convert(arguments)) => convert::run(arguments),

@@ -24,6 +24,7 @@ mod main_job;
 mod paper;
 mod resumed;
 mod surface;
+mod tune;
 
 use std::fs;
 use std::path::Path;

@@ -91,7 +91,7 @@ pub(super) fn run_in(job: &Job, folder: &Path, page: Page, docs: Option<&Path>) 
 
 /// Makes sure before the computation that the folder can be written; tells which folders are new, the
 /// innermost first.
-fn prepare(folder: &Path) -> Result<Vec<&Path>> {
+pub(super) fn prepare(folder: &Path) -> Result<Vec<&Path>> {
     let new = |path: &&Path| !path.as_os_str().is_empty() && !path.exists();
     let created: Vec<&Path> = folder.ancestors().take_while(new).collect();
     let mut turn = temporary_files::lock();

@@ -16,6 +16,7 @@ mod point;
 mod point_spread;
 mod spine;
 mod surface;
+pub mod tune;
 mod vertebra;
 mod vertebra_in_tissue;
 mod water_bath;

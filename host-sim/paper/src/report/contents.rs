@@ -72,16 +72,9 @@ impl<'a> Report<'a> {
         let mut text = document.to_owned();
         let mut found = false;
         for (name, outcome) in self.outcomes {
-            let [begin, end] = [
-                format!("<!-- {name} -->\n"),
-                format!("<!-- end of {name} -->"),
-            ];
-            let Some((before, rest)) = text.split_once(&begin) else {
+            if !text.contains(&begin_of(name)) {
                 continue;
-            };
-            let Some((_, after)) = rest.split_once(&end) else {
-                return Err(Error::Data(format!("has no line `{end}`")));
-            };
+            }
             let verdicts: Vec<&Verdict> = outcome.verdicts.iter().collect();
             let verdicts = (!verdicts.is_empty()).then(|| tables::verdicts(&verdicts));
             let others = tables::every(outcome).into_iter();
@@ -89,10 +82,7 @@ impl<'a> Report<'a> {
                 .into_iter()
                 .chain(others.filter(|table| !table.page_only));
             let tables: Vec<String> = all.map(|table| tables::markdown(&table)).collect();
-            text = format!(
-                "{before}{begin}\n{head}\n\n{}\n{end}{after}",
-                tables.join("\n")
-            );
+            text = rewritten(&text, name, &format!("{head}\n\n{}", tables.join("\n")))?;
             found = true;
         }
         match found {
@@ -119,6 +109,22 @@ impl<'a> Report<'a> {
         }
         texts.join("\n")
     }
+}
+
+fn begin_of(name: &str) -> String {
+    format!("<!-- {name} -->\n")
+}
+
+/// A document with `contents` between its comments `<!-- NAME -->` and `<!-- end of NAME -->`.
+///
+/// # Errors
+/// A document without one of them.
+pub(crate) fn rewritten(document: &str, name: &str, contents: &str) -> Result<String> {
+    let (begin, end) = (begin_of(name), format!("<!-- end of {name} -->"));
+    let missing = |line: &str| Error::Data(format!("has no line `{}`", line.trim_end()));
+    let (before, rest) = document.split_once(&begin).ok_or_else(|| missing(&begin))?;
+    let (_, after) = rest.split_once(&end).ok_or_else(|| missing(&end))?;
+    Ok(format!("{before}{begin}\n{contents}\n{end}{after}"))
 }
 
 #[cfg(test)]

@@ -14,10 +14,12 @@ mod paper;
 mod pictures;
 mod plot;
 mod print;
-mod tables;
+pub(crate) mod tables;
 
+pub(crate) use contents::rewritten;
 pub use contents::{Page, Report};
 pub use figure::figure;
+pub(crate) use numbers::csv;
 
 use std::collections::BTreeMap;
 use std::io::Write;

@@ -42,7 +42,7 @@ fn collect(path: &str, value: &Value, lines: &mut Vec<Vec<String>>) {
 }
 
 /// Lines of cells as RFC 4180 has them, ended by a line feed.
-fn csv(lines: &[Vec<String>]) -> String {
+pub(crate) fn csv(lines: &[Vec<String>]) -> String {
     let quoted = |cell: &String| match cell.contains([',', '"', '\n', '\r']) {
         true => format!("\"{}\"", cell.replace('"', "\"\"")),
         false => cell.clone(),

@@ -7,7 +7,6 @@ mod bones;
 mod by_direction;
 mod condition;
 mod judge;
-mod kept;
 mod mechanism;
 mod parameters;
 mod population;

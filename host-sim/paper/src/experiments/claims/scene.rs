@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::experiments::common::bone::{BoneMeasure, FOUND, View};
 use crate::experiments::common::brightness::Brightness;
+use crate::experiments::common::kept::kept;
 use crate::experiments::common::pictures::ridges;
 use crate::experiments::common::truth::TOLERANCE;
 use crate::experiments::surface::detectors::{DEPTHS, Detector, Frame, ONSET_PATH};
@@ -17,7 +18,6 @@ use bonebeam_simulate::Outline;
 
 use super::by_direction;
 use super::condition::{Condition, Medium};
-use super::kept::kept;
 use super::mechanism::{Zones, zones};
 use super::pose::{Images, Pose, TISSUE};
 use super::tuning::{BY_DIRECTION, Tuned};

@@ -4,13 +4,13 @@ use ndarray::Array2;
 use serde::{Deserialize, Serialize};
 
 use crate::Result;
+use crate::experiments::common::kept::kept;
 use crate::experiments::common::pictures::ridges;
 use crate::experiments::common::truth::precision;
 use bonebeam_drive::config::PhaseSymmetry;
 
 use super::by_direction;
 use super::condition::{Condition, Medium};
-use super::kept::kept;
 use super::pose::{Beamformed, Images, Pose};
 
 /// The filters that are tried: scales as exponents of 2, from and to, and thresholds.

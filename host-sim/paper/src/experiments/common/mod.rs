@@ -5,6 +5,7 @@ pub mod beamformers;
 pub mod bone;
 pub mod brightness;
 pub mod interval;
+pub mod kept;
 pub mod lines;
 pub mod pictures;
 mod receive;

@@ -9,7 +9,7 @@ use bonebeam_files::{ChannelData, Transmits};
 use bonebeam_simulate::{NoiseSpectrum, Settings, noise};
 
 /// What a scene is disturbed by.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Condition {
     Clean,

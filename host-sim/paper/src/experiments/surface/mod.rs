@@ -2,7 +2,7 @@
 //! disturbed.
 
 pub(super) mod detectors;
-mod disturb;
+pub(super) mod disturb;
 mod show;
 
 use serde::{Deserialize, Serialize};
@@ -202,7 +202,7 @@ impl Surface {
             seed,
             ..self.simulation.clone()
         };
-        let phantom = self.phantom(bone, &settings)?;
+        let phantom = phantom(bone, self.depth, [self.thickness, self.density], &settings)?;
         let what = format!("surface: {name}, seed {seed}");
         let file = format!("surface-{}-{seed}", name.replace(' ', "-"));
         let recorded = recording(context, &file, &settings, &phantom, &|done| {
@@ -246,24 +246,34 @@ impl Surface {
         }
         Ok(())
     }
+}
 
-    fn phantom(&self, bone: Option<&Bone<'_>>, settings: &Settings) -> Result<Phantom> {
-        let mut phantom = match bone {
-            Some(bone) => bone.phantom(self.depth, self.thickness, None)?.0,
-            None => Phantom::default(),
-        };
-        let block = Block {
-            x: [-20e-3, 20e-3],
-            thickness: self.thickness,
-            z: [1e-3, settings.depth_end],
-            density: self.density,
-            seed: settings.seed,
-        };
-        block.fill(&mut phantom, Layers::Anatomy)?;
-        let brighter = (LAYERS_DENSITY / self.density).sqrt();
-        for scatterer in &mut phantom.scatterers[phantom.on_bone..] {
-            scatterer.amplitude *= brighter;
-        }
-        Ok(phantom)
+/// A bone in layers of tissue, its shallowest point at `depth`, m: a slab of a thickness, m, with so many scatterers per
+/// m³. Without a bone, the layers alone.
+///
+/// # Errors
+/// A bone that does not lie below the array.
+pub(super) fn phantom(
+    bone: Option<&Bone<'_>>,
+    depth: f64,
+    [thickness, density]: [f64; 2],
+    settings: &Settings,
+) -> Result<Phantom> {
+    let mut phantom = match bone {
+        Some(bone) => bone.phantom(depth, thickness, None)?.0,
+        None => Phantom::default(),
+    };
+    let block = Block {
+        x: [-20e-3, 20e-3],
+        thickness,
+        z: [1e-3, settings.depth_end],
+        density,
+        seed: settings.seed,
+    };
+    block.fill(&mut phantom, Layers::Anatomy)?;
+    let brighter = (LAYERS_DENSITY / density).sqrt();
+    for scatterer in &mut phantom.scatterers[phantom.on_bone..] {
+        scatterer.amplitude *= brighter;
     }
+    Ok(phantom)
 }

@@ -1,0 +1,222 @@
+//! The scenes: drawn vertebrae under layers of tissue, clean and disturbed.
+
+use rand::rngs::ChaCha8Rng;
+use rand::{RngExt, SeedableRng};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::super::common::recording::recording;
+use super::super::common::truth::TOLERANCE;
+use super::super::surface::disturb::{Condition, Disturbances};
+use super::super::surface::phantom;
+use crate::experiments::Context;
+use crate::measure::surface::{Judged, Known, judge};
+use crate::{Error, Result};
+use bonebeam_drive::config::{Beamform, Surface};
+use bonebeam_drive::frame::beamform_channel_data;
+use bonebeam_drive::surface::of_lines;
+use bonebeam_files::{BeamformedLines, ChannelData};
+use bonebeam_simulate::{Bone, Outline, Settings, VertebraShape};
+
+/// What the bones' scenes are disturbed by.
+pub const CONDITIONS: [Condition; 5] = [
+    Condition::Clean,
+    Condition::Aberration,
+    Condition::Clutter,
+    Condition::Noise,
+    Condition::Together,
+];
+/// Depths of the bones' shallowest points, m, heights of their slices, m, and tilts, degrees.
+const DEPTHS: [f64; 2] = [10e-3, 25e-3];
+const SLICES: [f64; 2] = [-10e-3, 1e-3];
+const TILTS: [f64; 2] = [-15.0, 15.0];
+/// Above the end of the lines the detector seeks no bone, m.
+const END: f64 = 6e-3;
+
+/// What the scenes are made of.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Scenes {
+    /// Array, pulse, transmit, noise.
+    pub scanner: Settings,
+    /// Thickness of the slab, m.
+    pub thickness: f64,
+    /// Scatterers per m³.
+    pub density: f64,
+    /// How strong the disturbances are.
+    pub disturbances: Disturbances,
+}
+
+/// A bone's recordings.
+pub struct Recorded {
+    conditions: Vec<(Condition, ChannelData)>,
+    bone: Outline,
+}
+
+/// Lines of a bone in a condition.
+pub struct Frame {
+    /// What the scene is disturbed by.
+    pub condition: Condition,
+    lines: BeamformedLines,
+    /// The depth at which each line meets the bone, m.
+    surface: Vec<Option<f64>>,
+}
+
+/// What was found of a bone in a condition.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Found {
+    pub condition: Condition,
+    pub judged: Judged,
+}
+
+impl Scenes {
+    /// The recordings of the bone of a number, which is the seed of all that is drawn.
+    ///
+    /// # Errors
+    /// A bone that cannot be simulated.
+    pub fn record(&self, context: &Context<'_>, number: u64, what: &str) -> Result<Recorded> {
+        let mut random = ChaCha8Rng::seed_from_u64(number);
+        random.set_stream(1);
+        let [depth, slice, tilt] =
+            [DEPTHS, SLICES, TILTS].map(|[low, high]| low + (high - low) * random.random::<f64>());
+        let shape = VertebraShape::drawn(number);
+        let bone = Bone::Shape {
+            shape: &shape,
+            slice,
+            tilt,
+        };
+        let settings = Settings {
+            seed: number,
+            ..self.scanner.clone()
+        };
+        let phantom = phantom(
+            Some(&bone),
+            depth,
+            [self.thickness, self.density],
+            &settings,
+        )?;
+        let recorded = recording(context, "tune", &settings, &phantom, &|done| {
+            (context.progress)(what, done);
+        })?;
+        let disturbed = self.disturbances.of(&settings, &recorded)?;
+        let under = |condition| Ok((condition, disturbed.under(condition)?));
+        let conditions = CONDITIONS.into_iter().map(under).collect::<Result<_>>()?;
+        let none = || Error::Data("the image plane misses the bone".into());
+        Ok(Recorded {
+            conditions,
+            bone: phantom.bone.ok_or_else(none)?,
+        })
+    }
+}
+
+impl Recorded {
+    /// The lines in every condition; of the bone, what lies in the depths that are searched.
+    ///
+    /// # Errors
+    /// Parameters that do not fit the recording.
+    pub fn frames(&self, beamform: &Beamform, searched: &Surface) -> Result<Vec<Frame>> {
+        let frame = |(condition, data): &(Condition, ChannelData)| {
+            let lines = beamform_channel_data(data, beamform, &|_| ())?;
+            let end = lines.c / 2.0 * (lines.t0 + (lines.z.ncols() as f64 - 1.0) / lines.fs) - END;
+            let depths = searched.search_start..=searched.search_end.unwrap_or(end);
+            let hit = |x: &f64| self.bone.first_hit(*x).filter(|z| depths.contains(z));
+            let surface = lines.beam_x.iter().map(hit).collect();
+            Ok(Frame {
+                condition: *condition,
+                lines,
+                surface,
+            })
+        };
+        self.conditions.iter().map(frame).collect()
+    }
+}
+
+impl Frame {
+    fn found(&self, surface: &Surface) -> Result<Found> {
+        let mut answers = vec![None; self.surface.len()];
+        for point in of_lines(&self.lines, surface)? {
+            answers[point.line] = Some(point.z);
+        }
+        let known = Known {
+            x: &self.lines.beam_x,
+            depths: &self.surface,
+        };
+        Ok(Found {
+            condition: self.condition,
+            judged: judge(&answers, known, TOLERANCE),
+        })
+    }
+}
+
+/// What a detector finds in frames.
+///
+/// # Errors
+/// Lines that the detector refuses.
+pub fn found(frames: &[Frame], surface: &Surface) -> Result<Vec<Found>> {
+    frames.par_iter().map(|f| f.found(surface)).collect()
+}
+
+/// The score: the mean of F1 over frames, 0 in one without answers and bone.
+pub fn score<'a>(found: impl IntoIterator<Item = &'a Found>) -> f64 {
+    let all: Vec<f64> = found
+        .into_iter()
+        .map(|found| found.judged.f1().unwrap_or(0.0))
+        .collect();
+    all.iter().sum::<f64>() / all.len().max(1) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndarray::Array2;
+    use num_complex::Complex;
+
+    /// Lines of tissue over a shadow, with bone at the depth of each line.
+    fn frame(bone: impl Fn(usize) -> Option<f64>, known: impl Fn(usize) -> Option<f64>) -> Frame {
+        let (count, samples, step) = (48, 1000, 0.0385e-3);
+        let z = Array2::from_shape_fn((count, samples), |(line, n)| {
+            let depth = n as f64 * step;
+            let off = bone(line).map_or(-1.0, |bone| depth - bone);
+            let level = match off {
+                off if off.abs() < 0.2e-3 => 1.0,
+                off if off > 0.0 => 1e-4,
+                _ => 0.03,
+            };
+            Complex::new(level, 0.0)
+        });
+        Frame {
+            condition: Condition::Clean,
+            lines: BeamformedLines {
+                z,
+                fs: 1540.0 / (2.0 * step),
+                t0: 0.0,
+                beam_x: (0..count).map(|k| 0.3e-3 * k as f64).collect(),
+                rays: None,
+                sub_lines: 1,
+                c: 1540.0,
+            },
+            surface: (0..count).map(known).collect(),
+        }
+    }
+
+    /// Found throughout: 1. Found where there is none, or not where there is some: 0. On half of the lines that are
+    /// known: recall ½, precision 1, F1 ⅔.
+    #[test]
+    fn the_score_of_known_frames_is_known() {
+        let depth = |_| Some(15e-3);
+        let half = |line: usize| (line < 24).then_some(15e-3);
+        let frames = [
+            frame(depth, depth),
+            frame(depth, |_| Some(25e-3)),
+            frame(half, depth),
+        ];
+        let scores: Vec<f64> = frames
+            .iter()
+            .map(|f| score(&[f.found(&Surface::default()).unwrap()]))
+            .collect();
+        assert_eq!(scores[0], 1.0);
+        assert_eq!(scores[1], 0.0);
+        assert!((scores[2] - 2.0 / 3.0).abs() < 0.02, "{scores:?}");
+        let all = found(&frames, &Surface::default()).unwrap();
+        assert!((score(&all) - scores.iter().sum::<f64>() / 3.0).abs() < 1e-12);
+    }
+}

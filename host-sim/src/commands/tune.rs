@@ -1,0 +1,165 @@
+//! `host-sim tune`: beamformer, image and detector of the bone surface tuned together.
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use clap::Args;
+
+use super::main_job::prepare;
+use super::{ConfigArgument, about, load_config, read_document};
+use crate::Result;
+use crate::progress::Progress;
+use crate::provenance::PROGRAM;
+use bonebeam_drive::methods::MethodName;
+use bonebeam_files::atomic::Outputs;
+use bonebeam_files::terminal::{one_line, print};
+use bonebeam_paper::experiments::tune::{Sections, Shown, Tune};
+use bonebeam_paper::experiments::{Common, Context};
+
+/// Tune beamformer, image and bone-surface detector together, on simulated bones.
+///
+/// Each method is tuned alone, and the largest score wins: the mean of F1 over drawn vertebrae under layers of tissue,
+/// clean and disturbed by aberration, clutter and noise. Other bones judge the result, beside DAS with the detector's
+/// defaults and DAS with the detector tuned alone, which may win, too, if das is one of the methods.
+///
+/// The folder holds tuned.toml, a configuration that every command takes by --config, report.json with every number,
+/// and evaluations.csv. A run that was interrupted goes on from the folder's .kept to the same bytes. Lines have the
+/// depth step of --preset live.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// The folder for the configuration, the report and the evaluations
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+
+    /// Beamformers that are tuned [default: das,mv,esmv-rank1; with --quick das,mv]
+    #[arg(long, value_name = "METHOD,…", value_delimiter = ',')]
+    methods: Vec<MethodName>,
+
+    /// Bones that are tuned on, and as many others that are judged [default: 6; with --quick 2]
+    #[arg(long, value_name = "N")]
+    bones: Option<u64>,
+
+    /// Evaluations of each search [default: 240; with --quick 24]
+    #[arg(long, value_name = "N")]
+    evaluations: Option<usize>,
+
+    /// Seed of the search and of the bones [default: 1]
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+
+    /// Few, coarse scenes, for a first look
+    #[arg(long)]
+    quick: bool,
+
+    /// Rewrite the tables of this document, between its comments `<!-- tune -->` and `<!-- end of tune -->`
+    #[arg(long, value_name = "FILE.md")]
+    docs: Option<PathBuf>,
+
+    #[command(flatten)]
+    config: ConfigArgument,
+}
+
+const EXAMPLES: &str = "\
+The file of --config has the scanner, [simulate.scanner], where the search begins, and what is not tuned.
+
+Examples:
+  host-sim tune -o tuned
+  host-sim tune --quick -o look
+  host-sim tune --methods das --bones 12 --evaluations 1000 --seed 2 -o tuned
+  host-sim tune --config scanner.toml -o tuned
+  host-sim surface channels.npz --config tuned/tuned.toml -o surface.csv";
+
+/// The folder within the outputs in which recordings and scores are until the run is done.
+const KEPT: &str = ".kept";
+
+/// Runs the command.
+///
+/// # Errors
+/// A parameter out of range, or a folder that cannot be written.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let mut tune = Tune::new(arguments.quick);
+    if arguments.config.path.is_some() {
+        let config = load_config(arguments.config.path.as_deref())?;
+        config.validate()?;
+        tune.sections = Sections {
+            beamform: config.beamform,
+            image: config.image,
+            surface: config.surface,
+        };
+        if let Some(scanner) = config.simulate.scanner {
+            tune.scenes.scanner = scanner;
+        }
+    }
+    if !arguments.methods.is_empty() {
+        tune.methods.clone_from(&arguments.methods);
+    }
+    tune.bones = arguments.bones.unwrap_or(tune.bones);
+    tune.evaluations = arguments.evaluations.unwrap_or(tune.evaluations);
+    tune.seed = arguments.seed.unwrap_or(tune.seed);
+    tune.validate()?;
+    let document = arguments.docs.as_deref().map(read_document).transpose()?;
+
+    let folder = &arguments.output;
+    let created = prepare(folder)?;
+    let result = tuned(&tune, folder).and_then(|shown| {
+        let docs = arguments.docs.as_deref().zip(document.as_deref());
+        write(&shown, folder, docs)
+    });
+    if result.is_err() {
+        // Nothing partial stays; a folder that is not empty is kept for the next run.
+        for folder in created {
+            let _ = fs::remove_dir(folder);
+        }
+        return result;
+    }
+    // The outputs are there. What cannot be removed is taken by the next run.
+    let _ = fs::remove_dir_all(folder.join(KEPT));
+    Ok(())
+}
+
+fn tuned(tune: &Tune, folder: &Path) -> Result<Shown> {
+    let bar = Progress::of_steps(1000);
+    let step = Mutex::new(String::new());
+    let kept = folder.join(KEPT);
+    let shown = tune.run(&Context {
+        common: &Common::default(),
+        kept: Some(&kept),
+        merged: &[],
+        progress: &|what, done| {
+            // A thread that panicked has ended the run anyway.
+            if let Ok(mut step) = step.lock()
+                && *step != what
+            {
+                *step = what.to_owned();
+                bar.set_message(what.to_owned());
+            }
+            bar.set((1000.0 * done) as u64, 1000);
+        },
+    })?;
+    bar.clear();
+    Ok(shown)
+}
+
+fn write(shown: &Shown, folder: &Path, docs: Option<(&Path, &str)>) -> Result<()> {
+    let mut outputs = Outputs::new();
+    let mut add =
+        |path: &Path, text: &str| outputs.add(path, |sink| Ok(sink.write_all(text.as_bytes())?));
+    let head = format!("# host-sim {PROGRAM}: tune\n\n");
+    add(&folder.join("tuned.toml"), &(head + &shown.configuration))?;
+    add(
+        &folder.join("report.json"),
+        &format!("{:#}\n", shown.report),
+    )?;
+    add(&folder.join("evaluations.csv"), &shown.evaluations)?;
+    if let Some((path, document)) = docs {
+        let text = shown.rewrite(document, &format!("Version {PROGRAM}."));
+        add(path, &text.map_err(|e| about(path, e))?)?;
+    }
+    outputs.commit()?;
+    let best = shown.report["best"].as_str().unwrap_or_default();
+    let file = one_line(&folder.join("tuned.toml").display().to_string());
+    print(&format!("{}\nthe best, in {file}: {best}\n", shown.text()))
+}
