@@ -37,7 +37,7 @@ EXCEPTIONS = {
     r"^simd/mod.rs: pub trait Vector.* is_finite$": "f32 has its own",
     r"^magnitude.rs: (side_by_side|magnitude)$": "registers of several lanes",
     r"^phase_symmetry/columns.rs: .*store_squares$": "several lanes",
-    r"^beamform/snapshot.rs: elements$": "several lanes",
+    r"^beamform/snapshot.rs: register$": "registers of several lanes",
     r"^beamform/pushes.rs: impl Place next$": "several lanes",
     r"^beamform/methods/eigenspace.rs: (merge|exchange)$": "several lanes",
     r"^linalg/implicit_ql.rs: .*(block|next)$": "several lanes; one has block_of_one",
