@@ -69,6 +69,15 @@ impl Progress {
         self.change(|state| state.message = message);
     }
 
+    /// Sets what is being done, and the share of it that is done, in thousandths.
+    pub fn set_step(&self, what: &str, done: f64) {
+        let is_new = |state: &State| state.message != what;
+        if is_new(&self.state.lock().unwrap_or_else(PoisonError::into_inner)) {
+            self.set_message(what.to_owned());
+        }
+        self.set((1000.0 * done) as u64, 1000);
+    }
+
     /// Removes the bar.
     pub fn clear(&self) {
         if self.terminal {

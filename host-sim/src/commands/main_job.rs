@@ -3,7 +3,6 @@
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 
 use clap::Args;
 
@@ -113,17 +112,7 @@ fn compute_and_write(job: &Job, folder: &Path, page: Page, docs: Option<&Path>) 
         Page::MainJob => Progress::new("", 1000),
         Page::Paper => Progress::of_steps(1000),
     };
-    let step = Mutex::new(String::new());
-    let outcomes = job.run(&|what, done| {
-        // A thread that panicked has ended the run anyway.
-        if let Ok(mut step) = step.lock()
-            && *step != what
-        {
-            *step = what.to_owned();
-            bar.set_message(what.to_owned());
-        }
-        bar.set((1000.0 * done) as u64, 1000);
-    })?;
+    let outcomes = job.run(&|what, done| bar.set_step(what, done))?;
     bar.clear();
 
     let report = Report::new(job, &outcomes, page)?;

@@ -3,7 +3,6 @@
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 
 use clap::Args;
 
@@ -122,22 +121,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 
 fn tuned(tune: &Tune, folder: &Path) -> Result<Shown> {
     let bar = Progress::of_steps(1000);
-    let step = Mutex::new(String::new());
     let kept = folder.join(KEPT);
     let shown = tune.run(&Context {
         common: &Common::default(),
         kept: Some(&kept),
         merged: &[],
-        progress: &|what, done| {
-            // A thread that panicked has ended the run anyway.
-            if let Ok(mut step) = step.lock()
-                && *step != what
-            {
-                *step = what.to_owned();
-                bar.set_message(what.to_owned());
-            }
-            bar.set((1000.0 * done) as u64, 1000);
-        },
+        progress: &|what, done| bar.set_step(what, done),
     })?;
     bar.clear();
     Ok(shown)

@@ -176,11 +176,11 @@ impl View {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
     /// A slab of bone from 20 mm on, and pixels of 0.1 mm from 10 mm on.
-    fn view() -> View {
+    pub fn slab() -> View {
         let (x, top, bottom) = (10e-3, 20e-3, 60e-3);
         let corners = vec![[-x, top], [x, top], [x, bottom], [-x, bottom]];
         let slab = Outline::new(vec![corners]).unwrap();
@@ -196,7 +196,7 @@ mod tests {
 
     #[test]
     fn a_ridge_on_the_surface_is_found_with_its_thickness() {
-        let view = view();
+        let view = slab();
         let mut image = Array2::zeros((201, 101));
         // Left of the middle a ridge of 0.5 mm on the surface, right of it one too deep.
         for column in 0..101 {
@@ -223,7 +223,7 @@ mod tests {
 
     #[test]
     fn tissue_and_shadow_are_distinguished() {
-        let view = view();
+        let view = slab();
         let levels = |(row, _): (usize, usize)| if row < 100 { 100.0 } else { 10.0 };
         let image = Array2::from_shape_fn((201, 101), levels);
         let [tissue, shadow] = view.tissue_and_shadow(&image, [-4e-3, 10e-3], [12e-3, 40e-3]);

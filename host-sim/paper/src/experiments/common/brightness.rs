@@ -86,23 +86,11 @@ impl Brightness {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bonebeam::image::PixelGrid;
-    use bonebeam_simulate::Outline;
+    use crate::experiments::common::bone::tests::slab;
 
     #[test]
     fn a_line_above_even_tissue_has_its_level() {
-        // A slab of bone from 20 mm on, pixels of 0.1 mm from 10 mm on.
-        let (x, top, bottom) = (10e-3, 20e-3, 60e-3);
-        let corners = vec![[-x, top], [x, top], [x, bottom], [-x, bottom]];
-        let slab = Outline::new(vec![corners]).unwrap();
-        let grid = PixelGrid {
-            x0: -5e-3,
-            z0: 10e-3,
-            pixel: 0.1e-3,
-            rows: 201,
-            columns: 101,
-        };
-        let view = View::new(Some(&slab), grid).unwrap();
+        let view = slab();
         let grey = |level: f64| (255.0 * (1.0 + level / RANGE)) as f32;
         // Tissue of −50 dB; the surface has −20 dB in most columns, −40 dB in a fifth of them.
         let mut image = Array2::from_elem((201, 101), grey(-50.0));
