@@ -45,7 +45,7 @@ pub struct Pose<'a> {
     pub claims: &'a Claims,
     pub context: &'a Context<'a>,
     pub bone: Bone,
-    /// What is told to the progress.
+    /// The work's name in progress lines.
     what: &'a str,
 }
 
@@ -311,7 +311,7 @@ impl Claims {
     }
 }
 
-/// The images of one scene of a bone with one time window, for a figure; `what` is told to the progress.
+/// The images of one scene of a bone with one time window, for a figure; `what` names the work in progress lines.
 ///
 /// # Errors
 /// A scene that cannot be simulated.

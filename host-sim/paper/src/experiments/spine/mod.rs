@@ -24,7 +24,7 @@ use super::{Context, Covers, Experiment, Outcome, Overrides};
 /// The layers' amplitudes are those of so many scatterers per m³.
 const LAYERS_DENSITY: f64 = 60e9;
 
-/// Where its tissue is told from bone, m: the muscle, laterally and from a depth on.
+/// Range of the muscle, m, laterally and in depth: its level is compared with the bone's.
 const LATERAL: [f64; 2] = [-18e-3, 18e-3];
 const MUSCLE: f64 = 14e-3;
 

@@ -248,7 +248,7 @@ impl Surface {
     }
 }
 
-/// A bone in layers of tissue, its shallowest point at `depth`, m: a slab of a thickness, m, with so many scatterers per
+/// A bone in layers of tissue, its shallowest point at `depth`, m: a slab of a thickness, m, with a number of scatterers per
 /// m³. Without a bone, the layers alone.
 ///
 /// # Errors

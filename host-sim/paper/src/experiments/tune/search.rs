@@ -10,7 +10,7 @@ use tpe::TpeOptimizer;
 use super::variables::Variable;
 use crate::{Error, Result};
 
-/// Lines take long, detectors little: so many detectors are tried on the lines of a beamformer.
+/// Number of detectors tried on the lines of one beamformer: lines take long, detectors little.
 const DETECTORS: usize = 8;
 
 /// Values, and how good they were.
