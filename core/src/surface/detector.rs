@@ -73,6 +73,7 @@ const fn line(settings: &Settings, sizes: &Sizes, step: f64) -> Result<Line, Err
         onset_floor,
         onset_weight,
         shadow_range,
+        margin,
         ..
     } = *settings;
     attempt!(window("rest_from", [0.0, rest_from]));
@@ -85,6 +86,7 @@ const fn line(settings: &Settings, sizes: &Sizes, step: f64) -> Result<Line, Err
         [0.01, 2.0],
         "0.01 to 2"
     ));
+    attempt!(within("margin", margin, [0.0, 1.0], "0 to 1"));
     let cell = sizes.stride as f64 * step;
     let white = WHITE as f64;
     let contrast = attempt!(ramp("contrast", &settings.contrast));
@@ -111,6 +113,7 @@ const fn line(settings: &Settings, sizes: &Sizes, step: f64) -> Result<Line, Err
         contrast: RampPlan::new(&settings.contrast, contrast),
         level: RampPlan::new(&settings.level, level),
         rest: RampPlan::new(&settings.rest, rest),
+        margin: integer(margin * white),
         rest_from: cells_of(rest_from, cell),
         rest_block: Window::new(0, block - 1, sizes.stride),
         shadow_from: cells_of(shadow_from, cell),

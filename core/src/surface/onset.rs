@@ -117,6 +117,8 @@ pub(super) struct Line {
     pub contrast: RampPlan,
     pub level: RampPlan,
     pub rest: RampPlan,
+    /// Margin below the echo, in 1/16 of a grey level.
+    pub margin: i32,
     /// Offset of the first window of `rest` below a cell, cells.
     pub rest_from: usize,
     /// Windows of `rest`, of which the brightest is taken.
@@ -130,6 +132,13 @@ pub(super) struct Line {
     pub shadow_limit: i32,
     /// Minimum range from dark to tissue.
     pub shadow_range: i32,
+}
+
+/// The term of the shadow to the end, for a frame's levels.
+struct Shadow {
+    ramp: RampPlan,
+    /// An echo above this is its own reference, in 1/16 of a grey level.
+    bright: i32,
 }
 
 /// The means around a cell, but for the last 2²³ times a grey level.
@@ -189,14 +198,17 @@ impl Line {
         places.for_each(|place| *place = sum);
     }
 
-    /// The ramp of the shadow to the end, for a frame's levels.
-    fn shadow(&self, levels: Levels) -> RampPlan {
+    /// The term of the shadow to the end, for a frame's levels.
+    fn shadow(&self, levels: Levels) -> Shadow {
         let [dark, tissue] = [levels.dark, levels.tissue].map(|level| i32::from(level).min(WHITE));
         let range = (tissue - dark).max(self.shadow_range).max(1);
-        RampPlan {
-            centre: dark + ((self.shadow_centre * range) >> 8),
-            gain: (self.shadow_gain / range).clamp(-RampPlan::STEEPEST, RampPlan::STEEPEST),
-            limit: self.shadow_limit,
+        Shadow {
+            ramp: RampPlan {
+                centre: dark + ((self.shadow_centre * range) >> 8),
+                gain: (self.shadow_gain / range).clamp(-RampPlan::STEEPEST, RampPlan::STEEPEST),
+                limit: self.shadow_limit,
+            },
+            bright: self.margin + dark + range,
         }
     }
 
@@ -263,7 +275,7 @@ impl Line {
         sums: &[u32],
         sizes: &Sizes,
         first: usize,
-        shadow: &RampPlan,
+        shadow: &Shadow,
         scores: &mut [i32],
     ) {
         let origin = sizes.above.saturating_add(first);
@@ -299,16 +311,19 @@ impl Line {
     }
 
     #[inline(always)]
-    fn score(&self, means: &Means, shadow: &RampPlan) -> i32 {
+    fn score(&self, means: &Means, shadow: &Shadow) -> i32 {
         let above = |below: i32| ((means.echo - below) >> SHIFT).max(0) as u32;
         // At most (255·16)², below 2²⁴.
         let onset = above(means.near).wrapping_mul(above(means.far));
         let onset = ln(onset.wrapping_add(self.floor)) - ln((WHITE * WHITE) as u32);
         let contrast = self.contrast.at((means.echo - means.above) >> SHIFT);
-        let level = self.level.at((means.above - means.below) >> SHIFT);
-        let rest = self.rest.at((means.above >> SHIFT) - means.rest);
+        // The margin is at most white, so that the difference fits.
+        let reference = means.above.max(means.echo - (self.margin << SHIFT));
+        let level = self.level.at((reference - means.below) >> SHIFT);
+        let rest = self.rest.at((reference >> SHIFT) - means.rest);
+        let lift = ((means.echo >> SHIFT) - shadow.bright).max(0);
         let onset = (onset * self.weight) >> NAT.trailing_zeros();
-        onset + contrast + level + rest + shadow.at(means.shadow)
+        onset + contrast + level + rest + shadow.ramp.at(means.shadow - lift)
     }
 }
 

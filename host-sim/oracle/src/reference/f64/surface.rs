@@ -37,15 +37,18 @@ pub fn score(
     let far = (echo - below(settings.far)).max(0.0);
     let [nearest, farthest] = settings.above;
     let above = window(-cells(farthest), -cells(nearest));
-    let level = above - below(settings.below);
+    let reference = above.max(echo - settings.margin);
+    let level = reference - below(settings.below);
     let block = cells(settings.rest_block).max(1);
     let last = (whole.len() / stride) as i64 - block - cell as i64;
     let blocks = cells(settings.rest_from).min(last)..=last;
     let brightest = blocks.map(|at| window(at, at + block - 1));
-    let rest = above - brightest.fold(0.0, f64::max);
+    let rest = reference - brightest.fold(0.0, f64::max);
     let from = (cell as i64 + cells(settings.shadow_from)) * stride as i64;
     let shadow = mean(whole, from, whole.len() as i64) - dark;
-    let shadow = shadow / (tissue - dark).max(settings.shadow_range);
+    let range = (tissue - dark).max(settings.shadow_range);
+    let lift = (echo - settings.margin - dark - range).max(0.0);
+    let shadow = (shadow - lift) / range;
     let onset = settings.onset_weight * (near * far + settings.onset_floor).ln();
     let score = onset
         + ramp(&settings.contrast, echo - above)
