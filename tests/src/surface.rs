@@ -89,7 +89,12 @@ pub const CONTRAST: Parameters = Parameters {
 /// Echoes are judged by themselves.
 pub const MARGIN: Parameters = Parameters {
     settings: Settings {
-        margin: 0.2,
+        margin: 0.1,
+        level: Ramp {
+            weight: 1.0,
+            centre: 0.5,
+            width: 0.3,
+        },
         ..CONTRAST.settings
     },
     ..WHOLE

@@ -181,7 +181,7 @@ fn bound(settings: &Settings, [near, far]: [f64; 2]) -> f64 {
     ];
     let ramps = terms.map(|r| (r.weight / r.width).abs());
     settings.onset_weight * (0.016 + (onset / least).ln())
-        + grey * (ramps[0] + ramps[1] + 2.0 * ramps[2] + 2.0 * ramps[3] / settings.shadow_range)
+        + grey * (ramps[0] + ramps[1] + 2.0 * ramps[2] + ramps[3] / settings.shadow_range)
         + 0.005
 }
 

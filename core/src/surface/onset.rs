@@ -28,7 +28,7 @@ pub(super) struct Window {
 }
 
 /// Sums times reciprocals are means in units of 2⁻²³ of a grey level.
-const SHIFT: u32 = 23 - PARTS.trailing_zeros();
+pub(super) const SHIFT: u32 = 23 - PARTS.trailing_zeros();
 
 impl Window {
     /// From one cell to another, both within.
@@ -81,22 +81,31 @@ fn scaled(sum: u32, reciprocal: u32) -> i32 {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(super) struct RampPlan {
-    /// Centre, in 1/16 of a grey level.
-    pub centre: i32,
     /// Gain, 2⁻¹² scores for each 1/16 of a level; below 2¹⁷.
-    pub gain: i32,
+    gain: i32,
+    /// Minus the gain times the centre.
+    offset: i32,
     /// Limit, in scores.
-    pub limit: i32,
+    limit: i32,
 }
 
 impl RampPlan {
     /// Steeper ones are as steep as this.
     const STEEPEST: i32 = (1 << 17) - 1;
 
+    /// `centre` in 1/16 of a grey level, `gain` in 2⁻¹² scores for each of them.
+    pub(super) const fn new(centre: i32, gain: i32, limit: i32) -> Self {
+        RampPlan {
+            gain,
+            offset: centre.wrapping_mul(gain).wrapping_neg(),
+            limit,
+        }
+    }
+
     #[inline(always)]
     fn at(&self, x: i32) -> i32 {
-        // Below 2³¹: x and the centre are below 2¹⁴.
-        let value = (x - self.centre).wrapping_mul(self.gain) >> 12;
+        // The sum is below 2³¹, though its parts are not: x and the centre are below 2¹⁴.
+        let value = x.wrapping_mul(self.gain).wrapping_add(self.offset) >> 12;
         value.min(self.limit).max(-self.limit)
     }
 }
@@ -117,7 +126,7 @@ pub(super) struct Line {
     pub contrast: RampPlan,
     pub level: RampPlan,
     pub rest: RampPlan,
-    /// Margin below the echo, in 1/16 of a grey level.
+    /// Margin below the echo, 2²³ times a grey level.
     pub margin: i32,
     /// Offset of the first window of `rest` below a cell, cells.
     pub rest_from: usize,
@@ -132,13 +141,6 @@ pub(super) struct Line {
     pub shadow_limit: i32,
     /// Minimum range from dark to tissue.
     pub shadow_range: i32,
-}
-
-/// The term of the shadow to the end, for a frame's levels.
-struct Shadow {
-    ramp: RampPlan,
-    /// An echo above this is its own reference, in 1/16 of a grey level.
-    bright: i32,
 }
 
 /// The means around a cell, but for the last 2²³ times a grey level.
@@ -198,18 +200,14 @@ impl Line {
         places.for_each(|place| *place = sum);
     }
 
-    /// The term of the shadow to the end, for a frame's levels.
-    fn shadow(&self, levels: Levels) -> Shadow {
+    /// The ramp of the shadow to the end, for a frame's levels.
+    fn shadow(&self, levels: Levels) -> RampPlan {
         let [dark, tissue] = [levels.dark, levels.tissue].map(|level| i32::from(level).min(WHITE));
         let range = (tissue - dark).max(self.shadow_range).max(1);
-        Shadow {
-            ramp: RampPlan {
-                centre: dark + ((self.shadow_centre * range) >> 8),
-                gain: (self.shadow_gain / range).clamp(-RampPlan::STEEPEST, RampPlan::STEEPEST),
-                limit: self.shadow_limit,
-            },
-            bright: self.margin + dark + range,
-        }
+        let centre = dark + ((self.shadow_centre * range) >> 8);
+        let gain = self.shadow_gain / range;
+        let gain = gain.clamp(-RampPlan::STEEPEST, RampPlan::STEEPEST);
+        RampPlan::new(centre, gain, self.shadow_limit)
     }
 
     /// Scores of cells from the first of the search on.
@@ -275,7 +273,7 @@ impl Line {
         sums: &[u32],
         sizes: &Sizes,
         first: usize,
-        shadow: &Shadow,
+        shadow: &RampPlan,
         scores: &mut [i32],
     ) {
         let origin = sizes.above.saturating_add(first);
@@ -311,19 +309,18 @@ impl Line {
     }
 
     #[inline(always)]
-    fn score(&self, means: &Means, shadow: &Shadow) -> i32 {
+    fn score(&self, means: &Means, shadow: &RampPlan) -> i32 {
         let above = |below: i32| ((means.echo - below) >> SHIFT).max(0) as u32;
         // At most (255·16)², below 2²⁴.
         let onset = above(means.near).wrapping_mul(above(means.far));
         let onset = ln(onset.wrapping_add(self.floor)) - ln((WHITE * WHITE) as u32);
         let contrast = self.contrast.at((means.echo - means.above) >> SHIFT);
         // The margin is at most white, so that the difference fits.
-        let reference = means.above.max(means.echo - (self.margin << SHIFT));
+        let reference = means.above.max(means.echo - self.margin);
         let level = self.level.at((reference - means.below) >> SHIFT);
         let rest = self.rest.at((reference >> SHIFT) - means.rest);
-        let lift = ((means.echo >> SHIFT) - shadow.bright).max(0);
         let onset = (onset * self.weight) >> NAT.trailing_zeros();
-        onset + contrast + level + rest + shadow.ramp.at(means.shadow - lift)
+        onset + contrast + level + rest + shadow.at(means.shadow)
     }
 }
 

@@ -39,11 +39,10 @@ pub struct Ramp {
 /// - `level`, a ramp of `R − D`: the reference `R = max(U, B − margin)` less the mean grey of `below` below the cell;
 /// - `rest`, a ramp of `R − M`, with `M` the brightest mean grey of any `rest_block` that begins `rest_from` or
 ///   more below the cell. Nothing below bone is as bright as the tissue above it; below a fascia something is;
-/// - `shadow`, a ramp of `(E − d − L)/r`, with `E` the mean grey from `shadow_from` below the cell to the end of the
-///   line, `d` and `t` the frame's dark and tissue ([`Levels`](super::Levels)), `r = max(t − d, shadow_range)` and
-///   `L = max(B − margin − d − r, 0)`.
+/// - `shadow`, a ramp of `(E − d)/max(t − d, shadow_range)`, with `E` the mean grey from `shadow_from` below the
+///   cell to the end of the line, `d` and `t` the frame's dark and tissue ([`Levels`](super::Levels)).
 ///
-/// A strong echo is thus its own reference: in water there is no tissue above it, and clutter may fill its shadow.
+/// A strong echo is its own reference `R`: in water there is no tissue above it, and clutter may fill its shadow.
 ///
 /// Windows are cut at the ends of the line.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -123,41 +122,41 @@ impl Settings {
         near: [0.5e-3, 2e-3],
         far: [1.5e-3, 6e-3],
         onset_floor: 1e-4,
-        onset_weight: 0.79,
+        onset_weight: 1.0,
         above: [0.3e-3, 10e-3],
         below: [0.6e-3, 10e-3],
-        margin: 0.28,
+        margin: 0.26,
         contrast: Ramp {
-            weight: 1.2,
-            centre: 0.15,
-            width: 0.36,
+            weight: 1.94,
+            centre: 0.26,
+            width: 0.43,
         },
         level: Ramp {
-            weight: 0.86,
-            centre: -0.064,
-            width: 0.089,
+            weight: 0.98,
+            centre: -0.1,
+            width: 0.145,
         },
         rest: Ramp {
-            weight: 1.85,
-            centre: -0.011,
-            width: 0.084,
+            weight: 1.58,
+            centre: 0.012,
+            width: 0.056,
         },
         rest_from: 1.5e-3,
         rest_block: 1e-3,
         shadow_from: 1.5e-3,
         shadow: Ramp {
-            weight: -0.47,
-            centre: 0.345,
-            width: 0.228,
+            weight: -0.58,
+            centre: 0.253,
+            width: 0.325,
         },
-        shadow_range: 0.072,
+        shadow_range: 0.063,
         depths: [5e-3, f64::INFINITY],
-        absence: -0.63,
-        end: 6.2,
-        jump: 9.0,
-        slope: 2.33e3,
+        absence: -2.33,
+        end: 7.2,
+        jump: 10.5,
+        slope: 2.95e3,
         spacing: 0.308e-3,
-        confidence: [1.07, 0.79],
+        confidence: [0.96, 0.69],
     };
 
     /// Settings for scanner pictures, with unknown grey levels and layers.

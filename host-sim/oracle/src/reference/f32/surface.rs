@@ -117,9 +117,8 @@ pub fn scores(p: &Parameters, line: &[u8], levels: Levels) -> Vec<i64> {
             (slope(&s.rest) / white).round() as i64,
             nats(s.rest.weight.abs()),
         );
-        let lift = ((echo >> 19) - margin - dark - range).max(0);
         let shadow = ramp(
-            shadow - lift,
+            shadow,
             shadow_centre,
             shadow_gain,
             nats(s.shadow.weight.abs()),

@@ -46,9 +46,7 @@ pub fn score(
     let rest = reference - brightest.fold(0.0, f64::max);
     let from = (cell as i64 + cells(settings.shadow_from)) * stride as i64;
     let shadow = mean(whole, from, whole.len() as i64) - dark;
-    let range = (tissue - dark).max(settings.shadow_range);
-    let lift = (echo - settings.margin - dark - range).max(0.0);
-    let shadow = (shadow - lift) / range;
+    let shadow = shadow / (tissue - dark).max(settings.shadow_range);
     let onset = settings.onset_weight * (near * far + settings.onset_floor).ln();
     let score = onset
         + ramp(&settings.contrast, echo - above)
