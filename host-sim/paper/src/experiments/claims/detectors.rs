@@ -10,7 +10,7 @@ use super::judge::ClaimsResult;
 use super::scene::{DETECTORS, SceneResult};
 
 /// The bone's echo over the tissue's RMS in quiet tissue, dB: ranges with as many bones each, about.
-const RANGES: [Range<f64>; 3] = [0.0..18.0, 18.0..26.0, 26.0..f64::INFINITY];
+const RANGES: [Range<f64>; 3] = [0.0..20.0, 20.0..30.0, 30.0..f64::INFINITY];
 
 /// F1 of a detector in scenes; none without surface and answers.
 fn f1<'a>(name: &str, scenes: impl IntoIterator<Item = &'a SceneResult>) -> Vec<f64> {
