@@ -307,7 +307,7 @@ fn environment_variables_of_threads_are_checked() {
 fn reports_to_merge_are_checked_before_anything_is_computed() {
     let folder = tempdir().unwrap();
     for (text, part) in [
-        ("no JSON", "is no report.json"),
+        ("no JSON", "is not the report.json"),
         ("{}", "has no `claims`"),
         ("[1, 2]", "has no `claims`"),
         (r#"{"claims": {}}"#, "`claims.scenes` is not a list"),

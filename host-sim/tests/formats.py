@@ -963,7 +963,7 @@ def sonix():
     # The machine's own values for the rest, which are said: the board's order, 40 MHz, and each record a frame.
     told_of = ["--variable", f"f0={F0}", "--variable", f"pitch={PITCH}"]
     outcome = run("info", path, *told_of)
-    parts = ["\nassumed    fs is 40 MHz", "order of the vendor's board", "3 frames, 1 transmit, 128 elements", "plane waves of 0.0000 degrees"]
+    parts = ["\nassumed    fs is 40 MHz", "order of the vendor's board", "3 frames, 1 transmit, 128 elements", "plane waves at 0.0000 degrees"]
     check(all(part in outcome.stdout for part in parts), f"128 channels, two flags: {told(outcome)} {outcome.stdout}")
     held = converted(path, *told_of)
     fits = held is not None and np.array_equal(held["rf"], wide[0][:, None]) and held["fs"] == 40e6
@@ -1071,7 +1071,7 @@ def information():
         "rf_plain.npz": ".npz",
     }.items():
         outcome = run("info", folder / name)
-        expected = [kind, "RF: 1 frame, 3 transmits, 32 elements, 900 samples" if name.startswith("rf") else "I/Q", "plane waves of -7.1620 to 7.1620 degrees"]
+        expected = [kind, "RF: 1 frame, 3 transmits, 32 elements, 900 samples" if name.startswith("rf") else "I/Q", "plane waves at -7.1620 to 7.1620 degrees"]
         check(outcome.returncode == 0 and all(part in outcome.stdout for part in expected), f"info {name}: {outcome.stdout}{outcome.stderr}")
         # 2^25 Hz has more digits than a person reads.
         check("at 33.5544 MHz" in outcome.stdout, f"info {name}: {outcome.stdout}")
