@@ -224,7 +224,7 @@ fn inputs_that_are_no_regular_file_are_refused() {
             let message = message_of(&output);
             assert_eq!(output.status.code(), Some(status), "{arguments}: {message}");
             assert!(
-                message.contains("no regular file"),
+                message.contains("not a regular file"),
                 "{arguments}: {message}"
             );
             assert_eq!(message.lines().count(), 1, "{arguments}: {message}");

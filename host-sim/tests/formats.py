@@ -472,9 +472,9 @@ def many_frames():
     write_mat5(folder / "plain_whole.mat", "rf", rf.astype(np.float64), compressed=False)
     write_npz(folder / "whole.npz", "rf", np.asfortranarray(rf))
     for name, words in {
-        "whole.mat": " of memory, which cannot be had; MATLAB 5 files are read whole: save(",
-        "plain_whole.mat": " of memory, which cannot be had; MATLAB 5 files are read whole: save(",
-        "whole.npz": " of memory, which cannot be had; it is stored in columns",
+        "whole.mat": " of memory, which is not available; MATLAB 5 files are read whole: save(",
+        "plain_whole.mat": " of memory, which is not available; MATLAB 5 files are read whole: save(",
+        "whole.npz": " of memory, which is not available; it is stored in columns",
     }.items():
         outcome = run("beamform", folder / name, "-o", "lines.npz", *flags, limit=LITTLE)
         alone = outcome.stderr.count("\n") == 1
@@ -635,7 +635,7 @@ def layouts():
     check(fits and np.allclose(held["t0"], -passes, atol=1e-12) and "lens_delay" not in held, f"defaults.mat: {held and held['t0']}")
     outcome = run("info", folder / "defaults.mat")
     for name in ("units", "decimSampleRate", "speedOfSound", "peak", "lensCorrection"):
-        is_said = any(line.startswith("assumed ") and f".{name} is not there" in line for line in outcome.stdout.splitlines())
+        is_said = any(line.startswith("assumed ") and f".{name} is missing" in line for line in outcome.stdout.splitlines())
         check(is_said, f"defaults.mat: {name}: {outcome.stdout}")
     # A mode that leaves samples out is refused by its name.
     for receive in verasonics["Receive"]:

@@ -1,4 +1,4 @@
-//! Errors that a person reads: one line that names the thing, and an exit status.
+//! Errors for the user: one line that names the thing, and an exit status.
 
 use std::fmt::{self, Display, Formatter};
 use std::path::PathBuf;
@@ -12,12 +12,12 @@ pub enum Error {
     File {
         /// The file or folder.
         path: PathBuf,
-        /// What is wrong with it, and what would be right.
+        /// The problem, and the expected content.
         message: String,
     },
     /// Data in memory are wrong (exit status 1).
     Data(String),
-    /// The core refused (exit status 1).
+    /// The core returned an error (exit status 1).
     Core(bonebeam::Error),
 }
 

@@ -115,7 +115,7 @@ impl Checkpoint {
     /// Removes the file: the output is there.
     pub fn finish(self) {
         if let Some(path) = self.path {
-            // Where it cannot be removed, the next run tells that it is of another simulation.
+            // Where it cannot be removed, the next run reports that it belongs to another simulation.
             let _ = fs::remove_file(path);
         }
     }
