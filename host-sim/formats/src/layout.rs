@@ -1,6 +1,6 @@
-//! The layouts that programs have in common, by their names on the command line.
+//! Common layouts of programs, by their names on the command line.
 
-/// The layouts: a row a layout, with its name on the command line.
+/// Defines the layouts, one per row, with the name on the command line.
 macro_rules! layouts {
     ($($(#[doc = $doc:literal])* $layout:ident, $name:literal;)*) => {
         /// A layout of arrays.
