@@ -370,7 +370,7 @@ impl ChannelData {
         })
     }
 
-    /// Depths at which every transmit has recorded something, m.
+    /// Range of depths recorded after any transmit, m.
     ///
     /// `c` is the speed of sound. The depths begin at 0 at the earliest.
     pub fn depths(&self, c: f64) -> [f64; 2] {
