@@ -24,7 +24,9 @@ pub struct ChannelData {
     ///
     /// It counts from the moment when the transmit wave would pass the origin of its delay law.
     pub t0: Vec<f64>,
-    /// The lateral positions of the elements, m, ascending and evenly spaced along the array.
+    /// The lateral positions of the elements, m.
+    ///
+    /// They ascend and are evenly spaced along the array.
     pub element_x: Vec<f64>,
     /// The depths of the elements, m; without them, all are at z = 0.
     pub element_z: Option<Vec<f64>>,

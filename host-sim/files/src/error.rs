@@ -6,7 +6,7 @@ use std::path::PathBuf;
 /// Every failure of the host simulator.
 #[derive(Debug)]
 pub enum Error {
-    /// The command line or the configuration asks for something impossible (exit status 2).
+    /// The command line or the configuration is wrong (exit status 2).
     Usage(String),
     /// A file or its contents are wrong (exit status 1).
     File {

@@ -17,7 +17,9 @@ pub struct Truth {
     pub scatterers: Array2<f32>,
     /// Number of scatterers on the bone.
     pub on_bone: usize,
-    /// The bone's outline in the image plane: x and z of both ends, `[segment, end, 2]`.
+    /// The bone's outline in the image plane, `[segment, end, 2]`.
+    ///
+    /// Each end has x and z.
     pub outline: Array3<f64>,
     /// Level at every pixel, dB, if the phantom has known levels.
     ///

@@ -88,7 +88,7 @@ impl Given {
         Some([number(first)?, number(last)?])
     }
 
-    /// Whether it is `FIRST..LAST`: evenly spaced numbers, one for each transmit or element.
+    /// Whether it is `FIRST..LAST`: evenly spaced numbers over transmits or elements.
     pub fn is_spread(&self) -> bool {
         self.ends().is_some()
     }

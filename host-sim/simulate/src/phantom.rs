@@ -82,7 +82,9 @@ pub struct Phantom {
     ///
     /// They lie on the smooth surface that casts shadows. Empty if the scatterers lie on it.
     pub seen_at: Vec<[f64; 3]>,
-    /// The bone's outline in the image plane, which casts shadows unless `surface` does.
+    /// The bone's outline in the image plane.
+    ///
+    /// It casts shadows unless `surface` does.
     pub bone: Option<Outline>,
     /// The bone's surface, if there is one; it casts shadows.
     pub surface: Option<Surface>,

@@ -82,11 +82,11 @@ pub enum Kind {
     Point,
     /// A slice of a lumbar vertebra from behind in a water bath; noise at -40 dB
     Vertebra,
-    /// The vertebra as a volume, with elevation focus and 200 scatterers per mm² of bone
+    /// The vertebra as a volume: elevation focus, 200 scatterers per mm² of bone
     #[cfg_attr(feature = "clap", value(name = "vertebra-3d"))]
     #[serde(rename = "vertebra-3d")]
     Vertebra3d,
-    /// Spinous processes along the spine, under skin, fat, fascia and muscle (for the paper's Fig. 11)
+    /// Spinous processes along the spine under skin, fat, fascia and muscle (Fig. 11)
     SpinousProcesses,
     /// Laminae along the spine, in the same layers (Fig. 10)
     Laminae,

@@ -188,7 +188,9 @@ fn lamina(p: Vector, fall: f64) -> f64 {
     rounded_box([u - 5.0, v, p[2] + 3.0], [9.0, 3.2, 10.0], 2.2)
 }
 
-/// A plate that thins from its base and ends in a thicker tip, sloping towards the feet.
+/// A plate that becomes thinner from its base and ends in a thicker tip.
+///
+/// It slopes towards the feet.
 fn spinous_process(p: Vector) -> f64 {
     let z = p[2] + 6.0 - 0.12 * (p[1] - 6.0);
     let half = 2.2 + 0.06 * (p[1] - 4.0).max(0.0);
@@ -202,7 +204,9 @@ fn transverse_process(p: Vector) -> f64 {
     capsule(slim, [15.0, 23.0, 3.5], [42.0, 18.5, 5.5], 4.0, 2.6)
 }
 
-/// The lower pair beside the laminae, the upper pair further out with a mammillary process.
+/// Lower pair beside the laminae, upper pair further out.
+///
+/// The upper pair has a mammillary process.
 fn articular_processes([x, y, z]: Vector, size: f64) -> f64 {
     let sized = |axes: Vector| axes.map(|v| size * v);
     let lower = ellipsoid([x - 11.5, y - 14.0, z + 11.0], sized([5.0, 5.4, 11.0]));
@@ -210,7 +214,9 @@ fn articular_processes([x, y, z]: Vector, size: f64) -> f64 {
     smooth_min(lower, upper, 2.0)
 }
 
-/// A triangle with rounded corners, its apex towards the spinous process; positive outside.
+/// A triangle with rounded corners, positive outside.
+///
+/// Its apex is towards the spinous process.
 fn canal([x, y, _]: Vector) -> f64 {
     let v = (y - 25.0) / 8.0;
     let half = 11.5 * (1.0 + 0.25 * v);

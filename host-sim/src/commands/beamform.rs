@@ -139,7 +139,7 @@ impl Arguments {
         }
     }
 
-    /// Refuses files that cannot be written, or that would be written twice or over the recording.
+    /// Refuses outputs that cannot be written, or that would overwrite another file.
     fn check_paths(&self, config_path: &Path) -> Result<()> {
         let mut outputs = vec![self.output.as_path(), config_path];
         if let Some(path) = &self.image {

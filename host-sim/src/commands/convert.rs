@@ -1,4 +1,4 @@
-//! `host-sim convert`: a recording of any format, or lines → `.npz`, UFF or zea's HDF5.
+//! `host-sim convert`: a recording or lines → `.npz`, UFF or zea's HDF5.
 
 use std::path::PathBuf;
 
@@ -12,7 +12,7 @@ use bonebeam_files::terminal::{print, warn};
 use bonebeam_files::{BeamformedLines, Recording};
 use bonebeam_formats::{Export, RecordingFile, add_lines};
 
-/// Write a recording of any format, or beamformed lines, as .npz, UFF or zea's HDF5.
+/// Write a recording of any format, or lines, as .npz, UFF or zea's HDF5.
 ///
 /// The ending of OUT sets the format: .npz, .uff, or for zea .hdf5 or .h5. The numbers do not change: float32 RF or
 /// complex64 I/Q. docs/file-formats.md lists the keys of .npz archives.

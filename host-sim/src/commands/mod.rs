@@ -82,7 +82,7 @@ fn recording_help() -> String {
 /// Flags on a recording's arrays, shared by the commands that read one.
 #[derive(Debug, clap::Args)]
 struct VariableArguments {
-    /// Name or value of a key of channel data, if the format does not fix it; repeatable
+    /// Name or value of a key of channel data, if the format gives none; repeatable
     ///
     /// Such as rf=RcvData for the file's name of rf, c=1540, tx_angle=-0.1,0,0.1 or axes=sample,element,transmit.
     #[arg(long = "variable", value_name = "KEY=NAME", help_heading = "Recording")]

@@ -16,7 +16,7 @@ use bonebeam_files::terminal::warn;
 use bonebeam_files::{Truth, add_surface_to};
 use bonebeam_simulate::{Checkpoint, DynamicRange, Kind, Phantom};
 
-/// Simulate channel data of a point, of bone in water or tissue, or of known levels.
+/// Simulate channel data of a point, of bone in water or tissue, or known levels.
 ///
 /// A linear array sends one focused beam per element and records every element. Array, pulse, transmits and record
 /// are the paper's unless flags change them. No sound passes through bone: an element receives echoes only of the

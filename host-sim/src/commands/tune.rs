@@ -38,7 +38,7 @@ pub struct Arguments {
     #[arg(long, value_name = "METHOD,…", value_delimiter = ',')]
     methods: Vec<MethodName>,
 
-    /// Number of bones to tune on, and of others to judge on [default: 6; with --quick 2]
+    /// Number of bones to tune on, and to judge on [default: 6; with --quick 2]
     #[arg(long, value_name = "N")]
     bones: Option<u64>,
 

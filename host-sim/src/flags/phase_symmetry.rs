@@ -71,7 +71,7 @@ impl PhaseSymmetryFlags {
     }
 }
 
-/// A scale as a power of two (`2^-7`) or as a decimal number (`0.0078125`), cycles per pixel.
+/// Parses a scale, cycles per pixel: `2^-7` or `0.0078125`.
 pub fn parse_scale(text: &str) -> std::result::Result<f64, String> {
     let value = match text.strip_prefix("2^") {
         Some(exponent) => exponent.parse().ok().map(f64::exp2),

@@ -51,7 +51,7 @@ pub fn validate(simulation: &Settings, receive: &Receive, image: &Image) -> Resu
 /// Parameters shared by all experiments.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Common {
-    /// Section `[phase_symmetry]`: the ridge filter; the water bath's filters and threshold.
+    /// Section `[phase_symmetry]`: filters and threshold, also of the water bath.
     pub phase_symmetry: PhaseSymmetry,
     /// Section `[checks]`: share of beams that the references compute again.
     pub checks: Checks,

@@ -158,7 +158,9 @@ impl Point {
         }
     }
 
-    /// Phase symmetry sees the whole square; what is shown is the paper's 3 mm of depth.
+    /// Pictures of the point.
+    ///
+    /// Phase symmetry uses the whole square; the pictures show the paper's 3 mm of depth.
     fn pictures(
         &self,
         common: &Common,

@@ -177,7 +177,9 @@ fn distance_plots(result: &VertebraResult) -> Vec<Plot> {
     vec![plot(0), plot(1)]
 }
 
-/// Table I for every beamformer, with the uniform image: B-mode, then phase symmetry.
+/// Table I for every beamformer and the uniform image.
+///
+/// B-mode comes first, then phase symmetry.
 fn surface_tables(result: &VertebraResult) -> Vec<Table> {
     let row = |name: &str, s: &Surface| {
         vec![

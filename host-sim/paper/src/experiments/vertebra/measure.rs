@@ -25,7 +25,7 @@ const NEAR: Region = Region {
 const SEARCH: f64 = 2.1e-3;
 /// Depths of the noise inside the bone on the axial line, m (the paper's).
 const NOISE_DEPTHS: [f64; 2] = [30e-3, 40e-3];
-/// Grey levels at which the paper measures the widths of the axial lines and of the lateral ones.
+/// Grey levels of the paper's widths, axial and lateral.
 const AXIAL_LEVEL: f64 = 200.0;
 const LATERAL_LEVELS: [f64; 2] = [150.0, 100.0];
 

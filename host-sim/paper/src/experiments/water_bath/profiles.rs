@@ -1,4 +1,4 @@
-//! Image lines down through the spinous process and across its sidewalls (the paper's Figs. 8 and 9).
+//! Image lines through spinous process and sidewalls (the paper's Figs. 8 and 9).
 
 use ndarray::{Array2, ArrayView1};
 use serde::Serialize;
