@@ -242,7 +242,7 @@ impl Phantom {
             return Ok(());
         }
         Err(Error::Data(
-            "the phantom must be finite and lie at depths above 0".into(),
+            "the phantom must have finite positions at depths above 0".into(),
         ))
     }
 

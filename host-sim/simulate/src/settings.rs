@@ -230,30 +230,30 @@ impl Settings {
         for (name, value, [least, most], unit) in self.ranges() {
             if !(least..=most).contains(&value) {
                 return usage(format!(
-                    "{name} must be positive, {least} to {most}{unit}, is {}",
+                    "{name} is {}; expected {least} to {most}{unit}",
                     short(value)
                 ));
             }
         }
         if !(2..=1024).contains(&self.elements) {
-            return usage(format!("elements must be 2 to 1024, is {}", self.elements));
+            return usage(format!("elements is {}; expected 2 to 1024", self.elements));
         }
         if !(self.kerf >= 0.0 && self.kerf < self.pitch) {
             return usage(format!(
-                "kerf must be at least 0 and below the pitch of {} m, is {}",
+                "kerf is {1} m; expected at least 0 and below the pitch of {0} m",
                 self.pitch,
                 short(self.kerf)
             ));
         }
         if !(self.bandwidth >= 0.1 && self.bandwidth <= 1.0) {
             return usage(format!(
-                "bandwidth must be 0.1 to 1, is {}",
+                "bandwidth is {}; expected 0.1 to 1",
                 short(self.bandwidth)
             ));
         }
         if self.fs < 4.0 * self.f0 {
             return usage(format!(
-                "fs must be at least 4·f0 = {} Hz, is {}",
+                "fs is {1} Hz; expected at least 4·f0 = {0} Hz",
                 4.0 * self.f0,
                 short(self.fs)
             ));
@@ -261,7 +261,7 @@ impl Settings {
         let last = self.first_beam + (self.beams.max(1) - 1) as f64 * self.beam_step;
         if self.beams == 0 || !(self.first_beam >= 0.0 && last <= (self.elements - 1) as f64) {
             return usage(format!(
-                "beams must be at least 1 and lie between element 0 and {}: {} beams from {} to {last}",
+                "{1} beams from {2} to {last}; expected at least 1, between element 0 and {0}",
                 self.elements - 1,
                 self.beams,
                 self.first_beam
@@ -269,7 +269,7 @@ impl Settings {
         }
         if !(self.depth_start > 0.0 && self.depth_end > self.depth_start && self.depth_end <= 0.2) {
             return usage(format!(
-                "depths must satisfy 0 < depth_start < depth_end ≤ 0.2 m, are {} and {}",
+                "depth_start and depth_end are {} and {} m; expected 0 < depth_start < depth_end ≤ 0.2 m",
                 short(self.depth_start),
                 short(self.depth_end)
             ));
@@ -277,22 +277,22 @@ impl Settings {
         if let Some(noise) = self.noise
             && !(-400.0..=40.0).contains(&noise)
         {
-            return usage(format!("noise must be -400 to 40 dB, is {}", short(noise)));
+            return usage(format!("noise is {}; expected -400 to 40 dB", short(noise)));
         }
         if !(0.0..=2000.0).contains(&self.noise_rise) {
             return usage(format!(
-                "noise_rise must be 0 to 2000 dB per m, is {}",
+                "noise_rise is {}; expected 0 to 2000 dB per m",
                 short(self.noise_rise)
             ));
         }
         if let Some(bits) = self.adc_bits
             && !(2..=24).contains(&bits)
         {
-            return usage(format!("adc_bits must be 2 to 24, is {bits}"));
+            return usage(format!("adc_bits is {bits}; expected 2 to 24"));
         }
         if !(0.0..=100e-3).contains(&self.element_height) {
             return usage(format!(
-                "element_height must be 0 to 0.1 m, is {}",
+                "element_height is {}; expected 0 to 0.1 m",
                 short(self.element_height)
             ));
         }
@@ -300,13 +300,13 @@ impl Settings {
             && !(1e-3..=10.0).contains(&focus)
         {
             return usage(format!(
-                "elevation_focus must be 0.001 to 10 m, is {}",
+                "elevation_focus is {}; expected 0.001 to 10 m",
                 short(focus)
             ));
         }
         if !(0.0..=10.0).contains(&self.attenuation) {
             return usage(format!(
-                "attenuation must be 0 to 10 dB/(cm MHz), is {}",
+                "attenuation is {}; expected 0 to 10 dB/(cm MHz)",
                 short(self.attenuation)
             ));
         }

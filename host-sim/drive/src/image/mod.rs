@@ -289,14 +289,14 @@ impl Task for Pixels<'_> {
 pub fn resize(image: ArrayView2<f32>, rows: usize, columns: usize) -> Result<Array2<f32>> {
     if image.nrows() < 2 || image.ncols() < 2 {
         return Err(Error::Data(format!(
-            "an image of {}x{} cannot be resized, both sides must be at least 2",
+            "an image of {}x{} cannot be resized; both sides must be at least 2",
             image.nrows(),
             image.ncols()
         )));
     }
     if rows < 2 || columns < 2 {
         return Err(Error::Usage(format!(
-            "an image cannot be resized to {rows}x{columns}, both sides must be at least 2"
+            "an image cannot be resized to {rows}x{columns}; both sides must be at least 2"
         )));
     }
     // The resampler's data are [beam][sample], which is an image's transpose.
