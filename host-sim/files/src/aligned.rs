@@ -75,7 +75,7 @@ impl AlignedData {
         })
     }
 
-    /// Begins the array of `count` such frames in an archive.
+    /// Begins the array of `frames` such frames in an archive.
     ///
     /// A single frame has no frame axis.
     pub(super) fn begin_npz<W: Write + Seek>(

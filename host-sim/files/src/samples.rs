@@ -326,7 +326,7 @@ impl Samples {
         }
     }
 
-    /// Begins the array of `count` such frames in an archive.
+    /// Begins the array of `frames` such frames in an archive.
     ///
     /// A single frame has no frame axis.
     pub(super) fn begin_npz<W: Write + Seek>(

@@ -63,6 +63,9 @@ pub struct Arguments {
     json: bool,
 
     #[command(flatten)]
+    config: ConfigArgument,
+
+    #[command(flatten)]
     beamform: BeamformFlags,
 
     /// Frames A to B−1, or frame A alone: A..B, A.. or A [default: all]
@@ -93,9 +96,6 @@ pub struct Arguments {
     /// The file is as `host-sim surface` writes it. Parameters come from the section [surface] of --config.
     #[arg(long, value_name = "SURFACE.csv", help_heading = "Bone surface")]
     surface: Option<PathBuf>,
-
-    #[command(flatten)]
-    config: ConfigArgument,
 }
 
 const EXAMPLES: &str = "\

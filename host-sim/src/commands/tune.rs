@@ -38,7 +38,7 @@ pub struct Arguments {
     #[arg(long, value_name = "METHOD,…", value_delimiter = ',')]
     methods: Vec<MethodName>,
 
-    /// Number of bones to tune on, and to judge on [default: 6; with --quick 2]
+    /// Number of bones to tune on, and of others to judge on [default: 6; with --quick 2]
     #[arg(long, value_name = "N")]
     bones: Option<u64>,
 
@@ -63,7 +63,7 @@ pub struct Arguments {
 }
 
 const EXAMPLES: &str = "\
-The file of --config has the scanner, [simulate.scanner], where the search begins, and what is not tuned.
+The file of --config sets the scanner ([simulate.scanner]), the start of the search, and all that is not tuned.
 
 Examples:
   host-sim tune -o tuned
