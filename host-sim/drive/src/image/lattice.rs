@@ -305,9 +305,9 @@ mod tests {
         };
         let first = [-2e-3, 0.0, 0.0];
         let crossing = refused(&[first, [-1e-3, 0.0, 0.2], [1e-3, 0.0, 0.0]]);
-        assert!(crossing.contains("beam 1 lies right of"), "{crossing}");
+        assert!(crossing.contains("beam 1 is right of"), "{crossing}");
         let twice = refused(&[first, first]);
-        assert!(twice.contains("beam 0 lies where"), "{twice}");
+        assert!(twice.contains("beam 0 has the position"), "{twice}");
         assert!(refused(&[first]).contains("at least 2 beams"));
     }
 }
