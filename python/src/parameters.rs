@@ -26,6 +26,12 @@ impl BeamformParameters {
         section.resolve();
         Ok(Self(section))
     }
+
+    /// The distance of beamformed samples of a line, samples.
+    #[getter]
+    fn depth_step(&self) -> u32 {
+        self.0.core.depth_step as u32
+    }
 }
 
 /// Validates section `[image]`, given as JSON.

@@ -321,3 +321,13 @@ def test_a_forked_process_is_told_to_make_its_own():
     assert ours.poll(60)
     assert ours.recv() == (2, 30)
     process.join()
+
+
+def test_a_preset_is_its_depth_step():
+    x = np.ones((2, 9, 16), np.complex64)
+    for keywords, samples in [
+        ({"method": "mv"}, 3),
+        ({"method": "esmv-rank1"}, 5),
+        ({"depth_step": 8}, 2),
+    ]:
+        assert bonebeam.beamform(x, preset="live", **keywords).shape == (2, samples)

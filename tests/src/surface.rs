@@ -13,10 +13,12 @@ pub const LINES: usize = 24;
 /// Samples of a line.
 pub const SAMPLES: usize = 384;
 
-/// Every term but the contrast counts.
+/// Every term but the contrast counts, beside the tissue alone.
 const SETTINGS: Settings = Settings {
     cell: 0.06e-3,
+    echo: 0.3e-3,
     onset_weight: 1.25,
+    margin: 1.0,
     contrast: Ramp {
         weight: 0.0,
         centre: 0.0,
@@ -37,6 +39,7 @@ const SETTINGS: Settings = Settings {
         centre: 0.3,
         width: 0.25,
     },
+    shadow_range: 0.15,
     absence: -1.5,
     end: 3.0,
     jump: 6.0,
@@ -83,11 +86,25 @@ pub const CONTRAST: Parameters = Parameters {
     },
     ..WHOLE
 };
+/// Echoes are judged by themselves.
+pub const MARGIN: Parameters = Parameters {
+    settings: Settings {
+        margin: 0.1,
+        level: Ramp {
+            weight: 1.0,
+            centre: 0.5,
+            width: 0.3,
+        },
+        ..CONTRAST.settings
+    },
+    ..WHOLE
+};
 /// The cases with their names.
-pub const CASES: [(&str, Parameters); 3] = [
+pub const CASES: [(&str, Parameters); 4] = [
     ("surface-frame", WHOLE),
     ("surface-late", LATE),
     ("surface-contrast", CONTRAST),
+    ("surface-margin", MARGIN),
 ];
 
 const fn need(parameters: Parameters) -> Need {
@@ -96,7 +113,10 @@ const fn need(parameters: Parameters) -> Need {
         Err(_) => panic!("the parameters are not valid"),
     }
 }
-const NEED: Need = need(WHOLE).or(need(LATE)).or(need(CONTRAST));
+const NEED: Need = need(WHOLE)
+    .or(need(LATE))
+    .or(need(CONTRAST))
+    .or(need(MARGIN));
 
 /// The memory of the cases.
 pub struct Memory {

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeSet;
 use std::fs;
+use std::hash::Hasher;
 use std::path::{Path, PathBuf};
 
 use bonebeam::beamform::{Apodization, Method, Parameter, Parameters, Postfilter};
@@ -288,6 +289,30 @@ fn write_tables() {
     let tables = tables();
     let document = format!("{before}<!-- tables -->\n{tables}<!-- end -->\n{after}");
     fs::write(path, document).unwrap();
+}
+
+/// The tables that `host-sim paper --docs` and `host-sim tune --docs` write have the hash of their lines.
+#[test]
+fn no_written_table_was_changed_by_hand() {
+    let mut tables = 0;
+    for path in documents() {
+        let document = read(&path);
+        for (end, _) in document.match_indices("<!-- end of ") {
+            let mark = &document[end + "<!-- end of ".len()..];
+            let (mark, _) = mark.split_once(" -->").unwrap();
+            let Some((name, hash)) = mark.split_once(", ") else {
+                continue;
+            };
+            let begin = format!("<!-- {name} -->\n");
+            let begin = document.find(&begin).expect("a mark") + begin.len();
+            let mut hasher = fnv::FnvHasher::default();
+            hasher.write(&document.as_bytes()[begin..end]);
+            let found = format!("{:016x}", hasher.finish());
+            assert_eq!(found, hash, "{} in {}", name, path.display());
+            tables += 1;
+        }
+    }
+    assert!(tables >= 9, "{tables}");
 }
 
 #[test]

@@ -296,7 +296,7 @@ fn the_surface_by_trying_all_paths_has_the_hashes() {
 }
 
 /// Cases that are never computed over lanes, or only over those of a beam each.
-const ONE_LANE: [&str; 21] = [
+const ONE_LANE: [&str; 22] = [
     "sqrt",
     "delay-filter-f32",
     "mv-growing-aperture",
@@ -310,6 +310,7 @@ const ONE_LANE: [&str; 21] = [
     "surface-frame",
     "surface-late",
     "surface-contrast",
+    "surface-margin",
     "steering",
     "sub-lines-mv-growing-aperture",
     "mv-growing-aperture-depth-step-3",

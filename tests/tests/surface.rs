@@ -119,6 +119,7 @@ fn any_settings(rng: &mut ChaCha8Rng) -> Settings {
         level,
         rest,
         shadow,
+        margin: rng.random_range(0.0..1.0),
         rest_from: rng.random_range(0.0..3e-3),
         rest_block: rng.random_range(0.0..2e-3),
         near: [0.2e-3, rng.random_range(0.3e-3..2e-3)],
@@ -290,7 +291,7 @@ fn what_is_out_of_range_is_refused_by_its_name() {
         Detector::new(parameters).unwrap_err()
     };
 
-    let cases: [(&str, Change); 28] = [
+    let cases: [(&str, Change); 29] = [
         ("samples", &|p| p.samples.step = 0.0),
         ("samples", &|p| p.samples.count = (1 << 16) + 1),
         ("line spacing", &|p| p.spacing = f64::NAN),
@@ -311,6 +312,7 @@ fn what_is_out_of_range_is_refused_by_its_name() {
         ("rest_block", &|p| p.settings.rest_block = f64::NAN),
         ("rest", &|p| p.settings.rest.centre = 3.0),
         ("shadow_range", &|p| p.settings.shadow_range = 0.0),
+        ("margin", &|p| p.settings.margin = 1.1),
         ("onset_floor", &|p| p.settings.onset_floor = 0.0),
         ("onset_weight", &|p| p.settings.onset_weight = -1.0),
         ("cell", &|p| p.settings.cell = 0.0),

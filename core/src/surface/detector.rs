@@ -1,7 +1,7 @@
 //! Plan of a detector: lengths in cells, prices as integers.
 
 use super::logarithm::NAT;
-use super::onset::{Line, RampPlan, Window};
+use super::onset::{Line, RampPlan, SHIFT, Window};
 use super::parameters::{Parameters, Prices, Ramp, Settings, Sizes, WHITE, cells_of, window};
 use crate::Error;
 use crate::error::{attempt, finite};
@@ -73,6 +73,7 @@ const fn line(settings: &Settings, sizes: &Sizes, step: f64) -> Result<Line, Err
         onset_floor,
         onset_weight,
         shadow_range,
+        margin,
         ..
     } = *settings;
     attempt!(window("rest_from", [0.0, rest_from]));
@@ -85,6 +86,7 @@ const fn line(settings: &Settings, sizes: &Sizes, step: f64) -> Result<Line, Err
         [0.01, 2.0],
         "0.01 to 2"
     ));
+    attempt!(within("margin", margin, [0.0, 1.0], "0 to 1"));
     let cell = sizes.stride as f64 * step;
     let white = WHITE as f64;
     let contrast = attempt!(ramp("contrast", &settings.contrast));
@@ -108,9 +110,10 @@ const fn line(settings: &Settings, sizes: &Sizes, step: f64) -> Result<Line, Err
         below: Window::new(signed(below[0], cell), signed(below[1], cell), sizes.stride),
         floor: (onset_floor * white * white + 0.5) as u32,
         weight: integer(onset_weight * 1024.0),
-        contrast: RampPlan::new(&settings.contrast, contrast),
-        level: RampPlan::new(&settings.level, level),
-        rest: RampPlan::new(&settings.rest, rest),
+        contrast: ramp_plan(&settings.contrast, contrast),
+        level: ramp_plan(&settings.level, level),
+        rest: ramp_plan(&settings.rest, rest),
+        margin: integer(margin * white) << SHIFT,
         rest_from: cells_of(rest_from, cell),
         rest_block: Window::new(0, block - 1, sizes.stride),
         shadow_from: cells_of(shadow_from, cell),
@@ -121,16 +124,14 @@ const fn line(settings: &Settings, sizes: &Sizes, step: f64) -> Result<Line, Err
     })
 }
 
-impl RampPlan {
-    /// Of differences of grey levels; `slope` is that of [`ramp`].
-    const fn new(ramp: &Ramp, slope: f64) -> Self {
-        let white = WHITE as f64;
-        RampPlan {
-            centre: integer(ramp.centre * white),
-            gain: integer(slope / white),
-            limit: integer(magnitude(ramp.weight) * NAT as f64),
-        }
-    }
+/// The plan of a ramp of differences of grey levels; `slope` is that of [`ramp`].
+const fn ramp_plan(ramp: &Ramp, slope: f64) -> RampPlan {
+    let white = WHITE as f64;
+    RampPlan::new(
+        integer(ramp.centre * white),
+        integer(slope / white),
+        integer(magnitude(ramp.weight) * NAT as f64),
+    )
 }
 
 /// The slope of a ramp, in 2⁻¹² scores for each unit of `x`.

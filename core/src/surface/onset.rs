@@ -28,7 +28,7 @@ pub(super) struct Window {
 }
 
 /// Sums times reciprocals are means in units of 2⁻²³ of a grey level.
-const SHIFT: u32 = 23 - PARTS.trailing_zeros();
+pub(super) const SHIFT: u32 = 23 - PARTS.trailing_zeros();
 
 impl Window {
     /// From one cell to another, both within.
@@ -81,22 +81,31 @@ fn scaled(sum: u32, reciprocal: u32) -> i32 {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(super) struct RampPlan {
-    /// Centre, in 1/16 of a grey level.
-    pub centre: i32,
     /// Gain, 2⁻¹² scores for each 1/16 of a level; below 2¹⁷.
-    pub gain: i32,
+    gain: i32,
+    /// Minus the gain times the centre.
+    offset: i32,
     /// Limit, in scores.
-    pub limit: i32,
+    limit: i32,
 }
 
 impl RampPlan {
     /// Steeper ones are as steep as this.
     const STEEPEST: i32 = (1 << 17) - 1;
 
+    /// `centre` in 1/16 of a grey level, `gain` in 2⁻¹² scores for each of them.
+    pub(super) const fn new(centre: i32, gain: i32, limit: i32) -> Self {
+        RampPlan {
+            gain,
+            offset: centre.wrapping_mul(gain).wrapping_neg(),
+            limit,
+        }
+    }
+
     #[inline(always)]
     fn at(&self, x: i32) -> i32 {
-        // Below 2³¹: x and the centre are below 2¹⁴.
-        let value = (x - self.centre).wrapping_mul(self.gain) >> 12;
+        // The sum is below 2³¹, though its parts are not: x and the centre are below 2¹⁴.
+        let value = x.wrapping_mul(self.gain).wrapping_add(self.offset) >> 12;
         value.min(self.limit).max(-self.limit)
     }
 }
@@ -117,6 +126,8 @@ pub(super) struct Line {
     pub contrast: RampPlan,
     pub level: RampPlan,
     pub rest: RampPlan,
+    /// Margin below the echo, 2²³ times a grey level.
+    pub margin: i32,
     /// Offset of the first window of `rest` below a cell, cells.
     pub rest_from: usize,
     /// Windows of `rest`, of which the brightest is taken.
@@ -193,11 +204,10 @@ impl Line {
     fn shadow(&self, levels: Levels) -> RampPlan {
         let [dark, tissue] = [levels.dark, levels.tissue].map(|level| i32::from(level).min(WHITE));
         let range = (tissue - dark).max(self.shadow_range).max(1);
-        RampPlan {
-            centre: dark + ((self.shadow_centre * range) >> 8),
-            gain: (self.shadow_gain / range).clamp(-RampPlan::STEEPEST, RampPlan::STEEPEST),
-            limit: self.shadow_limit,
-        }
+        let centre = dark + ((self.shadow_centre * range) >> 8);
+        let gain = self.shadow_gain / range;
+        let gain = gain.clamp(-RampPlan::STEEPEST, RampPlan::STEEPEST);
+        RampPlan::new(centre, gain, self.shadow_limit)
     }
 
     /// Scores of cells from the first of the search on.
@@ -305,8 +315,10 @@ impl Line {
         let onset = above(means.near).wrapping_mul(above(means.far));
         let onset = ln(onset.wrapping_add(self.floor)) - ln((WHITE * WHITE) as u32);
         let contrast = self.contrast.at((means.echo - means.above) >> SHIFT);
-        let level = self.level.at((means.above - means.below) >> SHIFT);
-        let rest = self.rest.at((means.above >> SHIFT) - means.rest);
+        // The margin is at most white, so that the difference fits.
+        let reference = means.above.max(means.echo - self.margin);
+        let level = self.level.at((reference - means.below) >> SHIFT);
+        let rest = self.rest.at((reference >> SHIFT) - means.rest);
         let onset = (onset * self.weight) >> NAT.trailing_zeros();
         onset + contrast + level + rest + shadow.at(means.shadow)
     }

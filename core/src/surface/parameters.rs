@@ -36,11 +36,13 @@ pub struct Ramp {
 /// - shadow onset `o = max(B − S₁, 0)·max(B − S₂, 0)`, with `B` the mean grey within ±`echo`, `S₁` that of `near`
 ///   and `S₂` that of `far` below the cell;
 /// - `contrast`, a [`Ramp`] of `B − U`: the echo less the mean grey of `above` above the cell;
-/// - `level`, a ramp of `U − D`: that mean less the mean grey of `below` below the cell;
-/// - `rest`, a ramp of `U − M`, with `M` the brightest mean grey of any `rest_block` that begins `rest_from` or
+/// - `level`, a ramp of `R − D`: the reference `R = max(U, B − margin)` less the mean grey of `below` below the cell;
+/// - `rest`, a ramp of `R − M`, with `M` the brightest mean grey of any `rest_block` that begins `rest_from` or
 ///   more below the cell. Nothing below bone is as bright as the tissue above it; below a fascia something is;
 /// - `shadow`, a ramp of `(E − d)/max(t − d, shadow_range)`, with `E` the mean grey from `shadow_from` below the
 ///   cell to the end of the line, `d` and `t` the frame's dark and tissue ([`Levels`](super::Levels)).
+///
+/// A strong echo is its own reference `R`: in water there is no tissue above it, and clutter may fill its shadow.
 ///
 /// Windows are cut at the ends of the line.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,6 +64,10 @@ pub struct Settings {
     pub above: [f64; 2],
     /// Nearest and farthest distance of the shadow window below the cell, m.
     pub below: [f64; 2],
+    /// Margin below the echo, 0 to 1, at which the shadow of an echo brighter than the tissue is judged.
+    ///
+    /// 1 disables it: only the tissue counts.
+    pub margin: f64,
     /// Term of the echo's contrast with the tissue above.
     pub contrast: Ramp,
     /// Term of the change of level from `above` to `below`.
@@ -108,48 +114,49 @@ pub struct Settings {
 impl Settings {
     /// Settings for lines of channel data, with 60 dB of grey levels.
     ///
-    /// Tuned on simulated spinous processes, laminae, facet joints and round bones of many sizes, positions and
-    /// layers.
+    /// Tuned on simulated vertebrae in layers of tissue and in water, clean and disturbed, also with clutter that fills
+    /// the shadow.
     pub const DEFAULT: Settings = Settings {
         cell: 0.12e-3,
-        echo: 0.3e-3,
+        echo: 0.15e-3,
         near: [0.5e-3, 2e-3],
         far: [1.5e-3, 6e-3],
         onset_floor: 1e-4,
-        onset_weight: 1.39,
+        onset_weight: 1.0,
         above: [0.3e-3, 10e-3],
         below: [0.6e-3, 10e-3],
+        margin: 0.26,
         contrast: Ramp {
-            weight: 1.22,
-            centre: -0.03,
-            width: 0.09,
+            weight: 1.94,
+            centre: 0.26,
+            width: 0.43,
         },
         level: Ramp {
-            weight: 1.32,
-            centre: 0.06,
-            width: 0.19,
+            weight: 0.98,
+            centre: -0.1,
+            width: 0.145,
         },
         rest: Ramp {
-            weight: 1.83,
-            centre: 0.007,
-            width: 0.08,
+            weight: 1.58,
+            centre: 0.012,
+            width: 0.056,
         },
         rest_from: 1.5e-3,
         rest_block: 1e-3,
         shadow_from: 1.5e-3,
         shadow: Ramp {
-            weight: -1.75,
-            centre: 0.36,
-            width: 0.2,
+            weight: -0.58,
+            centre: 0.253,
+            width: 0.325,
         },
-        shadow_range: 0.15,
+        shadow_range: 0.063,
         depths: [5e-3, f64::INFINITY],
-        absence: -1.33,
-        end: 4.75,
-        jump: 10.1,
-        slope: 2.87e3,
+        absence: -2.33,
+        end: 7.2,
+        jump: 10.5,
+        slope: 2.95e3,
         spacing: 0.308e-3,
-        confidence: [-0.27, 0.84],
+        confidence: [0.96, 0.69],
     };
 
     /// Settings for scanner pictures, with unknown grey levels and layers.
@@ -158,7 +165,9 @@ impl Settings {
     /// enhanced edges.
     pub const PICTURE: Settings = Settings {
         cell: 0.06e-3,
+        echo: 0.3e-3,
         onset_weight: 1.4,
+        margin: 1.0,
         contrast: Ramp {
             weight: 1.17,
             centre: 0.0,
@@ -179,6 +188,7 @@ impl Settings {
             centre: 0.23,
             width: 0.09,
         },
+        shadow_range: 0.15,
         absence: -0.3,
         end: 5.2,
         jump: 10.9,

@@ -20,6 +20,8 @@ use super::snapshots::{Wavefield, snapshots};
 use super::timing::{fastest, side_by_side};
 use crate::{Error, Result};
 use bonebeam_drive::beamform;
+use bonebeam_drive::config::{Beamform, Preset};
+use bonebeam_drive::methods::MethodName;
 use bonebeam_drive::pipeline::Frames;
 use bonebeam_drive::source::{LineSource, Recorded};
 use bonebeam_drive::threads::pool;
@@ -131,10 +133,14 @@ fn kinds() -> [Kind; 9] {
         sub_lines: 2,
         ..beamformer
     };
-    let live = |method, depth_step| Parameters {
-        method,
-        depth_step,
-        ..Parameters::DEFAULT
+    let live = |method| {
+        let mut section = Beamform {
+            method,
+            preset: Some(Preset::Live),
+            ..Beamform::default()
+        };
+        section.resolve();
+        section.parameters()
     };
     let kind = |name, beamformer, threads, target| Kind {
         name,
@@ -158,17 +164,17 @@ fn kinds() -> [Kind; 9] {
         ),
         kind(
             "live, rank 1",
-            two_sub_lines(live(Method::EsmvRank1, 2)),
+            two_sub_lines(live(MethodName::EsmvRank1)),
             2,
             Some([10.0; 2]),
         ),
         kind(
             "live, MV",
-            two_sub_lines(live(Method::Mv, 4)),
+            two_sub_lines(live(MethodName::Mv)),
             2,
             Some([10.0; 2]),
         ),
-        kind("live, DAS", live(Method::Das, 4), 2, Some([10.0; 2])),
+        kind("live, DAS", live(MethodName::Das), 2, Some([10.0; 2])),
     ]
 }
 

@@ -3,7 +3,7 @@
 use bonebeam::beamform::Apodization;
 use bonebeam::covariance::Covariance;
 use bonebeam_drive::config::{
-    Beamform, Interpolation, LineKind, Preset, RfInterpolation, TransmitWeights,
+    Beamform, DEPTH_STEP, Interpolation, LineKind, Preset, RfInterpolation, TransmitWeights,
 };
 use bonebeam_drive::methods::MethodName;
 use clap::Args;
@@ -195,8 +195,9 @@ impl BeamformFlags {
     /// What the flags say in place of the section's values.
     pub fn apply(&self, section: &mut Beamform) {
         self.apply_method(section);
-        if let Some(preset) = self.preset {
-            preset.apply(section);
+        section.preset = self.preset.or(section.preset);
+        if self.core.has(DEPTH_STEP) {
+            section.preset = None;
         }
         self.core.apply(&mut section.core);
         section.covariance = self.covariance.unwrap_or(section.covariance);

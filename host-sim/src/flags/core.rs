@@ -15,6 +15,11 @@ pub(super) struct CoreFlags {
 }
 
 impl CoreFlags {
+    /// Whether the flag of a parameter was given.
+    pub(super) fn has(&self, name: &str) -> bool {
+        self.values.iter().any(|(given, _)| *given == name)
+    }
+
     pub(super) fn apply(&self, parameters: &mut Parameters) {
         for &(name, value) in &self.values {
             parameters.set(name, value).expect("a row of the table");

@@ -1,7 +1,9 @@
 //! The flags of the bone surface.
 
+use bonebeam::surface::Settings;
 use bonebeam_drive::config::Surface;
 use bonebeam_drive::surface::PictureFan;
+use bonebeam_files::terminal::short;
 use clap::Args;
 
 /// The flags that go over the section.
@@ -19,41 +21,45 @@ pub struct SurfaceFlags {
     #[arg(long, value_name = "M", help_heading = "Surface")]
     search_end: Option<f64>,
 
-    /// Score of a line without bone, nats: a larger one finds less [default: -1.33; of a picture -0.3]
-    #[arg(long, value_name = "NATS", help_heading = "Surface")]
+    #[arg(long, value_name = "NATS", help_heading = "Surface", help = usual("Score of a line without bone, nats: a larger one finds less", |s| s.absence))]
     absence: Option<f64>,
 
-    /// Price of each start and of each end of a surface, nats [default: 4.75; of a picture 5.2]
-    #[arg(long, value_name = "NATS", help_heading = "Surface")]
+    #[arg(long, value_name = "NATS", help_heading = "Surface", help = usual("Price of each start and of each end of a surface, nats", |s| s.end))]
     end_price: Option<f64>,
 
-    /// Price of a jump to another depth, nats [default: 10.1; of a picture 10.9]
-    #[arg(long, value_name = "NATS", help_heading = "Surface")]
+    #[arg(long, value_name = "NATS", help_heading = "Surface", help = usual("Price of a jump to another depth, nats", |s| s.jump))]
     jump_price: Option<f64>,
 
-    /// Price of a move in depth from line to line, nats per mm [default: 2.87; of a picture 2.7]
-    #[arg(long, value_name = "NATS", help_heading = "Surface")]
+    #[arg(long, value_name = "NATS", help_heading = "Surface", help = usual("Price of a move in depth from line to line, nats per mm", |s| 1e-3 * s.slope))]
     slope_price: Option<f64>,
 
-    /// Weight of the echo beside the tissue above, nats [default: 1.22; of a picture 1.17]
-    #[arg(long, value_name = "NATS", help_heading = "Surface")]
+    #[arg(long, value_name = "NATS", help_heading = "Surface", help = usual("Weight of the echo beside the tissue above, nats", |s| s.contrast.weight))]
     contrast: Option<f64>,
 
-    /// Weight of the change of level from tissue above to shadow below, nats [default: 1.32; of a picture 0.18]
-    #[arg(long, value_name = "NATS", help_heading = "Surface")]
+    #[arg(long, value_name = "NATS", help_heading = "Surface", help = usual("Weight of the change of level from tissue above to shadow below, nats", |s| s.level.weight))]
     level: Option<f64>,
 
-    /// Weight of the brightest below, beside the tissue above, nats [default: 1.83; of a picture 1.6]
-    #[arg(long, value_name = "NATS", help_heading = "Surface")]
+    #[arg(long, value_name = "NATS", help_heading = "Surface", help = usual("Weight of the brightest below, beside the tissue above, nats", |s| s.rest.weight))]
     rest: Option<f64>,
 
-    /// Weight of the shadow down to the end of the line, nats [default: 1.75; of a picture 2.5]
-    #[arg(long, value_name = "NATS", help_heading = "Surface")]
+    #[arg(long, value_name = "NATS", help_heading = "Surface", help = usual("Weight of the shadow down to the end of the line, nats", |s| -s.shadow.weight))]
     shadow: Option<f64>,
+
+    #[arg(long, value_name = "X", help_heading = "Surface", help = usual(
+        "How far below an echo brighter than the tissue its shadow is judged, as a share of white; 1: only the tissue counts",
+        |s| s.margin,
+    ))]
+    margin: Option<f64>,
 
     /// Leave out points that are less sure, 0 to 1 [default: 0]
     #[arg(long, value_name = "P", help_heading = "Surface")]
     min_confidence: Option<f64>,
+}
+
+/// Help with the core's defaults.
+fn usual(help: &str, of: fn(&Settings) -> f64) -> String {
+    let [lines, picture] = [Settings::DEFAULT, Settings::PICTURE].map(|s| short(of(&s)));
+    format!("{help} [default: {lines}; of a picture {picture}]")
 }
 
 /// The flags of pictures that go over the section.
@@ -116,5 +122,6 @@ impl SurfaceFlags {
         over(self.level, &mut section.level);
         over(self.rest, &mut section.rest);
         over(self.shadow, &mut section.shadow);
+        over(self.margin, &mut section.margin);
     }
 }

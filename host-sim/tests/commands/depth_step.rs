@@ -3,6 +3,7 @@
 use super::{brightest, laws, point, run, write_aligned};
 use bonebeam_files::BeamformedLines;
 use num_complex::Complex;
+use std::fs;
 use std::process::Command;
 use tempfile::{TempDir, tempdir};
 
@@ -77,7 +78,23 @@ fn a_preset_is_its_flags_and_others_go_over_it() {
     let folder = folder_with_point();
     let recording = "data.npz --depth-start 0.009 --depth-end 0.0135";
     let of = |flags: &str| lines(&folder, recording, flags).z;
+    for (name, keys) in [
+        ("live", "preset = 'live'"),
+        ("three", "depth_step = 3"),
+        ("both", "preset = 'live'\ndepth_step = 3"),
+    ] {
+        let path = folder.path().join(format!("{name}.toml"));
+        fs::write(path, format!("[beamform]\n{keys}\n")).unwrap();
+    }
     for (preset, same) in [
+        ("--config live.toml", "--depth-step 2"),
+        (
+            "--config live.toml --method mv",
+            "--method mv --depth-step 4",
+        ),
+        ("--config live.toml --depth-step 3", "--depth-step 3"),
+        ("--config both.toml", "--depth-step 3"),
+        ("--config three.toml --preset live", "--depth-step 2"),
         ("--preset live", "--depth-step 2"),
         ("--preset live --method mv", "--method mv --depth-step 4"),
         ("--preset live --method das", "--method das --depth-step 4"),

@@ -59,7 +59,7 @@ class Beamformer:
     ) -> None:
         checked = section("Beamformer", BeamformerParameters, parameters)
         self._native = _native.Beamformer(checked, elements, threads)
-        self._depth_step = int(parameters.get("depth_step") or 1)
+        self._depth_step = checked.depth_step
 
     def __call__(
         self,
@@ -182,7 +182,7 @@ def beamform(
         beam_x, c = _native.even_beams(z.shape[-2], checked)
         beam_x = beam_x if x.beam_x is None else x.beam_x
         # Without a carrier nothing is interpolated: lines have the beamformed samples.
-        fs = x.fs / int(parameters.get("depth_step") or 1)
+        fs = x.fs / checked.depth_step
         return Lines(z, fs, x.t0, beam_x, c, x.beam_z, x.beam_angle)
     _refuse("an array", BeamformerParameters, parameters)
     samples = from_anywhere("x", x)

@@ -6,6 +6,8 @@ import numpy.typing as npt
 
 class BeamformParameters:
     def __new__(cls, section: str) -> BeamformParameters: ...
+    @property
+    def depth_step(self) -> int: ...
 
 class Beamformer:
     def __new__(

@@ -12,6 +12,7 @@ from typing import Any, Literal, TypedDict
 
 from . import _native
 
+Preset = Literal["live"]
 Method = Literal["das", "mv", "esmv", "esmv-rank1"]
 Postfilter = Literal["none", "coherence-factor", "generalized-coherence-factor"]
 Apodization = Literal["none", "hann", "hamming", "tukey"]
@@ -24,6 +25,8 @@ RfInterpolation = Literal["filtered", "upsampled"]
 class BeamformerParameters(TypedDict, total=False):
     """Keywords of the beamformer.
 
+    preset: Values for a purpose, over which other keywords go: ``live``, for pictures while scanning, has a
+        ``depth_step`` of 4 with ``das`` and ``mv``, of 2 with ``esmv`` and ``esmv-rank1``.
     method: ``das``, ``mv`` (minimum variance), ``esmv`` (eigenspace minimum variance by ``beta`` or ``rank``), or
         ``esmv-rank1``, the default.
     beta: With ``esmv``: share of the power in the signal subspace, above 0 and at most 1; 0.01 without ``beta``
@@ -47,6 +50,7 @@ class BeamformerParameters(TypedDict, total=False):
         interpolated. 1 by default, for every sample.
     """
 
+    preset: Preset | None
     method: Method
     beta: float | None
     rank: int | None

@@ -109,6 +109,7 @@ def surface(
     level: float | None = None,
     rest: float | None = None,
     shadow: float | None = None,
+    margin: float | None = None,
     min_confidence: float = 0.0,
 ) -> Surface:
     """Finds the bone surface: a depth in each line, or none.
@@ -134,6 +135,8 @@ def surface(
         level: Weight of the change of level from tissue above to shadow below, nats.
         rest: Weight of the brightest level below, relative to the tissue above, nats.
         shadow: Weight of the shadow down to the end of the line, nats.
+        margin: How far below an echo brighter than the tissue its shadow is judged, 0 to 1 of white; 1 for the tissue
+            alone.
         min_confidence: Least confidence of returned points, 0 to 1.
 
     >>> import numpy as np
@@ -156,6 +159,7 @@ def surface(
         "level": level,
         "rest": rest,
         "shadow": shadow,
+        "margin": margin,
         "min_confidence": min_confidence,
     }
     keys = _parameters.as_json(section)

@@ -48,6 +48,10 @@ pub struct Surface {
     /// The weight of the shadow down to the end of the line, nats.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shadow: Option<f64>,
+    /// How far below the echo, in shares of white, its shadow is judged where the echo is brighter than the tissue; 1
+    /// for the tissue alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub margin: Option<f64>,
     /// Points that are less sure than this are left out, 0 to 1.
     pub min_confidence: f64,
     /// Pictures: columns are lines, also of what looks like a fan.
@@ -71,6 +75,7 @@ impl Default for Surface {
             level: None,
             rest: None,
             shadow: None,
+            margin: None,
             min_confidence: 0.0,
             columns_as_lines: false,
             fan: None,
@@ -87,6 +92,7 @@ impl Surface {
             end: self.end_price.unwrap_or(usual.end),
             jump: self.jump_price.unwrap_or(usual.jump),
             slope: self.slope_price.map_or(usual.slope, |price| 1e3 * price),
+            margin: self.margin.unwrap_or(usual.margin),
             ..usual
         };
         settings.contrast.weight = self.contrast.unwrap_or(usual.contrast.weight);
@@ -132,6 +138,7 @@ impl Surface {
             ("level", self.level, [0.0, MAX_WEIGHT], " nats"),
             ("rest", self.rest, [0.0, MAX_WEIGHT], " nats"),
             ("shadow", self.shadow, [0.0, MAX_WEIGHT], " nats"),
+            ("margin", self.margin, [0.0, 1.0], " of white"),
         ];
         for (key, value, range, unit) in told {
             if let Some(value) = value {

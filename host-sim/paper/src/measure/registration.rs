@@ -44,6 +44,14 @@ impl Rigid {
         (self.rotation * Vector3::from(point) + self.translation).into()
     }
 
+    /// The same, then a way, m.
+    pub fn moved(&self, by: Point) -> Self {
+        Rigid {
+            translation: self.translation + Vector3::from(by),
+            ..*self
+        }
+    }
+
     /// The way back.
     pub fn inverse(&self) -> Self {
         let rotation = self.rotation.transpose();

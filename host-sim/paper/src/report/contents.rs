@@ -1,5 +1,9 @@
 //! Contents of a report: the outcomes of a job's experiments.
 
+use std::hash::Hasher;
+
+use fnv::FnvHasher;
+
 use super::tables;
 use crate::experiments::outcome::{Comparison, Table, Verdict};
 use crate::experiments::{Job, Outcome};
@@ -116,16 +120,24 @@ fn begin_of(name: &str) -> String {
     format!("<!-- {name} -->\n")
 }
 
-/// A document with `contents` between its comments `<!-- NAME -->` and `<!-- end of NAME -->`.
+/// A document with `contents` between its comments `<!-- NAME -->` and `<!-- end of NAME -->`. The second gets a hash of
+/// the lines between them, so that a change by hand is found.
 ///
 /// # Errors
 /// A document without one of them.
 pub(crate) fn rewritten(document: &str, name: &str, contents: &str) -> Result<String> {
-    let (begin, end) = (begin_of(name), format!("<!-- end of {name} -->"));
+    let (begin, end) = (begin_of(name), format!("<!-- end of {name}"));
     let missing = |line: &str| Error::Data(format!("has no line `{}`", line.trim_end()));
     let (before, rest) = document.split_once(&begin).ok_or_else(|| missing(&begin))?;
     let (_, after) = rest.split_once(&end).ok_or_else(|| missing(&end))?;
-    Ok(format!("{before}{begin}\n{contents}\n{end}{after}"))
+    let (_, after) = after.split_once("-->").ok_or_else(|| missing(&end))?;
+    let between = format!("\n{contents}\n");
+    let mut hash = FnvHasher::default();
+    hash.write(between.as_bytes());
+    let hash = hash.finish();
+    Ok(format!(
+        "{before}{begin}{between}{end}, {hash:016x} -->{after}"
+    ))
 }
 
 #[cfg(test)]
@@ -150,10 +162,16 @@ mod tests {
         let report = Report::new(&job, &outcomes, Page::Paper).unwrap();
         let document = "before\n<!-- surface -->\nold\n<!-- end of surface -->\nafter\n";
         let expected = "before\n<!-- surface -->\n\nHead.\n\n**A table**\n\n| | a | b |\n|---|---|---|\n| x | 1 | 2 |\n\n\
-                        <!-- end of surface -->\nafter\n";
+                        <!-- end of surface, HASH -->\nafter\n";
         let once = report.rewrite(document, "Head.").unwrap();
-        assert_eq!(once, expected);
-        assert_eq!(report.rewrite(&once, "Head.").unwrap(), expected);
+        let (_, hash) = once.split_once("<!-- end of surface, ").unwrap();
+        let hash = &hash[..16];
+        let expected = &expected.replace("HASH", hash);
+        assert_eq!(once, *expected);
+        let other = report.rewrite(document, "Another head.").unwrap();
+        assert!(!other.contains(hash));
+        assert_eq!(report.rewrite(&once, "Head.").unwrap(), *expected);
+        assert_eq!(report.rewrite(&other, "Head.").unwrap(), *expected);
         for wrong in [
             "nothing",
             "<!-- surface -->\n",

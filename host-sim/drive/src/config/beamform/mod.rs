@@ -121,8 +121,9 @@ impl From<Interpolation> for IqInterpolation {
 }
 
 /// Values of a section for a purpose.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[serde(rename_all = "kebab-case")]
 pub enum Preset {
     /// Pictures while scanning: a depth step of 4 with das and mv, of 2 with esmv and esmv-rank1; sub-lines as by default
     Live,
@@ -150,6 +151,9 @@ impl Preset {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(remote = "Self", deny_unknown_fields, default)]
 pub struct Beamform {
+    /// Values for a purpose, over which other keys go. [`Beamform::resolve`] puts them in.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub preset: Option<Preset>,
     /// The beamformer.
     pub method: MethodName,
     /// ESMV: β of the cross-spectral rank rule (Eq. 8), above 0 and at most 1; without a rank the
@@ -229,6 +233,7 @@ pub struct Beamform {
 impl Default for Beamform {
     fn default() -> Self {
         Self {
+            preset: None,
             method: MethodName::EsmvRank1,
             beta: None,
             rank: None,
@@ -267,9 +272,12 @@ impl Beamform {
         host.chain([POSTFILTER, APODIZATION]).chain(core)
     }
 
-    /// Fills in β where the method needs it and has neither β nor a rank, so that the written
-    /// configuration tells it.
+    /// Puts the preset's values in, and β where the method needs it and has neither β nor a rank, so that the written
+    /// configuration tells them.
     pub fn resolve(&mut self) {
+        if let Some(preset) = self.preset.take() {
+            preset.apply(self);
+        }
         let by_beta = self.method.takes().contains(&"beta");
         if by_beta && self.rank.is_none() && self.beta.is_none() {
             self.beta = Some(default_beta());

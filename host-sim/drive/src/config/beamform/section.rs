@@ -9,7 +9,7 @@ use serde::de::{DeserializeSeed, MapAccess, Visitor};
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::super::core::{APODIZATION, POSTFILTER, plain, row};
+use super::super::core::{APODIZATION, DEPTH_STEP, POSTFILTER, plain, row};
 use super::Beamform;
 
 impl Serialize for Beamform {
@@ -71,12 +71,19 @@ impl<'de> Visitor<'de> for Section {
 
     fn visit_map<A: MapAccess<'de>>(self, map: A) -> std::result::Result<Beamform, A::Error> {
         let mut core = Parameters::DEFAULT;
+        let mut has_depth_step = false;
         let others = Others {
             map,
             core: &mut core,
+            has_depth_step: &mut has_depth_step,
         };
         let section = Beamform::deserialize(MapAccessDeserializer::new(others))?;
-        Ok(Beamform { core, ..section })
+        let preset = section.preset.filter(|_| !has_depth_step);
+        Ok(Beamform {
+            core,
+            preset,
+            ..section
+        })
     }
 }
 
@@ -84,6 +91,8 @@ impl<'de> Visitor<'de> for Section {
 struct Others<'a, A> {
     map: A,
     core: &'a mut Parameters,
+    /// Whether the depth step is among them, which goes over that of a preset.
+    has_depth_step: &'a mut bool,
 }
 
 impl<'de, A: MapAccess<'de>> MapAccess<'de> for Others<'_, A> {
@@ -100,6 +109,7 @@ impl<'de, A: MapAccess<'de>> MapAccess<'de> for Others<'_, A> {
                 Key::Postfilter => self.core.postfilter = self.map.next_value()?,
                 Key::Apodization => self.core.apodization = self.map.next_value()?,
                 Key::Row(row) => {
+                    *self.has_depth_step |= row.name == DEPTH_STEP;
                     let value = match row.whole {
                         true => self.map.next_value::<usize>()? as f64,
                         false => self.map.next_value()?,

@@ -99,8 +99,10 @@ pub fn scores(p: &Parameters, line: &[u8], levels: Levels) -> Vec<i64> {
             (slope(&s.contrast) / white).round() as i64,
             nats(s.contrast.weight.abs()),
         );
+        let margin = (s.margin * white).round() as i64;
+        let reference = above.max(echo - (margin << 19));
         let level = ramp(
-            (above - below) >> 19,
+            (reference - below) >> 19,
             (s.level.centre * white).round() as i64,
             (slope(&s.level) / white).round() as i64,
             nats(s.level.weight.abs()),
@@ -110,7 +112,7 @@ pub fn scores(p: &Parameters, line: &[u8], levels: Levels) -> Vec<i64> {
         let from = (cell + of(s.rest_from)).min(last);
         let rest = (from..=last).map(|at| mean(at, 0, block - 1) >> 19).max();
         let rest = ramp(
-            (above >> 19) - rest.unwrap_or(0),
+            (reference >> 19) - rest.unwrap_or(0),
             (s.rest.centre * white).round() as i64,
             (slope(&s.rest) / white).round() as i64,
             nats(s.rest.weight.abs()),

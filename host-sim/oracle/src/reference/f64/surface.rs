@@ -37,12 +37,13 @@ pub fn score(
     let far = (echo - below(settings.far)).max(0.0);
     let [nearest, farthest] = settings.above;
     let above = window(-cells(farthest), -cells(nearest));
-    let level = above - below(settings.below);
+    let reference = above.max(echo - settings.margin);
+    let level = reference - below(settings.below);
     let block = cells(settings.rest_block).max(1);
     let last = (whole.len() / stride) as i64 - block - cell as i64;
     let blocks = cells(settings.rest_from).min(last)..=last;
     let brightest = blocks.map(|at| window(at, at + block - 1));
-    let rest = above - brightest.fold(0.0, f64::max);
+    let rest = reference - brightest.fold(0.0, f64::max);
     let from = (cell as i64 + cells(settings.shadow_from)) * stride as i64;
     let shadow = mean(whole, from, whole.len() as i64) - dark;
     let shadow = shadow / (tissue - dark).max(settings.shadow_range);

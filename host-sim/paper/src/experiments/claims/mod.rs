@@ -6,6 +6,7 @@
 mod bones;
 mod by_direction;
 mod condition;
+mod detectors;
 mod judge;
 mod mechanism;
 mod parameters;

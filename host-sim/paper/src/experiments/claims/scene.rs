@@ -22,6 +22,7 @@ use super::mechanism::{Zones, zones};
 use super::pose::{Images, Pose, TISSUE};
 use super::tuning::{BY_DIRECTION, Tuned};
 use bonebeam::phase_symmetry::scale_for_display;
+use bonebeam::surface::Settings;
 
 /// Detectors of the surface that are compared. PS is phase symmetry.
 pub const DETECTORS: [&str; 6] = [
@@ -100,7 +101,8 @@ pub fn read(data: &serde_json::Value) -> Result<Vec<SceneResult>> {
 /// A scene that cannot be simulated.
 pub fn scenes(pose: &Pose<'_>, tuned: &[Tuned]) -> Result<Vec<SceneResult>> {
     let claims = pose.claims;
-    let key = format!("{claims:?} {tuned:?} {}", pose.bone.number);
+    let detector = Settings::DEFAULT;
+    let key = format!("{claims:?} {tuned:?} {detector:?} {}", pose.bone.number);
     kept(pose.context, "claims", &key, || {
         let mut found = Vec::new();
         pose.images(&pose.conditions(), |made| {

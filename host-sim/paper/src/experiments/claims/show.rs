@@ -5,13 +5,12 @@ use crate::experiments::Outcome;
 use crate::experiments::common::brightness::Brightness;
 use crate::experiments::common::interval::Interval;
 use crate::experiments::outcome::{Ruling, Section, Table, data, number};
-use crate::measure::surface::Judged;
 
 use super::condition::Condition;
+use super::detectors;
 use super::judge::{Claim, ClaimsResult};
 use super::mechanism::Figure;
 use super::population::Bone;
-use super::scene::DETECTORS;
 
 /// The measure of the main claim.
 const MAIN: &str = "PS, tuned: average precision";
@@ -40,7 +39,8 @@ pub fn outcome(result: &ClaimsResult, bones: Figure, mechanism: Option<Figure>) 
         result.scenes.len(),
     ))];
     parts.push(Section::Table(population(result)));
-    parts.push(Section::Table(detectors(result)));
+    parts.push(Section::Table(detectors::by_condition(result)));
+    parts.push(Section::Table(detectors::by_brightness(result)));
     parts.push(Section::Table(absolute(result)));
     for claim in &result.claims {
         parts.push(Section::Table(differences(claim, result)));
@@ -290,34 +290,6 @@ fn population(result: &ClaimsResult) -> Table {
             "disturbed, dB",
         ],
         rows: result.bones.iter().map(row).collect(),
-        page_only: false,
-    }
-}
-
-/// F1 of the detectors by condition.
-fn detectors(result: &ClaimsResult) -> Table {
-    let present = |condition: &Condition| result.scenes.iter().any(|s| s.condition == *condition);
-    let row = |condition: Condition| {
-        let cell = |name: &str| {
-            let scenes = result.scenes.iter().filter(|s| s.condition == condition);
-            let found = scenes.flat_map(|s| s.detectors.iter().find(|(n, _)| n == name));
-            let values: Vec<f64> = found
-                .filter_map(|(_, j): &(String, Judged)| j.f1())
-                .collect();
-            Interval::of(&values).map_or("–".into(), |interval| interval.text())
-        };
-        let mut row = vec![condition.name().to_owned()];
-        row.extend(DETECTORS.map(cell));
-        row
-    };
-    Table {
-        title: "Surface detectors: F1 of points within 0.5 mm, at most one per line".into(),
-        head: std::iter::once("").chain(DETECTORS).collect(),
-        rows: Condition::ALL
-            .into_iter()
-            .filter(present)
-            .map(row)
-            .collect(),
         page_only: false,
     }
 }

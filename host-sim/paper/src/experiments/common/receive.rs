@@ -49,6 +49,7 @@ impl Receive {
     /// rates are impossible, which is told of them.
     pub fn resolve(&mut self, scanner: &Settings) {
         let mut resolved = self.0.clone();
+        resolved.resolve();
         let rate = self.0.rate(scanner.f0, scanner.fs);
         resolved.output_rate.get_or_insert(rate);
         if resolved.validate().is_ok() {

@@ -11,9 +11,10 @@ use super::common::kept::kept;
 use super::surface::disturb::Disturbances;
 use super::{Context, common};
 use crate::{Error, Result};
+use bonebeam::surface::Settings;
 use bonebeam_drive::config::Beamform;
 use bonebeam_drive::methods::MethodName;
-use bonebeam_simulate::Settings;
+use bonebeam_simulate::Settings as Scanner;
 use scenes::{Found, Frame, Recorded, Scenes, found, score};
 use search::{Evaluation, best, search};
 pub use show::Shown;
@@ -24,6 +25,8 @@ use variables::Variable;
 /// on.
 const FIRST_BONE: u64 = 1 << 48;
 const MOST_BONES: u64 = 1 << 10;
+/// What sections do not say of the detector.
+const DETECTOR: Settings = Settings::DEFAULT;
 /// The largest seed.
 const MOST_SEEDS: u64 = 1 << 32;
 
@@ -68,12 +71,12 @@ struct JudgedBone {
 impl Tune {
     /// The full one, or a coarse one for a first look.
     pub fn new(quick: bool) -> Self {
-        let scanner = Settings {
+        let scanner = Scanner {
             fs: 20e6,
             depth_start: 2e-3,
             depth_end: 45e-3,
             focus: 20e-3,
-            ..Settings::volume()
+            ..Scanner::volume()
         };
         let full = Tune {
             methods: vec![MethodName::Das, MethodName::Mv, MethodName::EsmvRank1],
@@ -198,7 +201,7 @@ impl Tune {
         let first = self.first_bone() + MOST_BONES;
         let sections: Vec<&Sections> = candidates.iter().map(|c| &c.sections).collect();
         let bone = |number: u64| {
-            let key = format!("{:?} {number} {sections:?}", self.scenes);
+            let key = format!("{:?} {number} {sections:?} {DETECTOR:?}", self.scenes);
             kept(context, "tune-judged", &key, || {
                 let what = format!("judge: bone {} of {}", number - first + 1, self.bones);
                 let recorded = self.scenes.record(context, number, &what)?;
@@ -232,7 +235,7 @@ impl Bones<'_> {
     fn score(&mut self, sections: &Sections) -> Result<f64> {
         let (tune, context) = (self.tune, self.context);
         let bones = (tune.first_bone(), tune.bones);
-        let key = format!("{:?} {bones:?} {sections:?}", tune.scenes);
+        let key = format!("{:?} {bones:?} {sections:?} {DETECTOR:?}", tune.scenes);
         kept(context, "tune-score", &key, || {
             let frames = match self.lines.take() {
                 Some((beamform, frames)) if beamform == sections.beamform => frames,

@@ -58,7 +58,7 @@ const fn of_detector(key: &'static str, range: [f64; 2]) -> Variable {
 }
 
 /// All of them. The first two are of every method, the next three of those with a covariance, the sixth of β.
-const VARIABLES: [Variable; 15] = [
+const VARIABLES: [Variable; 16] = [
     of_beamformer("f_number", Scale::Linear, [0.8, 3.0]),
     of_beamformer("sub_lines", Scale::SubLines, [0.0, 2.0]),
     of_beamformer("temporal_half_window", Scale::Whole, [0.0, 16.0]),
@@ -74,6 +74,7 @@ const VARIABLES: [Variable; 15] = [
     of_detector("level", [0.0, 3.0]),
     of_detector("rest", [0.0, 4.0]),
     of_detector("shadow", [0.0, 4.0]),
+    of_detector("margin", [0.0, 1.0]),
 ];
 
 impl Variable {
@@ -193,6 +194,7 @@ impl Sections {
             (&mut surface.level, usual.level.weight),
             (&mut surface.rest, usual.rest.weight),
             (&mut surface.shadow, -usual.shadow.weight),
+            (&mut surface.margin, usual.margin),
         ] {
             value.get_or_insert(usual);
         }

@@ -18,6 +18,28 @@ pub enum Registration {
     Exact,
     /// By the fiducials, picked so in the ultrasound volume.
     Picked(Tip),
+    /// By the fiducials at their brightest voxel, of a specimen that moves during the sweep.
+    Moving,
+}
+
+impl Registration {
+    /// All of them.
+    pub const ALL: [Registration; 4] = [
+        Registration::Exact,
+        Registration::Picked(Tip::Brightest),
+        Registration::Picked(Tip::Front),
+        Registration::Moving,
+    ];
+
+    /// For people; none of the exact one.
+    fn name(self) -> Option<&'static str> {
+        match self {
+            Registration::Exact => None,
+            Registration::Picked(Tip::Brightest) => Some("registration"),
+            Registration::Picked(Tip::Front) => Some("registration by the echoes' front"),
+            Registration::Moving => Some("registration with motion in the sweep"),
+        }
+    }
 }
 
 /// Which sources of error are on.
@@ -41,15 +63,10 @@ impl Sources {
 
     /// Every combination: none first, then one by one, then together.
     pub fn every() -> Vec<Sources> {
-        let registrations = [
-            Registration::Exact,
-            Registration::Picked(Tip::Brightest),
-            Registration::Picked(Tip::Front),
-        ];
         let mut all = Vec::new();
         for sound_speed in [false, true] {
             for threshold in [false, true] {
-                for registration in registrations {
+                for registration in Registration::ALL {
                     all.push(Sources {
                         registration,
                         sound_speed,
@@ -63,12 +80,7 @@ impl Sources {
 
     /// For people.
     pub fn name(&self) -> String {
-        let mut parts = Vec::new();
-        match self.registration {
-            Registration::Exact => {}
-            Registration::Picked(Tip::Brightest) => parts.push("registration"),
-            Registration::Picked(Tip::Front) => parts.push("registration by the echoes' front"),
-        }
+        let mut parts: Vec<&str> = self.registration.name().into_iter().collect();
         if self.sound_speed {
             parts.push("sound speed");
         }

@@ -163,9 +163,11 @@ fn parts(found: &Found<'_>) -> Vec<Section> {
     parts.push(Section::Heading("Which source makes the bias"));
     parts.push(Section::Text(format!(
         "Localisation error of Table I under every combination of sources. Registration: the balls picked at \
-         their brightest voxel, or where their echo begins to be seen (half its grey level). A shift that all \
+         their brightest voxel, or where their echo begins to be seen (half its grey level). With motion the \
+         specimen moves evenly during the sweep, {:.1} mm along each axis. A shift that all \
          balls have in common does not show in the FRE. Over {} registrations with a further picking error of \
          {:.2} mm along each axis the FRE is {}, and the errors of slice 1 are {} (DAS, US) and {} (rank 1, PS).",
+        1e3 * bath.motion,
         found.draws.fre_mm.len(),
         1e3 * bath.picking_error,
         spread(&found.draws.fre_mm),
@@ -305,9 +307,17 @@ fn bias_table(found: &Found<'_>) -> Table {
             registration: picked(Tip::Front),
             ..exact
         },
+        Sources {
+            registration: Registration::Moving,
+            ..exact
+        },
         Sources::ALL,
         Sources {
             registration: picked(Tip::Front),
+            ..Sources::ALL
+        },
+        Sources {
+            registration: Registration::Moving,
             ..Sources::ALL
         },
     ];
@@ -359,11 +369,7 @@ fn bias_table(found: &Found<'_>) -> Table {
 fn registrations_table(registrations: &Registrations) -> Table {
     let mut rows = Vec::new();
     for sound_speed in [false, true] {
-        for registration in [
-            Registration::Exact,
-            Registration::Picked(Tip::Brightest),
-            Registration::Picked(Tip::Front),
-        ] {
+        for registration in Registration::ALL {
             let sources = Sources {
                 registration,
                 sound_speed,

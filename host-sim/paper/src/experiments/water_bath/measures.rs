@@ -102,7 +102,7 @@ impl WaterBath {
             |distance: &Array2<f64>| REGIONS.map(|region| contour::uniform(distance, region));
         let every = Sources::every();
         let sources = every.par_iter().map(|&sources| {
-            let way = registrations.of(sources).transform;
+            let way = registrations.way(self, sources, self.slices[k]);
             let outline = self.outline(k, ct, &way, sources.threshold)?;
             let distance = outline.distance_map(&slice.grid);
             let pairs = match sources.sound_speed {

@@ -98,6 +98,7 @@ impl Experiment for WaterBath {
             ("ct_bone", self.ct_bone, [0.0, 5000.0], " (HU)"),
             ("ct_ball", self.ct_ball, [-400.0, 5000.0], " (HU)"),
             ("picking_error", self.picking_error, [0.0, 5e-3], " (m)"),
+            ("motion", self.motion, [0.0, 5e-3], " (m)"),
             ("delay_error", self.delay_error, [0.0, 1e-5], " (s)"),
         ] {
             if !(least..=most).contains(&value) {

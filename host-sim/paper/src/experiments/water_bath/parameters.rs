@@ -112,6 +112,9 @@ pub struct WaterBath {
     /// Standard deviation of a further error of picking along each axis, m, in the repeated registrations
     /// (assumed).
     pub(super) picking_error: f64,
+    /// How far the specimen moves along each axis from the sweep's first slice to its last, m, in the rows with motion of
+    /// the tables of sources (assumed).
+    pub(super) motion: f64,
     /// A delay of trigger and lens that the scanner does not know, s, in the table of the bias of Fig. 8a (assumed: 1 mm
     /// of a lens of 1000 m/s, there and back).
     pub(super) delay_error: f64,
@@ -159,6 +162,7 @@ impl Default for WaterBath {
             ct_bone: 1200.0,
             ct_ball: 100.0,
             picking_error: 0.1e-3,
+            motion: 0.5e-3,
             delay_error: 0.7e-6,
             bone: BoneSurface::default(),
             reverberation: -25.0,

@@ -68,8 +68,24 @@ impl Registrations {
                 let found = Registered::new(&ct.picks, &picks, &seen)?;
                 all.push((Registration::Picked(tip), sound_speed, found));
             }
+            let picks = volume.pick(&sweep::seen(&specimen.tips(), ratio), Tip::Brightest)?;
+            let moved = |p: &Point| bath.moved(*p);
+            let picks: Vec<Point> = picks.iter().map(moved).collect();
+            let seen: Vec<_> = seen.iter().map(|(p, there)| (moved(p), *there)).collect();
+            let found = Registered::new(&ct.picks, &picks, &seen)?;
+            all.push((Registration::Moving, sound_speed, found));
         }
         Ok(Registrations { all })
+    }
+
+    /// The way from the CT scanner's coordinates to those of an image that is taken at an elevation of the sweep.
+    pub fn way(&self, bath: &WaterBath, sources: Sources, elevation: f64) -> Rigid {
+        let way = self.of(sources).transform;
+        match sources.registration {
+            // The images are those of a specimen at rest.
+            Registration::Moving => way.moved(bath.motion(elevation).map(|by| -by)),
+            _ => way,
+        }
     }
 
     pub fn of(&self, sources: Sources) -> &Registered {
@@ -86,6 +102,18 @@ impl WaterBath {
             true => self.assumed_sound_speed / self.simulation.c,
             false => 1.0,
         }
+    }
+
+    /// How far the specimen is from its place in the middle of the sweep, evenly moving, m.
+    fn motion(&self, elevation: f64) -> Point {
+        let length = (self.sweep - 1) as f64 * self.sweep_step;
+        [self.motion * elevation / length; 3]
+    }
+
+    /// Where a point of the specimen at rest is seen, if it moves.
+    fn moved(&self, [x, y, z]: Point) -> Point {
+        let by = self.motion(y);
+        [x + by[0], y + by[1], z + by[2]]
     }
 
     /// Points of the bone's outline in both slices that lie below the array, in the array's coordinates and
@@ -112,5 +140,49 @@ impl WaterBath {
             false => &ct.middle,
         };
         contour::outline(surface, |p| way.apply(p), self.slices[k])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Balls at one elevation move alike: the way of an image that is taken there is exact, that of another one is off
+    /// by what the specimen has moved in between.
+    #[test]
+    fn motion_counts_between_the_balls_and_the_image() {
+        let bath = WaterBath {
+            motion: 0.6e-3,
+            sweep: 61,
+            sweep_step: 0.5e-3,
+            ..WaterBath::default()
+        };
+        let balls: [Point; 4] = [
+            [0.0, 5e-3, 15e-3],
+            [10e-3, 5e-3, 20e-3],
+            [-8e-3, 5e-3, 22e-3],
+            [3e-3, 5e-3, 30e-3],
+        ];
+        let moved = balls.map(|p| bath.moved(p));
+        let found = Registered::new(&balls, &moved, &[(moved[0], balls[0])]).unwrap();
+        assert!(found.fre_mm < 1e-9 && found.tre_mm < 1e-9);
+        let sources = Sources {
+            registration: Registration::Moving,
+            sound_speed: false,
+            threshold: false,
+        };
+        let registrations = Registrations {
+            all: vec![(Registration::Moving, false, found)],
+        };
+        let off = |elevation: f64| {
+            let found = registrations.way(&bath, sources, elevation).apply(balls[1]);
+            [0, 1, 2].map(|k| found[k] - balls[1][k])
+        };
+        // 0.6 mm over 30 mm: 0.02 mm for each.
+        for (elevation, expected) in [(5e-3, 0.0), (-5e-3, 0.2e-3), (10e-3, -0.1e-3)] {
+            for axis in off(elevation) {
+                assert!((axis - expected).abs() < 1e-12, "{elevation} {axis}");
+            }
+        }
     }
 }

@@ -1,0 +1,91 @@
+//! Tables of the surface detectors.
+
+use std::ops::Range;
+
+use crate::experiments::common::interval::Interval;
+use crate::experiments::outcome::Table;
+
+use super::condition::{Condition, Medium};
+use super::judge::ClaimsResult;
+use super::scene::{DETECTORS, SceneResult};
+
+/// Ranges of the bone's echo above the tissue's RMS in quiet tissue, dB.
+///
+/// Each has about as many bones.
+const RANGES: [Range<f64>; 3] = [0.0..18.0, 18.0..26.0, 26.0..f64::INFINITY];
+
+/// F1 of a detector in each scene that has a surface or detected points.
+fn f1<'a>(name: &str, scenes: impl IntoIterator<Item = &'a SceneResult>) -> Vec<f64> {
+    let found = scenes.into_iter().flat_map(|s| &s.detectors);
+    let found = found.filter(|(of, _)| of == name);
+    found.filter_map(|(_, judged)| judged.f1()).collect()
+}
+
+/// F1 of the detectors by condition.
+pub fn by_condition(result: &ClaimsResult) -> Table {
+    let present = |condition: &Condition| result.scenes.iter().any(|s| s.condition == *condition);
+    let row = |condition: Condition| {
+        let scenes = || result.scenes.iter().filter(|s| s.condition == condition);
+        let cell = |name| Interval::of(&f1(name, scenes()));
+        (condition.name().to_owned(), DETECTORS.map(cell))
+    };
+    let conditions = Condition::ALL.into_iter().filter(present);
+    table(
+        "Surface detectors: F1 of points within 0.5 mm, at most one per line",
+        conditions.map(row),
+    )
+}
+
+/// F1 of the detectors by the bone's brightness, over all scenes in tissue.
+///
+/// Each bone counts once.
+pub fn by_brightness(result: &ClaimsResult) -> Table {
+    let row = |range: Range<f64>| {
+        let inside = |scene: &&SceneResult| {
+            let quiet = scene.condition == Condition::TissueQuiet;
+            let brightness = scene.brightness.as_ref().filter(|_| quiet);
+            brightness.is_some_and(|b| range.contains(&b.median_db))
+        };
+        let bones: Vec<u64> = result
+            .scenes
+            .iter()
+            .filter(inside)
+            .map(|s| s.bone)
+            .collect();
+        let cell = |name| {
+            let mean = |bone: &u64| {
+                let all = result.scenes.iter().filter(|s| s.bone == *bone);
+                let values = f1(name, all.filter(|s| s.condition.medium() == Medium::Tissue));
+                (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+            };
+            Interval::of(&bones.iter().filter_map(mean).collect::<Vec<_>>())
+        };
+        let name = match range.end.is_finite() {
+            true => format!("{} to {} dB", range.start, range.end),
+            false => format!("above {} dB", range.start),
+        };
+        (
+            format!("{name}, {} bones", bones.len()),
+            DETECTORS.map(cell),
+        )
+    };
+    table(
+        "Surface detectors in tissue, by the bone's echo above the tissue's RMS",
+        RANGES.into_iter().map(row),
+    )
+}
+
+fn table(
+    title: &str,
+    rows: impl Iterator<Item = (String, [Option<Interval>; DETECTORS.len()])>,
+) -> Table {
+    let text = |interval: Option<Interval>| interval.map_or("–".into(), |i| i.text());
+    Table {
+        title: title.into(),
+        head: std::iter::once("").chain(DETECTORS).collect(),
+        rows: rows
+            .map(|(name, cells)| std::iter::once(name).chain(cells.map(text)).collect())
+            .collect(),
+        page_only: false,
+    }
+}
