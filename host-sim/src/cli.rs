@@ -1,4 +1,4 @@
-//! The command line: what there is to ask for, and how a failure ends.
+//! The command line: arguments, dispatch and exit status.
 
 use std::num::NonZeroUsize;
 use std::process::ExitCode;
@@ -18,17 +18,17 @@ use crate::{Error, Result};
 use bonebeam_drive::threads;
 use bonebeam_files::terminal::{complain, print};
 
-/// From ultrasound channel data to bone surfaces: simulates, beamforms and filters with the bonebeam core.
+/// Simulates and beamforms ultrasound channel data and finds bone surfaces in them.
 ///
-/// Without a command it runs the main job: it simulates a point and a vertebra, beamforms both,
-/// makes and measures the images, checks the core against its references, and writes a report.
+/// Without a command it runs the main job: it simulates a point and a vertebra, beamforms both, makes and measures
+/// the images, checks the core against its references, and writes a report.
 ///
-/// Lengths are metres, times seconds, frequencies hertz. An error is one line; the exit status is
-/// 2 where the command line or the configuration is wrong and 1 where the data are.
+/// Lengths are in metres, times in seconds, frequencies in hertz. An error is one line. The exit status is 2 if the
+/// command line or the configuration is wrong, and 1 if the data are.
 #[derive(Debug, Parser)]
 #[command(name = "host-sim", version = PROGRAM, after_help = EXAMPLES, arg_required_else_help = false)]
 struct Cli {
-    /// How many threads compute; all processors without it. The results do not depend on it
+    /// Number of threads; results do not depend on it [default: all processors]
     #[arg(long, global = true, value_name = "N")]
     threads: Option<NonZeroUsize>,
 
@@ -80,7 +80,7 @@ pub fn run() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(e) if !e.use_stderr() => {
-            // Help and version are no errors.
+            // Help and version are not errors.
             return finish(print(&e.render().to_string()));
         }
         Err(e) => return finish(Err(Error::Usage(one_line(&e)))),
@@ -122,7 +122,7 @@ fn finish(outcome: Result<()>) -> ExitCode {
     }
 }
 
-/// What is wrong with the command line, without the usage text that follows it.
+/// The message of a command-line error, without the usage text after it.
 fn one_line(error: &clap::Error) -> String {
     let text = error.render().to_string();
     let lines = text.lines().map(str::trim);

@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 use crate::provenance::{Input, PROGRAM};
 use crate::{Error, Result};
 
-/// All parameters, one section a stage.
+/// All parameters, one section per stage.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Config {
@@ -25,19 +25,19 @@ pub struct Config {
     pub simulate: Simulate,
     /// Delay and beamformer.
     pub beamform: Beamform,
-    /// From lines to pixels.
+    /// Image: from lines to pixels.
     pub image: Image,
     /// The ridge filter.
     pub phase_symmetry: PhaseSymmetry,
     /// The bone surface.
     pub surface: Surface,
-    /// What a recording calls its arrays.
+    /// Names of the arrays in a recording.
     #[serde(skip_serializing_if = "Variables::is_empty")]
     pub variables: Variables,
 }
 
 impl Config {
-    /// Reads a TOML file; what it does not mention keeps its default.
+    /// Reads a TOML file; keys that it lacks keep their defaults.
     ///
     /// # Errors
     /// The file cannot be opened, or a line of it is not TOML, names an unknown key or has a
@@ -59,16 +59,16 @@ impl Config {
         self.variables.check().map_err(Error::Usage)
     }
 
-    /// Where the configuration of the run that makes `output` is written: beside it, with
-    /// `.config.toml` added to its name.
+    /// Path of the configuration of `output`: `.config.toml` is added to its name.
     pub fn path_beside(output: &Path) -> PathBuf {
         let mut name = output.as_os_str().to_owned();
         name.push(".config.toml");
         PathBuf::from(name)
     }
 
-    /// Stages the configuration as TOML, headed by comments: the program's version and commit, the command, and
-    /// the hash of each input.
+    /// Stages the configuration as TOML, with comments at its head.
+    ///
+    /// The comments give the program's version and commit, the command, and the hash of each input.
     ///
     /// # Errors
     /// The file cannot be written.

@@ -1,4 +1,4 @@
-//! The command `host-sim`: its arguments, its configuration, and what each of its commands does.
+//! The program `host-sim`: command line, configuration and commands.
 
 mod cli;
 mod commands;

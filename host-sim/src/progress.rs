@@ -1,4 +1,4 @@
-//! How far a computation is: a bar on the terminal, lines where there is none.
+//! Progress of a computation: a bar on a terminal, else lines.
 
 use std::io::{IsTerminal, Write, stderr};
 use std::sync::{Mutex, PoisonError};
@@ -6,19 +6,19 @@ use std::time::{Duration, Instant};
 
 use bonebeam_files::terminal::one_line;
 
-/// Time between two drawings of the bar.
+/// Time between two updates of the bar.
 const PERIOD: Duration = Duration::from_millis(50);
-/// Time between two lines without a terminal.
+/// Time between two lines if there is no terminal.
 const LINE: Duration = Duration::from_secs(60);
 /// Width of the bar, characters.
 const WIDTH: usize = 40;
 /// The longest message, characters, so that a line stays within a terminal.
 const LONGEST: usize = 60;
 
-/// Progress on the standard error: a bar, or a line a minute if that is no terminal.
+/// Progress on standard error: a bar, or a line a minute if it is not a terminal.
 pub struct Progress {
     terminal: bool,
-    /// Whether each new message has a line without a terminal.
+    /// Whether each new message makes a line if there is no terminal.
     each_step: bool,
     begin: Instant,
     state: Mutex<State>,
@@ -29,12 +29,12 @@ struct State {
     done: u64,
     steps: u64,
     drawn: Option<Instant>,
-    /// The message of the last line without a terminal, and when it was written.
+    /// Message and time of the last line without a terminal.
     last_line: (String, Instant),
 }
 
 impl Progress {
-    /// A bar of so many steps; with none, its message alone is shown.
+    /// A bar of `steps` steps; if `steps` is 0, only the message is shown.
     pub fn new(message: &str, steps: u64) -> Self {
         let begin = Instant::now();
         Self {
@@ -51,7 +51,7 @@ impl Progress {
         }
     }
 
-    /// The same for work of many steps: without a terminal each message has a line.
+    /// As `new`, for work of many steps: without a terminal each message makes a line.
     pub fn of_steps(steps: u64) -> Self {
         Self {
             each_step: true,
@@ -59,12 +59,12 @@ impl Progress {
         }
     }
 
-    /// Sets how many of how many steps are done.
+    /// Sets the number of steps done and the number of all.
     pub fn set(&self, done: u64, steps: u64) {
         self.change(|state| (state.done, state.steps) = (done, steps));
     }
 
-    /// Sets what is being done.
+    /// Sets the message: the current step.
     pub fn set_message(&self, message: String) {
         self.change(|state| state.message = message);
     }
@@ -99,7 +99,7 @@ impl Progress {
     }
 }
 
-/// A terminal that cannot be written to is no reason to end the computation.
+/// Writes `text`; a terminal that fails does not end the computation.
 fn write(text: &str) {
     let _ = stderr().lock().write_all(text.as_bytes());
 }
@@ -114,7 +114,7 @@ impl State {
         due
     }
 
-    /// Whether to write a line at `now`: once a [`LINE`], and at each new message if that is asked for.
+    /// Whether to write a line at `now`: once a [`LINE`], or also at each new message.
     fn line_is_due(&mut self, now: Instant, each_step: bool) -> bool {
         let (message, written) = &self.last_line;
         let due = now - *written >= LINE || (each_step && *message != self.message);
@@ -124,12 +124,12 @@ impl State {
         due
     }
 
-    /// The share that is done, 0 to 1.
+    /// The share done, 0 to 1.
     fn share(&self) -> f64 {
         (self.done as f64 / self.steps.max(1) as f64).min(1.0)
     }
 
-    /// Time left; empty where nothing is done.
+    /// Time left; empty if nothing is done yet.
     fn left(&self, elapsed: Duration) -> String {
         match self.done {
             0 => String::new(),
@@ -137,7 +137,7 @@ impl State {
         }
     }
 
-    /// A line without a bar.
+    /// The text of a line without a bar.
     fn words(&self, elapsed: Duration) -> String {
         let message = one_line(&self.message);
         if self.steps == 0 {

@@ -1,4 +1,4 @@
-//! What made a result: the program's version and commit, and a hash of its input.
+//! Provenance of a result: the program's version and commit, hashes of the inputs.
 
 use std::fs::{self, Metadata};
 use std::io::Read;
@@ -13,7 +13,7 @@ use bonebeam_files::{cannot_be_opened, file_error, input};
 
 /// The program's version.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
-/// The commit that the program was built of; `unknown` outside a repository.
+/// Commit of the build; `unknown` outside a repository.
 pub const COMMIT: &str = env!("HOST_SIM_COMMIT");
 /// Version and commit, as `--version` prints them.
 pub const PROGRAM: &str = concat!(
@@ -21,25 +21,25 @@ pub const PROGRAM: &str = concat!(
     ", commit ",
     env!("HOST_SIM_COMMIT")
 );
-/// The largest file that is hashed where only a part of it was used, bytes.
+/// Largest file that is hashed if only a part of it was used, bytes.
 const PART: u64 = 1 << 30;
-/// More than a step of the clock of files: two changes within one step have the same time.
+/// Longer than the resolution of file times: close changes can have the same time.
 const CLOCK: Duration = Duration::from_millis(20);
 
-/// A file that a result was made of.
+/// An input file of a result.
 pub struct Input {
-    /// Its path as it was given.
+    /// Path as given.
     pub path: PathBuf,
-    /// XXH3 of 128 bits over its bytes, as `xxh128sum` prints it; of a folder, over names and bytes of its files in
-    /// the order of their names. None for a large file of which only a part was used.
+    /// XXH3-128, as `xxh128sum` prints it; `None` for a large file read in part.
+    ///
+    /// Of a file, over its bytes. Of a folder, over names and bytes of its files in the order of their names.
     pub xxh128: Option<String>,
 }
 
-/// A file, or the files of a folder, as they are before they are read.
+/// State of a file, or of a folder's files, before they are read.
 ///
-/// Readers of archives and of HDF5 go to and fro in a file, read parts of it and read some of them twice, so a hash
-/// cannot be taken of the bytes on their way. It is taken of the file afterwards, and the file must not have changed
-/// in between.
+/// Readers of archives and of HDF5 seek in a file, skip parts of it and read others twice, so the bytes cannot be
+/// hashed as they are read. The file is hashed afterwards, and must not have changed in between.
 pub struct Snapshot {
     path: PathBuf,
     files: Vec<State>,
@@ -54,10 +54,10 @@ struct State {
 }
 
 impl Snapshot {
-    /// Looks at a file or at the files of a folder.
+    /// Records the state of a file, or of the files of a folder.
     ///
     /// # Errors
-    /// A file that is not there, or that is being written.
+    /// A file that does not exist, or that is being written.
     pub fn of(path: &Path) -> Result<Self> {
         let snapshot = Snapshot {
             path: path.to_path_buf(),
@@ -74,16 +74,16 @@ impl Snapshot {
     /// Refuses a file that changed.
     ///
     /// # Errors
-    /// Another length or time of change than before, a file more or less.
+    /// A changed length or time of change, or a file added or removed.
     pub fn check(&self) -> Result<()> {
         if files_of(&self.path)? == self.files {
             return Ok(());
         }
-        let message = "changed while it was read; run again when nothing writes it";
+        let message = "changed while it was read; run again when no program writes to it";
         Err(file_error(&self.path, message))
     }
 
-    /// Hashes what has been read. `is_whole` tells whether all of it was used.
+    /// Hashes the input after it was read. `is_whole`: all of it was used.
     ///
     /// # Errors
     /// A file that changed or that cannot be read.
@@ -119,10 +119,10 @@ impl Snapshot {
         Ok(hasher.finish_128())
     }
 
-    /// A number that changes with the input's path, length or time of change, and with `settings`.
+    /// A key that changes with the input's path, length or time, and with `settings`.
     ///
     /// # Errors
-    /// A file that is not there.
+    /// A file that does not exist.
     pub fn key(&self, settings: &str) -> Result<u128> {
         let mut hasher = XxHash3_128::with_seed(0);
         hasher.write(PROGRAM.as_bytes());

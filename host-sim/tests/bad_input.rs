@@ -220,7 +220,7 @@ fn records_that_make_no_line_or_no_image() {
     channel_data_without(&path, &["t0"])
         .with("t0", vector(&[-0.005, -0.005]))
         .finish();
-    fails(&folder, BEAMFORM, DATA, &["data.npz", "leaves no depth"]);
+    fails(&folder, BEAMFORM, DATA, &["data.npz", "has no depth"]);
     for beams in [[1e-3, -1e-3], [1e-3, 1e-3]] {
         channel_data_without(&path, &["tx_angle"])
             .with("tx_x", vector(&beams))

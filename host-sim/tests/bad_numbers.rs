@@ -32,7 +32,7 @@ fn simulations_that_cannot_be() {
         ("vertebra --depth 15", USAGE, &["--depth", "15", "10 (m)"]),
         ("vertebra --depth 0.5", USAGE, &["nothing of the phantom"]),
         ("point --offset 2", USAGE, &["nothing of the phantom"]),
-        ("vertebra --f-number 0", USAGE, &["f_number", "positive"]),
+        ("vertebra --f-number 0", USAGE, &["f_number", "expected"]),
         (
             "vertebra --noise 0 --noise-free",
             USAGE,

@@ -224,7 +224,7 @@ fn inputs_that_are_no_regular_file_are_refused() {
             let message = message_of(&output);
             assert_eq!(output.status.code(), Some(status), "{arguments}: {message}");
             assert!(
-                message.contains("no regular file"),
+                message.contains("not a regular file"),
                 "{arguments}: {message}"
             );
             assert_eq!(message.lines().count(), 1, "{arguments}: {message}");
@@ -307,7 +307,7 @@ fn environment_variables_of_threads_are_checked() {
 fn reports_to_merge_are_checked_before_anything_is_computed() {
     let folder = tempdir().unwrap();
     for (text, part) in [
-        ("no JSON", "is no report.json"),
+        ("no JSON", "is not the report.json"),
         ("{}", "has no `claims`"),
         ("[1, 2]", "has no `claims`"),
         (r#"{"claims": {}}"#, "`claims.scenes` is not a list"),

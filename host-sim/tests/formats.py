@@ -472,9 +472,9 @@ def many_frames():
     write_mat5(folder / "plain_whole.mat", "rf", rf.astype(np.float64), compressed=False)
     write_npz(folder / "whole.npz", "rf", np.asfortranarray(rf))
     for name, words in {
-        "whole.mat": " of memory, which cannot be had; MATLAB 5 files are read whole: save(",
-        "plain_whole.mat": " of memory, which cannot be had; MATLAB 5 files are read whole: save(",
-        "whole.npz": " of memory, which cannot be had; it is stored in columns",
+        "whole.mat": " of memory, which is not available; MATLAB 5 files are read whole: save(",
+        "plain_whole.mat": " of memory, which is not available; MATLAB 5 files are read whole: save(",
+        "whole.npz": " of memory, which is not available; it is stored in columns",
     }.items():
         outcome = run("beamform", folder / name, "-o", "lines.npz", *flags, limit=LITTLE)
         alone = outcome.stderr.count("\n") == 1
@@ -635,7 +635,7 @@ def layouts():
     check(fits and np.allclose(held["t0"], -passes, atol=1e-12) and "lens_delay" not in held, f"defaults.mat: {held and held['t0']}")
     outcome = run("info", folder / "defaults.mat")
     for name in ("units", "decimSampleRate", "speedOfSound", "peak", "lensCorrection"):
-        is_said = any(line.startswith("assumed ") and f".{name} is not there" in line for line in outcome.stdout.splitlines())
+        is_said = any(line.startswith("assumed ") and f".{name} is missing" in line for line in outcome.stdout.splitlines())
         check(is_said, f"defaults.mat: {name}: {outcome.stdout}")
     # A mode that leaves samples out is refused by its name.
     for receive in verasonics["Receive"]:
@@ -963,7 +963,7 @@ def sonix():
     # The machine's own values for the rest, which are said: the board's order, 40 MHz, and each record a frame.
     told_of = ["--variable", f"f0={F0}", "--variable", f"pitch={PITCH}"]
     outcome = run("info", path, *told_of)
-    parts = ["\nassumed    fs is 40 MHz", "order of the vendor's board", "3 frames, 1 transmit, 128 elements", "plane waves of 0.0000 degrees"]
+    parts = ["\nassumed    fs is 40 MHz", "order of the vendor's board", "3 frames, 1 transmit, 128 elements", "plane waves at 0.0000 degrees"]
     check(all(part in outcome.stdout for part in parts), f"128 channels, two flags: {told(outcome)} {outcome.stdout}")
     held = converted(path, *told_of)
     fits = held is not None and np.array_equal(held["rf"], wide[0][:, None]) and held["fs"] == 40e6
@@ -1071,7 +1071,7 @@ def information():
         "rf_plain.npz": ".npz",
     }.items():
         outcome = run("info", folder / name)
-        expected = [kind, "RF: 1 frame, 3 transmits, 32 elements, 900 samples" if name.startswith("rf") else "I/Q", "plane waves of -7.1620 to 7.1620 degrees"]
+        expected = [kind, "RF: 1 frame, 3 transmits, 32 elements, 900 samples" if name.startswith("rf") else "I/Q", "plane waves at -7.1620 to 7.1620 degrees"]
         check(outcome.returncode == 0 and all(part in outcome.stdout for part in expected), f"info {name}: {outcome.stdout}{outcome.stderr}")
         # 2^25 Hz has more digits than a person reads.
         check("at 33.5544 MHz" in outcome.stdout, f"info {name}: {outcome.stdout}")

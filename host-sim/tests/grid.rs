@@ -163,13 +163,13 @@ fn lines_that_cannot_be_are_refused_by_the_flag() {
         line_spacing: Some(1e-3),
         ..das()
     };
-    assert!(message(sector).contains("--line-spacing is of lines that go straight down"));
+    assert!(message(sector).contains("--line-spacing is for lines straight down"));
     let few = Beamform {
         lateral_start: Some(3e-3),
         line_spacing: Some(10e-3),
         ..das()
     };
-    assert!(message(few).contains("there are 1 lines"));
+    assert!(message(few).contains("makes 1 lines"));
     let focused = ChannelData {
         transmits: Transmits::Focused {
             x: vec![0.0],
@@ -188,8 +188,7 @@ fn lines_that_cannot_be_are_refused_by_the_flag() {
         ..das()
     };
     assert!(
-        refused(&focused, &weighted)
-            .contains("--transmit-weights is for transmits that are compounded")
+        refused(&focused, &weighted).contains("--transmit-weights is for compounded transmits")
     );
     for weights in [vec![1.0, 1.0], vec![0.0], vec![f64::NAN]] {
         let section = Beamform {

@@ -107,7 +107,7 @@ fn frames_that_were_done_are_not_made_again() {
     let other = COMMAND.replace("mv", "das");
     let (code, message) = run(&folder, &other);
     assert!(
-        code == 0 && message.contains("is of another run"),
+        code == 0 && message.contains("belongs to another run"),
         "{message}"
     );
     assert_ne!(lines(folder.path()), whole);
@@ -120,7 +120,7 @@ fn frames_that_were_done_are_not_made_again() {
     data.set_modified(std::time::SystemTime::now() + Duration::from_secs(2))
         .unwrap();
     let (json, message) = finished(&folder);
-    assert!(message.contains("is of another run"), "{message}");
+    assert!(message.contains("belongs to another run"), "{message}");
     assert_eq!(json["resumed_frames"].as_u64(), Some(0));
     assert_eq!(names(folder.path()), expected);
 }

@@ -126,7 +126,7 @@ def test_a_reading_that_there_is_not_is_refused(command, folder, point):
     np.savez(recording, **point.keys())
     asked = {"rf_interpolation": "upsampled"}
     told = command("beamform", recording, *flags(asked), "-o", folder / "lines.npz")
-    assert "these make a line each" in told
+    assert "these make one line each" in told
     for function in (bonebeam.beamform, bonebeam.delay):
         with pytest.raises(ValueError) as refused:
             function(point, **asked)
@@ -286,7 +286,7 @@ def test_a_file_that_is_missing_is_reported_as_python_does(folder, monkeypatch):
         ({"depth_start": 0.5}, "`depth_start` is 0.5 m; the record holds"),
         ({"line_count": 3}, "`line_count` has no effect on focused transmits"),
         ({"line_spacing": 1e-3}, "`line_spacing` has no effect on focused transmits"),
-        ({"transmit_weights": [1.0, 2.0]}, "`transmit_weights` is for transmits that are compounded"),
+        ({"transmit_weights": [1.0, 2.0]}, "`transmit_weights` is for compounded transmits"),
     ],
 )
 def test_keywords_are_named(point, arguments, words):
@@ -333,7 +333,7 @@ def test_channel_data_are_refused_in_the_words_of_the_command(command, folder, p
 
 
 def test_doubts_are_warnings(plane):
-    with pytest.warns(UserWarning, match="what lies outside is zero"):
+    with pytest.warns(UserWarning, match="samples outside are zero"):
         bonebeam.beamform(plane, method="das", depth_start=0.0)
 
 

@@ -41,7 +41,7 @@ def test_a_map_is_that_of_the_equations(shape):
 
 
 def test_another_image_is_refused():
-    with pytest.raises(ValueError, match="60 rows and 64 columns, phase symmetry needs powers of two"):
+    with pytest.raises(ValueError, match="60 rows and 64 columns; phase symmetry needs powers of two"):
         bonebeam.phase_symmetry(np.zeros((60, 64), np.float32))
     with pytest.raises(ValueError, match="scales"):
         bonebeam.phase_symmetry(np.zeros((64, 64), np.float32), scales=[])

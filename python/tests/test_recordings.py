@@ -113,7 +113,7 @@ def test_what_was_assumed_of_a_file_is_told(folder, plane):
     param = {"fs": plane.fs, "fc": plane.f0, "pitch": plane.element_x[1] - plane.element_x[0]}
     io.savemat(path, {"RF": plane.rf[0].T, "param": param})
     data = bonebeam.read(path)
-    assert "c is 1540 m/s, of which the file tells nothing" in data.assumed
+    assert "c is 1540 m/s, which the file does not give" in data.assumed
     assert bonebeam.Dataset(path)[0].assumed == data.assumed
     assert repr(data).endswith(f"assumed: {'; '.join(data.assumed)}>")
     assert "<th style='text-align:left'>Assumed</th>" in data._repr_html_()

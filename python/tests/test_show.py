@@ -128,7 +128,7 @@ def test_a_map_of_an_image_lies_where_the_image_lies(image):
 def test_a_map_may_be_of_another_size(image):
     bones = bonebeam.phase_symmetry(image.pixels, scales=[2**-4], resize=(128, 64))
     assert bones.shape == (128, 64)
-    with pytest.raises(ValueError, match=r"`pad` and `resize` both decide"):
+    with pytest.raises(ValueError, match=r"`pad` and `resize` both set"):
         bonebeam.phase_symmetry(image.pixels, pad=True, resize=(128, 64))
     with pytest.raises(ValueError, match="give `image.pixels`"):
         bonebeam.phase_symmetry(image, resize=(128, 64))

@@ -414,7 +414,7 @@ fn beams_go_from_left_to_right() {
     let grid = PixelGrid::cover([0.0, 1e-3], [0.0, 1e-3], 8, 8);
     lines.beam_x.swap(3, 4);
     let message = b_mode(&lines, 60.0, &grid, false).unwrap_err().to_string();
-    assert!(message.contains("beam 3 lies right of"), "{message}");
+    assert!(message.contains("beam 3 is right of"), "{message}");
     lines.beam_x = vec![1e-3; 5];
     assert!(b_mode(&lines, 60.0, &grid, false).is_err());
     let mut single = random_lines(1, 10, 7);

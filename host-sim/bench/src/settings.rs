@@ -12,7 +12,7 @@ use crate::{Error, Result};
 /// The parts of the benchmark.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Section {
-    /// The peak of one core, each instruction set
+    /// Peak rate of one core with each instruction set
     Peak,
     /// Beamformers against naive faer
     Beamformers,
@@ -22,13 +22,13 @@ pub enum Section {
     TimeWindow,
     /// Simulated frames, and depths beyond the full aperture
     Simulated,
-    /// Whole frames
+    /// Frames per second
     Frames,
     /// The delay stage against the beamformer
     Delay,
-    /// Phase symmetry against naive rustfft, and scipy where it is installed
+    /// Phase symmetry against naive rustfft, and scipy if it is installed
     PhaseSymmetry,
-    /// A frame against USTB, zea and ultraspy, where Python has them
+    /// A frame against USTB, zea and ultraspy, if Python has them
     Peers,
 }
 

@@ -1,4 +1,4 @@
-//! The lines that a recording is beamformed along: those that fit its array, or those asked for.
+//! The lines of a recording: those that fit its array, or those requested.
 
 use bonebeam::geometry::{Array, Element, Ray};
 
@@ -7,25 +7,26 @@ use crate::{Error, Result};
 use bonebeam_files::terminal::digits;
 use bonebeam_files::{ChannelData, Transmits};
 
-/// A straight array with less than so many wavelengths between its elements is steered, not walked
-/// along: grating lobes stay away from a sector at half a wavelength, a linear array has about one.
+/// Pitch in wavelengths below which a straight array is steered.
+///
+/// Grating lobes stay away from a sector at half a wavelength; a linear array has about one wavelength.
 const PHASED: f64 = 0.7;
-/// How many lines there can be.
+/// Largest number of lines.
 const MOST_LINES: usize = 65536;
-/// Halvings of an interval of elements: to a billionth of an element.
+/// Halvings of an interval of elements, down to a billionth of an element.
 const HALVINGS: usize = 40;
 
 /// The lines of a recording.
 pub struct Beams {
     /// From left to right.
     pub rays: Vec<Ray>,
-    /// Twice as close: these, and one between each two of them, if the lines that are put out are made of sub-lines.
+    /// The beams and one between each two, if output lines are made of sub-lines.
     pub between: Option<Vec<Ray>>,
-    /// Whether each has a transmit of its own; else all transmits are compounded into each.
+    /// Whether each line has its own transmit; else all are compounded into each.
     pub own: bool,
 }
 
-/// The elements, with the directions in which they look, where the array is not straight.
+/// The elements with their directions, if the array is not straight.
 pub fn elements_of(data: &ChannelData) -> Vec<Element> {
     if data.is_straight() {
         return Vec::new();
@@ -53,7 +54,7 @@ pub fn elements_of(data: &ChannelData) -> Vec<Element> {
         .collect()
 }
 
-/// The array of a recording, whose elements are told where it is not straight.
+/// The array of a recording; `elements` are given if it is not straight.
 pub(super) fn array_of<'e>(data: &'e ChannelData, elements: &'e [Element]) -> Array<'e> {
     if elements.is_empty() {
         return Array::LinearAt(&data.element_x);
@@ -65,7 +66,7 @@ pub(super) fn array_of<'e>(data: &'e ChannelData, elements: &'e [Element]) -> Ar
 }
 
 impl Beams {
-    /// The lines of `data` on `array`, as the parameters ask for them.
+    /// The lines of `data` on `array`, as the parameters ask for.
     ///
     /// # Errors
     /// [`Error::Usage`] for flags that do not fit the transmits.
@@ -73,7 +74,7 @@ impl Beams {
         if let Transmits::Focused { x, .. } = &data.transmits {
             if let Some(flag) = asked_for(parameters) {
                 return Err(Error::Usage(format!(
-                    "{flag} has no effect on focused transmits (`tx_x`), which make a line each"
+                    "{flag} has no effect on focused transmits (`tx_x`), which make one line each"
                 )));
             }
             return Ok(Beams {
@@ -118,8 +119,10 @@ impl Beams {
     }
 }
 
-/// Whether a straight array is one that is steered. Plane and single-element transmits are as often
-/// those of a linear array with narrow elements, which is imaged straight down.
+/// Whether a straight array is steered.
+///
+/// Plane and single-element transmits are as often those of a linear array with narrow elements, which is imaged
+/// straight down.
 fn phased(data: &ChannelData, c: f64) -> bool {
     let steered = matches!(
         data.transmits,
@@ -128,7 +131,7 @@ fn phased(data: &ChannelData, c: f64) -> bool {
     steered && data.pitch() < PHASED * c / data.f0
 }
 
-/// The first flag that asks for lines of a grid, if one was given.
+/// The first given flag that asks for lines of a grid.
 fn asked_for(parameters: &Beamform) -> Option<&'static str> {
     let flags = [
         ("--lines", parameters.lines.is_some()),
@@ -143,7 +146,7 @@ fn asked_for(parameters: &Beamform) -> Option<&'static str> {
         .map(|(flag, _)| flag)
 }
 
-/// Whether the number of lines is asked for.
+/// Whether the number of lines is given.
 fn counted(parameters: &Beamform) -> bool {
     let asked = [
         parameters.line_count.is_some(),
@@ -154,8 +157,9 @@ fn counted(parameters: &Beamform) -> bool {
     asked.contains(&true)
 }
 
-/// Evenly spaced lines over the whole array: two an element, since an adaptive beam is narrower than
-/// one, or those that are asked for.
+/// Evenly spaced lines over the whole array, or those requested.
+///
+/// The default is two per element, since an adaptive beam is narrower than an element.
 fn grid(
     data: &ChannelData,
     array: &Array<'_>,
@@ -174,8 +178,8 @@ fn grid(
             return lateral_lines(data, parameters);
         }
         return Err(Error::Usage(format!(
-            "{flag} is of lines that go straight down; --line-count and, of a sector, --sector choose those that fan \
-             out, and --lines down makes straight ones"
+            "{flag} is for lines straight down; --line-count and, for a sector, --sector choose lines that fan \
+             out, and --lines down makes straight lines"
         )));
     }
     let count = parameters.line_count.unwrap_or(usual);
@@ -203,8 +207,9 @@ fn grid(
     })
 }
 
-/// Lines straight down between the positions asked for, at the spacing or of the count asked for. Where the ends are left open
-/// by both, they are centred on the array.
+/// Lines straight down between given positions, by spacing or count.
+///
+/// If spacing and count leave the ends open, the lines are centred on the array.
 fn lateral_lines(data: &ChannelData, parameters: &Beamform) -> Result<Vec<Ray>> {
     let [left, right] = [data.element_x[0], data.element_x[data.element_x.len() - 1]];
     let (first, last) = (parameters.lateral_start, parameters.lateral_end);
@@ -226,7 +231,7 @@ fn lateral_lines(data: &ChannelData, parameters: &Beamform) -> Result<Vec<Ray>> 
     };
     if !(step > 0.0 && (2..=MOST_LINES).contains(&count)) {
         return Err(Error::Usage(format!(
-            "from {} m to {} m at {} m there are {count} lines (--lateral-start, --lateral-end, --line-spacing); expected 2 to \
+            "{} m to {} m at {} m makes {count} lines (--lateral-start, --lateral-end, --line-spacing); expected 2 to \
              {MOST_LINES}, from left to right",
             digits(start),
             digits(end),
@@ -237,8 +242,9 @@ fn lateral_lines(data: &ChannelData, parameters: &Beamform) -> Result<Vec<Ray>> 
     Ok((0..count).map(at).collect())
 }
 
-/// Where all transmits converge and each at a position of its own: a line through each focus, if they come
-/// from left to right.
+/// A line through each focus.
+///
+/// Only if all transmits converge, each at its own position, and come from left to right.
 fn through_foci(data: &ChannelData, array: &Array<'_>, kind: LineKind) -> Option<Vec<Ray>> {
     let Transmits::VirtualSource { x, z } = &data.transmits else {
         return None;
@@ -265,7 +271,7 @@ fn through_foci(data: &ChannelData, array: &Array<'_>, kind: LineKind) -> Option
         .then_some(rays)
 }
 
-/// The array's normal that goes through a position.
+/// The array's normal through a position.
 fn normal_through(array: &Array<'_>, position: [f64; 2]) -> Ray {
     let (mut low, mut high) = (0.0, (array.elements() - 1) as f64);
     for _ in 0..HALVINGS {

@@ -12,8 +12,10 @@ use rayon::prelude::*;
 
 use crate::Result;
 
-/// Elements that a thread adds together: they read the transmits' parts of the positions, which are too many for
-/// any cache, once, and their records fit in the second one.
+/// Number of elements that a thread adds together.
+///
+/// They read the transmits' parts of the positions once, which are too many for any cache; their records fit in the
+/// second-level cache.
 const TOGETHER: usize = 2;
 
 /// Some lines of compounded transmits: the mean of their real parts.
@@ -23,17 +25,21 @@ pub struct Compounded<'a> {
     scan: Scan<'a>,
     transmits: &'a [Transmit<'a>],
     lines: Range<usize>,
-    /// Where each leaves the array.
+    /// Position at which each line leaves the array, in elements.
     centres: Vec<f64>,
-    /// `[element, line, value]`. Values of samples at which an element is not active are incomplete.
+    /// Values, `[element, line, value]`.
+    ///
+    /// Values of samples at which an element is not active are incomplete.
     values: Vec<f32>,
 }
 
 impl<'a> Compounded<'a> {
-    /// The lines `lines` of `scan`, of what was recorded, checked, as `[transmit, element, sample]`.
+    /// The lines `lines` of `scan`.
+    ///
+    /// The samples were checked, as `[transmit, element, sample]`.
     ///
     /// # Errors
-    /// What the core refuses.
+    /// Errors of the core.
     pub fn new(
         set: InstructionSet,
         (delay, scan): (&'a Delay, Scan<'a>),
@@ -65,7 +71,7 @@ impl<'a> Compounded<'a> {
     /// A block of aligned samples of one of the lines.
     ///
     /// # Errors
-    /// What the core refuses.
+    /// Errors of the core.
     pub fn align<'x>(
         &self,
         set: InstructionSet,
@@ -97,7 +103,7 @@ impl<'a> Compounded<'a> {
         )
     }
 
-    /// The first sample at which an element is active in a line, if there is one.
+    /// First sample at which an element is active in a line, if any.
     fn first(&self, line: usize, element: usize) -> Option<usize> {
         let inactive = |sample| !self.active(line, sample).contains(&element);
         let last = self.scan.samples() - 1;
@@ -118,7 +124,7 @@ impl<'a> Compounded<'a> {
     }
 }
 
-/// The real parts of all elements: the mean over the transmits, added up in their order.
+/// Real parts of all elements: the mean over the transmits, added in their order.
 struct Values<'s, 'a>(&'s Compounded<'a>, &'s [f32]);
 
 impl Task for Values<'_, '_> {

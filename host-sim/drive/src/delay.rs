@@ -1,4 +1,4 @@
-//! The delay stage of a recording: which lines, which depths, and what they are made of.
+//! The delay stage of a recording: its lines, its depths and their input.
 
 use std::ops::Range;
 
@@ -24,25 +24,25 @@ use crate::config::{Beamform, RfInterpolation};
 use crate::{Error, Result};
 use bonebeam_files::{BeamRays, BeamformedLines, ChannelData, FrameSamples, Samples, Transmits};
 
-/// Lines of records that are upsampled, at a time: as few times as memory allows.
+/// Number of lines whose records are upsampled at a time; limited by memory.
 pub(crate) const LINES_UPSAMPLED: usize = 128;
 
-/// The delay stage of one set of channel data: which beams, which depths, which elements.
+/// The delay stage of one set of channel data: beams, depths, elements.
 ///
-/// Focused transmits make one beam each, on their axis, and so do virtual sources before the array that
-/// come from left to right; other transmits are compounded coherently (their mean) into two beams an
-/// element, or those that are asked for.
+/// Focused transmits make one beam each, on their axis. So do virtual sources in front of the array if they are
+/// ordered from left to right. Other transmits are compounded coherently (their mean) into two beams per element,
+/// or those requested.
 pub struct DelayStage<'a> {
     data: &'a ChannelData,
-    /// None where the array is straight.
+    /// `None` if the array is straight.
     elements: Vec<Element>,
     beams: Beams,
     sub_lines: SubLines,
     interpolation: DepthInterpolation,
     beam_x: Vec<f64>,
-    /// Where each beam leaves the array, in elements.
+    /// Position at which each beam leaves the array, in elements.
     centres: Vec<f64>,
-    /// Without array and lines.
+    /// Parameters without array and lines.
     parameters: ScanParameters<'static>,
     aperture: Aperture,
     start: f64,
@@ -52,19 +52,20 @@ pub struct DelayStage<'a> {
     set: InstructionSet,
     /// Whether each record is upsampled once for all lines.
     upsampled: bool,
-    /// The factor of each transmit's record, where they differ.
+    /// Factor of each transmit's record, if they differ.
     factors: Option<Vec<f32>>,
 }
 
-/// The core's stage for the kind of samples.
+/// The core's stage for this kind of samples.
 enum Stage {
     Rf(Box<Delay>),
     Iq(IqInput),
 }
 
 impl<'a> DelayStage<'a> {
-    /// Plans the delaying of `data`, from `depth_start` to `depth_end` of the parameters or over
-    /// the whole record.
+    /// Plans the delays of `data`.
+    ///
+    /// The depths are `depth_start` to `depth_end` of the parameters, or the whole record.
     ///
     /// # Errors
     /// [`Error::Usage`] for an output rate, a depth or lines that do not fit the record.
@@ -102,7 +103,7 @@ impl<'a> DelayStage<'a> {
         let scan = scan(data, array, &beams, own)?;
         if scan.samples() > MAX_SAMPLES {
             return Err(Error::Usage(format!(
-                "the depths and --output-rate ask for {} samples a line; expected at most \
+                "the depths and --output-rate make {} samples per line; expected at most \
                  {MAX_SAMPLES}",
                 scan.samples()
             )));
@@ -128,7 +129,8 @@ impl<'a> DelayStage<'a> {
         }
         let factors = match &parameters.transmit_weights {
             Some(_) if beams.own => {
-                let message = "--transmit-weights is for transmits that are compounded; these make a line each";
+                let message =
+                    "--transmit-weights is for compounded transmits; these make one line each";
                 return Err(Error::Usage(message.into()));
             }
             Some(weights) => Some(weights.factors(transmits, parameters.core.tukey_taper)?),
@@ -162,44 +164,46 @@ impl<'a> DelayStage<'a> {
         })
     }
 
-    /// The same with an instruction set of choice: the result does not depend on it.
+    /// The same with a given instruction set; the result does not depend on it.
     pub fn with_instruction_set(self, set: InstructionSet) -> Self {
         DelayStage { set, ..self }
     }
 
-    /// The lateral positions of [`DelayStage::all_rays`], m: where they begin.
+    /// Lateral positions of [`DelayStage::all_rays`], m, at their beginning.
     pub fn beam_x(&self) -> &[f64] {
         &self.beam_x
     }
 
-    /// The beams that are aligned.
+    /// The aligned beams.
     pub fn rays(&self) -> &[Ray] {
         &self.beams.rays
     }
 
-    /// The lines that are put out: the beams, their sub-lines, one after the other, or lines that are the largest of some
-    /// sub-lines.
+    /// The output lines.
+    ///
+    /// They are the beams, or their sub-lines in order, or lines that are each the largest of some sub-lines.
     pub fn all_rays(&self) -> &[Ray] {
         &self.sub_lines.rays
     }
 
-    /// How many sub-lines a beam has.
+    /// Number of sub-lines of a beam.
     pub fn sub_lines(&self) -> usize {
         self.sub_lines.count
     }
 
-    /// Of how many sub-lines each line that is put out is the largest at each sample; none where each is put out.
+    /// Number of sub-lines pooled into each output line; `None` if each is output.
     pub fn pooled(&self) -> Option<usize> {
         self.sub_lines.pooled()
     }
 
-    /// What a point between two lines, or two sub-lines, loses at most, dB, about; none of DAS. What the transmits lose,
-    /// which focus on the beam, comes to it.
+    /// Approximate largest loss of a point between two lines or sub-lines, dB.
+    ///
+    /// `None` for DAS. The loss of the transmits, which focus on the beam, adds to it.
     pub fn loss_between(&self) -> Option<f64> {
         self.sub_lines.loss
     }
 
-    /// The lines that are put out, of all sub-lines of all beams.
+    /// The output lines, from all sub-lines of all beams.
     ///
     /// # Errors
     /// A sample that is not finite.
@@ -219,17 +223,17 @@ impl<'a> DelayStage<'a> {
         scan(self.data, self.array(), &self.beams, self.parameters)
     }
 
-    /// Whether lines are put out as they are beamformed: neither pooled nor interpolated.
+    /// Whether lines are output as beamformed: neither pooled nor interpolated.
     pub(super) fn puts_out_beamformed(&self) -> bool {
         self.pooled().is_none() && self.interpolation.depth_step() == 1
     }
 
-    /// Output samples of a beam that the beamformer computes; the others are interpolated.
+    /// Number of output samples of a beam that are beamformed; others are interpolated.
     pub fn line_samples(&self) -> usize {
         self.interpolation.line_samples()
     }
 
-    /// Output samples a beam.
+    /// Output samples per beam.
     pub fn samples(&self) -> usize {
         self.samples
     }
@@ -258,7 +262,7 @@ impl<'a> DelayStage<'a> {
         self.parameters.sound_speed
     }
 
-    /// The active elements of a beam at an output sample; none for a beam that there is not.
+    /// Active elements of a beam at an output sample; none for an unknown beam.
     pub fn active(&self, beam: usize, sample: usize) -> Active {
         let time = self.start + sample as f64 / self.parameters.output_rate;
         let centre = self.centres.get(beam).copied().unwrap_or(f64::NAN);
@@ -266,7 +270,7 @@ impl<'a> DelayStage<'a> {
             .active(centre, self.parameters.sound_speed * time / 2.0)
     }
 
-    /// Where the beams begin and go, where that is not straight down from z = 0.
+    /// Origins and directions of the beams, if not straight down from z = 0.
     pub fn beam_rays(&self) -> Option<BeamRays> {
         let down = |ray: &Ray| ray.z() == 0.0 && ray.angle() == 0.0;
         let rays = self.all_rays();
@@ -276,7 +280,7 @@ impl<'a> DelayStage<'a> {
         })
     }
 
-    /// Beamformed lines `z` with where and when they are.
+    /// Beamformed lines `z` with their positions and times.
     pub fn lines<Z>(&self, z: Z) -> BeamformedLines<Z> {
         BeamformedLines {
             z,
@@ -289,10 +293,12 @@ impl<'a> DelayStage<'a> {
         }
     }
 
-    /// The aligned analytic samples of some beams of the first frame, [beam, sample, element].
+    /// Aligned analytic samples of some beams of the first frame.
+    ///
+    /// The axes are [beam, sample, element].
     ///
     /// # Errors
-    /// What the core refuses: samples beyond its range.
+    /// An error of the core: samples beyond its range.
     pub fn delay(&self, beams: Range<usize>) -> Result<Array3<Complex<f32>>> {
         let first = self.data.samples.frame(0);
         let first = first.ok_or_else(|| Error::Data("the recording has no frame".into()))?;
@@ -302,10 +308,10 @@ impl<'a> DelayStage<'a> {
         Ok(x)
     }
 
-    /// The same of any frame of such data, into memory of that size.
+    /// The same for any frame of such data, into the caller's memory.
     ///
     /// # Errors
-    /// What the core refuses: samples beyond its range, or of another shape.
+    /// An error of the core: samples beyond its range, or of another shape.
     pub fn delay_into(
         &self,
         frame: FrameSamples<'_>,
@@ -318,7 +324,7 @@ impl<'a> DelayStage<'a> {
         })
     }
 
-    /// The lines that are beamformed together, which is what a source is made for.
+    /// Ranges of lines that are beamformed together, one source each.
     pub(super) fn passes(&self) -> impl Iterator<Item = Range<usize>> + use<> {
         let lines = self.rays().len();
         let at_a_time = if self.upsampled {
@@ -330,10 +336,10 @@ impl<'a> DelayStage<'a> {
         firsts.map(move |first| first..lines.min(first + at_a_time))
     }
 
-    /// Hands what some lines of a frame are made of to `work`.
+    /// Passes the source of some lines of a frame to `work`.
     ///
     /// # Errors
-    /// What the core refuses, and the errors of `work`.
+    /// Errors of the core and of `work`.
     pub(super) fn source(
         &self,
         frame: FrameSamples<'_>,
@@ -394,7 +400,7 @@ impl<'a> DelayStage<'a> {
         }
     }
 
-    /// The samples in row-major order, each transmit's times its factor.
+    /// Samples in row-major order, each transmit's times its factor.
     fn weighted<'s, T>(&self, samples: &'s ArrayView3<'_, T>) -> CowArray<'s, T, Ix3>
     where
         T: Copy + std::ops::Mul<f32, Output = T>,
@@ -432,7 +438,7 @@ fn scan<'s>(
     })
 }
 
-/// The records of some transmits, checked on all threads.
+/// Records of some transmits, checked on all threads.
 fn records<'r, T: Sync, R: Send>(
     samples: ArrayView3<'r, T>,
     transmits: Range<usize>,

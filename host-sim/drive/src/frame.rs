@@ -17,26 +17,28 @@ use crate::config::Beamform;
 use crate::{Error, Result};
 use bonebeam_files::{AlignedData, BeamformedLines, ChannelData, FrameSamples, Recording};
 
-/// The speed of sound that lines tell where neither the file nor the configuration does, m/s.
+/// Default speed of sound of lines, m/s.
+///
+/// It is used if neither the file nor the configuration gives one.
 pub const DEFAULT_SOUND_SPEED: f64 = 1540.0;
 
-/// Beamforming of a recording's frames: tables and the memory of threads, made once for all of them.
+/// Beamforming of a recording's frames, with tables and memory made once.
 pub struct RecordingFrames<'a> {
     plan: Plan,
     of: Of<'a>,
     parameters: &'a Beamform,
-    /// All sub-lines of a frame as they are beamformed, if those are not put out.
+    /// All sub-lines of a frame as beamformed, if they are not the output.
     all: Mutex<Array2<Complex<f32>>>,
 }
 
 enum Of<'a> {
-    /// The lines that are beamformed together, with their tiles.
+    /// Ranges of lines beamformed together, with their tiles.
     Channel(Box<DelayStage<'a>>, Vec<(Range<usize>, Vec<Tile>)>),
     Aligned,
 }
 
 impl<'a> RecordingFrames<'a> {
-    /// For the frames of a recording, of which one is known at least.
+    /// For the frames of a recording of which at least one is in memory.
     ///
     /// # Errors
     /// Parameters that do not fit the record; see [`DelayStage::new`] and [`Plan::new`].
@@ -47,7 +49,7 @@ impl<'a> RecordingFrames<'a> {
         }
     }
 
-    /// As [`RecordingFrames::new`], of channel data.
+    /// As [`RecordingFrames::new`], for channel data.
     ///
     /// # Errors
     /// As [`RecordingFrames::new`].
@@ -79,8 +81,9 @@ impl<'a> RecordingFrames<'a> {
         })
     }
 
-    /// As [`RecordingFrames::new`], of aligned data. All their elements are active at every depth. Lines have the computed
-    /// samples of a depth step.
+    /// As [`RecordingFrames::new`], for aligned data.
+    ///
+    /// All elements are active at every depth. Lines have only the computed samples of a depth step.
     ///
     /// # Errors
     /// As [`RecordingFrames::new`].
@@ -108,12 +111,13 @@ impl<'a> RecordingFrames<'a> {
         }
     }
 
-    /// Lines of one frame of such channel data, which may lie elsewhere, into `z` [beam, sample], in the order of
-    /// [`DelayStage::all_rays`]. `progress` hears
-    /// the fraction done, from any thread.
+    /// Beamforms one frame of such channel data into `z` [beam, sample].
+    ///
+    /// The frame can be outside the recording. Lines are in the order of [`DelayStage::all_rays`]. `progress`
+    /// receives the fraction done, from any thread.
     ///
     /// # Errors
-    /// What the core refuses: see [`Plan::run`].
+    /// Errors of the core: see [`Plan::run`].
     pub fn frame(
         &self,
         frame: FrameSamples<'_>,
@@ -142,10 +146,12 @@ impl<'a> RecordingFrames<'a> {
         }
     }
 
-    /// Lines of some frames of such a recording, which may be another part of the same file.
+    /// Lines of some frames of such a recording.
+    ///
+    /// The recording can be another part of the same file.
     ///
     /// # Errors
-    /// [`Error::Usage`] for frames that there are not; as [`RecordingFrames::frame`].
+    /// [`Error::Usage`] for frames that do not exist; as [`RecordingFrames::frame`].
     pub fn lines(
         &self,
         recording: &Recording,
@@ -214,7 +220,9 @@ impl<'a> RecordingFrames<'a> {
     }
 }
 
-/// Beamforms the first frame of channel data. `progress` hears the fraction done, from any thread.
+/// Beamforms the first frame of channel data.
+///
+/// `progress` receives the fraction done, from any thread.
 ///
 /// # Errors
 /// As [`RecordingFrames::new`] and [`RecordingFrames::frame`].
@@ -247,7 +255,7 @@ fn no_frame(index: usize, frames: usize) -> Error {
     ))
 }
 
-/// The positions of beams that lie `spacing` apart, centred on 0, m.
+/// Positions of beams that are `spacing` apart, centred on 0, m.
 pub fn even_beams(beams: usize, spacing: f64) -> Vec<f64> {
     let centre = beams.saturating_sub(1) as f64 / 2.0;
     (0..beams).map(|b| (b as f64 - centre) * spacing).collect()

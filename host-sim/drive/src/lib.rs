@@ -1,4 +1,4 @@
-//! The drive of the core: the stages over whole frames, on all threads and the widest vectors.
+//! Runs the core's stages over whole frames, on all threads and the widest vectors.
 
 pub mod beamform;
 mod beams;

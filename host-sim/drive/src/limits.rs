@@ -1,4 +1,4 @@
-//! Rates, depths and ways of reading that a recording allows.
+//! Rates, depths and interpolations that a recording allows.
 
 use bonebeam::delay::{Delay, MAX_DECIMATION, Upsampled};
 use bonebeam::geometry::Depth;
@@ -7,7 +7,7 @@ use crate::{Error, Result};
 use bonebeam_files::ChannelData;
 use bonebeam_files::terminal::{digits, short};
 
-/// An RF record holds the pulse at an output rate.
+/// Checks that an RF record holds the pulse at an output rate.
 pub(super) fn check_rate(rate: f64, data: &ChannelData) -> Result<()> {
     let (lowest, highest) = (2.0 * data.f0, data.fs / MAX_DECIMATION as f64);
     if rate > lowest && rate >= highest {
@@ -23,7 +23,7 @@ pub(super) fn check_rate(rate: f64, data: &ChannelData) -> Result<()> {
     )))
 }
 
-/// Records can be upsampled where lines are compounded of them.
+/// Checks that records can be upsampled for compounded lines.
 pub(super) fn check_upsampling(delay: Option<&Delay>, own: bool) -> Result<()> {
     let Some(delay) = delay else {
         return Err(Error::Usage(
@@ -32,7 +32,7 @@ pub(super) fn check_upsampling(delay: Option<&Delay>, own: bool) -> Result<()> {
     };
     if own {
         return Err(Error::Usage(
-            "--rf-interpolation upsampled is for transmits that are compounded; these make a line each"
+            "--rf-interpolation upsampled is for compounded transmits; these make one line each"
                 .into(),
         ));
     }
@@ -43,7 +43,7 @@ pub(super) fn check_upsampling(delay: Option<&Delay>, own: bool) -> Result<()> {
     })
 }
 
-/// The depths are in order.
+/// Checks that the depths are in order.
 pub(super) fn check_depths(start: Depth, end: Depth, c: f64) -> Result<()> {
     let [first, last] = [start, end].map(|depth| depth.seconds(c));
     if last > first {
@@ -51,12 +51,12 @@ pub(super) fn check_depths(start: Depth, end: Depth, c: f64) -> Result<()> {
     }
     match (start, end) {
         (Depth::Seconds(_), Depth::Seconds(_)) => Err(Error::Data(format!(
-            "the record leaves no depth: it ends {} s after the transmit, and begins at {} s",
+            "the record has no depth; it ends {} s after the transmit and begins at {} s",
             digits(last),
             digits(first)
         ))),
         _ => Err(Error::Usage(format!(
-            "no depth is left between {} m and {} m (--depth-start, --depth-end, or the ends \
+            "there is no depth between {} m and {} m (--depth-start, --depth-end, or the ends \
              of the record)",
             digits(c * first / 2.0),
             digits(c * last / 2.0)
@@ -64,7 +64,7 @@ pub(super) fn check_depths(start: Depth, end: Depth, c: f64) -> Result<()> {
     }
 }
 
-/// The two-way times between which every transmit has recorded, from 0 at the earliest.
+/// Two-way times at which every transmit has recorded, from 0 at the earliest.
 pub(super) fn record_times(data: &ChannelData) -> (f64, f64) {
     let length = (data.samples.dim().3 - 1) as f64 / data.fs;
     let mut start = 0.0f64;

@@ -1,7 +1,7 @@
-//! The beamformers by name: those that can be asked for, and those that are compared.
+//! Beamformers by name: those for the command line, and those that are compared.
 //!
-//! A method of the core is a [`MethodName`] with [`Options`] for the command line and the configuration, which the
-//! compiler asks for, and a row of [`COMPARED`] to stand in the figures, the tables and the checks.
+//! A method of the core needs a [`MethodName`] with [`Options`] for the command line and the configuration, which
+//! the compiler enforces, and a row of [`COMPARED`] to be in figures, tables and checks.
 
 use std::fmt;
 
@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::names;
 
-/// What some methods take beside their name: keys of the configuration and flags.
+/// Extra parameters of some methods: configuration keys and flags.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Options {
     /// β of the cross-spectral rank rule (Eq. 8).
@@ -20,11 +20,11 @@ pub struct Options {
     pub rank: Option<usize>,
     /// All eigenvectors but the first (Fig. 2c).
     pub exclude_first: bool,
-    /// Steps of power iteration in place of the eigenvector to f32's accuracy.
+    /// Steps of power iteration, in place of the eigenvector to f32's accuracy.
     pub power_steps: Option<usize>,
 }
 
-/// A beamformer that can be asked for by name: the value of `--method` and of the key `method`.
+/// Name of a beamformer: the value of `--method` and of the key `method`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
@@ -39,29 +39,31 @@ pub enum MethodName {
     EsmvRank1,
 }
 
-/// As the command line and files write it.
+/// The name in the command line and in files.
 impl fmt::Display for MethodName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.serialize(f)
     }
 }
 
-/// One of the beamformers that are compared.
+/// A beamformer that is compared.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ComparedMethod {
     /// Its name in files and in the report's data.
     pub key: &'static str,
-    /// Its name for people.
+    /// Its name in tables.
     pub name: &'static str,
     /// The core's method.
     pub method: Method,
-    /// Whether the paper's claims are about it: it stands first among the pictures, beside the
-    /// paper's figures, and over the other curves.
+    /// Whether the paper's claims are about it.
+    ///
+    /// It is first among the pictures, beside the paper's figures, and on top of the other curves.
     pub featured: bool,
 }
 
-/// The beamformers that the paper's figures compare, in the order of tables and pictures. The first
-/// is the reference for levels.
+/// The compared beamformers, in the order of tables and pictures.
+///
+/// They are those of the paper's figures. The first is the reference for levels.
 pub const COMPARED: [ComparedMethod; 7] = [
     ComparedMethod {
         featured: true,
@@ -99,7 +101,7 @@ impl MethodName {
         names.map(move |name| read(name).expect("one of its own names"))
     }
 
-    /// The keys of [`Options`] that it takes.
+    /// Keys of [`Options`] that it accepts.
     pub fn takes(self) -> &'static [&'static str] {
         match self {
             MethodName::Das | MethodName::Mv => &[],
@@ -132,7 +134,7 @@ impl MethodName {
         }
     }
 
-    /// The choice for a method of the core, with its options.
+    /// Name and options of a method of the core.
     pub fn of(method: Method) -> (Self, Options) {
         let mut options = Options::default();
         let choice = match method {
@@ -160,7 +162,7 @@ impl MethodName {
     }
 }
 
-/// β where ESMV is asked for with neither β nor a rank.
+/// Default β of ESMV if neither β nor a rank is given.
 pub fn default_beta() -> f64 {
     let row = Method::EsmvBeta(1.0).parameter();
     row.expect("a method with an argument").default

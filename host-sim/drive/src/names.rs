@@ -1,4 +1,4 @@
-//! The names that serde reads into a type: the keys of a section, the variants of a choice.
+//! Names that serde reads into a type: keys of a section, variants of a choice.
 
 use std::fmt;
 
@@ -21,7 +21,7 @@ fn known<T>(refused: Result<T, Known>) -> &'static [&'static str] {
     refused.err().map_or(&[], |Known(names)| names)
 }
 
-/// The error of a name that is not known: those that are.
+/// Error of an unknown name: the known names.
 #[derive(Debug)]
 struct Known(&'static [&'static str]);
 

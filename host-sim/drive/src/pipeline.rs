@@ -1,4 +1,6 @@
-//! The core's pipeline over threads and the widest vectors: RF or I/Q → lines → image → bone map.
+//! The core's pipeline on threads and the widest vectors.
+//!
+//! RF or I/Q → lines → image → bone map.
 
 use bonebeam::covariance::Covariance;
 use bonebeam::delay::Stage;
@@ -14,8 +16,10 @@ use super::source::LineSource;
 use super::{image, phase_symmetry};
 use crate::Result;
 
-/// Frames of a [`Pipeline`]: what the core's `Frame` does line by line in fixed memory, on as many
-/// threads as the rayon pool has in which it is called. The bits are the same.
+/// Frames of a [`Pipeline`], with the bits of the core's `Frame`.
+///
+/// The core's `Frame` works line by line in fixed memory. This one uses all threads of the rayon pool in which it
+/// is called.
 pub struct Frames<'p> {
     set: InstructionSet,
     scan: Scan<'p>,
@@ -28,15 +32,15 @@ pub struct Frames<'p> {
 }
 
 impl<'p> Frames<'p> {
-    /// Makes tables and memory, once for all frames.
+    /// Makes tables and memory once for all frames.
     ///
     /// # Errors
-    /// [`Error::Usage`](crate::Error::Usage) where the sizes take more memory than is allowed.
+    /// [`Error::Usage`](crate::Error::Usage) if the sizes need more memory than is allowed.
     pub fn new<D: Stage>(pipeline: &'p Pipeline<'p, D>, covariance: Covariance) -> Result<Self> {
         Self::with_instruction_set(InstructionSet::detect(), pipeline, covariance)
     }
 
-    /// As [`Frames::new`], with an instruction set of choice: the result does not depend on it.
+    /// As [`Frames::new`], with a given instruction set; the result is the same.
     ///
     /// # Errors
     /// As [`Frames::new`].
@@ -67,15 +71,19 @@ impl<'p> Frames<'p> {
         })
     }
 
-    /// The same frames, whose lines have the envelope of their sub-lines by `pooling`; else by the largest.
+    /// The same frames, with the envelope of the sub-lines by `pooling`.
+    ///
+    /// The default is the largest.
     pub fn with_pooling(self, pooling: Pooling) -> Self {
         Frames { pooling, ..self }
     }
 
-    /// Lines of a frame, as [line, computed sample]; of sub-lines, all of the first line, then those of the next.
+    /// Lines of a frame, as [line, computed sample].
+    ///
+    /// With sub-lines, all of the first line come first, then those of the next.
     ///
     /// # Errors
-    /// What the core refuses.
+    /// Errors of the core.
     pub fn lines(&self, source: &LineSource<'_>) -> Result<Array2<Complex<f32>>> {
         let lines = self.scan.lines() * self.beamformer.sub_lines();
         let mut z = Array2::zeros((lines, self.interpolation.line_samples()));
@@ -85,10 +93,12 @@ impl<'p> Frames<'p> {
         Ok(z)
     }
 
-    /// Aligns the samples of a frame, a tile over the other, and no more: what that part of the work takes.
+    /// Aligns the samples of a frame and does nothing else, to measure that part.
+    ///
+    /// Each tile overwrites the one before.
     ///
     /// # Errors
-    /// What the core refuses.
+    /// Errors of the core.
     pub fn align(&self, source: &LineSource<'_>) -> Result<()> {
         self.beamformer.align(&self.tiles, source)
     }
@@ -116,7 +126,7 @@ impl<'p> Frames<'p> {
         self.bone_map.run(image, self.set, &mut |_, _| {})
     }
 
-    /// All of it, from RF or I/Q to the bone map.
+    /// All steps, from RF or I/Q to the bone map.
     ///
     /// # Errors
     /// As the steps.

@@ -1,4 +1,4 @@
-//! Defaults, warnings and the memory that beamforming takes.
+//! Defaults, warnings and memory use of beamforming.
 
 use bonebeam::geometry::Steering;
 use bonebeam::phase_symmetry::Sizes;
@@ -13,10 +13,14 @@ use crate::delay::LINES_UPSAMPLED;
 use crate::sub_lines;
 use crate::{Error, Result};
 
-/// Depths beyond so many times the record's end are a mistake, and would take memory for nothing.
+/// Depths deeper than this many times the record's end are a mistake.
+///
+/// They would use memory for nothing.
 const FAR_BEYOND: f64 = 2.0;
 
-/// Warnings about input that is accepted but probably not meant: sentences for a person.
+/// Warnings about input that is accepted but probably a mistake.
+///
+/// Each is a sentence.
 ///
 /// # Errors
 /// As [`check_depths`].
@@ -33,7 +37,9 @@ pub fn warnings(data: &ChannelData, parameters: &Beamform) -> Result<Vec<String>
         .collect())
 }
 
-/// Elements so far apart that the receive aperture has grating lobes within the angles that it takes in.
+/// Warns of elements so far apart that the aperture has grating lobes.
+///
+/// Only those within the angles that it receives count.
 fn sparse(data: &ChannelData, parameters: &Beamform) -> Option<String> {
     let wavelengths = data.pitch() * data.f0 / parameters.sound_speed.unwrap_or(data.c);
     // The angle to the aperture's edge, and the one from which a lobe falls back into it.
@@ -42,7 +48,7 @@ fn sparse(data: &ChannelData, parameters: &Beamform) -> Option<String> {
     let needed = 0.5 / free.min(1.0).asin().tan();
     (edge > free).then(|| {
         format!(
-            "the elements are {wavelengths:.2} wavelengths apart, which makes grating lobes at an \
+            "the elements are {wavelengths:.2} wavelengths apart, which causes grating lobes at an \
              --f-number of {}; {:.1} and more have none",
             parameters.f_number,
             (10.0 * needed).ceil() / 10.0
@@ -50,7 +56,9 @@ fn sparse(data: &ChannelData, parameters: &Beamform) -> Option<String> {
     })
 }
 
-/// Depths that were asked for must be recorded; a little beyond may be meant, and is a warning.
+/// Checks that the given depths are recorded.
+///
+/// Depths a little beyond may be intended, so they give a warning.
 ///
 /// # Errors
 /// [`Error::Usage`] for depths that are not recorded at all, or far beyond.
@@ -64,7 +72,7 @@ pub fn check_depths(data: &ChannelData, parameters: &Beamform) -> Result<Option<
         (_, Some(end)) if end <= first || end > FAR_BEYOND * last => ("end", end),
         _ if start < first || end > last => {
             return Ok(Some(format!(
-                "{} m to {} m are asked for, {holds}; what lies outside is zero",
+                "{} m to {} m were requested, but {holds}; samples outside are zero",
                 short(start),
                 short(end)
             )));
@@ -78,8 +86,10 @@ pub fn check_depths(data: &ChannelData, parameters: &Beamform) -> Result<Option<
     )))
 }
 
-/// The memory that beamforming takes beside a recording, bytes, for so many frames at a time: the samples
-/// in order, the aligned samples that threads work on, the lines, and the pictures of one frame.
+/// Memory that beamforming needs beside a recording, bytes.
+///
+/// For `frames` frames at a time: the samples in order, the threads' aligned samples, the lines, and the pictures
+/// of one frame.
 pub fn working_memory(
     recording: &Recording,
     parameters: &Beamform,
@@ -127,21 +137,23 @@ pub fn working_memory(
     all.fold(0, usize::saturating_add)
 }
 
-/// What is asked for beside arrays whose sizes are known, for what is small and for what the system takes itself.
+/// Reserve beside arrays of known sizes, bytes.
+///
+/// For small arrays, and for the memory that the system takes itself.
 const SPARE: usize = 16 << 20;
 
-/// The pictures that are made of lines.
+/// Pictures that are made of lines.
 pub struct Pictures<'a> {
     /// The image.
     pub image: &'a Image,
-    /// The bone map, where there is one.
+    /// The bone map, if there is one.
     pub bone_map: Option<&'a PhaseSymmetry>,
     /// Whether the image is written within a figure, as text.
     pub figure: bool,
 }
 
 impl Pictures<'_> {
-    /// The memory that they take, bytes.
+    /// Memory that they need, bytes.
     fn memory(&self) -> usize {
         let image = self.image;
         let [rows, columns] = [image.rows, image.columns].map(|side| side.unwrap_or(LONGER_SIDE));
@@ -156,10 +168,12 @@ impl Pictures<'_> {
     }
 }
 
-/// Bytes a pixel while a PNG is encoded: grey levels, and the encoder's output, which grows by doubling.
+/// Bytes per pixel while a PNG is encoded.
+///
+/// Grey levels, and the encoder's output, which grows by doubling.
 const PNG: usize = 4;
 
-/// The memory that phase symmetry of an image takes beside the image, bytes.
+/// Memory that phase symmetry needs beside the image, bytes.
 pub fn phase_symmetry_memory([rows, columns]: [usize; 2], section: &PhaseSymmetry) -> usize {
     // No side of an image that is filtered is longer.
     const LONGEST: usize = 1024;

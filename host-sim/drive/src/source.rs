@@ -1,4 +1,4 @@
-//! What lines are made of: the records of a frame's transmits, through a pipeline of the core.
+//! Input of lines: the records of a frame's transmits, and the core's pipeline.
 
 use std::ops::Range;
 
@@ -13,25 +13,25 @@ use rayon::prelude::*;
 use super::compound::Compounded;
 use crate::Result;
 
-/// Where the aligned samples of lines come from.
+/// Source of the aligned samples of lines.
 pub enum LineSource<'a> {
     /// RF.
     Rf(Recorded<'a, Delay>),
     /// I/Q.
     Iq(Recorded<'a, IqDelay>),
-    /// RF of transmits that are compounded, each record upsampled once for some lines.
+    /// RF of compounded transmits, each record upsampled once for some lines.
     Upsampled(Box<Compounded<'a>>),
 }
 
 /// The transmits of a frame.
 pub struct Recorded<'a, D: Stage> {
-    /// The way of a line.
+    /// The pipeline of a line.
     pub pipeline: LinePipeline<'a, &'a D>,
     /// The transmits.
     pub transmits: &'a [Transmit<'a>],
     /// The record of each.
     pub records: &'a [D::Record<'a>],
-    /// Which of them make a line: its samples are their mean.
+    /// Transmits of a line; its samples are their mean.
     pub of_line: &'a (dyn Fn(usize) -> Range<usize> + Sync),
 }
 
@@ -53,10 +53,12 @@ impl<'a> LineSource<'a> {
         self.scan().elements()
     }
 
-    /// A block of a line's aligned samples, `[sample, element]`, as many as `x` holds, with the vectors of `set`.
+    /// A block of a line's aligned samples, `[sample, element]`, that fills `x`.
+    ///
+    /// It uses the vectors of `set`.
     ///
     /// # Errors
-    /// What the core refuses.
+    /// Errors of the core.
     pub fn align<'x>(
         &self,
         set: InstructionSet,
@@ -71,11 +73,12 @@ impl<'a> LineSource<'a> {
         }
     }
 
-    /// The aligned samples of some lines, `x` as `[line, sample, element]`, on all threads: every element that is
-    /// active at any depth.
+    /// Aligned samples of some lines, on all threads.
+    ///
+    /// `x` is `[line, sample, element]`, with every element that is active at any depth.
     ///
     /// # Errors
-    /// What the core refuses.
+    /// Errors of the core.
     pub fn align_lines(
         &self,
         set: InstructionSet,

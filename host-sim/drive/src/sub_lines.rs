@@ -1,4 +1,4 @@
-//! Sub-lines of a recording's lines: how many a line has where nothing is asked for, and how they are put out.
+//! Sub-lines of a recording's lines: their default number, and their output.
 
 use bonebeam::geometry::{Lines, Ray};
 use bonebeam::image::{self, DepthInterpolation};
@@ -12,27 +12,33 @@ use crate::config::Beamform;
 use crate::methods::MethodName;
 use bonebeam_files::ChannelData;
 
-/// The loss of a point between two sub-lines that their number is chosen for, dB. What the transmits lose comes to it.
+/// Loss of a point between two sub-lines that sets their number, dB.
+///
+/// The loss of the transmits adds to it.
 const LOSS: f64 = 2.0;
-/// The numbers of sub-lines that are chosen from.
+/// Numbers of sub-lines to choose from.
 const COUNTS: [usize; 4] = [4, 8, 16, 32];
-/// The ratio of an echo's power to that of the noise in its covariance, at most: that of the channel data at 40 dB.
+/// Largest ratio of an echo's power to the noise in its covariance.
+///
+/// It is that of channel data with 40 dB.
 const CLEAN: f64 = 1e4;
 
-/// The lines that are aligned, their sub-lines, and the lines that are put out.
+/// The aligned lines, their sub-lines, and the output lines.
 pub(crate) struct SubLines {
-    /// Of each aligned line.
+    /// Sub-lines of each aligned line.
     pub(crate) count: usize,
-    /// Sub-lines of a line that is put out, and how many there are before the first; none where each is put out.
+    /// Sub-lines of an output line, and the number before the first line's.
+    ///
+    /// `None` if each sub-line is output.
     pooled: Option<[usize; 2]>,
-    /// The lines that are put out.
+    /// The output lines.
     pub(crate) rays: Vec<Ray>,
-    /// What a point between two sub-lines loses at most, dB, about; none of DAS.
+    /// Approximate largest loss of a point between two sub-lines, dB; `None` for DAS.
     pub(crate) loss: Option<f64>,
 }
 
 impl SubLines {
-    /// Those of `beams` as the parameters ask for them.
+    /// The sub-lines of `beams` that the parameters ask for.
     pub(crate) fn new(data: &ChannelData, beams: &Beams, parameters: &Beamform) -> Self {
         let loss = |count: usize| loss(data, &beams.rays, parameters, count);
         let adaptive = parameters.method != MethodName::Das;
@@ -66,7 +72,7 @@ impl SubLines {
         }
     }
 
-    /// How many sub-lines, one after the other, are beams of a line that is put out: 1 where they are pooled.
+    /// Number of consecutive sub-lines that are beams of an output line; 1 if pooled.
     pub(crate) fn put_out(&self) -> usize {
         match self.pooled {
             Some(_) => 1,
@@ -74,13 +80,14 @@ impl SubLines {
         }
     }
 
-    /// How many sub-lines each line that is put out is the largest of; none where each is put out.
+    /// Number of sub-lines pooled into each output line; `None` if each is output.
     pub(crate) fn pooled(&self) -> Option<usize> {
         self.pooled.map(|[size, _]| size)
     }
 
-    /// The lines that are put out, `[line, sample]`: at each sample that of their sub-lines, `all` as [sub-line, computed
-    /// sample], whose magnitude is the largest; the first of several.
+    /// The output lines, `[line, sample]`: at each sample the largest sub-line.
+    ///
+    /// `all` is [sub-line, computed sample]. The largest is by magnitude; of equal ones, the first.
     ///
     /// # Errors
     /// A sample that is not finite.
@@ -120,7 +127,7 @@ impl SubLines {
     }
 }
 
-/// How many lines of a recording are aligned, and how many sub-lines each has.
+/// Numbers of aligned lines of a recording, and of sub-lines of each.
 ///
 /// # Errors
 /// As [`Beams::new`].
@@ -131,12 +138,14 @@ pub(crate) fn count(data: &ChannelData, parameters: &Beamform) -> Result<(usize,
     Ok((beams.rays.len(), sub_lines.count))
 }
 
-/// What a point half way between two sub-lines of `count` a line loses at most, dB, about: of a wave alone, at the depths
-/// where the receive apertures begin, end, and are full.
+/// Approximate largest loss between two sub-lines of `count` per line, dB.
 ///
-/// With the phase `ψ` of the echo over a subaperture of `L` elements, and `ρ` times as much power as noise in an element
-/// of its covariance, which is loaded by `Δ`, minimum variance loses `1 + L·ρ·ψ²/12`: the inverse of `ψ` weighs as
-/// `1 − ψ²/12` in its covariance.
+/// It is that of a single wave half way between them, at the depths where the receive apertures begin, end, and are
+/// full.
+///
+/// With the phase `ψ` of the echo over a subaperture of `L` elements, and `ρ` times as much power as noise in an
+/// element of its covariance, which is loaded by `Δ`, minimum variance loses `1 + L·ρ·ψ²/12`: the inverse of `ψ`
+/// weighs as `1 − ψ²/12` in its covariance.
 fn loss(data: &ChannelData, rays: &[Ray], parameters: &Beamform, count: usize) -> f64 {
     let c = parameters.sound_speed.unwrap_or(data.c);
     let [first, last] = data.depths(c);

@@ -1,4 +1,6 @@
-//! A number of threads of one's own, where a result or a time must not depend on the machine's.
+//! Thread pools of a given size.
+//!
+//! They make results and times independent of the machine's number of processors.
 
 use std::env;
 use std::fmt::Display;
@@ -10,15 +12,15 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::{Error, Result};
 
-/// More threads than any machine needs only take time to start.
+/// Largest number of threads; more only take time to start.
 const MAX_THREADS: usize = 256;
 
-/// A stack of less is not tested, bytes; it is the one that threads have by default.
+/// Smallest stack, bytes: the default of threads; smaller ones are not tested.
 const MIN_STACK: usize = 2 << 20;
-/// A stack of more was not meant, bytes.
+/// Largest stack, bytes; more is a mistake.
 const MAX_STACK: usize = 1 << 30;
 
-/// Whether so many threads may be asked for.
+/// Checks a number of threads.
 ///
 /// # Errors
 /// [`Error::Usage`] with the number and the range.
@@ -26,12 +28,14 @@ pub fn check(count: NonZeroUsize) -> Result<()> {
     in_range("--threads", count, 1..=MAX_THREADS, "threads").map(drop)
 }
 
-/// Starts the threads of the program: `count` of them, else as many as `RAYON_NUM_THREADS` says, else one a processor.
-/// All have begun when it returns, so that their memory is taken before other memory is asked for.
+/// Starts the threads of the program.
+///
+/// Their number is `count`, else `RAYON_NUM_THREADS`, else one per processor. All have started when it returns, so
+/// their memory is allocated before other memory.
 ///
 /// # Errors
-/// [`Error::Usage`] for a number, or for the value of an environment variable, that is out of range; [`Error::Data`]
-/// where the system gives no more threads.
+/// [`Error::Usage`] if the number, or the value of an environment variable, is out of range; [`Error::Data`] if the
+/// system gives no more threads.
 pub fn start(count: Option<NonZeroUsize>) -> Result<()> {
     let stack = MIN_STACK..=MAX_STACK;
     from_environment("RUST_MIN_STACK", stack, "bytes")?;
@@ -47,7 +51,7 @@ pub fn start(count: Option<NonZeroUsize>) -> Result<()> {
     Ok(())
 }
 
-/// The value of an environment variable, where there is one.
+/// The value of an environment variable, if it is set.
 fn from_environment(name: &str, range: RangeInclusive<usize>, of: &str) -> Result<Option<usize>> {
     let value = env::var_os(name);
     let value = value.map(|value| in_range(name, value.to_string_lossy(), range, of));
@@ -75,10 +79,10 @@ fn cannot_start(count: Option<usize>, error: &dyn Display) -> Error {
     Error::Data(format!("cannot start {count} threads: {error}"))
 }
 
-/// A pool of as many threads.
+/// A pool of `count` threads.
 ///
 /// # Errors
-/// [`Error::Data`] where the system gives no more.
+/// [`Error::Data`] if the system gives no more threads.
 pub fn pool(count: usize) -> Result<ThreadPool> {
     ThreadPoolBuilder::new()
         .num_threads(count)

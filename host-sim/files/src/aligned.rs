@@ -1,4 +1,4 @@
-//! Aligned data: every element's samples already aligned on the beam.
+//! Aligned data: samples of every element, aligned on the beam.
 
 use std::io::{Seek, Write};
 use std::ops::Range;
@@ -20,7 +20,7 @@ pub struct AlignedData {
     pub fs: f64,
     /// The two-way time of sample 0, s.
     pub t0: f64,
-    /// The lateral positions of the beams, m, where the file tells them.
+    /// The lateral positions of the beams, m, if the file has them.
     pub beam_x: Option<Vec<f64>>,
 }
 
@@ -36,7 +36,7 @@ impl AlignedData {
         Self::from_npz(&mut npz::Reader::open(path)?, all).map(|(data, _)| data)
     }
 
-    /// Some frames, or all where they are read whole, and how many there are.
+    /// Some frames, or all if the array is read whole, and their total number.
     pub(super) fn from_npz(file: &mut npz::Reader, frames: Range<usize>) -> Result<(Self, usize)> {
         let (x, held) = file.complex_frames("x", &AXES[1..].join(", "), frames)?;
         let fs = file.scalar("fs")?;
@@ -75,7 +75,9 @@ impl AlignedData {
         })
     }
 
-    /// Begins the array of so many such frames in an archive, without a frame axis where there is one.
+    /// Begins the array of `frames` such frames in an archive.
+    ///
+    /// A single frame has no frame axis.
     pub(super) fn begin_npz<W: Write + Seek>(
         &self,
         frames: usize,
@@ -87,7 +89,7 @@ impl AlignedData {
         npz.begin::<Complex<f32>>("x", shape)
     }
 
-    /// The samples of some frames, after those before.
+    /// Appends the samples of some frames.
     pub(super) fn append_npz<W: Write + Seek>(
         &self,
         frames: Range<usize>,
@@ -96,7 +98,7 @@ impl AlignedData {
         npz.append(&self.x.slice_axis(Axis(0), frames.into()))
     }
 
-    /// Adds what is common to all frames to an archive that has their samples, and ends it.
+    /// Adds the keys shared by all frames to an archive with their samples; ends it.
     pub(super) fn finish_npz<W: Write + Seek>(
         &self,
         mut npz: npz_writer::Writer<W>,

@@ -1,4 +1,6 @@
-//! Outputs that appear whole or not at all: a temporary file in the same folder, then a rename.
+//! Outputs that appear whole or not at all.
+//!
+//! A temporary file in the same folder is written and then renamed.
 
 use std::collections::BTreeSet;
 use std::error::Error as StdError;
@@ -13,11 +15,10 @@ use super::file_error;
 use super::temporary_files::{self, Turn};
 use crate::{Error, Result};
 
-/// What an output's contents are written to: seekable, as a zip archive needs it.
+/// Sink for an output's contents: seekable, as a zip archive needs.
 ///
-/// The first failure is returned; what comes after it goes nowhere and succeeds. A zip archive
-/// tries to complete itself when it is dropped, and where that fails as well it would write about
-/// it to the standard error by itself.
+/// The first failure is returned; later writes are discarded and succeed. A zip archive tries to complete itself
+/// when it is dropped, and if that fails as well, it would print a message on standard error.
 pub struct Sink<'a> {
     file: BufWriter<&'a mut File>,
     position: u64,
@@ -83,17 +84,19 @@ impl Seek for Sink<'_> {
     }
 }
 
-/// The outputs of one run. They are written under temporary names beside their targets, and appear
-/// together at [`Outputs::commit`]; dropped before that, they leave nothing behind.
+/// The outputs of one run.
+///
+/// They are written under temporary names beside their targets, and appear together at [`Outputs::commit`]. If
+/// dropped before, they leave nothing behind.
 #[derive(Default)]
 pub struct Outputs {
     pending: Vec<Pending>,
 }
 
-/// A temporary file beside its target; removed when it is dropped.
+/// A temporary file beside its target; removed when dropped.
 struct Pending {
     file: File,
-    /// The temporary path; none once the file has its own.
+    /// The temporary path; `None` once the file has its own name.
     temporary: Option<PathBuf>,
     target: PathBuf,
 }
@@ -118,8 +121,8 @@ impl Outputs {
     /// Writes the contents of `path` to a temporary file beside it.
     ///
     /// # Errors
-    /// The folder does not exist or cannot be written, `path` is something other than a file, the
-    /// disk is full, or `contents` fails. The error names the path; nothing is left behind.
+    /// The folder does not exist or cannot be written, `path` is not a file, the disk is full, or `contents` fails.
+    /// The error names the path; nothing is left behind.
     pub fn add<F>(&mut self, path: &Path, contents: F) -> Result<()>
     where
         F: FnOnce(&mut Sink<'_>) -> std::result::Result<(), Box<dyn StdError>>,
@@ -143,7 +146,9 @@ impl Outputs {
         Ok(())
     }
 
-    /// The same for contents that a library writes to a file of its own accord: `contents` gets the temporary path.
+    /// As [`Outputs::add`], for a library that creates the file itself.
+    ///
+    /// `contents` receives the temporary path.
     ///
     /// # Errors
     /// As [`Outputs::add`].
@@ -169,8 +174,7 @@ impl Outputs {
     /// Gives every pending file its own name.
     ///
     /// # Errors
-    /// A rename fails, which after a successful [`Outputs::add`] takes a change of the folder
-    /// in between.
+    /// A rename fails; after a successful [`Outputs::add`] only if the folder was changed in between.
     pub fn commit(mut self) -> Result<()> {
         let _alone = self.lock_folders();
         // A signal waits until all are in their places.
@@ -187,8 +191,9 @@ impl Outputs {
         Ok(())
     }
 
-    /// Waits until no other run gives its outputs their names, so that those of two runs do not mix.
-    /// The locks end with what is returned. A file system that has no locks goes without.
+    /// Waits until no other run renames its outputs, so that two runs do not mix.
+    ///
+    /// The locks end when the returned files are dropped. A file system without locks is accepted.
     fn lock_folders(&self) -> Vec<File> {
         // By one name each and in order, so that no run waits for itself or for one that waits for it.
         let targets = self
@@ -201,10 +206,12 @@ impl Outputs {
     }
 }
 
-/// Renames take no time: who keeps a lock for longer than this has stopped, and is not waited for.
+/// Longest wait for a lock.
+///
+/// Renames take no time, so a run that holds a lock longer has stopped.
 const LONGEST_LOCK: Duration = Duration::from_secs(5);
 
-/// Whether the folder is this run's alone now.
+/// Tries to lock the folder for this run.
 fn lock(folder: &File) -> bool {
     let begin = Instant::now();
     loop {
@@ -239,7 +246,7 @@ where
     outputs.commit()
 }
 
-/// Tells before a long computation whether its output could be written.
+/// Checks before a long computation that its output can be written.
 ///
 /// # Errors
 /// As [`Outputs::add`].
@@ -247,11 +254,12 @@ pub fn check_writable(path: &Path) -> Result<()> {
     check_outputs(&[], &[path])
 }
 
-/// Tells before a run whether its outputs could be written, and that none of them would take the
-/// place of an input or of another output. Removes what runs that were killed left in their folders.
+/// Checks before a run that its outputs can be written and replace no input.
+///
+/// No output may replace another one either. Files left in the folders by killed runs are removed.
 ///
 /// # Errors
-/// [`Error::Usage`] naming the two paths that are one file; else as [`check_writable`].
+/// [`Error::Usage`] naming the two paths of the same file; else as [`check_writable`].
 pub fn check_outputs(inputs: &[&Path], outputs: &[&Path]) -> Result<()> {
     let mut taken: Vec<(PathBuf, &Path)> = Vec::new();
     let mut folders = BTreeSet::new();
@@ -280,7 +288,7 @@ pub fn check_outputs(inputs: &[&Path], outputs: &[&Path]) -> Result<()> {
         };
         if let Some((_, other)) = taken.iter().find(|(other, _)| *other == target) {
             return Err(Error::Usage(format!(
-                "{} would overwrite {}: they are one file; give the output another name",
+                "{} would overwrite {}, the same file; give the output another name",
                 output.display(),
                 other.display()
             )));
@@ -290,7 +298,7 @@ pub fn check_outputs(inputs: &[&Path], outputs: &[&Path]) -> Result<()> {
     Ok(())
 }
 
-/// A temporary file beside `path`, and the place where it belongs (symbolic links followed).
+/// A temporary file beside `path`, and its target (symbolic links followed).
 fn open(path: &Path) -> Result<Pending> {
     // A rename would replace a symbolic link or a device; the person meant what it stands for.
     let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
@@ -347,9 +355,10 @@ fn open(path: &Path) -> Result<Pending> {
     })
 }
 
-/// A new file in the folder, locked, with the permissions of any new file. Its name has the process in it and a
-/// number that no other file of the process has; a name that is taken, by a process in another container or one
-/// that was killed, is left alone.
+/// Creates a locked file in the folder, with the permissions of any new file.
+///
+/// Its name has the process and a number that no other file of the process has. Names that exist, from a process in
+/// another container or a killed one, are left alone.
 fn temporary(folder: &Path, turn: &mut Turn) -> io::Result<(File, PathBuf)> {
     static NEXT: AtomicU64 = AtomicU64::new(0);
     loop {

@@ -1,4 +1,4 @@
-//! Channel data as recorded, with the delay law of their transmits.
+//! Channel data as recorded, with the delay law of the transmits.
 
 use std::io::{Seek, Write};
 use std::ops::Range;
@@ -13,41 +13,45 @@ use super::{file_error, npz, npz_writer, units, validate};
 use crate::Result;
 use crate::terminal::digits;
 
-/// Channel data: what every element recorded after every transmit.
+/// Channel data: the samples of every element after every transmit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChannelData {
     /// The samples of all frames, RF or I/Q.
     pub samples: Samples,
     /// The sampling rate, Hz.
     pub fs: f64,
-    /// The time of sample 0 of each transmit, s, relative to the moment at which the transmit
-    /// wave would pass the origin of its delay law.
+    /// Time of sample 0 of each transmit, s.
+    ///
+    /// It counts from the moment when the transmit wave would pass the origin of its delay law.
     pub t0: Vec<f64>,
-    /// The lateral positions of the elements, m, ascending and evenly spaced along the array.
+    /// The lateral positions of the elements, m.
+    ///
+    /// They ascend and are evenly spaced along the array.
     pub element_x: Vec<f64>,
-    /// The depths of the elements, m; without them all lie at z = 0.
+    /// The depths of the elements, m; without them, all are at z = 0.
     pub element_z: Option<Vec<f64>>,
-    /// Where the elements look: the angles of their normals from the z axis, rad, positive towards
-    /// positive x. Without them a straight array looks down, and others by the line between the
-    /// neighbours.
+    /// Directions of the elements: angles of their normals from the z axis, rad.
+    ///
+    /// Positive towards positive x. Without them, the elements of a straight array look down, and others have the
+    /// normal of the line between their neighbours.
     pub element_angle: Option<Vec<f64>>,
     /// The speed of sound, m/s.
     pub c: f64,
     /// The centre frequency, Hz.
     pub f0: f64,
-    /// How the transmits were delayed.
+    /// Delay laws of the transmits.
     pub transmits: Transmits,
-    /// What a lens or matching layer adds to the time of flight, one way, s. 0 without one.
+    /// Extra time of flight through a lens or matching layer, one way, s; else 0.
     pub lens_delay: f64,
 }
 
-/// How far from the image plane an element may lie, m.
+/// Largest distance of an element from the image plane, m.
 const OUT_OF_PLANE: f64 = 1e-4;
 
 /// Refuses elements at elevations `y`, m, out of the image plane.
 ///
 /// # Errors
-/// A sentence that names the first of them.
+/// A message that names the first of them.
 pub fn check_plane(y: &[f64]) -> std::result::Result<(), String> {
     match y.iter().position(|y| y.is_nan() || y.abs() > OUT_OF_PLANE) {
         None => Ok(()),
@@ -58,36 +62,38 @@ pub fn check_plane(y: &[f64]) -> std::result::Result<(), String> {
     }
 }
 
-/// How far an element may lie from its place on an even grid, in pitches: a three-hundredth of a
-/// wavelength at half-wavelength pitch, far above the rounding of coordinates stored as f32.
+/// Largest distance of an element from its place on an even grid, in pitches.
+///
+/// A three-hundredth of a wavelength at half-wavelength pitch, far above the rounding of coordinates stored as f32.
 const SPACING_TOLERANCE: f64 = 0.01;
-/// How far beside any array a beam may lie, m.
+/// Distance beside any array at which a beam may always lie, m.
 const LEAST_REACH: f64 = 10e-3;
-/// A focus beyond this, m, and a steering angle beyond this, rad, are warnings.
+/// A focus beyond this, m, or a steering angle beyond the next, rad, is a warning.
 const FAR_FOCUS: f64 = 1.0;
 const STEEP: f64 = 0.7;
-/// An array wider than this, m, and more elements than so many are warnings.
+/// An array wider than this, m, or more elements than the next is a warning.
 const WIDE: f64 = 0.15;
 const MANY: usize = 1024;
-/// The longest delay of a lens, s: some fifteen centimetres of one.
+/// Longest delay of a lens, s: some fifteen centimetres of lens.
 const MAX_LENS_DELAY: f64 = 100e-6;
 
 impl ChannelData {
-    /// Reads a `.npz` file with the keys `rf`, or `iq` and `f_demod`, `fs`, `t0` (one a transmit, or
-    /// a scalar for all), `element_x`, `c`, `f0` and those of exactly one delay law: `tx_x` and
-    /// `tx_focus` (optionally `tx_fnumber`), or `tx_angle`, or `tx_element`, or `tx_source_x` and
-    /// `tx_source_z`, or `tx_delay` (optionally `tx_active`). `element_z`, `element_angle` and
-    /// `lens_delay` may be there. Other keys are ignored.
+    /// Reads a `.npz` file.
+    ///
+    /// Keys: `rf`, or `iq` and `f_demod`; `fs`, `t0` (one per transmit, or a scalar for all), `element_x`, `c`,
+    /// `f0`; and those of exactly one delay law: `tx_x` and `tx_focus` (optionally `tx_fnumber`), or `tx_angle`, or
+    /// `tx_element`, or `tx_source_x` and `tx_source_z`, or `tx_delay` (optionally `tx_active`). `element_z`,
+    /// `element_angle` and `lens_delay` are optional. Other keys are ignored.
     ///
     /// # Errors
-    /// A key is missing or has the wrong type, rank, length or value, a sample is NaN or
-    /// infinite, or the file tells no delay law or several.
+    /// A key is missing or has the wrong type, rank, length or value, a sample is NaN or infinite, or the file has
+    /// no delay law or several.
     pub fn read(path: &Path) -> Result<Self> {
         let all = 0..usize::MAX;
         Self::from_npz(&mut npz::Reader::open(path)?, all).map(|(data, _)| data)
     }
 
-    /// Some frames, or all where they are read whole, and how many there are.
+    /// Some frames, or all if the array is read whole, and their total number.
     pub(super) fn from_npz(file: &mut npz::Reader, frames: Range<usize>) -> Result<(Self, usize)> {
         let (samples, held) = Samples::from_npz(file, frames)?;
         let (_, transmits, elements, _) = samples.dim();
@@ -115,7 +121,9 @@ impl ChannelData {
         Ok((data, held))
     }
 
-    /// The same in the contract's terms: elements from left to right, I/Q of a positive `f_demod`.
+    /// The same data in the contract's terms.
+    ///
+    /// Elements from left to right, I/Q with a positive `f_demod`.
     #[must_use]
     pub fn normalised(mut self) -> Self {
         self.samples = self.samples.normalised();
@@ -167,13 +175,13 @@ impl ChannelData {
         along / last as f64
     }
 
-    /// Whether the elements stand along z = 0 and look down.
+    /// Whether the elements lie on z = 0 and look down.
     pub fn is_straight(&self) -> bool {
         let zero = |values: &Option<Vec<f64>>| values.iter().flatten().all(|&v| v == 0.0);
         zero(&self.element_z) && zero(&self.element_angle)
     }
 
-    /// The place (x, z) of an element, m.
+    /// The position (x, z) of an element, m.
     pub fn element(&self, index: usize) -> [f64; 2] {
         let z = self.element_z.as_ref().map_or(0.0, |z| z[index]);
         [self.element_x[index], z]
@@ -184,7 +192,7 @@ impl ChannelData {
         (bx - ax).hypot(bz - az)
     }
 
-    /// Adds what is common to all frames to an archive that has their samples, and ends it.
+    /// Adds the keys shared by all frames to an archive with their samples; ends it.
     pub(super) fn finish_npz<W: Write + Seek>(
         &self,
         mut npz: npz_writer::Writer<W>,
@@ -207,26 +215,29 @@ impl ChannelData {
         npz.finish()
     }
 
-    /// What is wrong with the data, if anything: a sentence that names the key, the place and what
-    /// would be right. Readers of other formats call it before they hand data out.
+    /// Checks the data.
+    ///
+    /// Readers of other formats call it before they return data.
     ///
     /// # Errors
-    /// That sentence.
+    /// A message that names the key, the place and the expected value.
     pub fn check(&self) -> std::result::Result<(), String> {
         self.samples.check()?;
         self.check_keys()
     }
 
-    /// The same of data without a frame ([`FrameSamples::none`]), with one that lies elsewhere.
+    /// Checks data without a frame ([`FrameSamples::none`]) together with a frame.
+    ///
+    /// The frame stays in its memory.
     ///
     /// # Errors
-    /// That sentence.
+    /// As [`ChannelData::check`].
     pub fn check_with(&self, frame: &FrameSamples<'_>) -> std::result::Result<(), String> {
         frame.check()?;
         self.check_keys()
     }
 
-    /// All but the samples' values.
+    /// Checks all but the samples' values.
     fn check_keys(&self) -> std::result::Result<(), String> {
         let (_, transmits, elements, _) = self.samples.dim();
         validate::positive("fs", self.fs, "Hz")?;
@@ -261,7 +272,7 @@ impl ChannelData {
         Ok(())
     }
 
-    /// Beams are beside the array at the most: as far again as it is wide.
+    /// Checks that beams lie beside the array by at most its own width.
     fn check_beams(&self) -> std::result::Result<(), String> {
         let Transmits::Focused { x, .. } = &self.transmits else {
             return Ok(());
@@ -279,7 +290,9 @@ impl ChannelData {
         }
     }
 
-    /// Warnings about input that is accepted but probably not meant: sentences for a person.
+    /// Warnings about input that is accepted but probably a mistake.
+    ///
+    /// Each is a sentence.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         match &self.transmits {
@@ -322,7 +335,7 @@ impl ChannelData {
         warnings
     }
 
-    /// Elements that recorded nothing in the first frame.
+    /// Warns of elements that recorded nothing in the first frame.
     fn silent(&self) -> Option<String> {
         let dead = self.samples.dead();
         if dead.len() == self.element_x.len() {
@@ -340,7 +353,7 @@ impl ChannelData {
         })
     }
 
-    /// I/Q whose spectrum lies on the other side of the carrier.
+    /// Warns of I/Q whose spectrum lies on the other side of the carrier.
     fn turned(&self) -> Option<String> {
         let Samples::Iq { f_demod, .. } = self.samples else {
             return None;
@@ -352,15 +365,16 @@ impl ChannelData {
         is_turned.then(|| {
             format!(
                 "the spectrum of the I/Q lies {} Hz from `f_demod`, where `f0` is {} Hz from it; perhaps it is the \
-                 conjugate, which --iq-conjugate turns",
+                 conjugate, which --iq-conjugate reverses",
                 digits(found.round()),
                 digits(expected)
             )
         })
     }
 
-    /// The depths between which there is anything recorded after some transmit, m, at a speed of
-    /// sound of `c`; from 0 at the least.
+    /// Range of depths recorded after any transmit, m.
+    ///
+    /// `c` is the speed of sound. The depths begin at 0 at the earliest.
     pub fn depths(&self, c: f64) -> [f64; 2] {
         let length = (self.samples.dim().3.max(1) - 1) as f64 / self.fs;
         let first = self.t0.iter().copied().fold(f64::INFINITY, f64::min);
@@ -368,7 +382,7 @@ impl ChannelData {
         [c * first.max(0.0) / 2.0, c * (last + length) / 2.0]
     }
 
-    /// An array is at least two elements in a row, evenly spaced.
+    /// Checks that an array has at least two elements in a row, evenly spaced.
     fn check_spacing(&self) -> std::result::Result<(), String> {
         if self.element_x.len() < 2 {
             let key = self.samples.key();
@@ -399,8 +413,9 @@ impl ChannelData {
         Ok(())
     }
 
-    /// Along a curve each element is as far from the next, and none before it: either may be off by
-    /// the tolerance.
+    /// Checks the distances of neighbouring elements along a curve.
+    ///
+    /// Elements must be in order. Each of a pair may be off by the tolerance.
     fn check_curve(&self, pitch: f64) -> std::result::Result<(), String> {
         for m in 1..self.element_x.len() {
             if self.element_x[m] <= self.element_x[m - 1] {

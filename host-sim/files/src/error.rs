@@ -1,4 +1,4 @@
-//! Errors that a person reads: one line that names the thing, and an exit status.
+//! Errors for the user: one line that names the thing, and an exit status.
 
 use std::fmt::{self, Display, Formatter};
 use std::path::PathBuf;
@@ -6,18 +6,18 @@ use std::path::PathBuf;
 /// Every failure of the host simulator.
 #[derive(Debug)]
 pub enum Error {
-    /// The command line or the configuration asks for something impossible (exit status 2).
+    /// The command line or the configuration is wrong (exit status 2).
     Usage(String),
     /// A file or its contents are wrong (exit status 1).
     File {
         /// The file or folder.
         path: PathBuf,
-        /// What is wrong with it, and what would be right.
+        /// The problem, and the expected content.
         message: String,
     },
     /// Data in memory are wrong (exit status 1).
     Data(String),
-    /// The core refused (exit status 1).
+    /// The core returned an error (exit status 1).
     Core(bonebeam::Error),
 }
 

@@ -14,14 +14,15 @@ use super::npy::{self, NpyError, or_type};
 use super::{cannot_be_opened, file_error, input, validate};
 use crate::{Error, Result};
 
-/// The longest side of a PNG, pixels, as of the images that are made.
+/// Longest side of a PNG, pixels: the limit of written images.
 const MAX_SIDE: u32 = 16_384;
-/// The most that a PNG may take when it is decoded, bytes.
+/// Most memory to decode a PNG, bytes.
 const MAX_BYTES: usize = 512 << 20;
 
-/// Reads an image, [row, column], row 0 at the top. A PNG becomes grey levels 0 to 255 (colours by
-/// their Rec. 709 luma, transparency ignored); an `.npy` array (float32, float64 or uint8) is taken
-/// as it is.
+/// Reads an image, [row, column], row 0 at the top.
+///
+/// A PNG becomes grey levels 0 to 255 (colours by their Rec. 709 luma, transparency ignored). The values of an
+/// `.npy` array (float32, float64 or uint8) are not changed.
 ///
 /// # Errors
 /// The name ends in neither `.png` nor `.npy`, or the file is damaged, has another shape or type,
@@ -39,7 +40,9 @@ pub fn read(path: &Path) -> Result<Array2<f32>> {
     Ok(pixels)
 }
 
-/// Stages an image as `.npy` or `.png`, as the name ends. A PNG holds the nearest of 0 to 255.
+/// Stages an image as `.npy` or `.png`, by the ending of the name.
+///
+/// A PNG holds the values rounded to 0 to 255.
 ///
 /// # Errors
 /// The name ends in neither, or the file cannot be written.
@@ -50,7 +53,7 @@ pub fn add_to(pixels: &Array2<f32>, path: &Path, outputs: &mut Outputs) -> Resul
     }
 }
 
-/// The bytes of a PNG of the nearest of 0 to 255.
+/// The bytes of a PNG with the values rounded to 0 to 255.
 ///
 /// # Errors
 /// An image that PNG cannot hold.
@@ -71,7 +74,7 @@ pub fn write(pixels: &Array2<f32>, path: &Path) -> Result<()> {
     outputs.commit()
 }
 
-/// The file formats of an image.
+/// File formats of an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Format {
     /// 8-bit grey levels, for people.
@@ -81,7 +84,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// The format that a file's name asks for.
+    /// The format by the ending of a file's name.
     ///
     /// # Errors
     /// The name ends in neither `.png` nor `.npy`.
@@ -145,8 +148,9 @@ fn decode_png(bytes: &[u8]) -> std::result::Result<Array2<f32>, String> {
         .map_err(|e| e.to_string())
 }
 
-/// The grey level, 0 to 255, of red, green and blue of 0 to `white`: Rec. 709's luma, with the shares that its
-/// primaries have of the white D65.
+/// Grey level, 0 to 255, of red, green and blue of 0 to `white`.
+///
+/// It is the luma of Rec. 709, whose weights are those of its primaries in the white point D65.
 fn luma(colour: [u32; 3], white: f32) -> f32 {
     const SHARES: [f32; 3] = [0.212_647_84, 0.715_179_2, 0.072_173_04];
     let shares = colour.iter().zip(SHARES);
@@ -182,7 +186,7 @@ fn write_png(
     encode(pixels.dim(), ColorType::Grayscale, &levels, sink)
 }
 
-/// Stages a picture in colours as `.png`: red, green and blue.
+/// Stages an RGB picture as `.png`.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -194,10 +198,10 @@ pub fn add_colours_to(pixels: &Array2<[u8; 3]>, path: &Path, outputs: &mut Outpu
     })
 }
 
-/// Writes a PNG of `(rows, columns)` pixels of eight bits a sample.
+/// Writes a PNG of `(rows, columns)` pixels with eight bits per sample.
 ///
 /// # Errors
-/// A size that PNG does not have, another number of samples, or the sink's.
+/// A size that PNG cannot have, a wrong number of samples, or an error of the sink.
 pub fn encode(
     (rows, columns): (usize, usize),
     colours: ColorType,

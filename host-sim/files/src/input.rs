@@ -1,4 +1,4 @@
-//! How files are opened for reading: regular files only, in bounded memory.
+//! Opens files for reading: only regular files, with bounded memory.
 
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Read};
@@ -7,8 +7,8 @@ use std::path::Path;
 /// Opens a regular file, by its own name or by a link to it.
 ///
 /// # Errors
-/// Those of the system. [`ErrorKind::IsADirectory`] for a folder; [`ErrorKind::Unsupported`] for a device, a pipe or a
-/// socket, which may wait or go on without end.
+/// Errors of the system. [`ErrorKind::IsADirectory`] for a folder; [`ErrorKind::Unsupported`] for a device, a pipe
+/// or a socket, which may block or never end.
 pub fn open(path: &Path) -> io::Result<File> {
     // Before it is opened: opening a pipe waits for a writer.
     let kind = fs::metadata(path)?.file_type();
@@ -40,11 +40,11 @@ pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     }
 }
 
-/// Why a file cannot be opened.
+/// The reason why a file cannot be opened.
 pub fn cannot_be_opened(error: &io::Error) -> String {
     let reason = match error.kind() {
         ErrorKind::NotFound => "no such file".into(),
-        ErrorKind::Unsupported => "no regular file, but a device, a pipe or a socket".into(),
+        ErrorKind::Unsupported => "not a regular file, but a device, a pipe or a socket".into(),
         kind => kind.to_string(),
     };
     format!("cannot be opened: {reason}")

@@ -1,8 +1,9 @@
-//! The files of this program: recordings and beamformed lines as `.npz`, images as `.npy` and PNG. Recordings of
-//! others are read by the crate `bonebeam-formats`.
+//! Files of the program: recordings and lines as `.npz`, images as `.npy` and PNG.
 //!
-//! Everything read is validated before it is returned, and every error names the file, the key,
-//! the index and what would be right. Everything written is written whole or not at all.
+//! The crate `bonebeam-formats` reads recordings in other formats.
+//!
+//! Everything read is validated before it is returned. Every error names the file, the key, the index and the
+//! expected value. Everything written is written whole or not at all.
 
 mod aligned;
 pub mod atomic;
@@ -48,7 +49,7 @@ pub use volume::nifti;
 
 use std::path::Path;
 
-/// The error for a file whose contents are wrong.
+/// An error about a file's contents.
 pub fn file_error(path: &Path, message: impl Into<String>) -> Error {
     Error::File {
         path: path.to_path_buf(),

@@ -1,4 +1,4 @@
-//! Beamformed lines: one complex value a beam and depth.
+//! Beamformed lines: one complex value per beam and depth.
 
 use std::io::{Seek, Write};
 use std::path::Path;
@@ -11,10 +11,12 @@ use super::{PartialLines, file_error, npz, npz_writer, validate};
 use crate::memory::product;
 use crate::{Error, Result};
 
-/// Beamformed lines. Sample n lies at the depth c·(t0 + n/fs)/2.
+/// Beamformed lines.
+///
+/// Sample n is at the depth c·(t0 + n/fs)/2.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BeamformedLines<Z = Array2<Complex<f32>>> {
-    /// The beamformer's output, [beam, sample]: its own, or a view of somebody else's.
+    /// Output of the beamformer, [beam, sample], owned or a view.
     pub z: Z,
     /// The sampling rate, Hz.
     pub fs: f64,
@@ -22,15 +24,17 @@ pub struct BeamformedLines<Z = Array2<Complex<f32>>> {
     pub t0: f64,
     /// The lateral positions of the beams, m.
     pub beam_x: Vec<f64>,
-    /// Where else the beams begin and go than straight down from z = 0, if they do.
+    /// Origins and directions of beams that do not go straight down from z = 0.
     pub rays: Option<BeamRays>,
-    /// How many beams, one after the other, are the sub-lines of one line; 1 where each is a line.
+    /// Number of consecutive beams that are sub-lines of one line; else 1.
     pub sub_lines: usize,
     /// The speed of sound, m/s.
     pub c: f64,
 }
 
-/// Depths and directions of beams that are rays: then the depth of a sample is the distance along them.
+/// Depths and directions of beams that are rays.
+///
+/// The depth of a sample is then the distance along its beam.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BeamRays {
     /// The depths at which the beams begin, m.
@@ -45,8 +49,9 @@ impl BeamformedLines {
         npz::Reader::open(path).is_ok_and(|file| file.has("z"))
     }
 
-    /// Reads the keys `z`, `fs`, `t0`, `beam_x`, `c` and, if they are there, `beam_z`, `beam_angle` and `sub_lines` of
-    /// a `.npz` file, whose lines are of one frame.
+    /// Reads the lines of one frame from a `.npz` file.
+    ///
+    /// Keys: `z`, `fs`, `t0`, `beam_x`, `c` and, optionally, `beam_z`, `beam_angle` and `sub_lines`.
     ///
     /// # Errors
     /// A key is missing or has the wrong type, rank, length or value.
@@ -56,7 +61,7 @@ impl BeamformedLines {
         Self::with(&mut file, z)
     }
 
-    /// The same of one or more frames, at least one.
+    /// Reads the lines of one or more frames, at least one.
     ///
     /// # Errors
     /// As [`BeamformedLines::read`].
@@ -140,12 +145,14 @@ impl BeamformedLines {
         npz.finish()
     }
 
-    /// Stages a file of so many frames, whose `z` is [frame, beam, sample]: those of `partial`, then those that
-    /// `next` makes of the number of frames before, some at a time, so that memory holds no more, and that
-    /// `partial` gets. All else is common to the frames. Returns the first.
+    /// Stages a file of `count` frames, whose `z` is [frame, beam, sample].
+    ///
+    /// The frames are those of `partial`, then those that `next` makes after a number of frames, a few at a time,
+    /// so that memory holds only those. `partial` receives them too. All else is shared by the frames. Returns the
+    /// first.
     ///
     /// # Errors
-    /// Those of `next`, other frames than there should be, or of other shapes than the first; as
+    /// Errors of `next`, a wrong number of frames, or frames of other shapes than the first; as
     /// [`BeamformedLines::write`].
     pub fn add_frames_to(
         count: usize,
@@ -198,10 +205,10 @@ impl BeamformedLines {
 }
 
 impl<S: Data<Elem = Complex<f32>>> BeamformedLines<ArrayBase<S, Ix2>> {
-    /// The same, where every value is one that a file may hold.
+    /// Checks every value; returns the lines.
     ///
     /// # Errors
-    /// [`Error::Data`] naming the key, the index and what would be right.
+    /// [`Error::Data`] naming the key, the index and the expected value.
     pub fn checked(self) -> Result<Self> {
         self.check().map_err(Error::Data)?;
         Ok(self)

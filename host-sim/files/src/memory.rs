@@ -1,12 +1,13 @@
-//! Memory that is known before it is needed is asked for once before: an error says what is missing,
-//! where the system would end the program.
+//! Checks that memory is available before it is needed.
+//!
+//! The error then gives the size, instead of the system ending the program.
 
 use crate::{Error, Result};
 
-/// Whether so many bytes could be had now, for what is named.
+/// Checks that `bytes` of memory are available for `what`.
 ///
-/// They are given back at once: what is asked for later is taken from the same. A limit of the process
-/// (`ulimit -v`) is seen here. Memory that a system promises and then does not have is not.
+/// The memory is freed at once; later allocations use it. A limit of the process (`ulimit -v`) is detected. Memory
+/// that the system promises but does not have is not.
 ///
 /// # Errors
 /// [`Error::Data`] with the size.
@@ -15,12 +16,12 @@ pub fn check(bytes: usize, what: &str) -> Result<()> {
         return Ok(());
     }
     Err(Error::Data(format!(
-        "{what} needs {} of memory, which cannot be had",
+        "{what} needs {} of memory, which is not available",
         size(bytes)
     )))
 }
 
-/// So many bytes in the largest unit that they fill.
+/// A number of bytes in the largest unit that is at least 1.
 fn size(bytes: usize) -> String {
     let units = [(30, "GiB"), (20, "MiB"), (10, "KiB")];
     match units.iter().find(|(power, _)| bytes >> power > 0) {
@@ -29,7 +30,7 @@ fn size(bytes: usize) -> String {
     }
 }
 
-/// The product of some sides, as many as there are numbers at the most.
+/// The product of some sides; saturates.
 pub fn product(sides: &[usize]) -> usize {
     sides.iter().copied().fold(1, usize::saturating_mul)
 }

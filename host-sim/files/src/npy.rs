@@ -1,5 +1,6 @@
-//! Arrays in NumPy's `.npy` format (version 1 to 3 read, version 1 written), of an element type that the file
-//! decides.
+//! Arrays in NumPy's `.npy` format, with the element type of the file.
+//!
+//! Versions 1 to 3 are read, version 1 is written.
 
 use std::array;
 use std::io::{self, Write};
@@ -13,35 +14,35 @@ use super::{cannot_be_opened, file_error};
 use crate::Result;
 use crate::{input, memory};
 
-/// How many times its own size an array may take while it is read and converted.
+/// Memory to read and convert an array, as a multiple of its size.
 pub const CONVERSIONS: usize = 4;
 
-/// Why an array could not be read.
+/// Reason why an array could not be read.
 pub enum NpyError {
-    /// It has another element type: the one named here.
+    /// It has another element type, named here.
     Type(String),
     /// It is damaged.
     Damaged(String),
 }
 
-/// Numbers, none where the file's are of another type, or what is wrong with them.
+/// Numbers (`None` if the file has another type), or a description of the damage.
 pub type Decoded<T> = std::result::Result<Option<Vec<T>>, String>;
 
-/// A type of numbers that arrays are made of.
+/// Element type of an array.
 pub trait Element: Clone {
-    /// numpy's name of the type, little-endian: what is written.
+    /// numpy's name of the type, little-endian, as written.
     const NAME: &'static str;
 
-    /// The numbers in these bytes; none where they are of another type.
+    /// The numbers in the bytes; `None` if they have another type.
     ///
     /// # Errors
-    /// A value that the type does not have.
+    /// A value that the type cannot hold.
     fn decode(descr: &str, bytes: &[u8]) -> Decoded<Self>;
 
-    /// Writes numbers one after the other.
+    /// Writes numbers in order.
     ///
     /// # Errors
-    /// Those of the sink.
+    /// Errors of the sink.
     fn encode(values: &[Self], sink: &mut impl Write) -> io::Result<()>;
 }
 
@@ -78,12 +79,12 @@ real! {
     f64: "<f8", ">f8";
 }
 
-/// numpy's float16, which is read and never written as such.
+/// numpy's float16, which is only read.
 #[derive(Clone, Copy, Debug)]
 pub struct Half(u16);
 
 impl From<Half> for f32 {
-    /// Exact.
+    /// The exact value.
     fn from(Half(bits): Half) -> f32 {
         let sign = if bits >> 15 == 1 { -1.0 } else { 1.0 };
         let (exponent, fraction) = (i32::from(bits >> 10 & 31), f32::from(bits & 1023));
@@ -152,7 +153,7 @@ impl Element for bool {
             return Ok(None);
         }
         match bytes.iter().find(|&&byte| byte > 1) {
-            Some(byte) => Err(format!("{byte:#04x} is no truth value")),
+            Some(byte) => Err(format!("{byte:#04x} is not a truth value")),
             None => Ok(Some(bytes.iter().map(|&byte| byte == 1).collect())),
         }
     }
@@ -182,7 +183,7 @@ fn write_bytes<T, const N: usize>(
     Ok(())
 }
 
-/// Reads an array of element type `T` in row-major order, whatever the order in the file.
+/// Reads an array of element type `T` in row-major order, from either order.
 pub fn read<T: Element>(bytes: &[u8]) -> std::result::Result<ArrayD<T>, NpyError> {
     let damaged = |message: String| NpyError::Damaged(message);
     // Before anything is allocated: a damaged header may ask for more memory than any machine has.
@@ -213,10 +214,10 @@ pub fn read<T: Element>(bytes: &[u8]) -> std::result::Result<ArrayD<T>, NpyError
     }
 }
 
-/// Writes an array: in columns if it lies so in memory, else in rows.
+/// Writes an array: by columns if it is so in memory, else by rows.
 ///
 /// # Errors
-/// Those of the sink.
+/// Errors of the sink.
 pub fn write<T: Element, D: Dimension>(
     array: &ArrayRef<T, D>,
     sink: &mut impl Write,
@@ -250,7 +251,7 @@ pub fn read_array<T: Element>(path: &Path) -> Result<ArrayD<T>> {
     })
 }
 
-/// Tries another element type where the first did not fit.
+/// Tries another element type if the first did not match.
 pub fn or_type<T, F>(
     first: std::result::Result<ArrayD<T>, NpyError>,
     next: F,

@@ -1,19 +1,19 @@
 //! The header of an `.npy` array: read within bounds, and written as numpy does.
 //!
-//! A crafted header of a few bytes can claim terabytes, or overflow a product of sides. A header that is read
-//! here claims the bytes that follow it, and no more than memory can hold.
+//! A crafted header of a few bytes can claim terabytes, or overflow a product of sides. This reader accepts a
+//! header only if the bytes that follow match it and memory can hold them.
 
 use std::ops::Range;
 
-/// What every `.npy` array begins with.
+/// First bytes of every `.npy` array.
 const MAGIC: &[u8; 6] = b"\x93NUMPY";
-/// The longest header, bytes: numpy's own limit.
+/// Longest header, bytes: numpy's own limit.
 const MAX_HEADER: usize = 10_000;
-/// How many bytes of an array hold its header, at the most.
+/// Most bytes of an array that its header can take.
 pub const MAX_LENGTH: usize = MAX_HEADER + 12;
-/// Brackets within brackets: a dictionary holds a tuple.
+/// Deepest nesting of brackets: a tuple in a dictionary.
 const MAX_NESTING: usize = 3;
-/// The numbers begin at a multiple of this, bytes.
+/// Alignment of the numbers, bytes.
 const ALIGNMENT: usize = 64;
 
 const DAMAGED: &str = "has a damaged header";
@@ -24,17 +24,17 @@ const STRUCTURED: &str = "has a structured or unknown dtype; expected numbers of
 pub struct Header {
     /// numpy's name of the type, such as `<f4`.
     pub descr: String,
-    /// In Fortran order: the first side runs fastest.
+    /// Whether it is in Fortran order: the first side runs fastest.
     pub in_columns: bool,
     /// The sides.
     pub shape: Vec<usize>,
 }
 
 impl Header {
-    /// The header at the beginning of `bytes`, and where in the file its numbers are.
+    /// The header at the beginning of `bytes`, and the range of its numbers.
     ///
     /// # Errors
-    /// What is wrong with the header.
+    /// A description of the damage.
     pub fn read(bytes: &[u8]) -> Result<(Self, Range<usize>), String> {
         let (start, text) = text(bytes)?;
         check_nesting(text)?;
@@ -68,7 +68,7 @@ impl Header {
         Ok((header, begin..begin + count))
     }
 
-    /// Its bytes, of version 1.
+    /// Its bytes, as version 1.
     pub fn bytes(&self) -> Vec<u8> {
         let order = if self.in_columns { "True" } else { "False" };
         let sides: Vec<String> = self.shape.iter().map(usize::to_string).collect();
@@ -90,15 +90,17 @@ impl Header {
     }
 }
 
-/// What is left of a Python literal. Of Python there is what numpy writes: strings without escapes, whole
-/// numbers, truth values, and a tuple in a dictionary.
+/// The rest of a Python literal.
+///
+/// Only the syntax that numpy writes: strings without escapes, whole numbers, truth values, and a tuple in a
+/// dictionary.
 struct Literal<'a>(&'a str);
 
-/// What was read of a literal, or what is wrong with the header.
+/// A part of a literal, or a description of the damage.
 type Read<T> = Result<T, &'static str>;
 
 impl<'a> Literal<'a> {
-    /// The header's dictionary: the type, whether it is in columns, and the sides as they are written.
+    /// The header's dictionary: type, whether by columns, and sides as text.
     fn header(&mut self) -> Read<(&'a str, bool, Vec<&'a str>)> {
         let (mut descr, mut in_columns, mut sides) = (None, None, None);
         self.expect("{")?;
@@ -131,7 +133,7 @@ impl<'a> Literal<'a> {
         }
     }
 
-    /// Whether this comes next; it is passed over.
+    /// Whether the token comes next; if so, skips it.
     fn take(&mut self, token: &str) -> bool {
         self.0 = self.0.trim_start();
         let rest = self.0.strip_prefix(token);
@@ -153,7 +155,7 @@ impl<'a> Literal<'a> {
         Some(text).filter(|t| !t.contains('\\')).ok_or(DAMAGED)
     }
 
-    /// Whole numbers, with a comma behind one that is alone.
+    /// Whole numbers in brackets; a single one is followed by a comma.
     fn tuple(&mut self) -> Read<Vec<&'a str>> {
         let mut numbers = Vec::new();
         self.expect("(")?;
@@ -179,7 +181,7 @@ impl<'a> Literal<'a> {
     }
 }
 
-/// Where the header begins, and its text.
+/// Offset of the header, and its text.
 fn text(bytes: &[u8]) -> Result<(usize, &str), String> {
     let truncated = || "is truncated: its header is not whole".to_owned();
     let rest = bytes
@@ -209,7 +211,7 @@ fn text(bytes: &[u8]) -> Result<(usize, &str), String> {
     Ok((start, text))
 }
 
-/// No header of numbers nests deeper.
+/// Checks that the header nests no deeper than one of numbers.
 fn check_nesting(header: &str) -> Result<(), String> {
     let mut depth = 0usize;
     for c in header.chars() {
@@ -225,7 +227,7 @@ fn check_nesting(header: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// The bytes of a number of a plain dtype such as `<f4`.
+/// Size of a number of a plain dtype such as `<f4`, bytes.
 fn element_size(descr: &str) -> Option<usize> {
     let digits = descr.trim_start_matches(|c: char| !c.is_ascii_digit());
     let size: usize = digits.parse().ok()?;

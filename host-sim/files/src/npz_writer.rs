@@ -10,17 +10,17 @@ use zip::{CompressionMethod, ZipWriter};
 use super::npy::{self, Element};
 use super::npy_header::Header;
 
-/// An archive that is being written, an array after the other.
+/// An archive that is written array by array.
 pub struct Writer<W: Write + Seek> {
     zip: ZipWriter<W>,
     options: SimpleFileOptions,
 }
 
-/// What became of writing.
+/// Result of writing.
 pub type Written<T = ()> = std::result::Result<T, ZipError>;
 
 impl<W: Write + Seek> Writer<W> {
-    /// An archive whose largest array has so many bytes.
+    /// An archive whose largest array has `bytes` bytes.
     pub fn new(sink: W, bytes: usize) -> Self {
         Self {
             zip: ZipWriter::new(sink),
@@ -34,7 +34,7 @@ impl<W: Write + Seek> Writer<W> {
         Ok(npy::write(array, &mut self.zip)?)
     }
 
-    /// Begins an array of this shape, whose numbers follow by [`Writer::append`].
+    /// Begins an array of this shape; [`Writer::append`] adds its numbers.
     pub fn begin<T: Element>(&mut self, key: &str, shape: &[usize]) -> Written {
         self.zip.start_file(format!("{key}.npy"), self.options)?;
         let header = Header {
@@ -45,7 +45,7 @@ impl<W: Write + Seek> Writer<W> {
         Ok(self.zip.write_all(&header.bytes())?)
     }
 
-    /// The next numbers of the array that was begun.
+    /// Appends numbers to the array that was begun.
     pub fn append<T: Element, D: Dimension>(&mut self, array: &ArrayRef<T, D>) -> Written {
         let array = array.as_standard_layout();
         let numbers = array.as_slice().unwrap_or_default();
@@ -59,7 +59,9 @@ impl<W: Write + Seek> Writer<W> {
     }
 }
 
-/// How arrays are stored: uncompressed, and with 64-bit sizes where `bytes` of data ask for them.
+/// How arrays are stored: uncompressed.
+///
+/// Sizes have 64 bits if `bytes` of data need them.
 fn options(bytes: usize) -> SimpleFileOptions {
     // The header of the array adds less than this.
     const HEADER: usize = 4096;

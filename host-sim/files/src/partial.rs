@@ -7,9 +7,9 @@ use ndarray::aview1;
 use super::{atomic, npz, npz_writer};
 use crate::Result;
 
-/// How far a simulation has got, and its rows so far.
+/// Progress of a simulation, and its rows so far.
 pub struct Partial {
-    /// Cells that are done.
+    /// Cells done.
     pub done: usize,
     /// The rows of every tile.
     pub rows: Vec<Vec<f32>>,
@@ -19,19 +19,19 @@ impl Partial {
     /// Reads the file of the simulation `key`, with rows of these sizes.
     ///
     /// # Errors
-    /// A file that is damaged or of another simulation.
+    /// A file that is damaged or belongs to another simulation.
     pub fn read(path: &Path, key: u64, sizes: &[usize]) -> Result<Self> {
         let mut file = npz::Reader::open(path)?;
         let state = file.indices("state", 3, "number", usize::MAX)?;
         let [high, low] = halves(key);
         if state[1..] != [high, low] {
-            return Err(file.error("is of another simulation"));
+            return Err(file.error("belongs to another simulation"));
         }
         let mut rows = Vec::new();
         for (tile, &size) in sizes.iter().enumerate() {
             let row = file.samples_of_any_rank(&format!("rows_{tile}"))?;
             if row.shape() != [size] {
-                return Err(file.error("is of another simulation"));
+                return Err(file.error("belongs to another simulation"));
             }
             rows.push(row.into_iter().collect());
         }
@@ -44,7 +44,7 @@ impl Partial {
     /// Writes the file whole or not at all.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The file cannot be written.
     pub fn write(path: &Path, key: u64, done: usize, rows: &[&[f32]]) -> Result<()> {
         let [high, low] = halves(key);
         let bytes = rows.iter().map(|row| 4 * row.len()).max().unwrap_or(0);

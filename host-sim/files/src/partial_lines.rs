@@ -13,21 +13,21 @@ use crate::memory::product;
 use crate::terminal::warn;
 use crate::{Error, Result};
 
-/// How long a run may have worked in vain.
+/// Longest work that an interruption may lose.
 const INTERVAL: Duration = Duration::from_secs(10);
 const MAGIC: [u8; 16] = *b"bonebeam lines 1";
 /// The magic number, the key, and the numbers of beams and samples.
 const HEADER: usize = 16 + 16 + 8 + 8;
 
-/// A file beside the output that holds the lines of the frames that are done.
+/// A file beside the output with the lines of the frames done.
 ///
-/// Its frames are those of one run, which a key names. Each has a checksum, so a frame that was being written when
-/// the run was killed does not count. The file is removed when the output is there, and when a run of less than ten
-/// seconds fails or is ended by a signal.
+/// Its frames are those of one run, which a key identifies. Each has a checksum, so a frame that was being written
+/// when the run was killed does not count. The file is removed when the output exists, and when a run of less than
+/// ten seconds fails or is ended by a signal.
 pub struct PartialLines {
     path: PathBuf,
     key: u128,
-    /// The file, once there is one, and this run's alone.
+    /// The file, once it exists and belongs to this run alone.
     file: Option<File>,
     shape: (usize, usize),
     done: usize,
@@ -37,8 +37,9 @@ pub struct PartialLines {
 }
 
 impl PartialLines {
-    /// The file at `path` with the frames of the run `key`; none where there is no such file, or one of another run,
-    /// which is then replaced.
+    /// Opens the file at `path` with the frames of the run `key`.
+    ///
+    /// There are no frames if the file does not exist or belongs to another run; in the latter case it is replaced.
     ///
     /// # Errors
     /// The file cannot be read.
@@ -65,7 +66,7 @@ impl PartialLines {
         lines.file = Some(file);
         if !lines.count().map_err(|e| lines.error(e))? {
             warn(&format!(
-                "{}: is of another run; the frames begin anew",
+                "{}: belongs to another run; all frames are computed again",
                 path.display()
             ));
             lines.file = None;
@@ -75,12 +76,12 @@ impl PartialLines {
         Ok(lines)
     }
 
-    /// The number of frames that are done.
+    /// Number of frames done.
     pub fn done(&self) -> usize {
         self.done
     }
 
-    /// The number of frames that an interrupted run had made.
+    /// Number of frames done by an interrupted run.
     pub fn resumed(&self) -> usize {
         self.resumed
     }
@@ -108,7 +109,7 @@ impl PartialLines {
         Ok(())
     }
 
-    /// Removes the file: the output is there.
+    /// Removes the file, once the output exists.
     pub fn finish(mut self) {
         self.is_temporary = self.file.is_some();
     }
@@ -123,7 +124,7 @@ impl PartialLines {
         values.saturating_add(size_of::<u32>())
     }
 
-    /// Counts the whole frames; false if the file is of another run.
+    /// Counts the whole frames; `false` if the file belongs to another run.
     fn count(&mut self) -> io::Result<bool> {
         let Some(file) = &mut self.file else {
             return Ok(false);
@@ -149,7 +150,7 @@ impl PartialLines {
         Ok(is_same)
     }
 
-    /// The values of a frame; none if its checksum is another.
+    /// Values of a frame; `None` if its checksum does not match.
     fn frame(&mut self, frame: usize) -> io::Result<Option<Vec<Complex<f32>>>> {
         let (bytes, start) = (self.bytes(), self.start(frame));
         let Some(file) = &mut self.file else {

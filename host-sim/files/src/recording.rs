@@ -12,25 +12,25 @@ use super::{AlignedData, ChannelData, Samples, npz, npz_writer};
 use crate::Result;
 use crate::memory::product;
 
-/// A recording, of a kind that its keys tell.
+/// A recording, of the kind that its keys show.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Recording {
     /// Channel data as recorded (`rf` or `iq`).
     Channel(ChannelData),
-    /// Aligned data (`x`): no delaying is left to do.
+    /// Aligned data (`x`), already delayed.
     Aligned(AlignedData),
 }
 
 impl Recording {
-    /// Some frames of a `.npz` archive of either kind, and how many frames it holds.
+    /// Reads some frames of a `.npz` archive of either kind, and the number of all.
     ///
     /// # Errors
-    /// The file cannot be opened, its keys are of both kinds or of neither, or what it holds is not valid.
+    /// The file cannot be opened, has keys of both kinds or of neither, or is not valid.
     pub fn read_npz(path: &Path, frames: Range<usize>) -> Result<(Self, usize)> {
         Self::read_npz_into(path, frames, None)
     }
 
-    /// The same in the memory of a recording that is not needed any more.
+    /// Reads into the memory of a recording that is no longer needed.
     ///
     /// # Errors
     /// As [`Recording::read_npz`].
@@ -59,11 +59,13 @@ impl Recording {
         }
     }
 
-    /// Stages a recording of `count` frames as a `.npz` archive, with the frames of `parts`, which follow each
-    /// other, and all else of this one. Each part is a recording, and which of its frames are meant.
+    /// Stages a recording of `count` frames as a `.npz` archive.
+    ///
+    /// The frames are those of `parts`, in order; all else is that of this recording. Each part is a recording and
+    /// the range of its frames.
     ///
     /// # Errors
-    /// Those of a part; data that are not valid; a file that cannot be written.
+    /// Errors of a part, data that are not valid, or a file that cannot be written.
     pub fn add_npz_to<'a>(
         &self,
         count: usize,
@@ -114,7 +116,7 @@ impl Recording {
         }
     }
 
-    /// How many frames there are.
+    /// Number of frames.
     pub fn frames(&self) -> usize {
         match self {
             Recording::Channel(data) => data.samples.frames(),

@@ -13,19 +13,20 @@ use crate::terminal::digits;
 /// Recorded samples, [frame, transmit, element, sample].
 #[derive(Clone, Debug, PartialEq)]
 pub enum Samples {
-    /// As the elements received them.
+    /// RF, as the elements received it.
     Rf(Array4<f32>),
-    /// In the base band: the analytic signal times e^(−j2π·f_demod·t), with t from the same moment
-    /// as the recording's `t0`.
+    /// I/Q in the base band: the analytic signal times e^(−j2π·f_demod·t).
+    ///
+    /// t counts from the same moment as the recording's `t0`.
     Iq {
         /// The samples.
         iq: Array4<Complex<f32>>,
-        /// The frequency that they were demodulated with, Hz.
+        /// Demodulation frequency, Hz.
         f_demod: f64,
     },
 }
 
-/// The samples of one frame, [transmit, element, sample], where they lie.
+/// Samples of one frame, [transmit, element, sample], by reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FrameSamples<'a> {
     /// See [`Samples::Rf`].
@@ -34,14 +35,14 @@ pub enum FrameSamples<'a> {
     Iq {
         /// The samples.
         iq: ArrayView3<'a, Complex<f32>>,
-        /// The frequency that they were demodulated with, Hz.
+        /// Demodulation frequency, Hz.
         f_demod: f64,
     },
 }
 
 const AXES: [&str; 4] = ["frame", "transmit", "element", "sample"];
 
-/// What lies along an axis from its last to its first, in standard layout.
+/// Reverses an axis, in standard layout.
 pub(super) fn reverse<T: Clone, D: Dimension>(array: &mut Array<T, D>, axis: Axis) {
     array.invert_axis(axis);
     *array = array.as_standard_layout().into_owned();
@@ -55,7 +56,7 @@ impl From<Array3<f32>> for Samples {
 }
 
 impl FrameSamples<'_> {
-    /// How many transmits, elements and samples there are.
+    /// Numbers of transmits, elements and samples.
     pub fn dim(&self) -> (usize, usize, usize) {
         match self {
             FrameSamples::Rf(rf) => rf.dim(),
@@ -63,7 +64,7 @@ impl FrameSamples<'_> {
         }
     }
 
-    /// No frame of such samples, for a recording whose frames stay where they lie.
+    /// No frame of such samples, for a recording whose frames stay in their memory.
     pub fn none(&self) -> Samples {
         let (transmits, elements, samples) = self.dim();
         let shape = (0, transmits, elements, samples);
@@ -76,7 +77,7 @@ impl FrameSamples<'_> {
         }
     }
 
-    /// At least one sample, and all of them finite.
+    /// Checks that there is a sample, and that all are finite.
     pub(super) fn check(&self) -> std::result::Result<(), String> {
         match self {
             FrameSamples::Rf(rf) => validate::samples("rf", rf, &AXES[1..]),
@@ -94,7 +95,7 @@ impl Samples {
         }
     }
 
-    /// How many frames, transmits, elements and samples there are.
+    /// Numbers of frames, transmits, elements and samples.
     pub fn dim(&self) -> (usize, usize, usize, usize) {
         match self {
             Samples::Rf(rf) => rf.dim(),
@@ -126,7 +127,7 @@ impl Samples {
         }
     }
 
-    /// Leaves out all but some frames.
+    /// Keeps some frames and removes the others.
     ///
     /// # Panics
     /// Frames that there are not.
@@ -137,7 +138,9 @@ impl Samples {
         }
     }
 
-    /// Samples whose transmits follow each other in one recording; none for no parts, or parts of several kinds or shapes.
+    /// Concatenates samples along the transmits of one recording.
+    ///
+    /// `None` without parts, or with parts of several kinds or shapes.
     pub fn stacked(parts: Vec<Self>) -> Option<Self> {
         let rf = parts.iter().filter_map(|part| match part {
             Samples::Rf(rf) => Some(rf.view()),
@@ -160,7 +163,9 @@ impl Samples {
         Some(Samples::Iq { iq, f_demod })
     }
 
-    /// The conjugate of I/Q, for what was written with the carrier's other sign; RF as it is.
+    /// The conjugate of I/Q that was written with the opposite sign of the carrier.
+    ///
+    /// RF does not change.
     pub fn conjugate(self) -> Self {
         match self {
             Samples::Iq { iq, f_demod } => Samples::Iq {
@@ -171,8 +176,10 @@ impl Samples {
         }
     }
 
-    /// In the contract's terms: what was demodulated with a negative frequency is the conjugate of what the
-    /// positive one makes, and analytic samples that were not demodulated have RF as their real part.
+    /// The samples in the contract's terms.
+    ///
+    /// I/Q with a negative demodulation frequency is conjugated, to have a positive one. Analytic samples that were
+    /// not demodulated become RF, their real part.
     pub(super) fn normalised(self) -> Self {
         match self {
             Samples::Iq { iq, f_demod } if f_demod < 0.0 => {
@@ -184,7 +191,7 @@ impl Samples {
         }
     }
 
-    /// Elements from the last to the first.
+    /// Reverses the order of the elements.
     pub(super) fn flip(&mut self) {
         match self {
             Samples::Rf(rf) => reverse(rf, Axis(2)),
@@ -192,7 +199,7 @@ impl Samples {
         }
     }
 
-    /// The elements of the first frame that hold nothing but zeros.
+    /// Elements of the first frame with only zeros.
     pub(super) fn dead(&self) -> Vec<usize> {
         let elements = 0..self.dim().2;
         let is_dead = |m: &usize| match self.frame(0) {
@@ -206,7 +213,9 @@ impl Samples {
         elements.filter(is_dead).collect()
     }
 
-    /// The mean frequency of the first frame of I/Q, Hz, by the phase from a sample to the next.
+    /// Mean frequency of the first frame of I/Q, Hz.
+    ///
+    /// It follows from the phase from one sample to the next.
     pub(super) fn mean_frequency(&self, fs: f64) -> Option<f64> {
         let Some(FrameSamples::Iq { iq, .. }) = self.frame(0) else {
             return None;
@@ -222,7 +231,7 @@ impl Samples {
         (sum.norm() > 0.0).then(|| fs * sum.arg() / std::f64::consts::TAU)
     }
 
-    /// Their size, bytes.
+    /// Size of the samples, bytes.
     pub fn bytes(&self) -> usize {
         match self {
             Samples::Rf(rf) => rf.len() * size_of::<f32>(),
@@ -230,7 +239,7 @@ impl Samples {
         }
     }
 
-    /// Their key in a `.npz` file.
+    /// Key of the samples in a `.npz` file.
     pub fn key(&self) -> &'static str {
         match self {
             Samples::Rf(_) => "rf",
@@ -238,7 +247,7 @@ impl Samples {
         }
     }
 
-    /// The shape and its axes, without the frames where there is one.
+    /// Shape and axes; a single frame has no frame axis.
     fn shape(&self) -> (Vec<usize>, &'static [&'static str]) {
         let (frames, transmits, elements, samples) = self.dim();
         if frames == 1 {
@@ -247,8 +256,9 @@ impl Samples {
         (vec![frames, transmits, elements, samples], &AXES)
     }
 
-    /// As many values of `key` as an axis is long, which they describe. Axes count from the frames,
-    /// 0, to the samples, 3.
+    /// Checks that `key` has as many values as the axis that it describes.
+    ///
+    /// Axes count from the frames, 0, to the samples, 3.
     pub(super) fn check_axis(
         &self,
         key: &str,
@@ -261,7 +271,7 @@ impl Samples {
         units::check_axis(key, count, (self.key(), &shape, axes), axis, of)
     }
 
-    /// At least one sample, and all of them finite.
+    /// Checks that there is a sample, and that all are finite.
     pub(super) fn check(&self) -> std::result::Result<(), String> {
         match (self, self.frame(0)) {
             (_, Some(frame)) if self.frames() == 1 => frame.check(),
@@ -270,11 +280,11 @@ impl Samples {
         }
     }
 
-    /// A sampling rate of `fs` takes the centre frequency in.
+    /// Checks that the sampling rate `fs` covers the centre frequency.
     pub(super) fn check_band(&self, fs: f64, f0: f64) -> std::result::Result<(), String> {
         match *self {
             Samples::Rf(_) if 2.0 * f0 >= fs => Err(format!(
-                "`f0` is {} Hz; expected less than half the sampling rate `fs` of {} Hz; of a band-sampled \
+                "`f0` is {} Hz; expected less than half the sampling rate `fs` of {} Hz; from a band-sampled \
                  record make I/Q (`iq`, `f_demod`)",
                 digits(f0),
                 digits(fs)
@@ -297,7 +307,7 @@ impl Samples {
         }
     }
 
-    /// Some frames, or all where they are read whole, and how many there are.
+    /// Some frames, or all if the array is read whole, and their total number.
     pub(super) fn from_npz(file: &mut npz::Reader, frames: Range<usize>) -> Result<(Self, usize)> {
         let axes = AXES[1..].join(", ");
         match (file.has("rf"), file.has("iq")) {
@@ -316,7 +326,9 @@ impl Samples {
         }
     }
 
-    /// Begins the array of so many such frames in an archive, without a frame axis where there is one.
+    /// Begins the array of `frames` such frames in an archive.
+    ///
+    /// A single frame has no frame axis.
     pub(super) fn begin_npz<W: Write + Seek>(
         &self,
         frames: usize,
@@ -334,7 +346,7 @@ impl Samples {
         }
     }
 
-    /// The samples of some frames, after those before.
+    /// Appends the samples of some frames.
     pub(super) fn append_npz<W: Write + Seek>(
         &self,
         frames: Range<usize>,

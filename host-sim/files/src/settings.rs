@@ -1,16 +1,16 @@
-//! Settings of the host: how a TOML file is read, and what a value out of range is told.
+//! Settings of the host: reads TOML files, and reports values out of range.
 
 use crate::terminal::short;
 use crate::{Error, Result};
 
-/// The longest configuration that is read, bytes: a hundred times one with every parameter.
+/// Longest configuration to read, bytes: a hundred times one with every parameter.
 #[cfg(feature = "toml")]
 const MOST: u64 = 1 << 20;
 
 /// Reads a TOML file with `parse`.
 ///
 /// # Errors
-/// The file cannot be opened, or is not what `parse` expects; the line is named.
+/// The file cannot be opened, or does not match `parse`; the line is named.
 #[cfg(feature = "toml")]
 pub fn read_toml_with<T>(
     path: &std::path::Path,
@@ -37,8 +37,9 @@ pub fn read_toml_with<T>(
     })
 }
 
-/// The usage error for a parameter outside its range: its flag and its key, its value, and what
-/// would be right.
+/// The usage error for a parameter outside its range.
+///
+/// It gives flag, key, value and the expected range.
 pub fn out_of_range(
     section: &str,
     key: &str,
@@ -52,12 +53,14 @@ pub fn out_of_range(
     ))
 }
 
-/// Lengths that an image, a bone or a record can have, m.
+/// Range of lengths of an image, a bone or a record, m.
 pub const LENGTHS: [f64; 2] = [1e-6, 10.0];
-/// The most elements, eigenvectors or rows that are asked for: beyond it a number is a mistake.
+/// Largest number of elements, eigenvectors or rows; more is a mistake.
 pub const MAX_COUNT: usize = 65_536;
 
-/// A number above zero, between the two: beyond them it is in another unit.
+/// Checks a number above zero, between `least` and `most`.
+///
+/// Outside, it is probably in another unit.
 pub fn check_positive(
     section: &str,
     key: &str,
@@ -72,7 +75,7 @@ pub fn check_positive(
     Err(out_of_range(section, key, value, &expected))
 }
 
-/// A level in decibels, where there is one.
+/// Checks a level in decibels, if there is one.
 pub fn check_level(section: &str, key: &str, level: Option<f64>) -> Result<()> {
     match level {
         Some(level) if !(-200.0..=40.0).contains(&level) => {
@@ -82,7 +85,7 @@ pub fn check_level(section: &str, key: &str, level: Option<f64>) -> Result<()> {
     }
 }
 
-/// A count from 1 to [`MAX_COUNT`].
+/// Checks a count from 1 to [`MAX_COUNT`].
 pub fn check_count(section: &str, key: &str, value: usize) -> Result<()> {
     if (1..=MAX_COUNT).contains(&value) {
         return Ok(());

@@ -1,8 +1,8 @@
-//! Signals: those that end the program take its temporary files along.
+//! Signals that end the program remove its temporary files first.
 //!
-//! A signal handler may do next to nothing, so a thread waits for signals instead. It and whoever makes or
-//! renames a temporary file take turns by one lock: no file is missed, and outputs that have begun to take
-//! their places all do.
+//! A signal handler may do almost nothing, so a thread waits for signals instead. This thread and any code that
+//! makes or renames a temporary file share one lock, so no file is missed, and outputs whose renaming has begun are
+//! all renamed.
 
 use std::fs;
 use std::io::{self, Write};
@@ -18,18 +18,20 @@ use signal_hook::{flag, low_level::pipe};
 use crate::temporary_files::{lock, lock_soon, remove_all};
 use crate::{Error, Result};
 
-/// The stack of the thread that waits, bytes.
+/// Stack of the waiting thread, bytes.
 const STACK: usize = 1 << 18;
 
-/// From here on SIGHUP, SIGINT, SIGQUIT, SIGTERM and SIGXCPU end the program without a trace, with status 128 plus
-/// their number, but for a SIGHUP that whoever started the program has ignored, as `nohup` does. An allocation
-/// that fails, which is SIGABRT, ends it likewise with status 1. A file that grows beyond a limit (SIGXFSZ) is an
+/// Begins to handle signals.
+///
+/// From here on SIGHUP, SIGINT, SIGQUIT, SIGTERM and SIGXCPU end the program and remove its temporary files; the
+/// status is 128 plus their number. A SIGHUP that the parent process ignores, as `nohup` does, is ignored. A failed
+/// allocation (SIGABRT) ends it in the same way with status 1. A file that grows beyond a limit (SIGXFSZ) is an
 /// error of the write.
 ///
 /// # Errors
-/// [`Error::Data`] where the system gives no handler or no thread.
+/// [`Error::Data`] if the system provides no handler or no thread.
 pub fn handle() -> Result<()> {
-    begin().map_err(|e| Error::Data(format!("signals cannot be waited for: {e}")))
+    begin().map_err(|e| Error::Data(format!("cannot wait for signals: {e}")))
 }
 
 fn begin() -> io::Result<()> {
@@ -60,8 +62,10 @@ fn begin() -> io::Result<()> {
     Ok(())
 }
 
-/// The thread that aborts would end the program at once: it writes to a full pipe instead, until the thread
-/// that waits for signals has ended the program.
+/// Makes an aborting thread wait.
+///
+/// It would end the program at once. Instead it writes to a full pipe, until the thread that waits for signals has
+/// ended the program.
 fn wait_at_abort() -> io::Result<()> {
     let (reader, mut writer) = io::pipe()?;
     // Makes the pipe one that does not block.
@@ -74,7 +78,7 @@ fn wait_at_abort() -> io::Result<()> {
     Ok(())
 }
 
-/// Whether SIGHUP is ignored, where the system tells it.
+/// Whether SIGHUP is ignored, if the system can tell.
 fn hangup_is_ignored() -> bool {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
     let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));

@@ -1,5 +1,6 @@
-//! Temporary files of a run whose outputs are not whole yet: removed if a signal ends it, or at the start of a
-//! later run.
+//! Temporary files of a run whose outputs are not complete yet.
+//!
+//! They are removed if a signal ends the run, or at the start of a later run.
 
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
@@ -8,10 +9,13 @@ use std::path::{Path, PathBuf};
 use std::process;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Whoever makes, renames or removes a temporary file has this lock: see [`lock`].
+/// Lock for making, renaming or removing a temporary file: see [`lock`].
 static TURN: Mutex<()> = Mutex::new(());
 
-/// What is to be removed. It has a lock of its own, which nobody keeps: a thread that aborts in its turn never ends it.
+/// Files and folders to remove.
+///
+/// They have a lock of their own, which is held only briefly. A thread that aborts while it holds the first lock
+/// never releases that one.
 static LISTS: Mutex<Lists> = Mutex::new(Lists {
     files: BTreeSet::new(),
     folders: Vec::new(),
@@ -34,7 +38,9 @@ pub fn lock() -> Turn {
     Turn { _alone }
 }
 
-/// As [`lock`], where nobody has the turn or gives it back within half a second: the thread that aborts keeps it.
+/// As [`lock`], but waits at most half a second.
+///
+/// A thread that aborts keeps the lock.
 #[cfg(all(feature = "signals", unix))]
 pub(crate) fn lock_soon() -> Option<Turn> {
     for _ in 0..500 {
@@ -51,18 +57,18 @@ fn lists() -> MutexGuard<'static, Lists> {
 }
 
 impl Turn {
-    /// A temporary file is about to be made.
+    /// Adds a temporary file that is about to be made.
     pub fn add(&mut self, file: &Path) {
         let file = file.to_path_buf();
         lists().files.insert(file);
     }
 
-    /// It is gone, an output now, or was not made.
+    /// Forgets a file that is gone, that is an output now, or that was not made.
     pub fn forget(&mut self, file: &Path) {
         lists().files.remove(file);
     }
 
-    /// A folder is new: to be removed if it stays empty.
+    /// Adds a new folder, to be removed if it stays empty.
     pub fn add_folder(&mut self, folder: &Path) {
         let folder = folder.to_path_buf();
         lists().folders.push(folder);
@@ -82,8 +88,10 @@ pub(crate) fn remove_all() {
     }
 }
 
-/// Removes the temporary files that earlier runs left in a folder: those that nobody has locked. A run keeps its
-/// files locked until they have their own names, so those of a run elsewhere, on a disk that is shared, stay.
+/// Removes unlocked temporary files that earlier runs left in a folder.
+///
+/// A run keeps its files locked until they have their own names, so files of a run on another machine, on a shared
+/// disk, stay.
 pub fn remove_leftovers(folder: &Path) {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     for entry in entries.filter(|entry| is_temporary(&entry.file_name())) {
@@ -103,7 +111,7 @@ pub fn name(number: u64) -> String {
     format!("{PREFIX}{}-{number}", process::id())
 }
 
-/// How names of temporary files begin.
+/// Beginning of the names of temporary files.
 const PREFIX: &str = ".host-sim-";
 
 /// Whether it is a [`name`] of any process.

@@ -1,19 +1,19 @@
-//! What is said on the standard output and the standard error.
+//! Output on standard output and standard error.
 
 use std::fmt::Display;
 use std::io::{self, ErrorKind, Write};
 
 use crate::{Error, Result};
 
-/// The longest message, characters: a line of a crafted file may have millions.
+/// Longest message, characters: a line of a crafted file may have millions.
 const LONGEST: usize = 1000;
 
-/// Prints to the standard output.
+/// Prints to standard output.
 ///
-/// A reader that has gone away, as `head` does, has seen what it wanted: that is no error.
+/// A closed reader, such as `head`, is not an error.
 ///
 /// # Errors
-/// [`Error::Data`] where it cannot be written, as on a full disk.
+/// [`Error::Data`] if it cannot be written, as on a full disk.
 pub fn print(text: &str) -> Result<()> {
     // Names and texts of files are in it; the program itself prints no escape sequences.
     let text = text.split_inclusive(['\n', '\t']).map(|part| {
@@ -33,31 +33,34 @@ pub fn print(text: &str) -> Result<()> {
     }
 }
 
-/// Tells an error in one line on the standard error. Where that cannot be written either, the exit
-/// status still tells it.
+/// Prints an error as one line on standard error.
+///
+/// If that fails too, the exit status still reports it.
 pub fn complain(error: &Error) {
     let line = format!("host-sim: {}\n", one_line(&error.to_string()));
     let _ = io::stderr().lock().write_all(line.as_bytes());
 }
 
-/// Tells what is probably not meant in one line on the standard error; the run goes on.
+/// Prints a warning as one line on standard error; the run continues.
 pub fn warn(message: &str) {
     remark(&format!("warning: {message}"));
 }
 
-/// Tells what is worth knowing in one line on the standard error; the run goes on.
+/// Prints a remark as one line on standard error; the run continues.
 pub fn remark(message: &str) {
     let line = format!("host-sim: {}\n", one_line(message));
     let _ = io::stderr().lock().write_all(line.as_bytes());
 }
 
-/// A measured value in as many digits as a person reads: six, and none that are only rounding.
+/// A measured value with six digits.
+///
+/// Digits that are only rounding are removed.
 pub fn digits(value: f64) -> String {
     let rounded = format!("{value:.5e}").parse().unwrap_or(value);
     f64::to_string(&rounded)
 }
 
-/// A value as it was given; one of very many digits, as 10³⁰⁰, by its exponent.
+/// A value as it was given; with an exponent if it has many digits, as 10³⁰⁰.
 pub fn short(value: impl Display) -> String {
     let text = value.to_string();
     match text.parse::<f64>() {
@@ -66,8 +69,9 @@ pub fn short(value: impl Display) -> String {
     }
 }
 
-/// One short line of a text: names and texts of files may hold line breaks and escape sequences, which a terminal
-/// would obey.
+/// The text as one short line.
+///
+/// Names and texts of files may contain line breaks and escape sequences, which a terminal would obey.
 pub fn one_line(message: &str) -> String {
     match message.char_indices().nth(LONGEST) {
         None => escaped(message),

@@ -8,10 +8,10 @@ use super::samples::reverse;
 use super::{npz, npz_writer, units, validate};
 use crate::Result;
 
-/// The longest delay of an element, s: a metre and a half of sound.
+/// Longest delay of an element, s: a metre and a half of sound.
 const MAX_DELAY: f64 = 1e-3;
 
-/// The delay law, one entry a transmit.
+/// The delay law, with one entry per transmit.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Transmits {
     /// Focused beams, one line each; the origin is z = 0 on the beam axis.
@@ -20,7 +20,7 @@ pub enum Transmits {
         x: Vec<f64>,
         /// The focal depths, m.
         focus: Vec<f64>,
-        /// The f-number of the transmit aperture, where it is known.
+        /// The f-number of the transmit aperture, if known.
         f_number: Option<f64>,
     },
     /// Plane waves; the origin is x = 0, z = 0.
@@ -33,17 +33,18 @@ pub enum Transmits {
         /// The transmitting elements.
         index: Vec<usize>,
     },
-    /// Waves from a virtual source behind the array, or towards a focus before it; the origin is
-    /// x = 0, z = 0.
+    /// Waves from a virtual source behind the array, or towards a focus in front of it.
+    ///
+    /// The origin is x = 0, z = 0.
     VirtualSource {
         /// The lateral positions of the sources, m.
         x: Vec<f64>,
-        /// Their depths, m: above 0 the wave converges on the source, else it comes from there.
+        /// Their depths, m: above 0 the wave converges on the source, else it diverges.
         z: Vec<f64>,
     },
     /// Any delays; the origin is the moment of delay 0.
     Delays {
-        /// When each element fires, s, [transmit, element]; NaN where it does not.
+        /// Firing time of each element, s, [transmit, element]; NaN if it does not fire.
         delay: Array2<f64>,
     },
 }
@@ -60,12 +61,12 @@ impl Transmits {
         }
     }
 
-    /// Whether there is no transmit at all.
+    /// Whether there are no transmits.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// The same for elements from the last to the first.
+    /// The same law for elements in reverse order.
     pub(super) fn flip(&mut self, elements: usize) {
         match self {
             Transmits::Element { index } => {
@@ -115,7 +116,7 @@ impl Transmits {
                 delay: delays(file, [transmits, elements])?,
             }),
             [false, false, false, false, false] => Err(file.error(
-                "tells no delay law; expected the keys `tx_x` and `tx_focus` (focused beams), or \
+                "has no delay law; expected the keys `tx_x` and `tx_focus` (focused beams), or \
                  `tx_angle` (plane waves), or `tx_element` (single elements), or `tx_source_x` and \
                  `tx_source_z` (virtual sources), or `tx_delay` (delays of the elements)",
             )),
@@ -123,7 +124,7 @@ impl Transmits {
                 let keys = laws.concat().into_iter();
                 let found: Vec<_> = keys.filter(|key| file.has(key)).collect();
                 Err(file.error(format!(
-                    "tells several delay laws at once ({}); expected the keys of exactly one",
+                    "has several delay laws ({}); expected the keys of exactly one",
                     found.join(", ")
                 )))
             }
@@ -233,7 +234,7 @@ impl Transmits {
     }
 }
 
-/// The elements' delays, NaN where `tx_active` says that one does not fire.
+/// The elements' delays; NaN where `tx_active` says that an element does not fire.
 fn delays(file: &mut npz::Reader, shape: [usize; 2]) -> Result<Array2<f64>> {
     let mut delay = file.table("tx_delay", shape, "[transmit, element]")?;
     if file.has("tx_active") {

@@ -1,4 +1,6 @@
-//! What a simulated recording is of: scatterers, the bone's outline and surface, levels of brightness.
+//! The ground truth of a simulated recording.
+//!
+//! Scatterers, the bone's outline and surface, levels of brightness.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -9,16 +11,19 @@ use super::atomic::Outputs;
 use super::npz_writer;
 use crate::{Error, Result};
 
-/// The truth of a recording, lengths in m along the array's axes.
+/// The ground truth of a recording; lengths in m along the array's axes.
 pub struct Truth {
     /// x, y, z and amplitude, `[scatterer, 4]`; those on the bone first.
     pub scatterers: Array2<f32>,
-    /// How many of them lie on the bone.
+    /// Number of scatterers on the bone.
     pub on_bone: usize,
-    /// The bone's outline in the image plane: x and z of both ends, `[segment, end, 2]`.
+    /// The bone's outline in the image plane, `[segment, end, 2]`.
+    ///
+    /// Each end has x and z.
     pub outline: Array3<f64>,
-    /// The level at every pixel, dB, where the phantom has known levels; x and z of the first pixel and the
-    /// distance between pixels, m.
+    /// Level at every pixel, dB, if the phantom has known levels.
+    ///
+    /// With x and z of the first pixel and the distance between pixels, m.
     pub levels: Option<(Array2<f32>, [f64; 3])>,
 }
 
@@ -26,7 +31,7 @@ impl Truth {
     /// Stages the file.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The file cannot be written.
     pub fn add_to(&self, path: &Path, outputs: &mut Outputs) -> Result<()> {
         outputs.add(path, |sink| {
             let mut npz = npz_writer::Writer::new(sink, self.scatterers.len() * 4);
@@ -48,7 +53,7 @@ impl Truth {
 /// Stages a surface as a binary PLY file in mm, corners in m.
 ///
 /// # Errors
-/// It cannot be written.
+/// The file cannot be written.
 pub fn add_surface_to(
     path: &Path,
     vertices: &[[f64; 3]],
@@ -58,7 +63,7 @@ pub fn add_surface_to(
     outputs.add(path, |sink| Ok(write_ply(sink, vertices, triangles)?))
 }
 
-/// The bytes of the same.
+/// The bytes of the PLY file.
 ///
 /// # Errors
 /// It cannot be written.

@@ -1,10 +1,12 @@
-//! Values that are in another unit than they should be: refused where they cannot be meant, and with
-//! the unit that they are probably in.
+//! Values in a wrong unit.
+//!
+//! They are refused if they are impossible; the message names the probable unit.
 
 use crate::terminal::digits;
 
-/// A quantity: its unit, what is accepted, what is usual, and the units that it is often given in
-/// instead.
+/// A quantity: its unit, its accepted range, its usual range, its other units.
+///
+/// The other units are those in which it is often given by mistake.
 pub struct Quantity {
     unit: &'static str,
     accepted: [f64; 2],
@@ -47,7 +49,7 @@ pub const LENGTH: Quantity = Quantity {
 const LENGTH_UNITS: &[(&str, f64)] = &[("mm", 1e-3), ("cm", 1e-2), ("µm", 1e-6)];
 
 impl Quantity {
-    /// The value, if it is accepted; else what is wrong with `what`, and what is probably meant.
+    /// Checks a value; the message names the range and the probable unit.
     pub fn check(&self, what: &str, value: f64) -> Result<(), String> {
         let [least, most] = self.accepted;
         let size = value.abs();
@@ -62,8 +64,9 @@ impl Quantity {
         ))
     }
 
-    /// The unit that an unusual value is probably in, to be put after a sentence; empty where none
-    /// would make it usual.
+    /// The unit that an unusual value probably has, to append to a message.
+    ///
+    /// Empty if no unit would make it usual.
     pub fn hint(&self, value: f64) -> String {
         let [least, most] = self.usual;
         let usual = |scale: f64| (least..=most).contains(&(value.abs() * scale));
@@ -74,7 +77,7 @@ impl Quantity {
     }
 }
 
-/// Record starts are in seconds, and so at a depth that sound reaches.
+/// Checks that record starts, in seconds, are at depths that sound reaches.
 pub fn check_starts(t0: &[f64], c: f64) -> Result<(), String> {
     let [_, deepest] = LENGTH.accepted;
     let depth = |t0: f64| c * t0 / 2.0;
@@ -89,9 +92,10 @@ pub fn check_starts(t0: &[f64], c: f64) -> Result<(), String> {
     }
 }
 
-/// As many values as the axis of the samples that they describe is long. Where they are as many as
-/// another axis is long, the axes are probably in another order. The samples are told by their key,
-/// their shape and their axes' names.
+/// Checks the number of values that describe an axis of the samples.
+///
+/// If the number is that of another axis, the axes are probably in another order. Messages give the samples' key,
+/// shape and names of axes.
 pub fn check_axis(
     key: &str,
     count: usize,

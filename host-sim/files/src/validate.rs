@@ -1,4 +1,6 @@
-//! Checks that several kinds of file share. Messages name the key, the index and what is right.
+//! Checks shared by several kinds of file.
+//!
+//! Messages name the key, the index and the expected value.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -7,11 +9,12 @@ use num_complex::Complex;
 
 use crate::terminal::{digits, short};
 
-/// Half a kilometre of depth, s: a time beyond it is in another unit, and would not leave a sample's
-/// position its precision.
+/// Longest time, s: half a kilometre of depth.
+///
+/// A longer one has another unit, and would reduce the precision of a sample's position.
 const MAX_TIME: f64 = 1.0;
 
-/// A finite number above zero.
+/// Checks for a finite number above zero.
 pub fn positive(key: &str, value: f64, unit: &str) -> Result<(), String> {
     if value.is_finite() && value > 0.0 {
         return Ok(());
@@ -22,7 +25,7 @@ pub fn positive(key: &str, value: f64, unit: &str) -> Result<(), String> {
     ))
 }
 
-/// A finite number.
+/// Checks for a finite number.
 pub fn finite(key: &str, value: f64) -> Result<(), String> {
     if value.is_finite() {
         return Ok(());
@@ -30,7 +33,7 @@ pub fn finite(key: &str, value: f64) -> Result<(), String> {
     Err(format!("`{key}` is {value}; expected a finite number"))
 }
 
-/// Finite numbers, one for each `of`.
+/// Checks for finite numbers, one for each `of`.
 pub fn all_finite(key: &str, values: &[f64], of: &str) -> Result<(), String> {
     match values.iter().position(|v| !v.is_finite()) {
         None => Ok(()),
@@ -41,7 +44,7 @@ pub fn all_finite(key: &str, values: &[f64], of: &str) -> Result<(), String> {
     }
 }
 
-/// Record starts: seconds, and no more than [`MAX_TIME`] of them, one for each `of`.
+/// Checks record starts: seconds, at most [`MAX_TIME`], one for each `of`.
 pub fn times(key: &str, values: &[f64], of: &str) -> Result<(), String> {
     all_finite(key, values, of)?;
     match values.iter().position(|v| v.abs() > MAX_TIME) {
@@ -54,7 +57,7 @@ pub fn times(key: &str, values: &[f64], of: &str) -> Result<(), String> {
     }
 }
 
-/// Directions before the array, rad, one for each `of`.
+/// Checks directions in front of the array, rad, one for each `of`.
 pub fn angles(key: &str, values: &[f64], of: &str) -> Result<(), String> {
     let before = |angle: &f64| angle.abs() < FRAC_PI_2;
     match values.iter().position(|angle| !before(angle)) {
@@ -67,7 +70,7 @@ pub fn angles(key: &str, values: &[f64], of: &str) -> Result<(), String> {
     }
 }
 
-/// As many values as there are of what they describe.
+/// Checks the number of values against the number of things that they describe.
 pub fn count(key: &str, length: usize, expected: usize, of: &str) -> Result<(), String> {
     if length == expected {
         return Ok(());
@@ -77,9 +80,9 @@ pub fn count(key: &str, length: usize, expected: usize, of: &str) -> Result<(), 
     ))
 }
 
-/// A sample that can be told to be finite.
+/// A sample that may be finite or not.
 pub trait Sample: Copy + std::fmt::Display {
-    /// Neither NaN nor infinite, in either part.
+    /// Whether it is neither NaN nor infinite, in either part.
     fn is_finite(self) -> bool;
 }
 
@@ -95,7 +98,9 @@ impl Sample for Complex<f32> {
     }
 }
 
-/// At least one sample, and all of them finite. `axes` names the array's axes in order.
+/// Checks that there is a sample, and that all are finite.
+///
+/// `axes` names the array's axes in order.
 pub fn samples<S, D>(key: &str, array: &ArrayBase<S, D>, axes: &[&str]) -> Result<(), String>
 where
     S: Data<Elem: Sample>,

@@ -1,4 +1,4 @@
-//! Volumes as NIfTI files, for 3D Slicer, ParaView and the like.
+//! Volumes as NIfTI files, for 3D Slicer, ParaView and similar programs.
 
 use std::io::{self, Write};
 
@@ -8,9 +8,11 @@ use ndarray::ArrayView3;
 
 use crate::{Error, Result};
 
-/// The bytes of a gzipped NIfTI-1 file of voxels of 16 bits, `[x, y, z]`. `corner` is the first voxel's centre
-/// and `step` the distance between voxels, both in m. The file is in mm along the same axes, as the surfaces
-/// beside it are. NIfTI's own names for its axes (right, anterior, superior) do not apply.
+/// Bytes of a gzipped NIfTI-1 file of 16-bit voxels, `[x, y, z]`.
+///
+/// `corner` is the first voxel's centre and `step` the distance between voxels, both in m. The file is in mm along
+/// the same axes as the surfaces beside it. NIfTI's own names for its axes (right, anterior, superior) do not
+/// apply.
 ///
 /// # Errors
 /// A side longer than 32767 voxels.
@@ -24,7 +26,9 @@ pub fn nifti(voxels: ArrayView3<i16>, corner: [f64; 3], step: [f64; 3]) -> Resul
     write(&header(sides, corner, step), voxels).map_err(|e| cannot(e.to_string()))
 }
 
-/// The header with the four bytes behind it that tell of no extensions. What is not set is 0.
+/// The header with the four bytes after it that declare no extensions.
+///
+/// Fields that are not set are 0.
 fn header(sides: [i16; 3], corner: [f64; 3], step: [f64; 3]) -> [u8; 352] {
     /// i16.
     const TYPE: i16 = 4;

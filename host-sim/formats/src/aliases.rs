@@ -1,5 +1,6 @@
-//! What files call the keys of channel data, where nobody tells: one array of a usual name is taken for it, and
-//! said.
+//! Usual names of the keys of channel data in files.
+//!
+//! If a key is not given and one array has a usual name of it, this array is taken, and the assumption is reported.
 
 use crate::values::{NamedArrays, steps};
 use crate::variables::{Given, KEYS, LAWS, Variables};
@@ -50,10 +51,10 @@ const ALIASES: [(&str, &[&str]); 10] = [
     ("tx_delay", &["txdelay", "txdelays"]),
     ("pitch", &[]),
 ];
-/// Of each, one is enough: the samples, the array, the delay law.
+/// Keys of which one is enough: the samples, the array, the delay law.
 const ONE_OF: [&[&str]; 3] = [&["rf", "iq"], &["element_x", "pitch"], &LAWS];
 
-/// The keys that a file may mean by the last step of a path.
+/// The key that the last step of a path may mean.
 fn meant(path: &str) -> Option<&'static str> {
     let steps = steps(path);
     let (last, _) = steps.last()?;
@@ -68,12 +69,12 @@ fn meant(path: &str) -> Option<&'static str> {
     })
 }
 
-/// Whether a key is given, or stands in the file by its own name.
+/// Whether a key is given, or is the name of an array in the file.
 pub fn is_given(source: &dyn NamedArrays, variables: &Variables, key: &str) -> bool {
     variables.get(key).is_some() || source.has(key)
 }
 
-/// The variables, with those added that the file tells by a usual name, and what was added.
+/// Adds arrays with usual names to the variables; returns both, and what was added.
 pub fn complete(source: &dyn NamedArrays, variables: &Variables) -> (Variables, Vec<String>) {
     let mut all = variables.clone();
     let mut assumed = Vec::new();
@@ -102,7 +103,7 @@ pub fn complete(source: &dyn NamedArrays, variables: &Variables) -> (Variables, 
     (all, assumed)
 }
 
-/// The arrays of a file with their sides, and what each may be: the largest first.
+/// Lists the arrays of a file with sides and possible keys, the largest first.
 pub fn listed(source: &dyn NamedArrays) -> String {
     const MOST: usize = 20;
     let mut arrays: Vec<(String, Vec<usize>)> = source

@@ -1,5 +1,6 @@
-//! What a foreign format's library does with a crafted file stays within bounds: a panic becomes an
-//! error, and memory is asked for before it is used.
+//! Keeps libraries of other formats within bounds when files are crafted.
+//!
+//! A panic becomes an error, and memory is checked before it is used.
 
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
@@ -7,24 +8,28 @@ use std::sync::Once;
 
 use bonebeam_files::memory;
 
-/// How many times its length a file's array may be: recordings shrink to a half or a tenth.
+/// Largest ratio of an array's size to the file's length.
+///
+/// Recordings shrink to a half or a tenth.
 const MAX_INFLATION: u64 = 100;
-/// An array of up to so many bytes may have been compressed as far as can be.
+/// An array of up to this size may have any compression, bytes.
 const SMALL: u64 = 16 << 20;
-/// How many times its own size an array may take while it is read and converted.
+/// Memory to read and convert an array, as a multiple of its size.
 pub const CONVERSIONS: usize = 4;
 
-/// What came of reading a part of a file, or what is wrong with it: a sentence without its subject.
+/// Result of reading a part of a file; the error is a sentence without its subject.
 pub type ReadResult<T> = Result<T, String>;
 
 thread_local! {
     static QUIET: Cell<bool> = const { Cell::new(false) };
 }
 
-/// What a library makes of a file; its panic is reported as a damaged file, and prints nothing.
+/// Runs a library on a file.
+///
+/// A panic is reported as a damaged file, and prints nothing.
 ///
 /// # Errors
-/// Those of `read`, and a panic.
+/// Errors of `read`, and a panic.
 pub fn guarded<T>(read: impl FnOnce() -> ReadResult<T>) -> ReadResult<T> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
@@ -41,10 +46,10 @@ pub fn guarded<T>(read: impl FnOnce() -> ReadResult<T>) -> ReadResult<T> {
     outcome.unwrap_or_else(|_| Err("is damaged: its reader gave up".into()))
 }
 
-/// The size of an array in bytes, where a file of `length` bytes may hold it.
+/// Size of an array in bytes, if a file of `length` bytes can hold it.
 ///
 /// # Errors
-/// A shape that no file of that length has.
+/// A shape that no file of this length can have.
 pub fn claim(shape: &[usize], element: usize, length: u64) -> ReadResult<usize> {
     let too_large = || format!("claims a shape of {shape:?}, more than its file can hold");
     let sides = shape.iter().copied().chain([element]);
@@ -58,10 +63,10 @@ pub fn claim(shape: &[usize], element: usize, length: u64) -> ReadResult<usize> 
     Ok(bytes)
 }
 
-/// The same, where memory has room for it, too.
+/// Size of an array in bytes, if the file and the memory can hold it.
 ///
 /// # Errors
-/// As [`claim`], or a shape that no memory holds.
+/// As [`claim`], or a shape that is too large for the memory.
 pub fn claim_in_memory(shape: &[usize], element: usize, length: u64) -> ReadResult<usize> {
     let bytes = claim(shape, element, length)?;
     memory::check(bytes.saturating_mul(CONVERSIONS), "the array")

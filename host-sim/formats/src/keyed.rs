@@ -1,6 +1,6 @@
-//! Channel data of any arrays that are named: MATLAB files and HDF5 files of one's own.
+//! Channel data from named arrays: MATLAB files and other HDF5 files.
 //!
-//! The names and meanings are those of the `.npz` files, where `[variables]` says nothing else.
+//! Names and meanings are those of the `.npz` files, unless `[variables]` gives others.
 
 mod axes;
 
@@ -15,22 +15,22 @@ use crate::waves::Law;
 use axes::{Axes, ORDER};
 use bonebeam_files::{ChannelData, Error, Result, Samples, Transmits, check_plane};
 
-/// The arrays of a file, by the keys that channel data have.
+/// The arrays of a file, by the keys of channel data.
 pub struct Keyed<'a> {
     /// The file.
     pub source: &'a dyn NamedArrays,
-    /// What it calls them.
+    /// The names of its arrays for keys.
     pub variables: &'a Variables,
-    /// The delay law and the times of sample 0, where its layout has told them.
+    /// The delay law and the times of sample 0, if the layout gives them.
     pub law: Option<Law>,
 }
 
-/// Keys of which one must be told, and what stands for it in a command that is to be completed.
+/// Keys of which one is needed, and its placeholder in a command line.
 type Needed = (&'static [&'static str], &'static str);
 
 const SAMPLES: Needed = (&["rf", "iq"], "rf=NAME");
 const CARRIER: Needed = (&["f_demod"], "f_demod=HZ");
-/// What must be told beside the samples.
+/// Keys needed besides the samples.
 const NEEDED: [Needed; 6] = [
     (&["fs"], "fs=HZ"),
     (&["f0"], "f0=HZ"),
@@ -41,12 +41,13 @@ const NEEDED: [Needed; 6] = [
 ];
 
 impl Keyed<'_> {
-    /// The channel data of some frames, and how many the file holds. Of samples that are read whole it
-    /// is all frames.
+    /// Channel data of some frames, and the number of all frames.
+    ///
+    /// Samples that are read whole give all frames.
     ///
     /// # Errors
-    /// A key that neither the file nor the variables tell, an array of another shape or type, or data
-    /// that are not valid.
+    /// A key that neither the file nor the variables give, an array of another shape or type, or data that are not
+    /// valid.
     pub fn channel_data(&self, frames: Range<usize>) -> Result<(ChannelData, usize)> {
         self.check_that_all_is_given(Some(SAMPLES))?;
         let (samples, held) = self.samples(frames)?;
@@ -54,7 +55,7 @@ impl Keyed<'_> {
         Ok((self.with_samples(samples, transmits, elements)?, held))
     }
 
-    /// The channel data of samples that were found otherwise.
+    /// Channel data with samples from elsewhere.
     ///
     /// # Errors
     /// As [`Keyed::channel_data`].
@@ -74,7 +75,7 @@ impl Keyed<'_> {
         keyed.of_all(samples, transmits, elements)
     }
 
-    /// The channel data, where all is given.
+    /// Channel data; all keys are given.
     fn of_all(&self, samples: Samples, transmits: usize, elements: usize) -> Result<ChannelData> {
         if let Some(y) = self.optional("element_y")? {
             check_plane(&y).map_err(|message| self.source.error(message))?;
@@ -94,7 +95,7 @@ impl Keyed<'_> {
             if count != expected {
                 return Err(self.source.error(format!(
                     "{key} has length {count}; expected {expected}, one for each {of} of the samples; \
-                     perhaps their axes are in another order than {}, which --variable axes=… tells",
+                     perhaps their axes are not in the order {}; --variable axes=… gives another order",
                     ORDER[1..].join(", ")
                 )));
             }
@@ -123,7 +124,7 @@ impl Keyed<'_> {
         Ok(data)
     }
 
-    /// How many transmits the delay law has.
+    /// Number of transmits of the delay law.
     ///
     /// # Errors
     /// No delay law, or an array that is not readable.
@@ -132,7 +133,7 @@ impl Keyed<'_> {
         self.transmits_of_law()?.ok_or_else(|| self.no_law())
     }
 
-    /// How many transmits the delay law has, where it is told and not spread over as many as there are.
+    /// Number of transmits of the delay law, if it does not depend on the samples.
     fn transmits_of_law(&self) -> Result<Option<usize>> {
         if let Some((law, _)) = &self.law {
             return Ok(Some(law.len()));
@@ -151,7 +152,7 @@ impl Keyed<'_> {
 
     fn no_law(&self) -> Error {
         self.source.error(
-            "tells no delay law; expected `tx_x` and `tx_focus`, `tx_angle`, `tx_element`, `tx_source_x` \
+            "has no delay law; expected `tx_x` and `tx_focus`, `tx_angle`, `tx_element`, `tx_source_x` \
              and `tx_source_z`, or `tx_delay`, as arrays or in [variables]"
                 .into(),
         )
@@ -177,11 +178,12 @@ impl Keyed<'_> {
         ))
     }
 
-    /// Tells all that is missing at once, the samples included where they are an array, and a command
-    /// line to complete.
+    /// Reports all missing keys at once, and a command line to complete.
+    ///
+    /// The samples are among them if they are an array.
     ///
     /// # Errors
-    /// That, with the arrays that there are.
+    /// The message, with a list of the arrays in the file.
     fn check_that_all_is_given(&self, samples: Option<Needed>) -> Result<()> {
         let given = |key: &str| is_given(self.source, self.variables, key);
         let by_layout = |key: &str| self.law.is_some() && (key == "t0" || key.starts_with("tx_"));
@@ -202,14 +204,14 @@ impl Keyed<'_> {
             .iter()
             .map(|(_, text)| format!(" --variable {text}"));
         Err(self.source.error(format!(
-            "has no {}; tell what is missing by{}, each the name of an array or a value; its arrays: {}",
+            "has no {}; add what is missing by{}, each the name of an array or a value; its arrays: {}",
             keys.collect::<Vec<_>>().join(", no "),
             flags.collect::<String>(),
             listed(self.source)
         )))
     }
 
-    /// The array that a key stands for, if there is one.
+    /// The array of a key, if there is one.
     fn name<'b>(&'b self, key: &'b str) -> Option<&'b str> {
         match self.variables.get(key) {
             Some(Given::Name(name)) => Some(name),
@@ -265,7 +267,9 @@ impl Keyed<'_> {
         }
     }
 
-    /// The samples of one array, or of several of one shape, whose transmits follow each other.
+    /// Samples of one array, or of several with the same shape.
+    ///
+    /// The transmits of several follow each other.
     fn samples(&self, frames: Range<usize>) -> Result<(Samples, usize)> {
         for key in ["rf", "iq"] {
             let Some(Given::Names(names)) = self.variables.get(key) else {
@@ -322,7 +326,7 @@ impl Keyed<'_> {
             },
             ("rf", Values::Complex(_)) => {
                 return Err(self.source.error(format!(
-                    "`{name}` is complex; if it is I/Q, tell it as --variable iq={name}, with `f_demod`"
+                    "`{name}` is complex; if it is I/Q, give it as --variable iq={name}, with `f_demod`"
                 )));
             }
             _ => {
@@ -354,7 +358,7 @@ impl Keyed<'_> {
         let law = given.next().ok_or_else(|| self.no_law())?;
         if let Some(other) = given.next() {
             return Err(self.source.error(format!(
-                "tells several delay laws at once (`{law}`, `{other}`); expected exactly one"
+                "has several delay laws (`{law}`, `{other}`); expected exactly one"
             )));
         }
         match law {

@@ -1,6 +1,6 @@
-//! The layouts that programs have in common, by their names on the command line.
+//! Common layouts of programs, by their names on the command line.
 
-/// The layouts: a row a layout, with its name on the command line.
+/// Defines the layouts, one per row, with the name on the command line.
 macro_rules! layouts {
     ($($(#[doc = $doc:literal])* $layout:ident, $name:literal;)*) => {
         /// A layout of arrays.
@@ -24,11 +24,15 @@ macro_rules! layouts {
 }
 
 layouts! {
-    /// MUST and its f-k migration: RF [sample, element, transmit or frame] and a struct with `fs` and `pitch`.
+    /// MUST and its f-k migration.
+    ///
+    /// RF [sample, element, transmit or frame] and a struct with `fs` and `pitch`.
     Must, "must";
     /// k-Wave: `sensor_data` [element, sample, transmit] and `dt`.
     KWave, "kwave";
-    /// Field II: `scat` [sample, element, transmit] and `start_time`, as `calc_scat_multi` makes them.
+    /// Field II, as `calc_scat_multi` writes it.
+    ///
+    /// `scat` [sample, element, transmit] and `start_time`.
     Field2, "field2";
     /// Plane waves of the CUBDL challenge: `channel_data` [transmit, element, sample].
     Cubdl, "cubdl";

@@ -1,5 +1,6 @@
-//! Layouts that programs have in common: what their arrays are called, the order of their axes, and the moment that
-//! their times count from. Each thing that is assumed is said.
+//! Common layouts of programs: names of arrays, order of axes, origin of times.
+//!
+//! Every assumption is reported.
 
 mod completion;
 mod cubdl;
@@ -18,7 +19,7 @@ use crate::waves::{Fired, Law, Wave};
 use bonebeam_files::{ChannelData, Result};
 use completion::Completion;
 
-/// That which was asked for, or that which the names of the arrays tell.
+/// The requested layout, or the one that the names of the arrays show.
 fn layout_of(source: &dyn NamedArrays, variables: &Variables) -> Option<Layout> {
     if let Some(Given::Name(asked)) = variables.get(LAYOUT) {
         return Layout::ALL
@@ -54,7 +55,7 @@ fn layout_of(source: &dyn NamedArrays, variables: &Variables) -> Option<Layout> 
     }
 }
 
-/// The channel data of a file's arrays, how many frames it holds, and what was assumed.
+/// Channel data of a file's arrays, number of frames, and assumptions.
 ///
 /// # Errors
 /// As [`Keyed::channel_data`].
@@ -109,7 +110,7 @@ impl Completion<'_> {
                 self.assume(
                     "c",
                     Given::Number(1540.0),
-                    "c is 1540 m/s, of which the file tells nothing",
+                    "c is 1540 m/s, which the file does not give",
                 );
             }
             if !self.is_given("t0") {
@@ -119,7 +120,7 @@ impl Completion<'_> {
         }
         let is_one = self.layout != Layout::Cubdl || transmits == 1;
         if self.layout != Layout::Field2 && is_one && !LAWS.iter().any(|key| self.is_given(key)) {
-            let why = "plane waves straight down, since no delay law is told";
+            let why = "plane waves straight down, since no delay law is given";
             self.assume("tx_angle", Given::Number(0.0), why);
         }
         if self.layout == Layout::KWave
@@ -153,8 +154,9 @@ impl Completion<'_> {
         Ok(law)
     }
 
-    /// How many transmits and elements there are along the axes of the samples, before it is known whether a third axis
-    /// is that of frames.
+    /// Numbers of transmits and elements along the axes of the samples.
+    ///
+    /// It is not yet known whether a third axis is that of frames.
     fn counts(&self, sides: &[usize]) -> [usize; 2] {
         let mut names: Vec<&str> = match self.all.get(AXES) {
             Some(Given::Names(names)) => names.iter().map(String::as_str).collect(),
@@ -173,7 +175,7 @@ impl Completion<'_> {
         })
     }
 
-    /// k-Wave's `dt`, wherever it lies, s.
+    /// k-Wave's time step `dt`, from any place in the file, s.
     fn step_in_time(&self) -> Result<Option<f64>> {
         let names = self.source.names();
         let name = names
@@ -182,7 +184,9 @@ impl Completion<'_> {
         name.map(|name| self.source.scalar(name)).transpose()
     }
 
-    /// MUST's delays and angles count from the first element that fires; so do plane waves where nothing is told.
+    /// The delay law.
+    ///
+    /// MUST's delays and angles count from the first element that fires; so do plane waves by default.
     fn law(&mut self, elements: usize) -> Result<Option<Law>> {
         let from_origin = match self.all.get(TIMES) {
             Some(Given::Name(from)) => from == ORIGIN,
@@ -257,7 +261,7 @@ impl Completion<'_> {
         Ok(Some(fired.law(&waves)))
     }
 
-    /// Delays as [transmit, element]: a row a transmit, or a vector of one.
+    /// Delays as [transmit, element]: one row per transmit, or a vector for one.
     fn delays(&self, name: &str, elements: usize) -> Result<Array2<f64>> {
         let delay = self.source.all_numbers(name)?;
         let shape = delay.shape().to_vec();
@@ -273,7 +277,7 @@ impl Completion<'_> {
     }
 }
 
-/// The angle of the plane wave that is nearest to these delays, rad.
+/// Angle of the plane wave that is closest to these delays, rad.
 fn steering(x: &[f64], delay: Option<&[f64]>, c: f64) -> f64 {
     let pairs: Vec<(f64, f64)> = x
         .iter()

@@ -1,5 +1,7 @@
-//! The formats that recordings come in, a file each; [`read`] recognises them by what they hold. A file too
-//! large for memory is read some frames at a time: [`RecordingFile`].
+//! Formats of recordings, one file each.
+//!
+//! [`read`] recognizes them by content. A file too large for memory is read a few frames at a time:
+//! [`RecordingFile`].
 
 mod aliases;
 mod export;
@@ -35,8 +37,9 @@ use mat5::Mat5;
 use values::NamedArrays;
 use variables::IQ_CONJUGATE;
 
-/// The formats: a row a format, with its name for people. Help texts, messages and the documents' table take the
-/// names from here.
+/// Defines the formats, one per row, with the name in messages.
+///
+/// Help texts, messages and the documents' table use these names.
 macro_rules! formats {
     ($($(#[doc = $doc:literal])* $format:ident, $name:literal;)*) => {
         /// A format of recordings.
@@ -49,7 +52,7 @@ macro_rules! formats {
             /// All formats.
             pub const ALL: [Self; [$($name),*].len()] = [$(Format::$format),*];
 
-            /// Its name, for people.
+            /// Its name in messages.
             pub fn name(self) -> &'static str {
                 match self {
                     $(Format::$format => $name,)*
@@ -85,7 +88,7 @@ impl Format {
     }
 }
 
-/// The formats that are read, for a file that is of none.
+/// The accepted formats, for a file of none of them.
 fn expected() -> String {
     let names = Format::names();
     format!(
@@ -93,13 +96,13 @@ fn expected() -> String {
     )
 }
 
-/// How many bytes of a file tell its format.
+/// Number of bytes at a file's beginning that show its format.
 const HEAD: u64 = 520;
 const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
-/// Where MATLAB's HDF5 begins, behind a header of its own.
+/// Offset of MATLAB's HDF5, behind a header of its own.
 const USER_BLOCK: usize = 512;
 
-/// What a recording may be that is not read, by how it begins.
+/// Formats that are not read, by their first bytes.
 const FOREIGN: [(&[u8], &str); 5] = [
     (b"\x93NUMPY", "a single .npy array"),
     (b"\x1f\x8b", "compressed with gzip"),
@@ -111,23 +114,24 @@ const FOREIGN: [(&[u8], &str); 5] = [
     (b"DICM", "a DICOM file"),
 ];
 
-/// What was read of a file.
+/// Result of reading a file.
 pub struct Found {
-    /// The frames that were asked for, or all where the samples can only be read whole.
+    /// The requested frames, or all if the samples are read whole.
     pub recording: Recording,
-    /// What the file is.
+    /// Format of the file.
     pub format: Format,
-    /// How many frames it holds.
+    /// Number of frames in the file.
     pub frames: usize,
-    /// What it does not tell and was assumed, a sentence each without its end.
+    /// Assumed values that the file does not give, one sentence each without its end.
     pub assumed: Vec<String>,
 }
 
-/// Reads some frames of channel data or aligned data, in the format that the file turns out to be of.
-/// Frames that it does not hold are left out.
+/// Reads some frames of channel data or aligned data.
+///
+/// The format is recognized by content. Frames that do not exist are left out.
 ///
 /// # Errors
-/// The file cannot be opened, is of a format that is not read, or what it holds is not valid.
+/// The file cannot be opened, has a format that is not read, or is not valid.
 pub fn read(path: &Path, variables: &Variables, frames: Range<usize>) -> Result<Found> {
     variables.check().map_err(Error::Usage)?;
     let mut found = read_as_written(path, variables, frames)?;
@@ -156,7 +160,7 @@ fn read_as_written(path: &Path, variables: &Variables, frames: Range<usize>) -> 
             }
             false => Err(file_error(
                 path,
-                "is a folder without CH000.daq, as a SonixDAQ makes; expected a file",
+                "is a folder without CH000.daq, as a SonixDAQ writes; expected a file",
             )),
         };
     }
@@ -186,9 +190,9 @@ fn read_as_written(path: &Path, variables: &Variables, frames: Range<usize>) -> 
     }
     let named = |extensions: &[&str]| extensions.iter().any(|e| extension.eq_ignore_ascii_case(e));
     let what = if named(&["h5", "hdf5", "uff"]) {
-        "is truncated or not the HDF5 file that its name tells"
+        "is truncated or not the HDF5 file that its name indicates"
     } else if named(&["mat"]) {
-        "is truncated or not the MATLAB file that its name tells"
+        "is truncated or not the MATLAB file that its name indicates"
     } else if head.is_empty() {
         "is empty"
     } else {
@@ -235,7 +239,7 @@ fn read_hdf5(
     keyed(&store, variables, frames, format)
 }
 
-/// Arrays of names that people choose.
+/// Arrays with names that users choose.
 fn keyed(
     source: &dyn NamedArrays,
     variables: &Variables,

@@ -1,5 +1,6 @@
-//! The recordings of the Plane-Wave Imaging Challenge in Medical Ultrasound (2016): HDF5 with RF or I/Q
-//! of plane waves.
+//! Recordings of the Plane-Wave Imaging Challenge in Medical Ultrasound (2016).
+//!
+//! HDF5 with RF or I/Q of plane waves.
 
 use ndarray::Axis;
 use num_complex::Complex;
@@ -9,17 +10,19 @@ use crate::values::{NamedArrays, Values};
 use crate::variables::Variables;
 use bonebeam_files::{ChannelData, Result, Samples, Transmits};
 
-/// The group that everything lies in.
+/// The group of all arrays.
 const GROUP: &str = "US/US_DATASET0000";
-/// The challenge's centre frequency, Hz: RF files tell none.
+/// The challenge's centre frequency, Hz; RF files do not give it.
 const CENTRE_FREQUENCY: f64 = 5.208e6;
 
-/// Whether a file is one of the challenge's recordings.
+/// Whether a file is a recording of the challenge.
 pub fn is(store: &Store) -> bool {
     store.has(&format!("{GROUP}/data/real"))
 }
 
-/// The channel data. Times count from the moment at which the wave passes x = 0, z = 0, as ours do.
+/// The channel data.
+///
+/// Times count from the moment when the wave passes x = 0, z = 0, as ours do.
 ///
 /// # Errors
 /// An array is missing, of another type or shape, or not valid.

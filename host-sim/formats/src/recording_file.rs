@@ -1,4 +1,4 @@
-//! Recordings read from files a few frames at a time.
+//! Reads recordings from files a few frames at a time.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -10,11 +10,12 @@ use bonebeam_files::{Recording, Result};
 use crate::export::add_recording;
 use crate::{Export, Format, Found, Variables};
 
-/// How many bytes of samples are read at a time, where a frame is not more.
+/// Bytes of samples to read at a time; at least one frame.
 const AT_A_TIME: usize = 16 << 20;
 
-/// The file of a recording, from which frames are read some at a time, so that it may be larger than
-/// memory. Where a format is only read whole, memory holds all of it.
+/// The file of a recording, whose frames are read a few at a time.
+///
+/// So it may be larger than memory. Formats that are only read whole are in memory.
 pub struct RecordingFile {
     path: PathBuf,
     variables: Variables,
@@ -26,7 +27,9 @@ pub struct RecordingFile {
 }
 
 impl RecordingFile {
-    /// Reads all but the frames after the first, with what `variables` say of the file's arrays.
+    /// Reads all but the frames after the first.
+    ///
+    /// `variables` describe the file's arrays.
     ///
     /// # Errors
     /// As [`crate::read`], and variables that have no effect on that format.
@@ -42,33 +45,33 @@ impl RecordingFile {
         })
     }
 
-    /// What the file is.
+    /// Format of the file.
     pub fn format(&self) -> Format {
         self.format
     }
 
-    /// What the file does not tell and was assumed.
+    /// Assumed values that the file does not give.
     pub fn assumed(&self) -> &[String] {
         &self.assumed
     }
 
-    /// How many frames it holds.
+    /// Number of frames in the file.
     pub fn frames(&self) -> usize {
         self.frames
     }
 
-    /// The first frame, or all, with what is common to the frames.
+    /// The first frame, or all frames, with the data shared by the frames.
     pub fn first(&self) -> &Recording {
         &self.first
     }
 
-    /// How many frames are read at a time: one at the least.
+    /// Number of frames to read at a time; at least one.
     pub fn frames_at_a_time(&self) -> usize {
         let frame = self.first.bytes() / self.first.frames().max(1);
         (AT_A_TIME / frame.max(1)).max(1)
     }
 
-    /// Some frames, and their places in what is returned.
+    /// Reads some frames; returns a recording and the range of those frames in it.
     ///
     /// # Errors
     /// As [`RecordingFile::open`].
@@ -81,8 +84,9 @@ impl RecordingFile {
         Ok((Cow::Owned(recording), all))
     }
 
-    /// The same with the memory of what was read before in `spare`, where a format allows that: a recording's frames then
-    /// take the memory of one.
+    /// Reads some frames into the memory of earlier ones in `spare`.
+    ///
+    /// Not all formats allow that. If so, all frames together need the memory of one.
     ///
     /// # Errors
     /// As [`RecordingFile::read`].
@@ -102,7 +106,7 @@ impl RecordingFile {
         Ok((spare.insert(recording), all))
     }
 
-    /// Stages the recording in a format, some frames at a time.
+    /// Stages the recording in a format, a few frames at a time.
     ///
     /// # Errors
     /// Data that are not valid or that the format cannot hold, or a file that cannot be written.

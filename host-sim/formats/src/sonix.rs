@@ -1,7 +1,7 @@
-//! Folders of a SonixDAQ: a file `CH000.daq` a channel, of 16-bit samples behind three 32-bit numbers.
+//! Folders of a SonixDAQ: one file `CH000.daq` per channel.
 //!
-//! The files tell nothing of the scan: `[variables]` does, and what it leaves out is assumed where the machine has a
-//! usual value.
+//! Each has three 32-bit numbers and then 16-bit samples. The files do not describe the scan: `[variables]` does,
+//! and usual values of the machine are assumed for what is missing.
 
 use std::fs;
 use std::io::{Read, Seek, SeekFrom};
@@ -17,11 +17,11 @@ use crate::variables::{CHANNELS, Given, LAWS, Variables};
 use bonebeam_files::memory::{self, product};
 use bonebeam_files::{ChannelData, Error, Result, Samples, cannot_be_opened, file_error, input};
 
-/// The header of a file: a number, how many records, and how many samples each has.
+/// The header of a file: a number, number of records, samples per record.
 const HEADER: usize = 12;
-/// The most channels that are looked for.
+/// Largest number of channels.
 const MAX_CHANNELS: usize = 1000;
-/// The channels of the vendor's board, in eight groups of sixteen.
+/// Channels of the vendor's board, in eight groups of sixteen.
 const BOARD: usize = 128;
 const GROUPS: usize = 8;
 /// The rate at which the machine samples 128 channels, Hz.
@@ -58,7 +58,7 @@ impl NamedArrays for Folder {
     }
 }
 
-/// Whether a folder is of that kind.
+/// Whether a folder is a SonixDAQ's.
 pub fn is(path: &Path) -> bool {
     path.join(name(0)).is_file()
 }
@@ -67,7 +67,7 @@ fn name(channel: usize) -> String {
     format!("CH{channel:03}.daq")
 }
 
-/// What nobody tells and the machine usually has; and what was assumed.
+/// Adds usual values of the machine for what is not given; returns assumptions.
 fn complete(folder: &Folder, variables: &Variables, channels: usize) -> (Variables, Vec<String>) {
     let mut all = variables.clone();
     let mut assumed = Vec::new();
@@ -94,7 +94,7 @@ fn complete(folder: &Folder, variables: &Variables, channels: usize) -> (Variabl
         .chain(&LAWS)
         .copied()
         .collect::<Vec<_>>();
-    let why = "each record is a frame of one plane wave straight down, since no delay law is told";
+    let why = "each record is a frame of one plane wave straight down, since no delay law is given";
     assume(&laws, number(0.0), why);
     if channels == BOARD {
         let board = Given::Name("board".into());
@@ -105,12 +105,12 @@ fn complete(folder: &Folder, variables: &Variables, channels: usize) -> (Variabl
     (all, assumed)
 }
 
-/// The channel data of some frames, how many the files hold, and what was assumed: their records are transmits, and
-/// after the last of them comes the next frame.
+/// Channel data of some frames, number of all frames, and assumptions.
+///
+/// The records of the files are transmits; after the last of them comes the next frame.
 ///
 /// # Errors
-/// A file that is missing or damaged, records of different lengths, or variables that do not tell the
-/// scan.
+/// A file that is missing or damaged, records of different lengths, or variables that do not describe the scan.
 pub fn read(
     path: &Path,
     variables: &Variables,
@@ -132,8 +132,8 @@ pub fn read(
     let element = order(&folder, channels, &variables)?;
     if transmits == 0 || records % transmits != 0 {
         return Err(folder.error(format!(
-            "has {records} records a channel; expected a multiple of the {transmits} transmits that the \
-             delay law tells"
+            "has {records} records per channel; expected a multiple of the {transmits} transmits of the \
+             delay law"
         )));
     }
     let held = records / transmits;
@@ -174,7 +174,7 @@ pub fn read(
     Ok((data, held, assumed))
 }
 
-/// So many bytes of a file, from a place on.
+/// Reads `count` bytes of a file from an offset.
 fn bytes_at(path: &Path, from: usize, count: usize) -> std::io::Result<Vec<u8>> {
     let mut file = input::open(path)?;
     file.seek(SeekFrom::Start(from as u64))?;
@@ -183,7 +183,7 @@ fn bytes_at(path: &Path, from: usize, count: usize) -> std::io::Result<Vec<u8>> 
     Ok(bytes)
 }
 
-/// How many channels there are, one file each from the first on.
+/// Number of channels, one file each.
 fn channels(path: &Path) -> Result<usize> {
     let missing = |channel: &usize| !path.join(name(*channel)).is_file();
     let channels = (0..MAX_CHANNELS).find(missing).unwrap_or(MAX_CHANNELS);
@@ -212,13 +212,13 @@ fn order(folder: &Folder, channels: usize, variables: &Variables) -> Result<Vec<
         }
         None if channels != BOARD => Ok((0..channels).collect()),
         _ => Err(folder.error(format!(
-            "has {channels} channels; expected --variable {CHANNELS}=element where each file is the \
+            "has {channels} channels; expected --variable {CHANNELS}=element if each file is the \
              element of its number, or, of {BOARD} files, {CHANNELS}=board for the board's own order"
         ))),
     }
 }
 
-/// The number of records of a file and of their samples; the file is as long as that.
+/// Numbers of records and of samples per record, checked against the file's length.
 fn header(path: &Path) -> Result<[usize; 2]> {
     let open = |e: std::io::Error| file_error(path, cannot_be_opened(&e));
     let mut file = input::open(path).map_err(open)?;

@@ -1,4 +1,4 @@
-//! `channel_data` of USTB's Ultrasound File Format: HDF5 with a group an object.
+//! `channel_data` of USTB's Ultrasound File Format: HDF5, one group per object.
 
 use std::ops::Range;
 
@@ -9,24 +9,24 @@ use crate::values::{NamedArrays, Values};
 use crate::variables::Variables;
 use bonebeam_files::{ChannelData, Result, Samples, Transmits};
 
-/// The speed of sound where a file tells none, m/s.
+/// Speed of sound if a file gives none, m/s.
 const SOUND_SPEED: f64 = 1540.0;
-/// How far from the image plane a wave or an element may be, rad or m.
+/// Largest distance of a wave or an element from the image plane, rad or m.
 const OUT_OF_PLANE: f64 = 1e-4;
-/// How near a source is to an element that it is, m.
+/// Largest distance of a source from the element that it is, m.
 const AT_ELEMENT: f64 = 1e-6;
 
 /// A wave of the sequence.
 struct Wave {
     kind: Kind,
-    /// When it passes its origin, on the clock of the samples, s.
+    /// The moment when it passes its origin, on the clock of the samples, s.
     delay: f64,
 }
 
 enum Kind {
-    /// A plane wave, rad.
+    /// Angle of a plane wave, rad.
     Plane(f64),
-    /// A source at (x, z), and the point from which its time counts.
+    /// A source at (x, z), and the origin of its time.
     VirtualSource([f64; 2], [f64; 2]),
 }
 
@@ -37,7 +37,7 @@ fn group(store: &Store) -> Option<String> {
     groups.iter().find(is).cloned()
 }
 
-/// Whether a file is UFF, with channel data or without.
+/// Whether a file is UFF, with or without channel data.
 pub fn is(store: &Store) -> bool {
     let class = |name: &String| store.mark(name, "class");
     store
@@ -47,10 +47,10 @@ pub fn is(store: &Store) -> bool {
         .any(|class| class.starts_with("uff."))
 }
 
-/// The channel data of some frames, and how many the file holds.
+/// Channel data of some frames, and the number of all frames.
 ///
 /// # Errors
-/// No channel data, or an array of them is missing, of another type or shape, or not valid.
+/// There are no channel data, or an array of them is missing, has another type or shape, or is not valid.
 pub fn read(
     store: &Store,
     variables: &Variables,
@@ -71,7 +71,7 @@ pub fn read(
     let given = [optional("pulse/center_frequency")?, Some(modulation)];
     let given = given.into_iter().flatten().find(|&f0| f0 > 0.0);
     let f0 = variables.number("f0").or(given).ok_or_else(|| {
-        store.error("tells no centre frequency (`pulse`); tell it by --variable f0=HZ".into())
+        store.error("has no centre frequency (`pulse`); give it by --variable f0=HZ".into())
     })?;
     let c = match variables.number("c") {
         Some(c) => c,
@@ -105,7 +105,9 @@ pub fn read(
     Ok((data, held))
 }
 
-/// The elements' x, z and angles: as the probe lists them, or of a linear or curved array.
+/// The elements' x, z and angles.
+///
+/// From the probe's list, or from a linear or curved array.
 fn elements(store: &Store, probe: &str) -> Result<[Vec<f64>; 3]> {
     let at = |name: &str| format!("{probe}/{name}");
     if store.has(&at("geometry")) {
@@ -208,7 +210,9 @@ fn wave(store: &Store, name: &str) -> Result<Wave> {
     Ok(Wave { kind, delay })
 }
 
-/// The delay law of the waves, and sample 0 of each from its origin; none for waves of several kinds.
+/// The delay law of the waves, and the time of sample 0 of each from its origin.
+///
+/// `None` for waves of several kinds.
 fn law(waves: &[Wave], start: f64, c: f64, elements: &[[f64; 2]]) -> Option<(Transmits, Vec<f64>)> {
     let start = |wave: &Wave| start + wave.delay;
     let plane = |wave: &Wave| match wave.kind {
@@ -269,8 +273,10 @@ fn law(waves: &[Wave], start: f64, c: f64, elements: &[[f64; 2]]) -> Option<(Tra
     Some((Transmits::VirtualSource { x, z }, t0))
 }
 
-/// The samples, from [frame, wave, channel, sample], where axes of length 1 may be left out in front.
-/// USTB's I/Q turns on the clock of the samples, ours from the origin of each wave.
+/// The samples, from [frame, wave, channel, sample].
+///
+/// Leading axes of length 1 may be missing. USTB's I/Q turns on the clock of the samples, ours from the origin of
+/// each wave.
 fn samples(
     store: &Store,
     name: &str,
@@ -308,7 +314,7 @@ fn samples(
         Values::Complex(iq) => {
             if modulation <= 0.0 {
                 return Err(store.error(
-                    "is I/Q, and `modulation_frequency` is 0; tell it by --variable f_demod=HZ"
+                    "is I/Q, and `modulation_frequency` is 0; give it by --variable f_demod=HZ"
                         .into(),
                 ));
             }

@@ -1,4 +1,4 @@
-//! Arrays of a foreign file, as its format's reader hands them on.
+//! Arrays of a file, as its format's reader returns them.
 
 use std::ops::Range;
 
@@ -8,7 +8,7 @@ use num_complex::Complex;
 use crate::guard::ReadResult;
 use bonebeam_files::{Error, Result};
 
-/// Samples, row-major in the order of axes that the file's users see.
+/// Samples, row-major in the order of axes that users see.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Values {
     /// Real ones.
@@ -27,10 +27,12 @@ impl Values {
     }
 }
 
-/// A part of an array: an axis, and which indices along it. What lies beyond the array is left out.
+/// A part of an array: an axis, and a range of indices along it.
+///
+/// Indices beyond the array are left out.
 pub type AxisRange = (usize, Range<usize>);
 
-/// Named arrays: what the file's format is made of, whatever it calls them.
+/// Named arrays of a file, independent of its format.
 pub trait NamedArrays {
     /// An error about this file.
     fn error(&self, message: String) -> Error;
@@ -41,32 +43,38 @@ pub trait NamedArrays {
     /// Real numbers, exactly or rounded to f64.
     ///
     /// # Errors
-    /// None of that name, of another type, or damaged.
+    /// There is no such array, it has another type, or it is damaged.
     fn numbers(&self, name: &str) -> Result<ArrayD<f64>>;
 
-    /// The shape of samples of which parts can be read; none where they are read whole.
+    /// Shape of samples that can be read in parts.
+    ///
+    /// `None` if they are read whole.
     ///
     /// # Errors
-    /// None of that name, or damaged.
+    /// There is no such array, or it is damaged.
     fn shape_for_parts(&self, name: &str) -> Result<Option<Vec<usize>>>;
 
-    /// Samples, rounded to f32, or a part of them. Unsigned bytes have their zero at 128.
+    /// Samples, rounded to f32, or a part of them.
+    ///
+    /// The zero of unsigned bytes is 128.
     ///
     /// # Errors
-    /// None of that name, of another type, or damaged.
+    /// There is no such array, it has another type, or it is damaged.
     fn samples(&self, name: &str, part: Option<AxisRange>) -> Result<Values>;
 
-    /// The sides of an array of numbers, in the order of axes that the file's users see.
+    /// The sides of an array of numbers, in the order of axes that users see.
     fn sides(&self, name: &str) -> Option<Vec<usize>>;
 
-    /// The arrays that a name stands for: one, all of a cell, or a field of all structs of an array. Steps of the
-    /// name are parted by `.` or `/`; `{3}` or `(3)` after a step chooses one.
+    /// The arrays that a name stands for.
+    ///
+    /// One, all of a cell, or a field of all structs of an array. Steps of the name are separated by `.` or `/`;
+    /// `{3}` or `(3)` after a step selects one.
     fn entries(&self, name: &str) -> Vec<String> {
         let known = self.names().into_iter();
         known.filter(|known| known == name).collect()
     }
 
-    /// Whether there is an array of that name.
+    /// Whether there is an array with this name.
     fn has(&self, name: &str) -> bool {
         !self.entries(name).is_empty()
     }
@@ -74,15 +82,16 @@ pub trait NamedArrays {
     /// A text.
     ///
     /// # Errors
-    /// As [`NamedArrays::numbers`]: it is read as its characters' codes.
+    /// As [`NamedArrays::numbers`]: text is read as the codes of its characters.
     fn text(&self, name: &str) -> Result<String> {
         let codes = self.numbers(name)?;
         let text = codes.iter().map(|&code| char::from_u32(code as u32));
         Ok(text.map(|c| c.unwrap_or('?')).collect())
     }
 
-    /// The numbers of all arrays that a name stands for, one after the other along a first axis where there
-    /// are several. They have one shape.
+    /// The numbers of all arrays that a name stands for.
+    ///
+    /// Several arrays, which must have one shape, are concatenated along a new first axis.
     ///
     /// # Errors
     /// As [`NamedArrays::numbers`], and entries of several shapes.
@@ -104,7 +113,7 @@ pub trait NamedArrays {
         })
     }
 
-    /// One number, of an array that holds just that.
+    /// The number of an array with only one.
     ///
     /// # Errors
     /// As [`NamedArrays::numbers`], and more than one number.
@@ -116,7 +125,7 @@ pub trait NamedArrays {
         }
     }
 
-    /// The numbers of an array along one axis, whichever other axes of length 1 it has.
+    /// The numbers of an array with one axis; other axes of length 1 are ignored.
     ///
     /// # Errors
     /// As [`NamedArrays::numbers`], and more than one axis.
@@ -135,14 +144,16 @@ pub trait NamedArrays {
 /// An array of these numbers in row-major order.
 ///
 /// # Errors
-/// Another number of them than the shape has.
+/// A count that does not match the shape.
 pub fn array<T>(shape: &[usize], values: Vec<T>) -> ReadResult<ArrayD<T>> {
     let count = values.len();
     ArrayD::from_shape_vec(IxDyn(shape), values)
         .map_err(|_| format!("holds {count} numbers in a shape of {shape:?}"))
 }
 
-/// The steps of a path, with what chooses an entry of each: `Receive(3).mode` is `Receive` with 3, and `mode`.
+/// Steps of a path, each with the entry that it selects.
+///
+/// `Receive(3).mode` is `Receive` with 3, and `mode`.
 pub fn steps(path: &str) -> Vec<(&str, Option<usize>)> {
     let step = |step: &'_ str| -> (usize, Option<usize>) {
         let inner = step.strip_suffix([')', '}']);

@@ -1,4 +1,6 @@
-//! What a file calls the keys of channel data, and what it leaves out: the section `[variables]`.
+//! Section `[variables]`: names and values of the keys of channel data.
+//!
+//! It gives the file's names of arrays, and values that the file lacks.
 
 use std::collections::BTreeMap;
 
@@ -6,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::layout::Layout;
 
-/// The keys that arrays are given for.
+/// Keys that stand for arrays.
 pub const KEYS: [&str; 22] = [
     "rf",
     "iq",
@@ -32,29 +34,31 @@ pub const KEYS: [&str; 22] = [
     // The distance between neighbouring elements, m, where there is no `element_x`: centred on 0.
     "pitch",
 ];
-/// Of these, one tells the delay law.
+/// Keys of which one gives the delay law.
 pub const LAWS: [&str; 5] = ["tx_x", "tx_angle", "tx_element", "tx_source_x", "tx_delay"];
 /// The order of the axes of the samples.
 pub const AXES: &str = "axes";
-/// Which program's layout the arrays have.
+/// Program whose layout the arrays have.
 pub const LAYOUT: &str = "layout";
-/// What times of sample 0 count from in a layout: [`ORIGIN`] of the delay law, or the first element that fires, `first`.
+/// Origin of the times of sample 0 in a layout.
+///
+/// [`ORIGIN`] of the delay law, or the first element that fires, `first`.
 pub const TIMES: &str = "times";
 /// [`TIMES`] from the origin of the delay law.
 pub const ORIGIN: &str = "origin";
-/// Keys of other kinds than arrays and numbers.
+/// Keys that stand for neither arrays nor numbers.
 const OTHERS: [&str; 5] = [AXES, CHANNELS, LAYOUT, TIMES, IQ_CONJUGATE];
-/// Whether I/Q was written with the carrier's other sign: 1 turns it.
+/// Whether I/Q has the opposite sign of the carrier; 1 conjugates it.
 pub const IQ_CONJUGATE: &str = "iq_conjugate";
 /// The order of the channels of a SonixDAQ folder.
 pub const CHANNELS: &str = "channels";
 
-/// Section `[variables]`: for a key the name of an array of the file, or its value.
+/// Section `[variables]`: for each key the name of an array, or a value.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Variables(BTreeMap<String, Given>);
 
-/// What a key stands for.
+/// Value of a key.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Given {
@@ -84,14 +88,14 @@ impl Given {
         Some([number(first)?, number(last)?])
     }
 
-    /// Whether it is `FIRST..LAST`: evenly spaced numbers, one for each transmit or element.
+    /// Whether it is `FIRST..LAST`: evenly spaced numbers over transmits or elements.
     pub fn is_spread(&self) -> bool {
         self.ends().is_some()
     }
 }
 
 impl Variables {
-    /// With the numbers in place of each `FIRST..LAST`: one for each element, or for each transmit.
+    /// The variables with numbers in place of each `FIRST..LAST`.
     #[must_use]
     pub fn spread(&self, transmits: usize, elements: usize) -> Self {
         let spread = |(key, given): (&String, &Given)| {
@@ -106,26 +110,28 @@ impl Variables {
         Self(self.0.iter().map(spread).collect())
     }
 
-    /// Whether nothing is given.
+    /// Whether it is empty.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// What a key stands for, where it is given.
+    /// Value of a key, if given.
     pub fn get(&self, key: &str) -> Option<&Given> {
         self.0.get(key)
     }
 
-    /// Tells what a key stands for.
+    /// Sets the value of a key.
     pub fn insert(&mut self, key: &str, given: Given) {
         self.0.insert(key.to_owned(), given);
     }
 
-    /// Takes `KEY=VALUE` of the command line: a number, numbers with commas between them, the ends of evenly spaced
-    /// numbers (`-16deg..16deg`), or a name, or names with commas for the axes.
+    /// Parses `KEY=VALUE` of the command line.
+    ///
+    /// The value is a number, numbers with commas, the ends of evenly spaced numbers (`-16deg..16deg`), a name, or
+    /// names with commas.
     ///
     /// # Errors
-    /// No `=`, or nothing on a side of it.
+    /// There is no `=`, or nothing on one side of it.
     pub fn take(&mut self, text: &str) -> Result<(), String> {
         let (key, value) = text
             .split_once('=')
@@ -146,7 +152,7 @@ impl Variables {
         Ok(())
     }
 
-    /// The value of a key, where a number is given for it.
+    /// Value of a key, if it is a number.
     pub fn number(&self, key: &str) -> Option<f64> {
         match self.get(key) {
             Some(Given::Number(value)) => Some(*value),
@@ -154,10 +160,12 @@ impl Variables {
         }
     }
 
-    /// Nothing is given but numbers for these keys: the file tells the rest itself.
+    /// Checks that only numbers for these keys are given.
+    ///
+    /// The file gives the rest itself.
     ///
     /// # Errors
-    /// A key that would have no effect.
+    /// A key that has no effect.
     pub fn only_numbers(&self, keys: &[&str]) -> Result<(), String> {
         let has_effect = |key: &str| {
             let fits = key == LAYOUT || self.number(key).is_some();
@@ -169,7 +177,7 @@ impl Variables {
         let numbers: Vec<&str> = keys.iter().copied().filter(|key| *key != LAYOUT).collect();
         let others = match &numbers[..] {
             [] => String::new(),
-            numbers => format!("; numbers for {} have one", numbers.join(", ")),
+            numbers => format!("; numbers for {} have an effect", numbers.join(", ")),
         };
         let flag = match &key[..] {
             LAYOUT => "--layout",
@@ -181,10 +189,10 @@ impl Variables {
         ))
     }
 
-    /// Every key is one that is known, and has what it takes.
+    /// Checks every key and its value.
     ///
     /// # Errors
-    /// The first that is not.
+    /// The first wrong one.
     pub fn check(&self) -> Result<(), String> {
         for (key, given) in &self.0 {
             let fits = match (key.as_str(), given) {
@@ -210,7 +218,7 @@ impl Variables {
             }
             if !fits {
                 return Err(format!(
-                    "`{key}` in [variables] (--variable) is not what it takes: `{AXES}` names of axes, \
+                    "`{key}` in [variables] (--variable) has a wrong value; `{AXES}` takes names of axes, \
                      `{LAYOUT}` one of {}, `{IQ_CONJUGATE}` 0 or 1, `{TIMES}` {ORIGIN} or first, `rf` and `iq` the name of an array or of one each \
                      transmit, with commas between them, the others a name or finite \
                      numbers",
@@ -232,7 +240,8 @@ mod tests {
         variables.insert("c", Given::Name("speed".into()));
         let refused = |keys: &[&str]| variables.only_numbers(keys).unwrap_err();
         assert!(
-            refused(&["c", "fs"]).ends_with("names its arrays itself; numbers for c, fs have one")
+            refused(&["c", "fs"])
+                .ends_with("names its arrays itself; numbers for c, fs have an effect")
         );
         assert!(refused(&[]).ends_with("names its arrays itself"));
         variables.insert("c", Given::Number(1500.0));

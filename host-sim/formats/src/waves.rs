@@ -1,10 +1,10 @@
-//! Waves as other formats tell them, as the laws that channel data have.
+//! Converts waves of other formats to the delay laws of channel data.
 
 use ndarray::Array2;
 
 use bonebeam_files::Transmits;
 
-/// How far an element's delay may be from that of a law, in periods of the centre frequency.
+/// Tolerance of an element's delay, in periods of the centre frequency.
 const TOLERANCE: f64 = 0.1;
 
 /// A wave of an array.
@@ -12,15 +12,17 @@ const TOLERANCE: f64 = 0.1;
 pub enum Wave {
     /// A plane wave, rad.
     Plane(f64),
-    /// From a source behind the array or towards one before it, at (x, z) in m; and where its beam begins.
+    /// From a source behind the array, or towards one in front of it, at (x, z) in m.
+    ///
+    /// And the beginning of its beam.
     VirtualSource([f64; 2], [f64; 2]),
 }
 
-/// Delays with which elements fire, and when recording begins, in the file's time.
+/// Firing times of elements, and the beginning of the record, in the file's time.
 pub struct Fired<'a> {
     /// The positions (x, z) of the elements, m.
     pub elements: &'a [[f64; 2]],
-    /// When each fires, s, [transmit, element]; NaN where it does not.
+    /// Firing time of each, s, [transmit, element]; NaN if it does not fire.
     pub delay: Array2<f64>,
     /// The time of sample 0 of each transmit, s.
     pub start: Vec<f64>,
@@ -30,11 +32,11 @@ pub struct Fired<'a> {
     pub f0: f64,
 }
 
-/// The delay law of some waves, and when sample 0 is, s, relative to its origin.
+/// A delay law, and the time of sample 0 relative to its origin, s.
 pub type Law = (Transmits, Vec<f64>);
 
 impl Fired<'_> {
-    /// The law that waves of one kind have where the delays are theirs, else the delays themselves.
+    /// The law of waves of one kind if it matches the delays, else the delays.
     pub fn law(&self, waves: &[Wave]) -> Law {
         self.single()
             .or_else(|| self.beams(waves))
@@ -46,7 +48,7 @@ impl Fired<'_> {
             })
     }
 
-    /// One element fires at a time.
+    /// The law of transmits of one element each.
     fn single(&self) -> Option<Law> {
         let mut index = Vec::new();
         let mut t0 = Vec::new();
@@ -65,7 +67,7 @@ impl Fired<'_> {
         Some((Transmits::Element { index }, t0))
     }
 
-    /// Beams straight down, each towards its own focus from above it.
+    /// The law of beams straight down, each towards a focus below its beginning.
     fn beams(&self, waves: &[Wave]) -> Option<Law> {
         let mut x = Vec::new();
         let mut focus = Vec::new();
@@ -123,8 +125,9 @@ impl Fired<'_> {
         Some((Transmits::VirtualSource { x, z }, t0))
     }
 
-    /// The time of sample 0 from the moment at which each wave passes the origin, where `passes` is when
-    /// it passes an element; none where the elements do not fire so.
+    /// Time of sample 0 from the moment when each wave passes the origin.
+    ///
+    /// `passes` is the moment when it passes an element. `None` if the elements fire otherwise.
     fn origins(&self, passes: impl Fn(usize, [f64; 2]) -> f64) -> Option<Vec<f64>> {
         let tolerance = TOLERANCE / self.f0;
         let mut t0 = Vec::new();

@@ -1,4 +1,4 @@
-//! zea's HDF5 files: raw data of a track, with the parameters of its scan and its probe.
+//! zea's HDF5 files: raw data of a track, with the parameters of scan and probe.
 //!
 //! zea counts time from the first element that fires, and its pulse has its peak some time after that.
 
@@ -13,16 +13,16 @@ use crate::variables::Variables;
 use crate::waves::{Fired, Wave};
 use bonebeam_files::{ChannelData, Result, Samples};
 
-/// How fast zea's waveforms are sampled, Hz.
+/// Sampling rate of zea's waveforms, Hz.
 const WAVEFORM_RATE: f64 = 250e6;
 /// Half a period of the slowest pulse, in samples of a waveform.
 const MAX_HALF_PERIOD: f64 = 2000.0;
-/// The speed of sound where a file tells none, m/s.
+/// Speed of sound if a file gives none, m/s.
 const SOUND_SPEED: f64 = 1540.0;
-/// How far from the image plane an element may lie, m.
+/// Largest distance of an element from the image plane, m.
 const OUT_OF_PLANE: f64 = 1e-4;
 
-/// Where the raw data lie: files of zea 0.1 have tracks, older ones do not.
+/// Group of the raw data: files of zea 0.1 have tracks, older ones do not.
 fn folder(store: &Store) -> Option<String> {
     let tracks = store.groups("tracks");
     let first = tracks.first().map(|track| format!("tracks/{track}/"));
@@ -39,7 +39,7 @@ pub fn is(store: &Store) -> bool {
     folder(store).is_some() && (marked || store.has_group("scan"))
 }
 
-/// The channel data of some frames of the first track, and how many it holds.
+/// Channel data of some frames of the first track, and the number of all frames.
 ///
 /// # Errors
 /// An array is missing, of another type or shape, or not valid.
@@ -52,9 +52,9 @@ pub fn read(
         return Err(store.error("has no `data/raw_data`".into()));
     };
     if store.groups("tracks").len() > 1 {
-        return Err(store.error(
-            "has several tracks, each with a scan of its own; expected a file of one".into(),
-        ));
+        return Err(
+            store.error("has several tracks, each with its own scan; expected one track".into())
+        );
     }
     let scan = |name: &str| format!("{folder}scan/{name}");
     if store.has(&scan("rx_aperture_indices")) {
@@ -150,7 +150,7 @@ fn elements(store: &Store, scan: &dyn Fn(&str) -> String) -> Result<Vec<[f64; 2]
     Ok(elements)
 }
 
-/// When each element fires, s, NaN where it does not.
+/// Firing time of each element, s; NaN if it does not fire.
 fn delays(store: &Store, scan: &dyn Fn(&str) -> String, elements: usize) -> Result<Array2<f64>> {
     let table = |name: &str| -> Result<Array2<f64>> {
         let values = store.numbers(&scan(name))?;
@@ -188,7 +188,9 @@ fn each(store: &Store, name: &str, transmits: usize) -> Result<Vec<f64>> {
     }
 }
 
-/// When the peak of the pulse comes after an element fires: that of the two-way waveform, else a period.
+/// Time from the firing of an element to the peak of the pulse.
+///
+/// It is that of the two-way waveform, else a period.
 fn peaks(
     store: &Store,
     scan: &dyn Fn(&str) -> String,
@@ -213,7 +215,9 @@ fn peaks(
     Ok(waveforms.axis_iter(Axis(0)).map(peak).collect())
 }
 
-/// The time of the largest of the envelope, s: of the waveform times a carrier, averaged over a period.
+/// Time of the envelope's peak, s.
+///
+/// The waveform is multiplied by a carrier and averaged over a period.
 fn envelope_peak(waveform: impl Iterator<Item = f64>, f0: f64) -> f64 {
     let phase = |n: usize| std::f64::consts::TAU * f0 * n as f64 / WAVEFORM_RATE;
     let mixed: Vec<Complex<f64>> = waveform
@@ -277,8 +281,9 @@ fn waves(store: &Store, scan: &dyn Fn(&str) -> String, transmits: usize) -> Resu
         .collect())
 }
 
-/// The samples, from [frame, transmit, sample, element, channel]. zea's I/Q turns from sample 0 of each
-/// transmit, ours from its origin.
+/// The samples, from [frame, transmit, sample, element, channel].
+///
+/// zea's I/Q turns from sample 0 of each transmit, ours from its origin.
 fn samples(
     store: &Store,
     name: &str,

@@ -1,4 +1,4 @@
-//! The paper: its experiments, their measures, and the report of both.
+//! Experiments of the paper, their measures, and the report.
 
 pub mod experiments;
 pub mod measure;

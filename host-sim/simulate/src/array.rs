@@ -29,9 +29,10 @@ impl Array {
         self.pitch - self.kerf
     }
 
-    /// The elements that transmit a beam at `position` pitches from element 0, focused at
-    /// `focus`: round(focus/(f-number·pitch)) consecutive ones, at least 1, the first at
-    /// ⌈position − count/2⌉, cut at the ends of the array.
+    /// Elements that transmit a beam at `position` pitches from element 0.
+    ///
+    /// They are round(focus/(f-number·pitch)) consecutive ones, at least 1, the first at ⌈position − count/2⌉,
+    /// limited to the array.
     pub fn transmit_elements(&self, position: f64, focus: f64, f_number: f64) -> Range<usize> {
         let count = (focus / (f_number * self.pitch)).round();
         let count = count.clamp(1.0, self.elements as f64);

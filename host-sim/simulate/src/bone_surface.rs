@@ -1,10 +1,9 @@
-//! A bone's surface as it scatters: its roughness, what it reflects like a mirror and what to all sides, the spongy
-//! bone behind its cortex.
+//! Scattering of a bone's surface: roughness, specular and diffuse echoes, cortex.
 //!
-//! The relief is a Gaussian random field h(p) = σ·√(2/N)·Σ cos(k·p + φ) with N wave vectors of standard deviation √2/ℓ
-//! along each axis, whose correlation is exp(−d²/ℓ²): the usual model of scattering by rough surfaces (Ogilvy, Theory of
-//! Wave Scattering from Random Rough Surfaces, 1991). Scatterers lie on the relief, and are seen where the smooth
-//! surface is.
+//! The relief is a Gaussian random field h(p) = σ·√(2/N)·Σ cos(k·p + φ) with N wave vectors of standard deviation
+//! √2/ℓ along each axis, whose correlation is exp(−d²/ℓ²): the usual model of scattering by rough surfaces (Ogilvy,
+//! Theory of Wave Scattering from Random Rough Surfaces, 1991). Scatterers lie on the relief, and are visible where
+//! the smooth surface is. Spongy bone lies behind the cortex.
 
 use std::f64::consts::{SQRT_2, TAU};
 
@@ -20,14 +19,16 @@ use super::noise::complex_gaussian;
 use super::scatterer::{Scatterer, SurfacePoint};
 use super::surface::Surface;
 
-/// Wave vectors of a relief.
+/// Number of wave vectors of a relief.
 const WAVES: usize = 128;
-/// λz/2 of 5 MHz at a distance of 20 mm, m²: a mirror's echo is that of so much of it, along each axis by its root.
+/// λz/2 for 5 MHz at a distance of 20 mm, m².
+///
+/// The echo of a mirror is that of this area; along one axis, of its root.
 const FRESNEL: f64 = 0.5 * 1540.0 / 5e6 * 20e-3;
-/// What a beam sees of a surface, m along each axis.
+/// Width of a surface within a beam, m along each axis.
 const BEAM: f64 = 1e-3;
 
-/// Section `bone` of a scene: how a bone's surface scatters.
+/// Section `bone` of a scene: scattering of a bone's surface.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct BoneSurface {
@@ -35,13 +36,17 @@ pub struct BoneSurface {
     pub roughness: f64,
     /// Distance at which the relief's correlation is 1/e, m. Bone has 0.3 to 1 mm.
     pub correlation: f64,
-    /// Ratio of specular to diffuse reflection, dB: echo of a smooth flat surface that faces the array at 20 mm and
-    /// 5 MHz, over that of 1 mm of it (1 mm² of a volume's) that scatters to all sides alike.
+    /// Ratio of specular to diffuse reflection, dB.
+    ///
+    /// It is the echo of a smooth flat surface that faces the array at 20 mm and 5 MHz, over that of 1 mm of it (1
+    /// mm² for a volume) that scatters evenly in all directions.
     pub specular_to_diffuse: f64,
-    /// How far behind the surface's echo that of the spongy bone lies, m; none for bone that is cortex throughout.
+    /// Distance of the spongy bone's echo behind that of the surface, m.
+    ///
+    /// `None` for bone that is all cortex.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cortex: Option<f64>,
-    /// Amplitude of the spongy bone's echo, dB of the surface's.
+    /// Amplitude of the spongy bone's echo, dB relative to the surface's.
     pub spongy_level: f64,
 }
 
@@ -57,7 +62,7 @@ impl Default for BoneSurface {
     }
 }
 
-/// How densely points lie on a surface.
+/// Density of points on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum SurfaceDensity {
     /// Per m of an outline in the image plane.
@@ -67,7 +72,9 @@ pub(super) enum SurfaceDensity {
 }
 
 impl SurfaceDensity {
-    /// Power of a mirror's echo over that of one scatterer's times those that a beam sees.
+    /// Power of a mirror's echo, relative to that of the scatterers within a beam.
+    ///
+    /// The latter is one scatterer's power times their number.
     fn mirror(self) -> f64 {
         match self {
             SurfaceDensity::Line(density) => density * FRESNEL / BEAM,
@@ -107,11 +114,13 @@ impl BoneSurface {
         Ok(())
     }
 
-    /// Scatterers on a smooth closed surface, `density` per m², where `wanted`, with the relief of a seed; and the points
-    /// where they have to be seen to be heard.
+    /// Scatterers on a smooth closed surface, with the relief of a seed.
+    ///
+    /// There are `density` per m² at positions for which `wanted` is true. Also returns the points that must be
+    /// visible for them.
     ///
     /// # Errors
-    /// More than any machine holds.
+    /// More scatterers than any machine can hold.
     pub fn cover(
         &self,
         surface: &Surface,
@@ -123,7 +132,7 @@ impl BoneSurface {
         Ok(self.scatterers(&points, SurfaceDensity::Area(density), seed))
     }
 
-    /// The scatterers of a smooth surface's `points`, and the points where they have to be seen to be heard.
+    /// Scatterers of a smooth surface's `points`, and the points that must be visible.
     pub(super) fn scatterers(
         &self,
         points: &[SurfacePoint],
@@ -171,7 +180,7 @@ impl BoneSurface {
     }
 }
 
-/// The random numbers of a bone's surface are not those of its tissue.
+/// Random stream of a bone's surface, different from that of its tissue.
 const STREAM: u64 = 16;
 
 /// A Gaussian random field.
@@ -196,7 +205,7 @@ impl Relief {
         }
     }
 
-    /// The height outwards at a point, m.
+    /// Outward height at a point, m.
     fn height(&self, p: [f64; 3]) -> f64 {
         let wave = |(k, phase): &([f64; 3], f64)| {
             libm::cos(k[0] * p[0] + k[1] * p[1] + k[2] * p[2] + phase)

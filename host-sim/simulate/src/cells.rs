@@ -1,12 +1,12 @@
 //! Scatterers grouped by position, so that the echoes of a group are short.
 //!
-//! An element at (x_i, 0, 0) hears the point (x, y, z) after √((x − x_i)² + ρ²)/c with ρ = √(y² + z²):
-//! the cells are squares of x and ρ.
+//! The echo of the point (x, y, z) reaches an element at (x_i, 0, 0) after √((x − x_i)² + ρ²)/c with ρ = √(y² +
+//! z²), so the cells are squares in x and ρ.
 
 use super::response::Response;
 use super::scatterer::PointSource;
 
-/// Beyond every scene, m.
+/// A length beyond every scene, m.
 const FAR: f64 = 1e3;
 
 /// Scatterers of one square.
@@ -14,11 +14,11 @@ const FAR: f64 = 1e3;
 pub struct Cell {
     /// Its scatterers, as indices in the list of all.
     pub members: Vec<u32>,
-    /// The least x and ρ, m.
+    /// Least x and ρ, m.
     pub corner: [f64; 2],
-    /// The greatest x and ρ, m.
+    /// Greatest x and ρ, m.
     pub end: [f64; 2],
-    /// The least and greatest delay of an element's patches from its centre's, s.
+    /// Least and greatest delay of an element's patches relative to its centre, s.
     pub patches: [f64; 2],
     /// The least and greatest z, m.
     pub depths: [f64; 2],
@@ -26,7 +26,9 @@ pub struct Cell {
     pub elevation: f64,
 }
 
-/// Groups the sources into squares of side `side`, m, by rows of depth. The order depends on the list alone.
+/// Groups the sources into squares of side `side`, m, by rows of depth.
+///
+/// The order depends only on the list.
 pub fn cells(sources: &[PointSource], side: f64, response: &Response) -> Vec<Cell> {
     let square = |s: &PointSource| {
         let rho = (s.y * s.y + s.z * s.z).sqrt();

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 /// A point of the image plane: x and z, m.
 pub type Point = [f64; 2];
 
-/// A segment whose ends are known by the mesh or grid edge that they lie on.
+/// A segment whose ends are identified by the edge of the mesh or grid they lie on.
 pub struct Segment {
     /// The edges that the two ends lie on.
     pub edges: [(usize, usize); 2],
@@ -13,8 +13,10 @@ pub struct Segment {
     pub ends: [Point; 2],
 }
 
-/// Joins segments that share edges into closed loops; none when a chain does not close, that is
-/// when an odd number of segments meet at an edge. The loops' order follows the segments'.
+/// Joins segments that share edges into closed loops.
+///
+/// `None` if a chain does not close, that is, if an odd number of segments meet at an edge. The order of the loops
+/// follows that of the segments.
 pub fn closed_loops(segments: &[Segment]) -> Option<Vec<Vec<Point>>> {
     let mut at_edge: BTreeMap<(usize, usize), Vec<usize>> = BTreeMap::new();
     for (index, segment) in segments.iter().enumerate() {

@@ -35,27 +35,28 @@ use super::settings::Settings;
 use super::shadow::Shadow;
 use super::time_axis::{Window, row_rate};
 
-/// How echoes are summed over the scatterers.
+/// Method of summation over the scatterers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Summation {
-    /// Every scatterer at every frequency in f64: exact, for up to some tens of scatterers.
+    /// Every scatterer at every frequency in f64: exact, for up to some tens of them.
     Direct,
     /// Cells of scatterers in f32: for any number, within −85 dB of the direct sum.
     Cells,
 }
 
-/// The share of the work that the sum over the scatterers is.
+/// Share of the sum over the scatterers in the whole work.
 const SUM_SHARE: f64 = 0.9;
-/// How many times more pairs than rows of beams there have to be for beams to be summed first.
+/// Ratio of pairs to rows of beams from which beams are summed first.
 const FEW: usize = 3;
 /// Side of a cell, in lengths of the pulse.
 const CELL: f64 = 0.25;
 
-/// Simulates the record of every beam and element. `progress` is called with the fraction done,
-/// 0 to 1, from any thread.
+/// Simulates the record of every beam and element.
+///
+/// `progress` is called with the fraction done, 0 to 1, from any thread.
 ///
 /// # Errors
-/// Impossible settings, a phantom that reaches the array, a record in which there is nothing.
+/// Impossible settings, a phantom that reaches the array, or an empty record.
 pub fn channel_data(
     settings: &Settings,
     phantom: &Phantom,
@@ -73,8 +74,9 @@ pub fn channel_data(
     )
 }
 
-/// As [`channel_data`], with the vectors of `set`, and from where an interrupted run with this checkpoint
-/// stopped. The bits are those of a run that was not.
+/// As [`channel_data`], with the vectors of `set`, resuming from a checkpoint.
+///
+/// The bits are those of a run without interruption.
 ///
 /// # Errors
 /// As [`channel_data`], and a checkpoint that cannot be read or written.
@@ -111,8 +113,8 @@ pub fn resumed_channel_data(
     let peak = rf.par_iter().map(|v| v.abs()).reduce(|| 0.0, f32::max);
     if peak == 0.0 || !peak.is_finite() {
         return Err(Error::Data(format!(
-            "the record is silent: no element hears an echo of the phantom between {} and {} m of depth; \
-             other depths, or a phantom below the array that no bone hides, would give one",
+            "the record is silent; no element receives an echo of the phantom from {} to {} m of depth; \
+             give other depths, or a phantom below the array that no bone hides",
             settings.depth_start, settings.depth_end
         )));
     }
@@ -139,7 +141,7 @@ pub fn resumed_channel_data(
     })
 }
 
-/// How a record is made.
+/// Method of the simulation of a record.
 struct How<'a> {
     settings: &'a Settings,
     beams: &'a [Beam],
@@ -186,8 +188,9 @@ impl How<'_> {
     }
 }
 
-/// Adds what the receiver does to a record that was simulated without: the settings' noise, then the
-/// rounding of their converter. Echoes add up, so that the same ones need to be summed only once.
+/// Adds the receiver's noise and rounding to a record simulated without.
+///
+/// Echoes add up, so the same echoes are summed only once for several receivers.
 ///
 /// # Errors
 /// Samples of another record than that of the settings.
@@ -214,8 +217,9 @@ pub fn add_noise(settings: &Settings, data: &mut ChannelData) -> Result<()> {
     Ok(())
 }
 
-/// Noise of the settings' spectrum, seed and time-gain curve in every channel of a record,
-/// `[transmit][element][sample]`, with the RMS `rms` at depth 0.
+/// Noise of the settings' spectrum, seed and time-gain curve in every channel.
+///
+/// The record is `[transmit][element][sample]`; the RMS at depth 0 is `rms`.
 pub fn noise(settings: &Settings, rms: f64) -> Vec<f32> {
     let samples = settings.time_axis().samples;
     let mut rows = vec![0.0; settings.beams * settings.elements * samples];
@@ -223,7 +227,7 @@ pub fn noise(settings: &Settings, rms: f64) -> Vec<f32> {
     rows
 }
 
-/// Noise and converter of the settings.
+/// Adds the settings' noise and applies their converter.
 fn receive(settings: &Settings, rf: &mut [f32]) {
     if let Some(level) = settings.noise {
         let peak = rf.par_iter().map(|v| v.abs()).reduce(|| 0.0, f32::max);
@@ -235,7 +239,7 @@ fn receive(settings: &Settings, rf: &mut [f32]) {
     }
 }
 
-/// What is heard, and by whom.
+/// Sources, elements and their visibility.
 struct Acquisition<'a> {
     settings: &'a Settings,
     sources: &'a [PointSource],
@@ -247,9 +251,9 @@ struct Acquisition<'a> {
 
 /// Spectra of echoes.
 enum Spectra {
-    /// Of the pairs i ≤ j, `[pair][frequency]`; empty where no element of the pair transmits.
+    /// Spectra of the pairs i ≤ j; empty if no element of the pair transmits.
     Pairs(Vec<Vec<Complex<f64>>>),
-    /// Of every beam and element, `[beam·elements + element][frequency]`.
+    /// Spectra of every beam and element, `[beam·elements + element][frequency]`.
     Beams(Vec<Vec<Complex<f64>>>),
 }
 
@@ -329,7 +333,9 @@ impl Acquisition<'_> {
         Ok((input.window, spectra))
     }
 
-    /// Asks for the memory of the record, of the pairs and of `legs` bytes before any is taken.
+    /// Checks the memory of the record, of the pairs and of `legs` bytes.
+    ///
+    /// It is done before any is allocated.
     fn check_memory(&self, window: &Window, legs: usize) -> Result<()> {
         let settings = self.settings;
         let pairs = product(&[
@@ -349,12 +355,12 @@ impl Acquisition<'_> {
     }
 }
 
-/// The most frequencies that a cell's echoes of a length in s are told by.
+/// Largest number of frequencies for a cell's echoes of a duration in s.
 fn longest_frequencies(longest: f64, [lowest, highest]: [f64; 2]) -> usize {
     (longest * (highest - lowest)).ceil() as usize + 32
 }
 
-/// The rows' spectra at the frequencies of the window.
+/// Spectra of the rows at the frequencies of the window.
 fn spectra(window: &Window, tiles: Vec<Tile>, elements: usize, beams: Option<usize>) -> Spectra {
     let plan = Fourier::new(window.row);
     let count = beams.map_or(elements * (elements + 1) / 2, |beams| beams * elements);
@@ -463,7 +469,7 @@ fn form_beams(
     rf
 }
 
-/// Rounds to the steps of a converter of so many bits whose range is the largest sample's.
+/// Rounds to the steps of a converter of `bits` bits over the largest sample.
 fn quantise(rf: &mut [f32], bits: u32) {
     let peak = rf.par_iter().map(|v| v.abs()).reduce(|| 0.0, f32::max);
     let most = f64::from((1u32 << (bits - 1)) - 1);
@@ -472,7 +478,7 @@ fn quantise(rf: &mut [f32], bits: u32) {
         .for_each(|v| *v = (libm::rint(f64::from(*v) / step) * step) as f32);
 }
 
-/// The beam of that index.
+/// The beam with this index.
 fn beam(settings: &Settings, index: usize) -> Beam {
     let array = settings.array();
     let x = settings.beam_x(index);

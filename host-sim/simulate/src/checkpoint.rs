@@ -1,4 +1,4 @@
-//! Where an interrupted simulation goes on.
+//! Checkpoint of an interrupted simulation.
 
 use std::fs;
 use std::hash::Hasher;
@@ -14,10 +14,10 @@ use bonebeam_files::terminal::warn;
 use super::phantom::Phantom;
 use super::settings::Settings;
 
-/// How long a run may have worked in vain.
+/// Longest work that an interruption may lose.
 const INTERVAL: Duration = Duration::from_secs(10);
 
-/// A file beside the output that holds the sum as far as it has got.
+/// A file beside the output that holds the sum so far.
 pub struct Checkpoint {
     path: Option<PathBuf>,
     key: u64,
@@ -26,7 +26,7 @@ pub struct Checkpoint {
 }
 
 impl Checkpoint {
-    /// No checkpoint: an interrupted run begins anew.
+    /// No checkpoint: an interrupted run starts from the beginning.
     pub fn none() -> Self {
         Checkpoint {
             path: None,
@@ -36,7 +36,7 @@ impl Checkpoint {
         }
     }
 
-    /// A checkpoint in the file `path`, of this simulation alone.
+    /// A checkpoint in the file `path`, for this simulation only.
     ///
     /// # Errors
     /// Settings that cannot be written.
@@ -48,7 +48,7 @@ impl Checkpoint {
         })
     }
 
-    /// A hash that tells simulations apart.
+    /// A hash that identifies a simulation.
     pub fn key(settings: &Settings, phantom: &Phantom) -> u64 {
         let mut hasher = FnvHasher::default();
         hasher.write(env!("CARGO_PKG_VERSION").as_bytes());
@@ -67,14 +67,15 @@ impl Checkpoint {
         hasher.finish()
     }
 
-    /// Written after every cell, for tests.
+    /// Writes after every cell, for tests.
     pub fn eager(mut self) -> Self {
         self.interval = Duration::ZERO;
         self
     }
 
-    /// Reads the rows of every tile, of the lengths that they have, and returns the number of cells in them:
-    /// 0 if there is no such file, and the rows stay.
+    /// Reads the rows of every tile; returns the number of cells in them.
+    ///
+    /// Without such a file it returns 0, and the rows do not change.
     pub(super) fn load(&mut self, rows: &mut [&mut Vec<f32>]) -> Result<usize> {
         let Some(path) = self.path.as_deref().filter(|path| path.exists()) else {
             return Ok(0);
@@ -88,13 +89,17 @@ impl Checkpoint {
                 Ok(partial.done)
             }
             Err(error) => {
-                warn(&format!("{error}; the simulation begins anew"));
+                warn(&format!(
+                    "{error}; the simulation starts from the beginning"
+                ));
                 Ok(0)
             }
         }
     }
 
-    /// Writes the rows of every tile with the number of cells in them, if the last time is long enough ago.
+    /// Writes the rows of every tile with the number of cells in them.
+    ///
+    /// It does so only if enough time has passed since the last time.
     pub(super) fn save_at_times<'a>(
         &mut self,
         done: usize,
@@ -112,10 +117,10 @@ impl Checkpoint {
         Ok(())
     }
 
-    /// Removes the file: the output is there.
+    /// Removes the file, once the output exists.
     pub fn finish(self) {
         if let Some(path) = self.path {
-            // Where it cannot be removed, the next run tells that it is of another simulation.
+            // Where it cannot be removed, the next run reports that it belongs to another simulation.
             let _ = fs::remove_file(path);
         }
     }

@@ -1,8 +1,7 @@
-//! Clutter in a bone's shadow: diffuse scatterers, and the bone's image by reverberation.
+//! Clutter in a bone's shadow: diffuse scatterers, and the bone's reverberation.
 //!
-//! Bone that absorbs all leaves its shadow empty. A real one is filled by sound that came by other ways. Clutter
-//! therefore lies behind the surface that a line straight down meets first, within the bone and below it, and
-//! nowhere else.
+//! Bone that absorbs all sound has an empty shadow. A real shadow is filled by sound on other paths. So clutter
+//! lies behind the surface that a line straight down meets first, within the bone and below it, and nowhere else.
 
 use crate::Result;
 use bonebeam_files::settings::{check_level, out_of_range};
@@ -12,26 +11,31 @@ use super::phantom::Phantom;
 use super::surface::StraightDown;
 use super::volume::Block;
 
-/// Density of diffuse clutter, per m³: speckle needs ten in a resolution cell, and clutter no more.
+/// Density of diffuse clutter, per m³.
+///
+/// Speckle needs ten scatterers in a resolution cell, and clutter no more.
 const DENSITY: f64 = 30e9;
-/// Thickness of the slab that a phantom of the image plane alone stands for, m: 30 scatterers per mm².
+/// Thickness of the slab that a phantom in the image plane stands for, m.
+///
+/// It gives 30 scatterers per mm².
 const PLANE: f64 = 1e-3;
 /// Lateral range, m.
 const X: [f64; 2] = [-20e-3, 20e-3];
 
-/// What echoes in a bone's shadow.
+/// Echoes in a bone's shadow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clutter {
-    /// The diffuse scatterers; none without them.
+    /// The diffuse scatterers, if any.
     pub diffuse: Option<DiffuseClutter>,
-    /// Amplitude of the bone's image at twice its depth, dB; none without it.
+    /// Amplitude of the bone's image at twice its depth, dB; `None` leaves it out.
     pub reverberation: Option<f64>,
-    /// Thickness of the slab around the image plane, m. A phantom that has no surface but an outline has its
-    /// clutter in the image plane.
+    /// Thickness of the slab around the image plane, m.
+    ///
+    /// A phantom with an outline instead of a surface has its clutter in the image plane.
     pub thickness: f64,
-    /// The greatest depth of the diffuse scatterers, m.
+    /// Greatest depth of the diffuse scatterers, m.
     pub depth_end: f64,
-    /// Seed of their positions, which are not those of a [`Block`] of the same seed.
+    /// Seed of their positions, which differ from those of a [`Block`] with this seed.
     pub seed: u64,
 }
 
@@ -39,10 +43,12 @@ pub struct Clutter {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct DiffuseClutter {
-    /// Amplitude of a scatterer directly behind the surface, dB of one on the bone.
+    /// Amplitude of a scatterer directly behind the surface, dB relative to the bone's.
     pub level: f64,
-    /// Coherence length of the echoes over the aperture, m: full width at half maximum of their correlation between
-    /// two elements, see [`decorrelate`](super::decorrelate). None for scatterers that focus perfectly.
+    /// Coherence length of the echoes over the aperture, m.
+    ///
+    /// It is the full width at half maximum of their correlation between two elements, see
+    /// [`decorrelate`](super::decorrelate). `None` for scatterers that focus perfectly.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub coherence: Option<f64>,
     /// Decrease of the amplitude behind the surface, dB per m.
@@ -93,7 +99,7 @@ impl Clutter {
     /// Adds the clutter to a phantom; diffuse clutter only where it has a bone.
     ///
     /// # Errors
-    /// More scatterers than memory holds.
+    /// More scatterers than the memory can hold.
     pub fn add(&self, phantom: &mut Phantom) -> Result<()> {
         let amplitude = |level: f64| libm::pow(10.0, level / 20.0);
         phantom.reverberation = self.reverberation.map_or(0.0, amplitude);

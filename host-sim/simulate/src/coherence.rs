@@ -1,12 +1,12 @@
-//! Clutter that is coherent over a part of the aperture only.
+//! Clutter that is coherent over only a part of the aperture.
 //!
-//! A point scatterer's echoes add up in phase over the whole aperture once they are delayed. Sound that came by
-//! other paths (reverberation, off-axis echoes, multiple scattering) does not: neighbouring channels agree over a
-//! coherence length only (Pinton, Trahey and Dahl 2011). So the analytic signal of each channel is multiplied by a
-//! complex Gaussian field of power 1. Its correlation is exp(−4·ln 2·(d/ℓ)²) at the distance d between two elements,
-//! and between two beams alike: its full width at half maximum is the coherence length ℓ. Over time its values
-//! at nodes 1 µs apart are independent. Between two nodes a and b it is a·cos φ + b·sin φ, so that its power is 1
-//! at each time.
+//! After delays, a point scatterer's echoes add in phase over the whole aperture. Sound on other paths
+//! (reverberation, off-axis echoes, multiple scattering) does not: neighbouring channels agree only over a
+//! coherence length (Pinton, Trahey and Dahl 2011). So the analytic signal of each channel is multiplied by a
+//! complex Gaussian field of power 1. Its correlation between two elements, and between two beams, at the distance
+//! d is exp(−4·ln 2·(d/ℓ)²): its full width at half maximum is the coherence length ℓ. Over time its values at
+//! nodes 1 µs apart are independent. Between two nodes a and b it is a·cos φ + b·sin φ, so its power is 1 at all
+//! times.
 
 use std::f64::consts::{FRAC_PI_2, LN_2};
 
@@ -21,14 +21,17 @@ use super::settings::Settings;
 
 /// Distance of the field's nodes in time, s.
 const NODE: f64 = 1e-6;
-/// Standard deviations at which a Gaussian ends.
+/// Length of a Gaussian to either side, standard deviations.
 const REACH: f64 = 4.0;
-/// The stream of the first node: far from those of the noise's rows, which have the same seed.
+/// Random stream of the first node.
+///
+/// It is far from those of the noise's rows, which have the same seed.
 const STREAM: u64 = 1 << 40;
 
-/// Multiplies each channel of a record by a field of the coherence length `length`, m: 0 for channels that
-/// have nothing in common, infinity for a record that stays as it is. `rf` is `[beam][element][sample]` of
-/// the settings' record.
+/// Multiplies each channel of a record by a field of coherence length `length`, m.
+///
+/// 0 makes channels independent; infinity does not change the record. `rf` is `[beam][element][sample]` of the
+/// settings' record.
 pub fn decorrelate(settings: &Settings, length: f64, rf: &mut [f32]) {
     if !length.is_finite() {
         return;
@@ -48,7 +51,7 @@ pub fn decorrelate(settings: &Settings, length: f64, rf: &mut [f32]) {
     );
 }
 
-/// The analytic signal of a row, in as many values as the transform has.
+/// Analytic signal of a row, with as many values as the transform.
 fn analytic(
     transform: &Fourier,
     row: &[f32],
@@ -76,7 +79,7 @@ fn analytic(
 struct Field {
     /// `[node][beam·elements + element]`.
     nodes: Vec<Vec<Complex<f64>>>,
-    /// Nodes a sample.
+    /// Nodes per sample.
     step: f64,
 }
 
@@ -124,11 +127,11 @@ impl Field {
     }
 }
 
-/// A Gaussian whose squares have the sum 1.
+/// A Gaussian whose squares add up to 1.
 struct Weights(Vec<f64>);
 
 impl Weights {
-    /// Of a standard deviation in grid points.
+    /// From a standard deviation in grid points.
     fn new(deviation: f64) -> Self {
         let reach = (REACH * deviation) as i64;
         let weight = |k: i64| match k {
@@ -140,7 +143,7 @@ impl Weights {
         Weights(weights.iter().map(|w| w / norm).collect())
     }
 
-    /// How many values more go in than come out.
+    /// Number of values by which the input is longer than the output.
     fn more(&self) -> usize {
         self.0.len() - 1
     }

@@ -1,9 +1,9 @@
-//! A computed-tomography scan of closed surfaces in air, and the surfaces that it shows.
+//! A CT scan of closed surfaces in air, and surfaces from the scan.
 //!
-//! A voxel holds the mean over its own volume, blurred by the scanner's Gaussian point spread. There is no
-//! noise, no beam hardening, and each part is of one density: what is left is what a threshold makes of a
-//! blurred edge. Of a step from air to bone blurred by σ the level at a share s of the step lies
-//! σ·Φ⁻¹(1 − s) outside the edge.
+//! A voxel holds the mean over its own volume, blurred by the scanner's Gaussian point spread. There is no noise
+//! and no beam hardening, and each part has one density, so the only error is that of a threshold on a blurred
+//! edge. For a step from air to bone blurred by σ, the level at a share s of the step lies σ·Φ⁻¹(1 − s) outside the
+//! edge.
 
 use rayon::prelude::*;
 
@@ -13,10 +13,11 @@ use bonebeam_files::memory::{self, product};
 use super::marching_tetrahedra::{VolumeGrid, isosurface_of_values};
 use super::surface::{Surface, crossing};
 
-/// Lines through a voxel, either way: along them what lies inside is exact, across them a face that lies along
-/// the voxels is known to a tenth of a voxel.
+/// Lines through a voxel, along each side.
+///
+/// The inside is exact along them. Across them, a face parallel to the voxels is known to a tenth of a voxel.
 const LINES: usize = 5;
-/// How far a Gaussian reaches, standard deviations.
+/// Length of a Gaussian to either side, standard deviations.
 const REACH: f64 = 4.0;
 
 /// A scanner.
@@ -24,9 +25,9 @@ const REACH: f64 = 4.0;
 pub struct CtScanner {
     /// Distance between voxels along each axis, m.
     pub voxel: [f64; 3],
-    /// Full width at half maximum of the point spread, m, alike along all axes.
+    /// Full width at half maximum of the point spread, m, the same along all axes.
     pub blur: f64,
-    /// What surrounds the specimen, HU.
+    /// Density around the specimen, HU.
     pub air: f64,
 }
 
@@ -37,7 +38,7 @@ impl CtScanner {
     }
 }
 
-/// What a scanner made of a specimen.
+/// A scanned volume.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CtVolume {
     /// The voxels' centres.
@@ -47,10 +48,12 @@ pub struct CtVolume {
 }
 
 impl CtVolume {
-    /// Scans closed surfaces, each filled with so many HU. Where parts overlap their contrasts add.
+    /// Scans closed surfaces, each filled with a density in HU.
+    ///
+    /// Where parts overlap, their contrasts add.
     ///
     /// # Errors
-    /// Nothing to scan, or a volume beyond memory.
+    /// Nothing to scan, or a volume larger than the memory.
     pub fn scan(parts: &[(&Surface, f64)], scanner: &CtScanner) -> Result<Self> {
         let grid = scanner.grid(parts)?;
         let [nx, ny, _] = grid.nodes;
@@ -87,14 +90,14 @@ impl CtVolume {
         })
     }
 
-    /// The surface at a level, HU, which is denser inside.
+    /// The surface at a level, HU, with the denser side inside.
     pub fn surface(&self, level: f64) -> Surface {
         isosurface_of_values(&self.grid, |node| level - f64::from(self.hu[node]))
     }
 }
 
 impl CtScanner {
-    /// Voxels around the parts, with room for the blur.
+    /// Voxels around the parts, with space for the blur.
     fn grid(&self, parts: &[(&Surface, f64)]) -> Result<VolumeGrid> {
         let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
         for vertex in parts.iter().flat_map(|(surface, _)| surface.vertices()) {
@@ -119,9 +122,11 @@ impl CtScanner {
     }
 }
 
-/// Where lines along x enter and leave a surface, [`LINES`]² of them in each row of voxels.
+/// Positions at which lines along x enter and leave a surface.
+///
+/// There are [`LINES`]² of them in each row of voxels.
 struct LineCrossings {
-    /// Of every line: x, and +1 where it enters.
+    /// Crossings of each line: x, and +1 where it enters.
     crossings: Vec<Vec<(f64, i32)>>,
     /// Lines along y.
     across: usize,
@@ -164,7 +169,7 @@ impl LineCrossings {
         LineCrossings { crossings, across }
     }
 
-    /// Adds `contrast` times the share of each voxel of the row that lies inside.
+    /// Adds `contrast` times the share of each voxel of the row that is inside.
     fn fill(&self, grid: &VolumeGrid, [y, z]: [usize; 2], contrast: f32, voxels: &mut [f32]) {
         let share = contrast / (LINES * LINES) as f32;
         for line in 0..LINES * LINES {
@@ -184,7 +189,7 @@ impl LineCrossings {
     }
 }
 
-/// Adds `share` to the voxels between two positions, and parts of it to those at the ends.
+/// Adds `share` to the voxels between two positions; less to those at the ends.
 fn add(voxels: &mut [f32], from: f64, to: f64, share: f32) {
     let last = voxels.len();
     let first = from.max(0.0) as usize;
@@ -208,7 +213,7 @@ fn gaussian(sigma: f64) -> Vec<f32> {
     (0..=count).map(|k| (value(k) / sum) as f32).collect()
 }
 
-/// Convolves along one axis; outside the volume there is nothing.
+/// Convolves along one axis; values outside the volume are 0.
 fn blur(from: &[f32], to: &mut [f32], nodes: [usize; 3], axis: usize, kernel: &[f32]) {
     let stride: usize = nodes[..axis].iter().product();
     let count = nodes[axis];

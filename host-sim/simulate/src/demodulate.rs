@@ -8,9 +8,10 @@ use bonebeam_files::{ChannelData, Samples};
 
 use super::fourier::{Fourier, unit};
 
-/// The I/Q of RF data, demodulated with the centre frequency and kept at every so many samples: at the
-/// lowest rate that is a whole part of the record's and at least 2·f₀. What lies beyond half of that rate
-/// from f₀ is removed. I/Q stays as it is.
+/// I/Q of RF data, demodulated at the centre frequency and decimated.
+///
+/// The rate is the lowest integer fraction of the record's that is at least 2·f₀. Frequencies more than half of
+/// that rate from f₀ are removed. I/Q does not change.
 pub fn demodulate(data: ChannelData) -> ChannelData {
     let Samples::Rf(rf) = &data.samples else {
         return data;

@@ -1,7 +1,7 @@
-//! The echoes of every pair of elements, summed in f64 straight from the model.
+//! Echoes of every pair of elements, summed in f64 directly from the model.
 //!
-//! H_ij(f) = P(f)·Σ_s a_s·g_i(f, s)·g_j(f, s), at every frequency of the window: for some tens of
-//! scatterers. The yardstick of `cell_sum`.
+//! H_ij(f) = P(f)·Σ_s a_s·g_i(f, s)·g_j(f, s), at every frequency of the window, for some tens of scatterers. It is
+//! the reference for `cell_sum`.
 
 use num_complex::Complex;
 use rayon::prelude::*;
@@ -13,11 +13,11 @@ use super::scatterer::PointSource;
 use super::shadow::Shadow;
 use super::time_axis::Window;
 
-/// What the sum is made of.
+/// Input of the sum.
 pub struct DirectSumInput<'a> {
     /// The scatterers.
     pub sources: &'a [PointSource],
-    /// Which elements hear which.
+    /// Visibility of the scatterers for the elements.
     pub shadow: &'a Shadow,
     /// The elements' lateral positions, m.
     pub element_x: &'a [f64],
@@ -33,12 +33,12 @@ pub struct Legs {
     time: Vec<f64>,
     /// Whether the element sees the source.
     seen: Vec<bool>,
-    /// `[source][frequency]`, times counted from half the window's start.
+    /// `[source][frequency]`, with times counted from half the window's start.
     response: Vec<Complex<f64>>,
 }
 
 impl DirectSumInput<'_> {
-    /// By how much an echo reaches beyond the time of its centres, s.
+    /// Time by which an echo extends beyond its centre, s.
     pub fn reach(&self) -> f64 {
         let patches = self.sources.iter().map(|s| {
             let near = self.response.patch_delays(s.z, s.y);
@@ -85,8 +85,10 @@ impl DirectSumInput<'_> {
         legs
     }
 
-    /// The spectrum of a pair's echoes. Echoes that do not reach the record are left out: the periodic window
-    /// would show them at another time.
+    /// Spectrum of a pair's echoes.
+    ///
+    /// Echoes that do not reach the record are left out, because the periodic window would show them at another
+    /// time.
     pub fn pair(&self, window: &Window, a: &Legs, b: &Legs) -> Vec<Complex<f64>> {
         let reach = self.reach() * window.rate;
         let [first, last] = [window.needed[0] - reach, window.needed[1] + reach];

@@ -1,12 +1,12 @@
-//! Discrete Fourier transforms of a power of two, with the same bits on every machine.
+//! Discrete Fourier transforms of a power of two, with equal bits on every machine.
 //!
-//! Stockham's radix-2 transform in f64: `+ − ×` in a fixed order, and twiddle factors by `libm`.
+//! Stockham's radix-2 transform in f64: `+ − ×` in a fixed order, and twiddle factors from `libm`.
 
 use std::f64::consts::TAU;
 
 use num_complex::Complex;
 
-/// The plan of one size.
+/// Plan of one size.
 pub struct Fourier {
     twiddles: Vec<Complex<f64>>,
 }
@@ -24,7 +24,7 @@ impl Fourier {
         self.transform(x, scratch, false);
     }
 
-    /// x\[n\] = Σ X\[k\]·e^{+j2πkn/N}, in place and without a factor.
+    /// x\[n\] = Σ X\[k\]·e^{+j2πkn/N}, in place, without a factor.
     pub fn inverse(&self, x: &mut Vec<Complex<f64>>, scratch: &mut Vec<Complex<f64>>) {
         self.transform(x, scratch, true);
     }

@@ -2,8 +2,10 @@
 
 use std::f64::consts::PI;
 
-/// Places in (−1, 1) and weights, which add up to 2: exact for polynomials of degree 2n − 1. The roots
-/// of the Legendre polynomial by Newton's iteration.
+/// Nodes in (−1, 1) and weights, whose sum is 2.
+///
+/// Exact for polynomials of degree 2n − 1. The nodes are the roots of the Legendre polynomial, by Newton's
+/// iteration.
 pub fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
     let polynomial = |x: f64| {
         let (mut before, mut last) = (1.0, x);

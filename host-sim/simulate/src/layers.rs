@@ -1,17 +1,19 @@
-//! What soft tissue consists of: the amplitude of its scatterers by place. Millimetres within this file.
+//! Soft tissue: the amplitude of its scatterers by position.
+//!
+//! Lengths are in millimetres in this file.
 
 use std::f64::consts::TAU;
 
-/// What soft tissue consists of.
+/// Composition of soft tissue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Layers {
-    /// All alike, as bright a scatterer as one of bone: the paper's simulation.
+    /// Equal scatterers, as bright as those of bone: the paper's simulation.
     Uniform,
     /// Skin, fat, fascia and muscle.
     Anatomy,
 }
 
-/// The amplitude of a tissue scatterer, and of a layer's part, at a depth below the array.
+/// Amplitude of a tissue scatterer and of a layer's part, by its position.
 pub(super) fn layer(layers: Layers, [x, y, z]: [f64; 3]) -> f64 {
     if layers == Layers::Uniform {
         return 1.0;

@@ -1,12 +1,12 @@
 //! Synthetic channel data of a linear array over points, bone and soft tissue.
 //!
-//! A linear model of point scatterers (the paper's Section "Simulation setup", there with Field II): an
-//! element is a small rectangle with a lens in elevation, bone absorbs totally, and the echo of a scatterer
-//! is the two-way pulse, delayed, scaled and filtered by both elements' responses. docs/simulator.md has
-//! the equations and how they compare with other simulators.
+//! A linear model of point scatterers (the paper's Section "Simulation setup", there with Field II): an element is
+//! a small rectangle with a lens in elevation, bone absorbs all sound, and the echo of a scatterer is the two-way
+//! pulse, delayed, scaled and filtered by both elements' responses. docs/simulator.md has the equations and the
+//! comparison with other simulators.
 //!
-//! Axes: x lateral, y elevation, z depth from the array's surface, in metres; the array is centred on
-//! x = 0 at y = z = 0. A phantom of the image plane alone has y = 0 throughout.
+//! Axes: x lateral, y elevation, z depth from the array's surface, in metres; the array is centred on x = 0 at y =
+//! z = 0. A phantom in the image plane has y = 0 throughout.
 
 mod array;
 mod bone_surface;

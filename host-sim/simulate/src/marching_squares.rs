@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::chain::{Point, Segment};
 
-/// The rectangle that is searched for contours, and how finely.
+/// The rectangle to search for contours, and its grid.
 pub struct PlaneGrid {
     /// The corner with the smallest coordinates, m.
     pub corner: Point,
@@ -23,8 +23,9 @@ impl PlaneGrid {
     }
 }
 
-/// The segments of the curve f = 0, linear within each cell's edges. Where a cell's corners
-/// alternate in sign, the mean of the four decides which of them belong together.
+/// Segments of the curve f = 0, linear within each cell.
+///
+/// If a cell's corners alternate in sign, the mean of the four decides which of them are connected.
 pub fn contour(grid: &PlaneGrid, f: impl Fn(Point) -> f64 + Sync) -> Vec<Segment> {
     let [columns, rows] = grid.nodes;
     let values: Vec<f64> = (0..columns * rows)

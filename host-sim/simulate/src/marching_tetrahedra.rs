@@ -1,8 +1,8 @@
-//! The closed surface where a function of space is zero.
+//! The closed surface on which a function of space is zero.
 //!
-//! Each cube of a grid is six tetrahedra around its diagonal, and a corner of the surface lies on an edge
-//! between two nodes of different sign. Neighbouring cubes share their edges, so that the surface is closed
-//! wherever the function is positive at the grid's rim.
+//! Each cube of a grid is six tetrahedra around its diagonal, and each corner of the surface lies on an edge
+//! between two nodes of opposite sign. Neighbouring cubes share their edges, so the surface is closed if the
+//! function is positive on the boundary of the grid.
 
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
@@ -23,7 +23,7 @@ pub struct VolumeGrid {
     pub nodes: [usize; 3],
 }
 
-/// The corners of a cube's tetrahedra: bit k of a corner is a step along axis k.
+/// Corners of a cube's tetrahedra: bit k of a corner is a step along axis k.
 const TETRAHEDRA: [[usize; 4]; 6] = [
     [0, 1, 3, 7],
     [0, 3, 2, 7],
@@ -44,7 +44,7 @@ impl VolumeGrid {
         self.len() == 0
     }
 
-    /// Where a node lies; x grows fastest with its number, then y.
+    /// Position of a node; x grows fastest with its number, then y.
     pub fn position(&self, node: usize) -> [f64; 3] {
         let [nx, ny, _] = self.nodes;
         let index = [node % nx, node / nx % ny, node / nx / ny];
@@ -52,7 +52,9 @@ impl VolumeGrid {
     }
 }
 
-/// The surface on which `f` is zero, its triangles anticlockwise as seen from where `f` is positive.
+/// The surface on which `f` is zero.
+///
+/// Its triangles are anticlockwise as seen from the side where `f` is positive.
 pub fn isosurface(grid: &VolumeGrid, f: impl Fn([f64; 3]) -> f64 + Sync) -> Surface {
     let values: Vec<f64> = (0..grid.len())
         .into_par_iter()
@@ -61,7 +63,7 @@ pub fn isosurface(grid: &VolumeGrid, f: impl Fn([f64; 3]) -> f64 + Sync) -> Surf
     isosurface_of_values(grid, |node| values[node])
 }
 
-/// The surface of a ball, its corners on the sphere to a hundredth of the radius.
+/// Surface of a ball; its corners are on the sphere to a hundredth of the radius.
 pub fn ball(centre: [f64; 3], radius: f64) -> Surface {
     let step = radius / 10.0;
     let grid = VolumeGrid {
@@ -75,7 +77,7 @@ pub fn ball(centre: [f64; 3], radius: f64) -> Surface {
     })
 }
 
-/// The same of a function that is known at the nodes, by their number.
+/// The surface of a function that is given at the nodes, by their number.
 pub fn isosurface_of_values(grid: &VolumeGrid, value: impl Fn(usize) -> f64) -> Surface {
     let [nx, ny, nz] = grid.nodes;
     let position = |node: usize| grid.position(node);

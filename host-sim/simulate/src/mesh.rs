@@ -12,12 +12,13 @@ use super::outline::Outline;
 use super::ply::{self, Raw};
 use super::surface::Surface;
 
-/// The outline of a mesh at height `slice` in m. The file is in mm with +x towards the front, y
-/// across and +z towards the head; the outline's x is the mesh's y and its z the mesh's x, so
-/// that the back faces the array. The surface must be closed at that height.
+/// Outline of a mesh at height `slice` in m.
+///
+/// The file is in mm with +x towards the front, y across and +z towards the head. The outline's x is the mesh's y
+/// and its z the mesh's x, so that the back faces the array. The surface must be closed at that height.
 ///
 /// # Errors
-/// A file that cannot be read, a mesh that the plane does not cut or that is open there.
+/// A file that cannot be read, or a mesh that the plane does not cut or that is open there.
 pub fn slice_mesh(path: &Path, slice: f64) -> Result<Outline> {
     let mesh = read(path)?;
     let outline = mesh.placed(slice).outline();
@@ -34,7 +35,7 @@ pub fn slice_mesh(path: &Path, slice: f64) -> Result<Outline> {
     )))
 }
 
-/// The same of a PLY file's bytes.
+/// As [`slice_mesh`], from the bytes of a PLY file.
 ///
 /// # Errors
 /// As [`slice_mesh`].
@@ -47,8 +48,9 @@ pub fn slice_ply(bytes: &[u8], slice: f64) -> Result<Outline> {
     outline.map_err(|message| Error::Data(format!("the mesh {message}")))
 }
 
-/// The whole surface of a mesh as [`slice_mesh`] has it, the height `slice` at elevation 0, and what is
-/// probably not meant: sentences for a person.
+/// The whole surface of a mesh, placed as in [`slice_mesh`], with warnings.
+///
+/// The height `slice` is at elevation 0. Warnings are sentences on values that are probably a mistake.
 ///
 /// # Errors
 /// A file that cannot be read, or a surface that is not closed.
@@ -62,13 +64,13 @@ pub fn read_mesh(path: &Path, slice: f64) -> Result<(Surface, Vec<String>)> {
     if found.inverted {
         surface = surface.inside_out();
         warnings.push(format!(
-            "{}: the surface is inside out; its triangles are taken the other way round",
+            "{}: the surface is inside out; its triangles are reversed",
             path.display()
         ));
     }
     if found.mixed > 0 {
         warnings.push(format!(
-            "{}: at {} edges two triangles are wound against each other; the surface is taken as it is",
+            "{}: at {} edges two triangles have opposite winding; the surface is used as it is",
             path.display(),
             found.mixed
         ));
@@ -85,13 +87,13 @@ fn file_error(path: &Path, message: String) -> Error {
 
 /// A triangle mesh.
 struct Mesh {
-    /// In mm; no two are equal.
+    /// Vertices in mm; no two are equal.
     vertices: Vec<[f64; 3]>,
     triangles: Vec<[usize; 3]>,
 }
 
 impl Mesh {
-    /// In metres along the array's axes: lateral is the mesh's y, elevation its z, depth its x.
+    /// In m along the array's axes: lateral is the mesh's y, elevation z, depth x.
     fn placed(&self, slice: f64) -> Surface {
         let position = |[x, y, z]: &[f64; 3]| [1e-3 * y, 1e-3 * z - slice, 1e-3 * x];
         let index = |k: usize| k as u32;
@@ -102,12 +104,12 @@ impl Mesh {
     }
 }
 
-/// How far from the origin a bone's surface may lie, mm.
+/// Largest distance of a bone's surface from the origin, mm.
 const MAX_EXTENT: f64 = 1000.0;
-/// No bone is so small, mm: a mesh that is, is in metres.
+/// Smallest size of a bone, mm; a smaller mesh is in metres.
 const MIN_EXTENT: f64 = 1.0;
 
-/// The mesh of a file, by the ending of its name: STL, OBJ, else PLY.
+/// Reads the mesh of a file, by the ending of its name: STL, OBJ, else PLY.
 fn read(path: &Path) -> Result<Mesh> {
     let ending = path.extension().and_then(|e| e.to_str()).unwrap_or("");
     let raw = match ending.to_ascii_lowercase().as_str() {
@@ -118,7 +120,7 @@ fn read(path: &Path) -> Result<Mesh> {
     weld(raw).map_err(|message| file_error(path, message))
 }
 
-/// Joins corners at the same position, which STL has of every triangle, and checks them.
+/// Joins corners at the same position, which STL repeats per triangle; checks them.
 fn weld(raw: Raw) -> std::result::Result<Mesh, String> {
     let mut vertices = Vec::new();
     let mut known = BTreeMap::new();
@@ -168,7 +170,7 @@ fn weld(raw: Raw) -> std::result::Result<Mesh, String> {
     })
 }
 
-/// The most triangles that are read: some gigabytes of file.
+/// Largest number of triangles: some gigabytes of file.
 const MAX_TRIANGLES: usize = 50_000_000;
 
 fn read_stl(path: &Path) -> Result<Raw> {
@@ -220,7 +222,7 @@ fn read_obj(path: &Path) -> Result<Raw> {
             let corners = t.map(|index| first + index as usize);
             if let Some(wrong) = corners.iter().find(|&&k| k >= raw.vertices.len()) {
                 return Err(fail(format!(
-                    "a face names vertex {wrong}, which is not there"
+                    "a face names vertex {wrong}, which does not exist"
                 )));
             }
             raw.triangles.push(corners);

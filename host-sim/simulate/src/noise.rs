@@ -1,5 +1,6 @@
-//! Electronic noise: Gaussian, every row with its own stream of the generator, so that the order of the
-//! rows does not matter.
+//! Electronic noise: Gaussian, with one stream of the generator per row.
+//!
+//! So the order of the rows does not matter.
 
 use std::f64::consts::TAU;
 
@@ -16,13 +17,13 @@ pub struct Noise {
     shape: Vec<f64>,
     transform: Fourier,
     window: usize,
-    /// Amplification of each sample.
+    /// Gain of each sample.
     gains: Vec<f64>,
     seed: u64,
 }
 
 impl Noise {
-    /// Noise of the RMS `rms` at depth 0 in rows of the settings' record.
+    /// Noise with an RMS of `rms` at depth 0, in rows of the settings' record.
     pub fn new(settings: &Settings, rms: f64) -> Self {
         let axis = settings.time_axis();
         let samples = axis.samples;
@@ -54,7 +55,7 @@ impl Noise {
         }
     }
 
-    /// Adds it to every row.
+    /// Adds noise to every row.
     pub fn add_to(&self, rf: &mut [f32]) {
         rf.par_chunks_exact_mut(self.gains.len())
             .enumerate()

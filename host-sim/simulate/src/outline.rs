@@ -1,4 +1,4 @@
-//! The outline of a bone in the image plane: closed loops, the distance to them, points on them.
+//! Outline of a bone in the image plane: closed loops, distances, points.
 
 use bonebeam::image::PixelGrid;
 use ndarray::Array2;
@@ -12,10 +12,10 @@ use super::chain::Point;
 use super::noise::complex_gaussian;
 use super::scatterer::SurfacePoint;
 
-/// Consecutive segments that share a bounding circle, by which far ones are passed over.
+/// Number of consecutive segments with one bounding circle, to skip far ones.
 const CHUNK: usize = 24;
 
-/// How far beside an outline it is asked for its inside, m.
+/// Distance beside an outline at which its inside is tested, m.
 const PROBE: f64 = 1e-6;
 
 /// Closed loops that bound bone by the even–odd rule.
@@ -33,8 +33,10 @@ struct Chunk {
 }
 
 impl Outline {
-    /// The outline with the given closed loops; the last point of a loop joins its first. An
-    /// error when there is none, or one with fewer than three points or a non-finite one.
+    /// The outline with the given closed loops.
+    ///
+    /// The last point of a loop joins its first. It is an error if there is no loop, or one with fewer than three
+    /// points or a non-finite one.
     pub fn new(loops: Vec<Vec<Point>>) -> Result<Self> {
         if loops.is_empty() {
             return Err(Error::Data("the slice does not cut the bone".into()));
@@ -71,7 +73,7 @@ impl Outline {
         self.segments().map(|segment| length(&segment)).sum()
     }
 
-    /// The outline moved in depth so that its shallowest point lies at `depth`, m.
+    /// The outline moved in depth so that its shallowest point is at `depth`, m.
     pub fn at_depth(&self, depth: f64) -> Result<Self> {
         let top = self
             .loops
@@ -88,8 +90,9 @@ impl Outline {
         )
     }
 
-    /// The outline without the loops that lie within others: the vertebral canal counts as bone.
-    /// An ultrasound image shows the outer surface only.
+    /// The outline without loops within others: the vertebral canal counts as bone.
+    ///
+    /// An ultrasound image shows only the outer surface.
     pub fn without_holes(&self) -> Result<Self> {
         let outer = |index: usize| {
             let probe = self.loops[index][0];
@@ -110,7 +113,7 @@ impl Outline {
         self.distance_within([x, z], f64::INFINITY)
     }
 
-    /// The signed distance, given a `bound` that its magnitude does not exceed.
+    /// The signed distance, given a `bound` on its magnitude.
     fn distance_within(&self, p: Point, bound: f64) -> f64 {
         let mut nearest = bound;
         let mut crossed = 0;
@@ -129,7 +132,7 @@ impl Outline {
         if crossed % 2 == 1 { nearest } else { -nearest }
     }
 
-    /// The depth at which a line straight down at `x` meets the outline first, m; none where it does not.
+    /// Depth at which a line straight down at `x` first meets the outline, m, if any.
     pub fn first_hit(&self, x: f64) -> Option<f64> {
         let near = |chunk: &&Chunk| (x - chunk.centre[0]).abs() <= chunk.radius;
         let segments = self.chunks.iter().filter(near).flat_map(|c| &c.segments);
@@ -140,7 +143,7 @@ impl Outline {
         depths.min_by(f64::total_cmp)
     }
 
-    /// The signed distance at the pixels of an image, `[row, column]`, m.
+    /// Signed distance at the pixels of an image, `[row, column]`, m.
     pub fn distance_map(&self, grid: &PixelGrid) -> Array2<f64> {
         let PixelGrid {
             x0,
@@ -166,8 +169,9 @@ impl Outline {
         Array2::from_shape_vec((rows, columns), values).expect("one value per pixel")
     }
 
-    /// Points along every loop at equal distances along it, as near to `spacing` as divides the
-    /// loop into a whole number of steps.
+    /// Equally spaced points along every loop.
+    ///
+    /// The distance is as close to `spacing` as divides the loop into a whole number of steps.
     pub fn equally_spaced(&self, spacing: f64) -> Vec<Point> {
         self.loops
             .iter()
@@ -175,7 +179,7 @@ impl Outline {
             .collect()
     }
 
-    /// The same points with the unit normals there, away from the bone.
+    /// Equally spaced points with their outward unit normals.
     pub(super) fn points_with_normals(&self, spacing: f64) -> Vec<SurfacePoint> {
         let mut all = Vec::new();
         for points in &self.loops {
@@ -205,8 +209,9 @@ impl Outline {
         all
     }
 
-    /// The outline as straight facets between corners about `edge` apart, each corner moved off
-    /// the outline by a Gaussian distance of standard deviation `roughness`, m.
+    /// The outline as straight facets between corners about `edge` apart.
+    ///
+    /// Each corner is moved off the outline by a Gaussian distance of standard deviation `roughness`, m.
     pub fn faceted(&self, edge: f64, roughness: f64, seed: u64) -> Result<Self> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut facet = |points: &Vec<Point>| -> Vec<Point> {
@@ -286,12 +291,12 @@ fn resample(path: &[Point], spacing: f64) -> Vec<Point> {
     points
 }
 
-/// A segment's length, never 0, so that a fraction of it stays finite.
+/// Length of a segment, never 0, so that divisions by it are finite.
 fn length_or_tiny(segment: &[Point; 2]) -> f64 {
     length(segment).max(f64::MIN_POSITIVE)
 }
 
-/// How many of the segments a ray from `p` towards growing x crosses.
+/// Number of segments that a ray from `p` towards growing x crosses.
 fn crossings(segments: impl Iterator<Item = [Point; 2]>, p: Point) -> usize {
     segments
         .filter(|[a, b]| {

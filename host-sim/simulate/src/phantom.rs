@@ -1,4 +1,4 @@
-//! What is imaged: point scatterers, and the bone that hides some of them.
+//! Phantoms: point scatterers, and the bone that hides some of them.
 
 use std::hash::Hasher;
 use std::path::Path;
@@ -18,31 +18,37 @@ use super::shadow::Shadow;
 use super::surface::Surface;
 use super::vertebra::slice_vertebra;
 
-/// Distance between the scatterers along a bone's outline, m: the paper's 200 per mm² of surface
-/// times a slice thickness of 0.5 mm, its elevation step. At a thirtieth of the wavelength the
-/// scatterers act as a smooth surface.
+/// Distance between the scatterers along a bone's outline, m.
+///
+/// The paper has 200 per mm² of surface; times a slice thickness of 0.5 mm, its elevation step. At a thirtieth of
+/// the wavelength the scatterers act as a smooth surface.
 const BONE_SPACING: f64 = 10e-6;
 
-/// Length of the facets of the bone's surface, m: the pixel of the paper's CT, from which its
-/// surface was triangulated.
+/// Length of the facets of the bone's surface, m.
+///
+/// It is the pixel of the paper's CT, from which its surface was triangulated.
 const FACET: f64 = 0.19e-3;
 
-/// Standard deviation of the facets' corners from the smooth outline, m (assumed): a twentieth of
-/// that pixel. A perfectly smooth outline would show as a few specular glints.
+/// Standard deviation of the facets' corners from the smooth outline, m (assumed).
+///
+/// It is a twentieth of that pixel. A perfectly smooth outline would show as a few specular glints.
 const ROUGHNESS: f64 = 10e-6;
 
-/// The longest outline of a bone, m: the scatterers on it take memory and time.
+/// Longest outline of a bone, m.
+///
+/// The scatterers on it need memory and time.
 const LONGEST_OUTLINE: f64 = 5.0;
 
 /// Soft tissue: scatterers at random positions, uniform over a rectangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tissue {
-    /// Scatterers per m². The paper's 10⁶ in 30 × 6 × 25 mm³, times the slice thickness of
-    /// 0.5 mm, make 111 per mm².
+    /// Scatterers per m².
+    ///
+    /// The paper's 10⁶ in 30 × 6 × 25 mm³, times the slice thickness of 0.5 mm, make 111 per mm².
     pub density: f64,
     /// Reflected amplitude of each; that of a bone scatterer is 1.
     pub amplitude: f64,
-    /// By which layers the amplitude differs.
+    /// Layers that change the amplitude.
     pub layers: Layers,
     /// Lateral range, m.
     pub x: [f64; 2],
@@ -70,21 +76,27 @@ impl Default for Tissue {
 pub struct Phantom {
     /// The scatterers: first those on the bone.
     pub scatterers: Vec<Scatterer>,
-    /// How many of them lie on the bone.
+    /// Number of scatterers on the bone.
     pub on_bone: usize,
-    /// Where those on the bone have to be seen to be heard: on the smooth surface that casts shadows. Empty where they
-    /// lie on that.
+    /// Points that must be visible for the scatterers on the bone.
+    ///
+    /// They lie on the smooth surface that casts shadows. Empty if the scatterers lie on it.
     pub seen_at: Vec<[f64; 3]>,
-    /// The bone's outline in the image plane, which casts shadows unless `surface` does.
+    /// The bone's outline in the image plane.
+    ///
+    /// It casts shadows unless `surface` does.
     pub bone: Option<Outline>,
-    /// The bone's surface, which casts shadows where there is one.
+    /// The bone's surface, if there is one; it casts shadows.
     pub surface: Option<Surface>,
-    /// Scatterers that no bone hides: clutter as it comes by all sorts of ways.
+    /// Scatterers that no bone hides: clutter that comes on various paths.
     pub clutter: Vec<Scatterer>,
-    /// Coherence length of the clutter's echoes over the aperture, m; infinite for clutter that focuses perfectly.
+    /// Coherence length of the clutter's echoes over the aperture, m.
+    ///
+    /// Infinite for clutter that focuses perfectly.
     pub clutter_coherence: f64,
-    /// What of a bone's echo is thrown back by the array and echoes from the bone again, as an amplitude:
-    /// an image of the bone at twice its depth. 0 for none.
+    /// Amplitude of the bone's reverberation, its image at twice its depth; 0 for none.
+    ///
+    /// The array reflects a part of the bone's echo, which echoes from the bone again.
     pub reverberation: f64,
 }
 
@@ -104,7 +116,9 @@ impl Default for Phantom {
 }
 
 impl Phantom {
-    /// The phantom without its clutter, and the clutter, if that is not coherent over the whole aperture.
+    /// The phantom without its clutter, and the clutter.
+    ///
+    /// `None` if the clutter is coherent over the whole aperture.
     pub(super) fn without_incoherent_clutter(&self) -> Option<[Phantom; 2]> {
         if self.clutter_coherence.is_infinite() || self.clutter.is_empty() {
             return None;
@@ -117,8 +131,10 @@ impl Phantom {
         Some([rest, clutter])
     }
 
-    /// One scatterer of amplitude 1 at the transmit focus (the paper's Fig. 2), `offset` in m to
-    /// the right of element `elements/2`, which with one beam per element is a beam's axis.
+    /// One scatterer of amplitude 1 at the transmit focus (the paper's Fig. 2).
+    ///
+    /// It is `offset` m to the right of element `elements/2`, which is on a beam's axis if there is one beam per
+    /// element.
     pub fn point(settings: &Settings, offset: f64) -> Self {
         let x = settings.array().x((settings.elements / 2) as f64) + offset;
         let point = Scatterer {
@@ -133,11 +149,13 @@ impl Phantom {
         }
     }
 
-    /// A bone in a water bath: its surface in facets of 0.19 mm with a roughness of 10 µm, and
-    /// on them scatterers of amplitude 1, equally spaced by about 10 µm.
+    /// A bone in a water bath.
+    ///
+    /// Its surface has facets of 0.19 mm with a roughness of 10 µm, and scatterers of amplitude 1 about 10 µm
+    /// apart.
     ///
     /// # Errors
-    /// An outline longer than any bone's.
+    /// An outline longer than that of any bone.
     pub fn bone(outline: &Outline) -> Result<Self> {
         check_length(outline)?;
         let surface = outline.faceted(FACET, ROUGHNESS, 1)?;
@@ -159,11 +177,12 @@ impl Phantom {
         })
     }
 
-    /// A bone in a water bath whose surface scatters as `surface` has it, with the relief of a seed. Shadows are those of
-    /// the smooth outline.
+    /// A bone in a water bath, with a scattering surface and the relief of a seed.
+    ///
+    /// Shadows are those of the smooth outline.
     ///
     /// # Errors
-    /// An outline longer than any bone's.
+    /// An outline longer than that of any bone.
     pub fn rough_bone(outline: &Outline, surface: &BoneSurface, seed: u64) -> Result<Self> {
         check_length(outline)?;
         let smooth = outline.faceted(FACET, 0.0, 1)?;
@@ -179,9 +198,10 @@ impl Phantom {
         })
     }
 
-    /// The bone of a mesh (see [`slice_mesh`](super::slice_mesh)), or without one the built-in
-    /// vertebra, cut at height `slice` in m, its shallowest point at `depth` in m, in a water bath; with a surface of
-    /// its own and its seed, or as [`Phantom::bone`] has it.
+    /// The bone of a mesh or the built-in vertebra.
+    ///
+    /// For meshes see [`slice_mesh`](super::slice_mesh). It is in a water bath, cut at height `slice` in m, with its shallowest point at `depth` in m. Its surface is
+    /// given with its seed, or is that of [`Phantom::bone`].
     pub fn slice(
         mesh: Option<&Path>,
         slice: f64,
@@ -199,13 +219,14 @@ impl Phantom {
         }
     }
 
-    /// The built-in vertebra cut at height `slice` in m, its shallowest point at `depth` in m, in
-    /// a water bath.
+    /// The built-in vertebra in a water bath.
+    ///
+    /// It is cut at height `slice` in m, with its shallowest point at `depth` in m.
     pub fn vertebra(slice: f64, depth: f64) -> Result<Self> {
         Phantom::bone(&slice_vertebra(slice)?.at_depth(depth)?)
     }
 
-    /// Refuses what is not in front of the array.
+    /// Refuses scatterers that are not in front of the array.
     pub(super) fn check_in_front(&self) -> Result<()> {
         let scatterers = self.scatterers.iter().chain(&self.clutter);
         let numbers = |s: &Scatterer| [s.x, s.y, s.z, s.amplitude].iter().all(|v| v.is_finite());
@@ -221,11 +242,11 @@ impl Phantom {
             return Ok(());
         }
         Err(Error::Data(
-            "the phantom must be finite and lie at depths above 0".into(),
+            "the phantom must have finite positions at depths above 0".into(),
         ))
     }
 
-    /// What casts shadows.
+    /// The shadow of the bone.
     pub(super) fn shadow(&self) -> Shadow {
         match (&self.surface, &self.bone) {
             (Some(surface), _) => Shadow::of_surface(surface),
@@ -234,7 +255,7 @@ impl Phantom {
         }
     }
 
-    /// All that echoes: the scatterers, the clutter, the bone's image by reverberation.
+    /// All sources of echoes: scatterers, clutter, and reverberation of the bone.
     pub(super) fn sources(&self) -> Vec<PointSource> {
         let at = |s: &Scatterer| PointSource::at([s.x, s.y, s.z], s.amplitude);
         let seen = |(k, s): (usize, &Scatterer)| PointSource {
@@ -259,7 +280,7 @@ impl Phantom {
         scatterers.chain(clutter).chain(image).collect()
     }
 
-    /// Tells two bones apart.
+    /// Hashes what distinguishes bones.
     pub(super) fn hash_bone(&self, hasher: &mut impl Hasher) {
         let outline = self.bone.iter().flat_map(|bone| bone.loops()).flatten();
         let surface = self.surface.iter().flat_map(Surface::corners).flatten();
@@ -268,11 +289,12 @@ impl Phantom {
         }
     }
 
-    /// Refuses a phantom of which nothing can be seen: a length in millimetres where metres are
-    /// expected, most likely.
+    /// Refuses a phantom outside the record.
+    ///
+    /// Most likely a length is in millimetres instead of metres.
     ///
     /// # Errors
-    /// No scatterer lies below the array, within the record's depths.
+    /// No scatterer is below the array and within the record's depths.
     pub fn check_within(&self, settings: &Settings) -> Result<()> {
         let array = settings.array();
         let width = array.x(0.0)..=array.x((settings.elements - 1) as f64);
@@ -315,7 +337,7 @@ impl Phantom {
     }
 }
 
-/// Refuses an outline longer than any bone's.
+/// Refuses an outline longer than that of any bone.
 fn check_length(outline: &Outline) -> Result<()> {
     let length = outline.length();
     if length.is_nan() || length > LONGEST_OUTLINE {

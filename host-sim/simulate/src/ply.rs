@@ -1,5 +1,6 @@
-//! The mesh that a PLY file holds, as text or as bytes of either order. Properties and elements of no use here are
-//! skipped.
+//! Reads a mesh from a PLY file, as text or as bytes of either order.
+//!
+//! Unused properties and elements are skipped.
 //!
 //! Source: G. Turk, The PLY Polygon File Format, 1994.
 
@@ -7,11 +8,11 @@ use std::io::{BufRead, Read};
 
 type Result<T> = std::result::Result<T, String>;
 
-/// The longest line of a header and the longest number, bytes.
+/// Longest line of a header and longest number, bytes.
 const MAX_LINE: u64 = 4096;
 const MAX_NUMBER: usize = 128;
 
-/// Corners and triangles as a file has them.
+/// Corners and triangles from a file.
 pub(super) struct Raw {
     /// In mm, not checked.
     pub(super) vertices: Vec<[f64; 3]>,
@@ -54,7 +55,7 @@ struct Element {
 /// The mesh of a file of `length` bytes.
 ///
 /// # Errors
-/// A sentence for a person, on one line.
+/// A message on one line.
 pub(super) fn read(mut reader: impl BufRead, length: u64) -> Result<Raw> {
     let unreadable = |reason: String| format!("not a readable PLY file: {reason}");
     let (format, elements) = header(&mut reader).map_err(unreadable)?;
@@ -122,7 +123,7 @@ fn whole(value: f64) -> Option<usize> {
     (value >= 0.0 && value.fract() == 0.0).then_some(value as usize)
 }
 
-/// Type, name and count of what follows, to the line `end_header`.
+/// Type, name and count of the elements, up to the line `end_header`.
 fn header(reader: &mut impl BufRead) -> Result<(Format, Vec<Element>)> {
     let mut format = None;
     let mut elements: Vec<Element> = Vec::new();
@@ -198,8 +199,9 @@ fn scalar(name: &str) -> Option<Scalar> {
     })
 }
 
-/// Work is done by the counts of the header, so they must not claim more than the file can hold: each property of
-/// each entry takes a byte at least.
+/// Checks that the header claims no more than the file can hold.
+///
+/// The reader loops over these counts. Each property of each entry takes at least a byte.
 fn check_counts(elements: &[Element], length: u64) -> Result<()> {
     for Element {
         name,
@@ -217,7 +219,7 @@ fn check_counts(elements: &[Element], length: u64) -> Result<()> {
     Ok(())
 }
 
-/// That corners and faces have what a mesh needs.
+/// Checks that corners and faces have the properties of a mesh.
 fn check_properties(element: &Element) -> Result<()> {
     let mut properties = element.properties.iter();
     match &element.name[..] {
@@ -238,14 +240,14 @@ fn check_properties(element: &Element) -> Result<()> {
     }
 }
 
-/// What follows the header, number by number.
+/// The contents after the header, number by number.
 struct Values<R> {
     reader: R,
     format: Format,
 }
 
 impl<R: BufRead> Values<R> {
-    /// The next number, of any type without loss.
+    /// The next number; every type is exact.
     fn next(&mut self, scalar: Scalar) -> Result<f64> {
         if self.format == Format::Text {
             return self.number(scalar);

@@ -1,17 +1,20 @@
-//! The two-way pulse: the excitation convolved twice with the transducer's impulse response.
+//! The two-way pulse: excitation and, twice, the transducer's impulse response.
 //!
-//! Excitation: 1.5 periods of a square wave at f0, its middle half-period positive. Impulse
-//! response: h(t) = e^{−at²}·cos(2πf₀t) with a = (πf₀B)²/(4·ln 10^{6/20}), whose spectrum is
-//! 6 dB down at f₀(1 ± B/2). Both are even in time, so that the pulse is even, its spectrum
-//! real, and its envelope's peak exactly at time 0: an echo is centred on its time of flight.
+//! Excitation: 1.5 periods of a square wave at f0, its middle half-period positive. Impulse response: h(t) =
+//! e^{−at²}·cos(2πf₀t) with a = (πf₀B)²/(4·ln 10^{6/20}), whose spectrum is 6 dB down at f₀(1 ± B/2). Both are even
+//! in time, so the pulse is even, its spectrum real, and its envelope's peak exactly at time 0: an echo is centred
+//! on its time of flight.
 
 use std::f64::consts::{LN_10, PI};
 
-/// The level of pulse and spectrum below which the sum over cells cuts them: −100 dB.
+/// Level of pulse and spectrum below which the sum over cells truncates them.
+///
+/// It is −100 dB.
 pub const FLOOR: f64 = 1e-5;
 
-/// The level of spectrum and envelope below which the pulse is nothing to the direct sum: −160 dB, below
-/// an f32 sample's resolution.
+/// Level of spectrum and envelope below which the direct sum ignores the pulse.
+///
+/// It is −160 dB, below the resolution of an f32 sample.
 pub const DIRECT_FLOOR: f64 = 1e-8;
 
 /// The two-way pulse, scaled to a peak of 1.
@@ -23,8 +26,9 @@ pub struct Pulse {
 }
 
 impl Pulse {
-    /// The pulse of a transducer with centre frequency `f0` in Hz and −6 dB fractional
-    /// `bandwidth` (one way).
+    /// The pulse of a transducer.
+    ///
+    /// `f0` is its centre frequency in Hz, `bandwidth` its fractional bandwidth at −6 dB, one way.
     pub fn new(f0: f64, bandwidth: f64) -> Self {
         let width = PI * f0 * bandwidth;
         // ln 10^{6/20}.
@@ -43,7 +47,9 @@ impl Pulse {
         pulse
     }
 
-    /// The Fourier transform of the pulse at `f` in Hz, in 1/Hz; real, as the pulse is even.
+    /// Fourier transform of the pulse at `f` in Hz, in 1/Hz.
+    ///
+    /// It is real, because the pulse is even.
     pub fn spectrum(&self, f: f64) -> f64 {
         let half_period = 0.5 / self.f0;
         let square = half_period
@@ -53,13 +59,13 @@ impl Pulse {
         self.scale * square * h * h
     }
 
-    /// The transducer's one-way response at `f` in Hz, relative to that at f0.
+    /// One-way response of the transducer at `f` in Hz, relative to that at f0.
     pub fn transducer(&self, f: f64) -> f64 {
         let gauss = |d: f64| libm::exp(-PI * PI * d * d / self.a);
         gauss(f - self.f0) + gauss(f + self.f0)
     }
 
-    /// The frequencies outside which the spectrum is below `level` of its peak, Hz; from 0 at the least.
+    /// Band outside which the spectrum is below `level` of its peak, Hz.
     pub fn band(&self, level: f64) -> [f64; 2] {
         let half = (-libm::log(level) * self.a / (2.0 * PI * PI)).sqrt();
         [(self.f0 - half).max(0.0), self.f0 + half]

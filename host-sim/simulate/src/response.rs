@@ -21,7 +21,7 @@ use super::fourier::unit;
 use super::gauss_legendre::gauss_legendre;
 use super::settings::{Baffle, Settings};
 
-/// Nodes of the quadrature over an element's height at the most.
+/// Largest number of nodes of the quadrature over an element's height.
 pub const MOST_NODES: usize = 400;
 
 /// The elements' response.
@@ -33,10 +33,10 @@ pub struct Response {
     pub width: f64,
     /// Height, m; 0 for a response that does not depend on elevation.
     pub height: f64,
-    /// Focus of the lens, m; none for a flat one.
+    /// Focus of the lens, m; `None` for a flat one.
     pub focus: Option<f64>,
     baffle: Baffle,
-    /// Nepers per metre and hertz.
+    /// Attenuation, nepers per metre and hertz.
     loss: f64,
 }
 
@@ -60,7 +60,7 @@ impl Response {
         if u == 0.0 { 1.0 } else { libm::sin(u) / u }
     }
 
-    /// The amplitude that does not depend on frequency, at a point with r = `range` at depth `z`: b/r.
+    /// Frequency-independent amplitude at range `range` and depth `z`: b/r.
     pub fn amplitude(&self, range: f64, z: f64) -> f64 {
         match self.baffle {
             Baffle::Rigid => 1.0 / range,
@@ -68,13 +68,14 @@ impl Response {
         }
     }
 
-    /// The attenuation over r = `range` per hertz, nepers.
+    /// Attenuation over `range` per hertz, nepers.
     pub fn attenuation(&self, range: f64) -> f64 {
         self.loss * range
     }
 
-    /// Delay and weight of a patch of the element at height `patch` relative to its centre, for a
-    /// point at the in-plane distance `rho` and the elevation `y`: s, and r/r′.
+    /// Delay and weight of a patch of the element relative to its centre: s, and r/r′.
+    ///
+    /// The patch is at height `patch`, the point at in-plane distance `rho` and elevation `y`.
     pub fn patch(&self, patch: f64, rho: f64, y: f64) -> (f64, f64) {
         let range = (rho * rho + y * y).sqrt();
         let other = (rho * rho + (y - patch) * (y - patch)).sqrt();
@@ -87,7 +88,7 @@ impl Response {
         ((further - lens) / self.c, range / other)
     }
 
-    /// The least and the greatest delay of the patches, s; nothing for an element without height.
+    /// Least and greatest delay of the patches, s; 0 for an element without height.
     pub fn patch_delays(&self, rho: f64, y: f64) -> [f64; 2] {
         let mut span = [0.0f64; 2];
         if self.height == 0.0 {

@@ -1,4 +1,4 @@
-//! Point scatterers: as a phantom lists them, and as the sums take them.
+//! Point scatterers: as listed in a phantom, and as sources in the sums.
 
 /// A point scatterer.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -13,24 +13,24 @@ pub struct Scatterer {
     pub amplitude: f64,
 }
 
-/// A point of a smooth surface, m, and its unit normal outwards.
+/// A point of a smooth surface, m, and its outward unit normal.
 pub(super) type SurfacePoint = ([f64; 3], [f64; 3]);
 
-/// A scatterer as the sum takes it.
+/// A scatterer as a source in the sums.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PointSource {
     pub x: f64,
     pub y: f64,
     pub z: f64,
     pub amplitude: f64,
-    /// The position that has to be seen for it to be heard.
+    /// Position that must be visible for the scatterer's echo.
     pub seen_at: [f64; 3],
-    /// Whether it is heard past any bone.
+    /// Whether its echo is received past any bone.
     pub unhidden: bool,
 }
 
 impl PointSource {
-    /// Heard where it is seen.
+    /// A source whose own position must be visible.
     pub fn at([x, y, z]: [f64; 3], amplitude: f64) -> Self {
         PointSource {
             x,

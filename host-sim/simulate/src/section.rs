@@ -20,46 +20,55 @@ const SECTION: &str = "simulate";
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Simulate {
-    /// What is imaged.
+    /// The phantom.
     pub phantom: Kind,
-    /// Point: how far it lies to the right of the middle element, m.
+    /// Point: lateral distance to the right of the middle element, m.
     pub offset: f64,
     /// Point: its elevation, m.
     pub elevation: f64,
-    /// Point: its depth, m; the transmit focus without it.
+    /// Point: its depth, m; by default the transmit focus.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub point_depth: Option<f64>,
-    /// Vertebra: a closed surface as a PLY, STL or OBJ file in mm (+x towards the front, +z towards the
-    /// head) in place of the built-in one.
+    /// Vertebra: closed surface (PLY, STL or OBJ file) in place of the built-in one.
+    ///
+    /// In mm, +x towards the front, +z towards the head.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mesh: Option<PathBuf>,
     /// Vertebra: the height of the slice, m.
     pub slice: f64,
     /// Vertebra: the depth of its shallowest point, m.
     pub depth: f64,
-    /// Vertebra: whether soft tissue surrounds it, not water.
+    /// Vertebra: whether soft tissue surrounds it instead of water.
     pub tissue: bool,
-    /// Whether the record is I/Q: demodulated with the centre frequency, at the lowest rate of at least twice
-    /// that.
+    /// Whether the record is I/Q.
+    ///
+    /// It is demodulated at the centre frequency, and has the lowest rate of at least twice that.
     pub iq: bool,
     /// Volumes: thickness of the slab of scatterers around the image plane, m.
     pub thickness: f64,
-    /// Volumes: scatterers of tissue per mm³; without it the paper's 222 around a vertebra, else 60.
+    /// Volumes: scatterers of tissue per mm³.
+    ///
+    /// By default the paper's 222 around a vertebra, else 60.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tissue_density: Option<f64>,
-    /// Bones: amplitude of the bone's image at twice its depth, dB; none without it.
+    /// Bones: amplitude of the bone's image at twice its depth, dB; none by default.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reverberation: Option<f64>,
-    /// Bones: diffuse clutter in the bone's shadow, 30 scatterers per mm³ (in the image plane alone 30 per mm²); none
-    /// without it.
+    /// Bones: diffuse clutter in the bone's shadow; none by default.
+    ///
+    /// It has 30 scatterers per mm³ (per mm² in the image plane).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub clutter: Option<DiffuseClutter>,
-    /// Bones: how their surface scatters. Without it a vertebra in the image plane has facets of 0.19 mm whose corners
-    /// lie 10 µm off, and a volume a smooth surface.
+    /// Bones: scattering of their surface.
+    ///
+    /// By default a vertebra in the image plane has facets of 0.19 mm whose corners are 10 µm off, and a volume has
+    /// a smooth surface.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bone: Option<BoneSurface>,
-    /// Array, pulse, transmits, record and noise. Without this section they are the paper's for
-    /// the phantom; with it, a key that it leaves out is the paper's, and the record noise-free.
+    /// Array, pulse, transmits, record and noise.
+    ///
+    /// Without this section they are the paper's for the phantom. With it, keys that it lacks are the paper's, and
+    /// the record is noise-free.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scanner: Option<Settings>,
 }
@@ -71,14 +80,13 @@ pub struct Simulate {
 pub enum Kind {
     /// One scatterer at the transmit focus, noise-free (the paper's Fig. 2)
     Point,
-    /// A slice of a lumbar vertebra from behind, in a water bath, with noise at -40 dB; in the image
-    /// plane alone
+    /// A slice of a lumbar vertebra from behind in a water bath; noise at -40 dB
     Vertebra,
-    /// The same as a volume: a surface of triangles, elevation focus, 200 scatterers per mm² of bone
+    /// The vertebra as a volume: elevation focus, 200 scatterers per mm² of bone
     #[cfg_attr(feature = "clap", value(name = "vertebra-3d"))]
     #[serde(rename = "vertebra-3d")]
     Vertebra3d,
-    /// Spinous processes along the spine, under skin, fat, fascia and muscle (for the paper's Fig. 11)
+    /// Spinous processes along the spine under skin, fat, fascia and muscle (Fig. 11)
     SpinousProcesses,
     /// Laminae along the spine, in the same layers (Fig. 10)
     Laminae,
@@ -88,7 +96,7 @@ pub enum Kind {
     DynamicRange,
 }
 
-/// As the command line and files write it.
+/// The name in the command line and in files.
 impl fmt::Display for Kind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.serialize(f)
@@ -96,22 +104,22 @@ impl fmt::Display for Kind {
 }
 
 impl Kind {
-    /// Whether it is a volume, which an array with a height and a lens images.
+    /// Whether it is a volume, which needs an array with a height and a lens.
     pub fn is_volume(self) -> bool {
         !matches!(self, Kind::Point | Kind::Vertebra)
     }
 
-    /// Whether it is bone, of which the depth is asked for.
+    /// Whether it is bone, which has a depth.
     pub fn has_bone(self) -> bool {
         !matches!(self, Kind::Point | Kind::DynamicRange)
     }
 
-    /// A single vertebra, of which there may be a mesh.
+    /// Whether it is a single vertebra, which may be a mesh.
     pub fn is_vertebra(self) -> bool {
         matches!(self, Kind::Vertebra | Kind::Vertebra3d)
     }
 
-    /// The scanner's settings for it: the paper's where the paper has it.
+    /// The scanner's settings for it: the paper's, if the paper has this phantom.
     fn scanner(self) -> Settings {
         match self {
             Kind::Point => Settings::point(),
@@ -136,7 +144,7 @@ impl Kind {
 pub struct Built {
     /// The phantom.
     pub phantom: Phantom,
-    /// Warnings about what is probably not meant: sentences for a person.
+    /// Warnings about values that are probably a mistake, one sentence each.
     pub warnings: Vec<String>,
 }
 
@@ -163,8 +171,9 @@ impl Default for Simulate {
 }
 
 impl Simulate {
-    /// The scanner's settings, those of the paper for the phantom unless told otherwise; from
-    /// here on the configuration tells them.
+    /// The scanner's settings; by default the paper's for the phantom.
+    ///
+    /// From here on the configuration contains them.
     pub fn scanner(&mut self) -> &mut Settings {
         let phantom = self.phantom;
         self.scanner.get_or_insert_with(|| phantom.scanner())
@@ -173,8 +182,7 @@ impl Simulate {
     /// The phantom, as `scanner` images it.
     ///
     /// # Errors
-    /// A mesh that cannot be read, a slice that does not cut the bone, or a phantom outside the
-    /// record.
+    /// A mesh that cannot be read, a slice that does not cut the bone, or a phantom outside the record.
     pub fn build(&self, scanner: &Settings) -> Result<Built> {
         let mut warnings = Vec::new();
         let rough = self.bone.as_ref().map(|bone| (bone, scanner.seed));
@@ -232,7 +240,7 @@ impl Simulate {
         Ok(Built { phantom, warnings })
     }
 
-    /// Where soft tissue is.
+    /// The block of soft tissue.
     fn block(&self, scanner: &Settings) -> Block {
         let paper = self.phantom == Kind::Vertebra3d;
         let density = match (self.tissue_density, paper) {
@@ -298,20 +306,24 @@ impl Simulate {
 }
 
 impl Simulate {
-    /// The channel data of the section. `progress` hears the fraction done, from any thread.
+    /// Channel data of the section.
+    ///
+    /// `progress` receives the fraction done, from any thread.
     ///
     /// # Errors
-    /// A mesh that is not valid, a phantom outside the record, or a record that takes too much memory.
+    /// A mesh that is not valid, a phantom outside the record, or a record that needs too much memory.
     pub fn recorded(&mut self, progress: &(dyn Fn(f64) + Sync)) -> Result<ChannelData> {
         let scanner = self.scanner().clone();
         let phantom = self.build(&scanner)?.phantom;
         self.record(&scanner, &phantom, progress, &mut Checkpoint::none())
     }
 
-    /// Channel data of `phantom` by `scanner`, which are the section's, from `checkpoint` on.
+    /// Channel data of `phantom` by `scanner`, which are the section's.
+    ///
+    /// An interrupted run resumes from `checkpoint`.
     ///
     /// # Errors
-    /// A phantom outside the record, or a record that takes too much memory.
+    /// A phantom outside the record, or a record that needs too much memory.
     pub fn record(
         &self,
         scanner: &Settings,

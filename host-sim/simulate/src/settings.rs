@@ -1,4 +1,4 @@
-//! What the simulated scanner does: array, pulse, beams, record, noise.
+//! Settings of the simulated scanner: array, pulse, beams, record, noise.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,19 +10,19 @@ use super::array::Array;
 use super::pulse::{DIRECT_FLOOR, FLOOR, Pulse};
 use super::time_axis::{TimeAxis, Window, row_rate};
 
-/// What surrounds the elements.
+/// Surroundings of the elements.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum Baffle {
-    /// Hard: an element hears alike from all sides, but for its width
+    /// Hard: only the element's width changes its sensitivity with angle
     #[default]
     Rigid,
-    /// Pressure-release: an element hears with the cosine of the angle
+    /// Pressure-release: the sensitivity falls with the cosine of the angle
     Soft,
 }
 
-/// What the noise's spectrum is.
+/// Spectrum of the noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
@@ -30,12 +30,14 @@ pub enum NoiseSpectrum {
     /// The transducer's one-way response
     #[default]
     Transducer,
-    /// An amplifier's: flat from a tenth of the centre frequency to three times it
+    /// An amplifier: flat from a tenth of to three times the centre frequency
     Amplifier,
 }
 
-/// The scanner's settings. The default is the paper's (Section "Simulation setup"); what the
-/// paper leaves open is marked as assumed. SI units.
+/// The scanner's settings, in SI units.
+///
+/// The default is the paper's (Section "Simulation setup"); values that the paper does not give are marked as
+/// assumed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Settings {
@@ -63,32 +65,36 @@ pub struct Settings {
     pub first_beam: f64,
     /// Distance between neighbouring beams, in pitches: 1 is one beam per element.
     pub beam_step: f64,
-    /// Shallowest depth that the record serves, m (assumed).
+    /// Shallowest depth that the record covers, m (assumed).
     pub depth_start: f64,
-    /// Greatest depth that the record serves, m (assumed).
+    /// Greatest depth that the record covers, m (assumed).
     pub depth_end: f64,
-    /// Smallest receive f-number that the record is long enough for at `depth_end`.
+    /// Smallest receive f-number for which the record is long enough at `depth_end`.
     pub receive_f_number: f64,
-    /// RMS of the electronic noise in decibels relative to the largest absolute sample of the
-    /// noise-free record of all beams and elements; none for a noise-free record.
+    /// RMS of the electronic noise, dB; `None` for a noise-free record.
+    ///
+    /// It is relative to the largest absolute sample of the noise-free record of all beams and elements.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub noise: Option<f64>,
-    /// What the noise's spectrum is.
+    /// Spectrum of the noise.
     #[serde(default)]
     pub noise_spectrum: NoiseSpectrum,
-    /// Increase of the noise with depth, dB per m, as a time-gain curve makes it; `noise` is then its level at depth 0.
+    /// Increase of the noise with depth, dB per m.
+    ///
+    /// It stands for a time-gain curve; `noise` is then the level at depth 0.
     #[serde(default)]
     pub noise_rise: f64,
-    /// Bits of the analogue-to-digital converter, whose range is the largest sample; none for samples that
-    /// are not rounded.
+    /// Bits of the analogue-to-digital converter; `None` for no rounding.
+    ///
+    /// Its full scale is the largest sample.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub adc_bits: Option<u32>,
     /// Height of an element, m (assumed); 0 for echoes that do not depend on elevation.
     pub element_height: f64,
-    /// Focus of the lens in elevation, m; none for a flat one.
+    /// Focus of the lens in elevation, m; `None` for a flat one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub elevation_focus: Option<f64>,
-    /// What surrounds the elements (assumed).
+    /// Surroundings of the elements (assumed).
     pub baffle: Baffle,
     /// Attenuation, dB/(cm·MHz) one way (assumed).
     pub attenuation: f64,
@@ -128,8 +134,9 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// The paper's point scatterer (its Fig. 2): 3 mm of depth either side of the focus,
-    /// noise-free.
+    /// The paper's point scatterer (its Fig. 2), noise-free.
+    ///
+    /// The record covers 3 mm of depth on either side of the focus.
     pub fn point() -> Self {
         Settings {
             depth_start: 12e-3,
@@ -138,8 +145,9 @@ impl Settings {
         }
     }
 
-    /// The vertebra in a water bath: 5 to 40 mm, noise at −40 dB, without which the shadow of a
-    /// totally absorbing bone would be empty.
+    /// The vertebra in a water bath: 5 to 40 mm, noise at −40 dB.
+    ///
+    /// Without noise the shadow of a bone that absorbs all sound would be empty.
     pub fn vertebra() -> Self {
         Settings {
             noise: Some(-40.0),
@@ -147,7 +155,9 @@ impl Settings {
         }
     }
 
-    /// The paper's array with its height and its lens, over a volume: elevation focus 19 mm, noise at −60 dB.
+    /// The paper's array with its height and its lens, over a volume.
+    ///
+    /// Elevation focus 19 mm, noise at −60 dB.
     pub fn volume() -> Self {
         Settings {
             element_height: 4e-3,
@@ -171,8 +181,9 @@ impl Settings {
         Pulse::new(self.f0, self.bandwidth)
     }
 
-    /// The times of the record that serves depths `depth_start` to `depth_end` with the receive aperture of
-    /// `receive_f_number`.
+    /// Times of the record.
+    ///
+    /// It covers depths `depth_start` to `depth_end` for the receive aperture of `receive_f_number`.
     pub fn time_axis(&self) -> TimeAxis {
         let s = self;
         let half = s.pulse().half_length(DIRECT_FLOOR);
@@ -187,7 +198,7 @@ impl Settings {
         }
     }
 
-    /// The window of the record for a pulse of the frequencies `band`, as [`Window::new`] has it.
+    /// Window of the record for a pulse of the band `band`, as in [`Window::new`].
     pub(super) fn window(&self, band: [f64; 2], rate: f64, margin: f64) -> Window {
         Window::new(
             self.time_axis(),
@@ -198,12 +209,12 @@ impl Settings {
         )
     }
 
-    /// By how much an element `dx` beside a beam's axis fires ahead of one on it, s.
+    /// How much earlier an element `dx` beside a beam's axis fires, s.
     pub(super) fn advance(&self, dx: f64) -> f64 {
         (root_of_squares(dx, self.focus) - self.focus) / self.c
     }
 
-    /// No element of any beam fires further ahead than this, s.
+    /// Largest advance of any element in any beam, s.
     fn greatest_advance(&self) -> f64 {
         self.advance(0.5 * self.focus / self.f_number + self.pitch)
     }
@@ -214,35 +225,35 @@ impl Settings {
             .x(self.first_beam + beam as f64 * self.beam_step)
     }
 
-    /// Checks every value; the error names the first that is impossible.
+    /// Checks every value; the error names the first impossible one.
     pub fn validate(&self) -> Result<()> {
         for (name, value, [least, most], unit) in self.ranges() {
             if !(least..=most).contains(&value) {
                 return usage(format!(
-                    "{name} must be positive, {least} to {most}{unit}, is {}",
+                    "{name} is {}; expected {least} to {most}{unit}",
                     short(value)
                 ));
             }
         }
         if !(2..=1024).contains(&self.elements) {
-            return usage(format!("elements must be 2 to 1024, is {}", self.elements));
+            return usage(format!("elements is {}; expected 2 to 1024", self.elements));
         }
         if !(self.kerf >= 0.0 && self.kerf < self.pitch) {
             return usage(format!(
-                "kerf must be at least 0 and below the pitch of {} m, is {}",
+                "kerf is {1} m; expected at least 0 and below the pitch of {0} m",
                 self.pitch,
                 short(self.kerf)
             ));
         }
         if !(self.bandwidth >= 0.1 && self.bandwidth <= 1.0) {
             return usage(format!(
-                "bandwidth must be 0.1 to 1, is {}",
+                "bandwidth is {}; expected 0.1 to 1",
                 short(self.bandwidth)
             ));
         }
         if self.fs < 4.0 * self.f0 {
             return usage(format!(
-                "fs must be at least 4·f0 = {} Hz, is {}",
+                "fs is {1} Hz; expected at least 4·f0 = {0} Hz",
                 4.0 * self.f0,
                 short(self.fs)
             ));
@@ -250,7 +261,7 @@ impl Settings {
         let last = self.first_beam + (self.beams.max(1) - 1) as f64 * self.beam_step;
         if self.beams == 0 || !(self.first_beam >= 0.0 && last <= (self.elements - 1) as f64) {
             return usage(format!(
-                "beams must be at least 1 and lie between element 0 and {}: {} beams from {} to {last}",
+                "{1} beams from {2} to {last}; expected at least 1, between element 0 and {0}",
                 self.elements - 1,
                 self.beams,
                 self.first_beam
@@ -258,7 +269,7 @@ impl Settings {
         }
         if !(self.depth_start > 0.0 && self.depth_end > self.depth_start && self.depth_end <= 0.2) {
             return usage(format!(
-                "depths must satisfy 0 < depth_start < depth_end ≤ 0.2 m, are {} and {}",
+                "depth_start and depth_end are {} and {} m; expected 0 < depth_start < depth_end ≤ 0.2 m",
                 short(self.depth_start),
                 short(self.depth_end)
             ));
@@ -266,22 +277,22 @@ impl Settings {
         if let Some(noise) = self.noise
             && !(-400.0..=40.0).contains(&noise)
         {
-            return usage(format!("noise must be -400 to 40 dB, is {}", short(noise)));
+            return usage(format!("noise is {}; expected -400 to 40 dB", short(noise)));
         }
         if !(0.0..=2000.0).contains(&self.noise_rise) {
             return usage(format!(
-                "noise_rise must be 0 to 2000 dB per m, is {}",
+                "noise_rise is {}; expected 0 to 2000 dB per m",
                 short(self.noise_rise)
             ));
         }
         if let Some(bits) = self.adc_bits
             && !(2..=24).contains(&bits)
         {
-            return usage(format!("adc_bits must be 2 to 24, is {bits}"));
+            return usage(format!("adc_bits is {bits}; expected 2 to 24"));
         }
         if !(0.0..=100e-3).contains(&self.element_height) {
             return usage(format!(
-                "element_height must be 0 to 0.1 m, is {}",
+                "element_height is {}; expected 0 to 0.1 m",
                 short(self.element_height)
             ));
         }
@@ -289,20 +300,22 @@ impl Settings {
             && !(1e-3..=10.0).contains(&focus)
         {
             return usage(format!(
-                "elevation_focus must be 0.001 to 10 m, is {}",
+                "elevation_focus is {}; expected 0.001 to 10 m",
                 short(focus)
             ));
         }
         if !(0.0..=10.0).contains(&self.attenuation) {
             return usage(format!(
-                "attenuation must be 0 to 10 dB/(cm MHz), is {}",
+                "attenuation is {}; expected 0 to 10 dB/(cm MHz)",
                 short(self.attenuation)
             ));
         }
         self.check_bytes()
     }
 
-    /// What an ultrasound array, its pulse and a medium can be; beyond that a value is in another unit.
+    /// Ranges of an array, its pulse and a medium.
+    ///
+    /// A value outside is probably in another unit.
     fn ranges(&self) -> [(&'static str, f64, [f64; 2], &'static str); 8] {
         [
             ("pitch", self.pitch, [1e-6, 10e-3], " m"),
@@ -316,16 +329,16 @@ impl Settings {
         ]
     }
 
-    /// What the record takes, bytes.
+    /// Memory of the record, bytes.
     pub(super) fn record_bytes(&self) -> usize {
         let samples = self.time_axis().samples;
         product(&[self.beams, self.elements, samples, size_of::<f32>()])
     }
 
-    /// Bounds what the record and the echoes that it is made of take.
+    /// Checks the memory of the record and of its echoes.
     ///
     /// # Errors
-    /// More than any machine is asked for.
+    /// More memory than the limit.
     fn check_bytes(&self) -> Result<()> {
         let pulse = self.pulse();
         let band = pulse.band(FLOOR);
@@ -335,7 +348,7 @@ impl Settings {
         let samples = self.time_axis().samples;
         if window.samples > MAX_WINDOW {
             return usage(format!(
-                "the record of {samples} samples needs transforms of {}, more than {MAX_WINDOW}; ask for less \
+                "the record of {samples} samples needs transforms of {}, more than {MAX_WINDOW}; give less \
                  depth, a nearer focus, larger f-numbers or a lower fs",
                 window.samples
             ));
@@ -347,7 +360,7 @@ impl Settings {
         }
         usage(format!(
             "{} beams of {} elements with {samples} samples each, and the spectra they are made of, would \
-             take {:.1} GiB, more than {} GiB; ask for fewer beams, less depth or a lower fs",
+             need {:.1} GiB, more than {} GiB; give fewer beams, less depth or a lower fs",
             self.beams,
             self.elements,
             bytes as f64 / GIB as f64,
@@ -362,10 +375,11 @@ fn root_of_squares(a: f64, b: f64) -> f64 {
 }
 
 const GIB: usize = 1 << 30;
-/// The most that a record and its spectra may take, bytes: four times the paper's with two beams an
-/// element.
+/// Largest memory of a record and its spectra, bytes.
+///
+/// It is four times that of the paper's record with two beams per element.
 const MAX_BYTES: usize = 4 * GIB;
-/// The longest transform, samples.
+/// Longest transform, samples.
 const MAX_WINDOW: usize = 1 << 22;
 
 fn usage<T>(message: String) -> Result<T> {

@@ -1,34 +1,34 @@
-//! Which elements see which scatterers past totally absorbing bone.
+//! Visibility of scatterers for elements, past bone that absorbs all sound.
 //!
-//! The straight lines from a point to the elements lie in one plane, which holds the elements' axis. That
-//! plane cuts a surface in segments, and each segment that lies between hides the elements within its
-//! projection from the point. So visibility is exact, and its cost does not depend on the number of
-//! elements.
+//! The straight lines from a point to the elements are in one plane, which contains the elements' axis. That plane
+//! cuts a surface in segments. Each segment between the point and the axis hides the elements within its projection
+//! from the point. So visibility is exact, and its cost does not depend on the number of elements.
 
 use super::chain::Point;
 use super::outline::Outline;
 use super::scatterer::PointSource;
 use super::surface::Surface;
 
-/// What lies less than this above a point does not hide it: a scatterer on the surface lies on what it
-/// would be hidden by. m.
+/// Height above a point below which nothing hides it, m.
+///
+/// Otherwise the surface would hide the scatterers on it.
 const TOLERANCE: f64 = 5e-6;
 
-/// Sectors of the planes through the elements' axis, by which triangles are found.
+/// Sectors of the planes through the elements' axis, to find triangles.
 const SECTORS: usize = 2048;
 
-/// What casts shadows.
+/// Objects that cast shadows.
 pub enum Shadow {
     /// Nothing.
     None,
-    /// A surface that is alike at every elevation: its segments by their least depth.
+    /// A surface that is the same at every elevation: its segments by least depth.
     Segments(Vec<[Point; 2]>),
     /// Triangles.
     Triangles(Sectors),
 }
 
 impl Shadow {
-    /// That of an outline in the image plane.
+    /// The shadow of an outline in the image plane.
     pub fn of_outline(outline: &Outline) -> Self {
         let mut segments: Vec<[Point; 2]> = outline.segments().collect();
         let top = |s: &[Point; 2]| s[0][1].min(s[1][1]);
@@ -36,12 +36,14 @@ impl Shadow {
         Shadow::Segments(segments)
     }
 
-    /// That of a surface of triangles.
+    /// The shadow of a surface of triangles.
     pub fn of_surface(surface: &Surface) -> Self {
         Shadow::Triangles(Sectors::new(surface))
     }
 
-    /// Sets the bits of the elements, at ascending x, that see the source, and clears the others.
+    /// Sets the bits of the elements that see the source, and clears the others.
+    ///
+    /// Elements are at ascending x.
     pub fn seen(&self, source: &PointSource, element_x: &[f64], seen: &mut [u64]) {
         set(seen, 0, element_x.len());
         if source.unhidden {
@@ -80,8 +82,10 @@ impl Shadow {
     }
 }
 
-/// Visibility `[element][point]`: whether the straight line from the element (on z = 0) to the point
-/// crosses no segment of the outline more than 5 µm above the point. All of the outline lies at z > 0.
+/// Visibility `[element][point]` past an outline.
+///
+/// A point is visible if the straight line from the element (on z = 0) crosses no segment of the outline more than
+/// 5 µm above the point. All of the outline is at z > 0.
 pub fn visible(outline: &Outline, element_x: &[f64], points: &[Point]) -> Vec<Vec<bool>> {
     let shadow = Shadow::of_outline(outline);
     let mut all = vec![vec![false; points.len()]; element_x.len()];
@@ -99,7 +103,7 @@ pub fn visible(outline: &Outline, element_x: &[f64], points: &[Point]) -> Vec<Ve
 pub struct Sectors {
     lowest: f64,
     width: f64,
-    /// The shallowest first.
+    /// Triangles, the shallowest first.
     triangles: Vec<[[f64; 3]; 3]>,
     sectors: Vec<Vec<u32>>,
 }
@@ -143,12 +147,12 @@ impl Sectors {
     }
 }
 
-/// The least depth of a triangle.
+/// Least depth of a triangle.
 fn top([a, b, c]: &[[f64; 3]; 3]) -> f64 {
     a[2].min(b[2]).min(c[2])
 }
 
-/// Where the plane y = slope·z cuts a triangle: x and z of both ends.
+/// Segment in which the plane y = slope·z cuts a triangle: x and z of both ends.
 fn cut(triangle: &[[f64; 3]; 3], slope: f64) -> Option<[Point; 2]> {
     let side = triangle.map(|[_, y, z]| y - slope * z);
     let mut ends = [[0.0; 2]; 2];

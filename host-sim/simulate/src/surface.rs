@@ -1,4 +1,4 @@
-//! A bone's surface of triangles: its checks, its cut by the image plane, scatterers on it, what it holds.
+//! A bone's surface of triangles: checks, cuts, scatterers, and its inside.
 
 use std::collections::BTreeMap;
 
@@ -15,16 +15,16 @@ pub struct Surface {
     triangles: Vec<[u32; 3]>,
 }
 
-/// What a check of a closed surface finds.
+/// Result of the check of a closed surface.
 pub(super) struct Found {
     /// The normals point inwards.
     pub inverted: bool,
-    /// Edges at which two triangles are wound against each other.
+    /// Edges at which two triangles have opposite winding.
     pub mixed: usize,
 }
 
 impl Surface {
-    /// The surface with these corners, m, and triangles of their indices.
+    /// The surface with these corners, m, and triangles as indices of corners.
     pub fn new(vertices: Vec<[f64; 3]>, triangles: Vec<[u32; 3]>) -> Self {
         Surface {
             vertices,
@@ -37,7 +37,7 @@ impl Surface {
         &self.vertices
     }
 
-    /// The triangles as indices of their corners, seen from outside anticlockwise.
+    /// Triangles as indices of corners, anticlockwise as seen from outside.
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }
@@ -48,7 +48,7 @@ impl Surface {
         self.triangles.iter().map(move |t| t.map(corner))
     }
 
-    /// The surface moved by so much along each axis, m.
+    /// The surface moved by `by` along each axis, m.
     pub fn moved(mut self, by: [f64; 3]) -> Self {
         for vertex in &mut self.vertices {
             *vertex = [0, 1, 2].map(|k| vertex[k] + by[k]);
@@ -56,7 +56,7 @@ impl Surface {
         self
     }
 
-    /// The surface with each corner where `map` puts it.
+    /// The surface with each corner moved by `map`.
     pub fn mapped(mut self, map: impl Fn([f64; 3]) -> [f64; 3]) -> Self {
         for vertex in &mut self.vertices {
             *vertex = map(*vertex);
@@ -73,7 +73,7 @@ impl Surface {
         self
     }
 
-    /// The shallowest point of the surface at the position (x, y), and the unit normal there, outwards.
+    /// Shallowest point of the surface at (x, y), and its outward unit normal.
     pub fn shallowest(&self, x: f64, y: f64) -> Option<([f64; 3], [f64; 3])> {
         let hits = self.corners().filter_map(|triangle| {
             let (z, _) = crossing(&triangle, [x, y], [0, 1, 2])?;
@@ -84,19 +84,21 @@ impl Surface {
         hits.min_by(|a, b| a.0[2].total_cmp(&b.0[2]))
     }
 
-    /// The surface with every triangle the other way round.
+    /// The surface with every triangle reversed.
     pub(super) fn inside_out(mut self) -> Self {
         self.triangles.iter_mut().for_each(|t| t.swap(1, 2));
         self
     }
 
-    /// The volume within, m³; negative for a surface that is inside out.
+    /// Enclosed volume, m³; negative for a surface that is inside out.
     pub fn volume(&self) -> f64 {
         let six = self.corners().map(|[a, b, c]| dot(a, cross(b, c)));
         six.sum::<f64>() / 6.0
     }
 
-    /// Whether every edge belongs to two triangles, or to four and so on.
+    /// Checks that the surface is closed.
+    ///
+    /// Every edge must belong to two triangles, or to another even number.
     pub(super) fn check(&self) -> std::result::Result<Found, String> {
         // Of every edge, how often it is passed either way.
         let mut edges: BTreeMap<[u32; 2], [u32; 2]> = BTreeMap::new();
@@ -125,18 +127,17 @@ impl Surface {
         })
     }
 
-    /// The least z of the corners within `across` of x = 0 and `beside` of y = 0, m.
+    /// Least z of the corners within `across` of x = 0 and `beside` of y = 0, m.
     pub fn top(&self, across: f64, beside: f64) -> Option<f64> {
         let near = |v: &&[f64; 3]| v[0].abs() <= across && v[1].abs() <= beside;
         let depths = self.vertices.iter().filter(near).map(|v| v[2]);
         depths.min_by(f64::total_cmp)
     }
 
-    /// Where the image plane y = 0 cuts the surface; none where it does not. The error tells that the surface
-    /// is open there.
+    /// Outline in which the image plane y = 0 cuts the surface; `None` if it does not.
     ///
     /// # Errors
-    /// That, in words.
+    /// A message that the surface is open there.
     pub fn outline(&self) -> std::result::Result<Option<Outline>, String> {
         let mut segments = Vec::new();
         for triangle in &self.triangles {
@@ -171,12 +172,13 @@ impl Surface {
             .map_err(|error| error.to_string())
     }
 
-    /// Scatterers of amplitude 1 on the surface, `density` per m² and evenly spread, where `wanted`. The
-    /// triangles share one sequence of points (the additive recurrence of the plastic number), so that small
-    /// ones have their part.
+    /// Evenly spread scatterers of amplitude 1 on the surface.
+    ///
+    /// There are `density` per m² at positions for which `wanted` is true. The triangles share one sequence of
+    /// points (the additive recurrence of the plastic number), so that small ones get their share.
     ///
     /// # Errors
-    /// More than any machine holds.
+    /// More scatterers than any machine can hold.
     pub fn scatterers(
         &self,
         density: f64,
@@ -192,7 +194,7 @@ impl Surface {
         Ok(points.map(scatterer).collect())
     }
 
-    /// The points of [`Surface::scatterers`] with the unit normals there, outwards.
+    /// Points of [`Surface::scatterers`] with their outward unit normals.
     pub(super) fn points_with_normals(
         &self,
         density: f64,
@@ -228,7 +230,7 @@ impl Surface {
     }
 }
 
-/// A closed surface along lines straight down: what lies inside it, and where it is met first.
+/// A closed surface along lines straight down: inside, and first intersection.
 pub(super) struct StraightDown {
     corner: [f64; 2],
     columns: usize,
@@ -239,7 +241,7 @@ pub(super) struct StraightDown {
 
 /// Side of the squares, m.
 const SQUARE: f64 = 0.25e-3;
-/// The most squares either way.
+/// Largest number of squares along each side.
 const MOST_SQUARES: usize = 4000;
 
 impl StraightDown {
@@ -281,7 +283,7 @@ impl StraightDown {
         (value - self.corner[axis]) / SQUARE
     }
 
-    /// Where the line down at (x, y) crosses the surface, in no order.
+    /// Depths at which the line down at (x, y) crosses the surface, unordered.
     fn depths(&self, x: f64, y: f64) -> impl Iterator<Item = f64> + '_ {
         let (column, row) = (self.square(x, 0), self.square(y, 1));
         let within = column >= 0.0 && row >= 0.0;
@@ -292,20 +294,21 @@ impl StraightDown {
         triangles.into_iter().flatten().filter_map(crossed)
     }
 
-    /// Whether the point lies inside: an odd number of triangles lie above it.
+    /// Whether the point is inside: an odd number of triangles is above it.
     pub fn holds(&self, [x, y, z]: [f64; 3]) -> bool {
         self.depths(x, y).filter(|&depth| depth < z).count() % 2 == 1
     }
 
-    /// The depth at which the line down at (x, y) meets the surface first, m; none where it does not.
+    /// Depth at which the line down at (x, y) first meets the surface, m, if it does.
     pub fn first_hit(&self, x: f64, y: f64) -> Option<f64> {
         self.depths(x, y).min_by(f64::total_cmp)
     }
 }
 
-/// Where a line along the last of the `axes` crosses a triangle, and whether the triangle turns left there
-/// in the plane of the first two. `p` is the line's position in that plane. Of the triangles that share an edge
-/// or a corner one takes the line.
+/// Intersection of a triangle with a line along the last of the `axes`.
+///
+/// Also returns whether the triangle turns left there in the plane of the first two axes. `p` is the line's
+/// position in that plane. If triangles share an edge or a corner, only one of them gets the line.
 pub(super) fn crossing(
     triangle: &[[f64; 3]; 3],
     p: [f64; 2],

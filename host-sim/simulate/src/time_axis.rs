@@ -1,4 +1,4 @@
-//! The time axes: the record that is kept, and the longer periodic window of the transforms.
+//! Time axes: the record, and the longer periodic window of the transforms.
 
 /// The times of a record's samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -11,8 +11,9 @@ pub struct TimeAxis {
     pub samples: usize,
 }
 
-/// The periodic window in which the record lies, and the lower rate at which the echoes of element
-/// pairs are kept: as analytic signals of the pulse's band.
+/// The periodic window that contains the record, and the rate of pairs' rows.
+///
+/// Echoes of element pairs are analytic signals of the pulse's band, at this lower rate.
 #[derive(Clone, Copy, Debug)]
 pub struct Window {
     /// Samples of the window before the record, at the record's rate.
@@ -31,14 +32,15 @@ pub struct Window {
     pub first_bin: usize,
     /// Frequencies from there on that carry signal.
     pub bins: usize,
-    /// The row's samples that reach into the record of some beam, first and last.
+    /// First and last sample of a row that reaches into the record of some beam.
     pub needed: [f64; 2],
 }
 
 impl Window {
-    /// The window of a record for a pulse of the frequencies `band`, Hz, with its rows at `rate`, Hz. Echoes
-    /// that reach into the record may reach beyond it by `margin`, s, on either side; an element fires up to
-    /// `advance`, s, early.
+    /// The window of a record for a pulse of the frequencies `band`, Hz.
+    ///
+    /// Its rows have the rate `rate`, Hz. Echoes in the record may extend beyond it by `margin`, s, on either side;
+    /// an element fires up to `advance`, s, early.
     pub fn new(record: TimeAxis, advance: f64, band: [f64; 2], rate: f64, margin: f64) -> Self {
         let [lowest, highest] = band;
         let fs = record.fs;
@@ -65,7 +67,9 @@ impl Window {
     }
 }
 
-/// The lowest rate that a power of two takes `fs` to, at which analytic signals of the band keep apart.
+/// Lowest rate, `fs` over a power of two, for analytic signals of the band.
+///
+/// At this rate their spectrum has no aliases.
 pub fn row_rate(fs: f64, [lowest, highest]: [f64; 2]) -> f64 {
     let mut rate = fs;
     while 0.5 * rate >= highest - lowest {

@@ -1,9 +1,9 @@
-//! The built-in lumbar vertebra: a signed-distance function in three dimensions, and its slices.
+//! The built-in lumbar vertebra: a signed-distance function and its slices.
 //!
-//! Body, pedicles, laminae, spinous, transverse and articular processes are simple solids joined
-//! by a smooth minimum; the vertebral canal is taken out. Sizes follow common anatomical figures
-//! for L3. Other vertebrae differ by a [`VertebraShape`]. Millimetres within this file: x to the right, y from the spinous
-//! process's tip towards the front, z towards the head.
+//! Body, pedicles, laminae, spinous, transverse and articular processes are simple solids joined by a smooth
+//! minimum; the vertebral canal is subtracted. Sizes follow common anatomical data for L3. Other vertebrae differ
+//! by a [`VertebraShape`]. Lengths are in millimetres in this file: x to the right, y from the spinous process's
+//! tip towards the front, z towards the head.
 
 use libm::pow;
 use rand::rngs::ChaCha8Rng;
@@ -20,34 +20,37 @@ type Vector = [f64; 3];
 
 /// Radius of the fillets between the parts, mm.
 const FILLET: f64 = 3.0;
-/// Where the spinous process begins, mm.
+/// Beginning of the spinous process, mm.
 const BASE: f64 = 16.0;
 
-/// The outline at height `slice` in m, as seen from behind: x to the right, z growing towards
-/// the front, the spinous process's tip near z = 0. Slices from −20 to 16 mm cut the posterior
-/// parts.
+/// Outline at height `slice` in m, as seen from behind.
+///
+/// x is to the right, z grows towards the front, and the spinous process's tip is near z = 0. Slices from −20 to 16
+/// mm cut the posterior parts.
 pub fn slice_vertebra(slice: f64) -> Result<Outline> {
     VertebraShape::default().slice(slice)
 }
 
-/// By what a vertebra differs from the built-in one. Lengths are factors of its own.
+/// Shape of a vertebra relative to the built-in one; lengths are factors.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct VertebraShape {
-    /// All of it.
+    /// Size of the whole.
     pub scale: f64,
-    /// Across.
+    /// Width.
     pub width: f64,
-    /// The spinous process, from its base to its tip.
+    /// Length of the spinous process, from its base to its tip.
     pub spinous_length: f64,
-    /// Its thickness.
+    /// Thickness of the spinous process.
     pub spinous_thickness: f64,
-    /// How far its tip lies to the right of the middle, mm.
+    /// Distance of its tip to the right of the middle, mm.
     pub spinous_deviation: f64,
-    /// How far a lamina falls towards the front on its way of 12.5 mm outwards, mm; 4 in the built-in one.
+    /// Fall of a lamina towards the front over 12.5 mm outwards, mm.
+    ///
+    /// It is 4 for the built-in one.
     pub lamina_fall: f64,
-    /// The articular processes.
+    /// Size of the articular processes.
     pub facets: f64,
-    /// How much wider the right side is than the left.
+    /// Excess width of the right side over the left.
     pub asymmetry: f64,
 }
 
@@ -67,7 +70,9 @@ impl Default for VertebraShape {
 }
 
 impl VertebraShape {
-    /// A shape of a population, by its seed. The ranges are those of lumbar vertebrae of adults, about.
+    /// A shape of a population, by its seed.
+    ///
+    /// The ranges are approximately those of adults' lumbar vertebrae.
     pub fn drawn(seed: u64) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut within = |low: f64, high: f64| low + (high - low) * random.random::<f64>();
@@ -86,7 +91,7 @@ impl VertebraShape {
     /// As [`slice_vertebra`], of this shape.
     ///
     /// # Errors
-    /// A slice that does not cut it.
+    /// A slice that does not cut the vertebra.
     pub fn slice(&self, slice: f64) -> Result<Outline> {
         let grid = PlaneGrid {
             corner: [-55e-3, -5e-3],
@@ -107,7 +112,9 @@ impl VertebraShape {
         Outline::new(loops)
     }
 
-    /// Signed distance to its surface, mm, negative inside; exact on the surface of the built-in one only.
+    /// Signed distance to its surface, mm, negative inside.
+    ///
+    /// It is exact only on the surface of the built-in one.
     pub(super) fn distance(&self, p: Vector) -> f64 {
         let p = p.map(|v| v / self.scale);
         let side = if p[0] < 0.0 { -1.0 } else { 1.0 };
@@ -135,7 +142,9 @@ impl VertebraShape {
     }
 }
 
-/// Signed distance to the built-in vertebra's surface, mm, negative inside; exact on the surface only.
+/// Signed distance to the built-in vertebra's surface, mm, negative inside.
+///
+/// It is exact only on the surface.
 pub(super) fn distance(p: Vector) -> f64 {
     VertebraShape::default().distance(p)
 }
@@ -179,7 +188,9 @@ fn lamina(p: Vector, fall: f64) -> f64 {
     rounded_box([u - 5.0, v, p[2] + 3.0], [9.0, 3.2, 10.0], 2.2)
 }
 
-/// A plate that thins from its base and ends in a thicker tip, sloping towards the feet.
+/// A plate that becomes thinner from its base and ends in a thicker tip.
+///
+/// It slopes towards the feet.
 fn spinous_process(p: Vector) -> f64 {
     let z = p[2] + 6.0 - 0.12 * (p[1] - 6.0);
     let half = 2.2 + 0.06 * (p[1] - 4.0).max(0.0);
@@ -193,7 +204,9 @@ fn transverse_process(p: Vector) -> f64 {
     capsule(slim, [15.0, 23.0, 3.5], [42.0, 18.5, 5.5], 4.0, 2.6)
 }
 
-/// The lower pair beside the laminae, the upper pair further out with a mammillary process.
+/// Lower pair beside the laminae, upper pair further out.
+///
+/// The upper pair has a mammillary process.
 fn articular_processes([x, y, z]: Vector, size: f64) -> f64 {
     let sized = |axes: Vector| axes.map(|v| size * v);
     let lower = ellipsoid([x - 11.5, y - 14.0, z + 11.0], sized([5.0, 5.4, 11.0]));
@@ -201,7 +214,9 @@ fn articular_processes([x, y, z]: Vector, size: f64) -> f64 {
     smooth_min(lower, upper, 2.0)
 }
 
-/// A triangle with rounded corners, its apex towards the spinous process; positive outside.
+/// A triangle with rounded corners, positive outside.
+///
+/// Its apex is towards the spinous process.
 fn canal([x, y, _]: Vector) -> f64 {
     let v = (y - 25.0) / 8.0;
     let half = 11.5 * (1.0 + 0.25 * v);

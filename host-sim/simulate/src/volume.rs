@@ -1,7 +1,7 @@
 //! Phantoms of a volume: bone surfaces, layers of tissue, levels of brightness.
 //!
-//! A lumbar spine is copies of the built-in vertebra, one above the other. Tissue is point scatterers at
-//! random positions whose amplitude is that of the layer they lie in. Millimetres within this file.
+//! A lumbar spine is copies of the built-in vertebra, one above the other. Tissue is point scatterers at random
+//! positions with the amplitude of their layer. Lengths are in millimetres in this file.
 
 use std::path::Path;
 
@@ -25,7 +25,7 @@ use super::vertebra::{self, VertebraShape};
 const LEVEL: f64 = 34.0;
 /// Gap of a facet joint, mm.
 const JOINT: f64 = 1.6;
-/// Where the laminae are, mm beside the middle.
+/// Lateral position of the laminae, mm from the middle.
 const LAMINA: f64 = 11.0;
 /// Distance of the surface's nodes, mm: about the paper's CT.
 const STEP: f64 = 0.35;
@@ -39,18 +39,18 @@ pub const PAPER_DENSITY: f64 = 1e6 / (30e-3 * 6e-3 * 25e-3);
 pub enum Bone<'a> {
     /// One vertebra from behind, at the height `slice`, m.
     Vertebra {
-        /// In place of the built-in one.
+        /// Mesh in place of the built-in vertebra.
         mesh: Option<&'a Path>,
         /// Height of the image plane, m.
         slice: f64,
     },
-    /// One vertebra of another shape, turned in the image plane.
+    /// One vertebra of another shape, tilted in the image plane.
     Shape {
         /// The shape.
         shape: &'a VertebraShape,
         /// Height of the image plane, m.
         slice: f64,
-        /// By how much it is turned, degrees.
+        /// Its tilt, degrees.
         tilt: f64,
     },
     /// The spine's spinous processes along it (the paper's Fig. 11).
@@ -61,7 +61,7 @@ pub enum Bone<'a> {
     FacetJoint,
 }
 
-/// Where the soft tissue is, m, and how dense.
+/// Block of soft tissue, m, and its density.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Block {
     /// Lateral range.
@@ -77,11 +77,13 @@ pub struct Block {
 }
 
 impl Bone<'_> {
-    /// The surface, its shallowest point below the array and in the slab at `depth`, m; and what is probably
-    /// not meant.
+    /// The surface, placed at a depth; with warnings.
+    ///
+    /// Its shallowest point below the array and in the slab is at `depth`, m. Warnings name values that are
+    /// probably a mistake.
     ///
     /// # Errors
-    /// A mesh that cannot be read or is not closed; nothing of the bone below the array.
+    /// A mesh that cannot be read or is not closed, or no bone below the array.
     pub fn surface(&self, depth: f64, thickness: f64) -> Result<(Surface, Vec<String>)> {
         let (surface, warnings) = match self {
             Bone::Vertebra {
@@ -121,8 +123,10 @@ impl Bone<'_> {
         Ok((surface.moved([0.0, 0.0, depth - top]), warnings))
     }
 
-    /// The phantom of this bone in water: scatterers on its surface, within the slab, as `rough` has them with its seed, or
-    /// of amplitude 1.
+    /// Phantom of this bone in water.
+    ///
+    /// Scatterers are on its surface within the slab, with the amplitudes of `rough` and its seed, or of amplitude
+    /// 1.
     ///
     /// # Errors
     /// As [`Bone::surface`].
@@ -169,8 +173,9 @@ fn cut(thickness: f64, distance: impl Fn([f64; 3]) -> f64 + Sync) -> Surface {
     marching_tetrahedra::isosurface(&grid, |p| bone(p.map(|v| 1e3 * v)))
 }
 
-/// Signed distance to the lumbar spine, mm: three vertebrae, with a gap where they would touch. Anatomical
-/// axes as in `vertebra`.
+/// Signed distance to the lumbar spine, mm.
+///
+/// It has three vertebrae, with a gap where they would touch. Anatomical axes are as in `vertebra`.
 fn spine([x, y, z]: [f64; 3]) -> f64 {
     let one = |level: f64| vertebra::distance([x, y, z - level * LEVEL]);
     let (below, middle, above) = (one(-1.0), one(0.0), one(1.0));
@@ -181,10 +186,10 @@ fn spine([x, y, z]: [f64; 3]) -> f64 {
 }
 
 impl Block {
-    /// Adds soft tissue where there is no bone.
+    /// Adds soft tissue outside the bone.
     ///
     /// # Errors
-    /// More scatterers than memory holds.
+    /// More scatterers than the memory can hold.
     pub fn fill(&self, phantom: &mut Phantom, layers: Layers) -> Result<()> {
         let bone = phantom.surface.as_ref().map(StraightDown::new);
         self.scatter(&mut phantom.scatterers, |p| {
@@ -193,10 +198,12 @@ impl Block {
         })
     }
 
-    /// Adds scatterers at random positions of the block, where there is an amplitude for the position.
+    /// Adds scatterers at random positions of the block.
+    ///
+    /// Only at positions that have an amplitude.
     ///
     /// # Errors
-    /// More scatterers than memory holds.
+    /// More scatterers than the memory can hold.
     pub(super) fn scatter(
         &self,
         scatterers: &mut Vec<Scatterer>,
@@ -208,7 +215,7 @@ impl Block {
         let count = (self.density * volume).round();
         if !(0.0..=1e9).contains(&count) {
             return Err(Error::Usage(format!(
-                "{count:.0} scatterers of tissue are asked for; expected at most 1e9"
+                "{count:.0} scatterers of tissue were requested; expected at most 1e9"
             )));
         }
         // A scatterer, and what the sum makes of it.
@@ -229,11 +236,11 @@ impl Block {
     }
 }
 
-/// The phantom of known levels: what a beamformer makes of true contrast.
+/// Phantom of known levels, for true contrast.
 ///
-/// A row of points at 8 mm, 10 dB apart from 0 to −50. Speckle from 12 mm on: at the left an axial gradient,
-/// in the middle and at the right cysts of −∞, −20, −10 and +10 dB in speckle of −20 dB, below 38 mm a
-/// lateral gradient; gradients fall by 50 dB. 0 dB is the brightest speckle.
+/// A row of points at 8 mm, 10 dB apart from 0 to −50. Speckle from 12 mm on: at the left an axial gradient, in the
+/// middle and at the right cysts of −∞, −20, −10 and +10 dB in speckle of −20 dB, below 38 mm a lateral gradient;
+/// gradients fall by 50 dB. 0 dB is the brightest speckle.
 pub struct DynamicRange;
 
 /// Lateral positions of the points, mm, from 0 dB on.
@@ -245,12 +252,13 @@ const CYSTS: [([f64; 2], f64); 4] = [
     ([-3.0, 30.0], -30.0),
     ([8.0, 30.0], -10.0),
 ];
-/// By how much a point is brighter than the scatterers of speckle at 0 dB: about as bright as their sum in a
-/// resolution cell.
+/// Ratio of a point's amplitude to that of a scatterer of speckle at 0 dB.
+///
+/// The point is about as bright as the sum of scatterers in a resolution cell.
 const POINT: f64 = 30.0;
 
 impl DynamicRange {
-    /// The level at a position in the image plane, m, in dB; −∞ where there is nothing.
+    /// Level at a position in the image plane, m, in dB; −∞ for no scatterers.
     pub fn level(x: f64, z: f64) -> f64 {
         let (x, z) = (1e3 * x, 1e3 * z);
         if x.abs() > 18.0 || !(12.0..=45.0).contains(&z) {
@@ -292,7 +300,7 @@ impl DynamicRange {
         Ok(phantom)
     }
 
-    /// The level at every pixel of 0.1 mm from (−18, 5) to (18, 46) mm: `[row, column]`, dB.
+    /// Level at pixels of 0.1 mm from (−18, 5) to (18, 46) mm: `[row, column]`, dB.
     pub fn levels() -> Array2<f32> {
         Array2::from_shape_fn((411, 361), |(row, column)| {
             Self::level(-18e-3 + 1e-4 * column as f64, 5e-3 + 1e-4 * row as f64) as f32

@@ -1,4 +1,4 @@
-//! `host-sim beamform`: channel data or aligned data → beamformed lines, and an image of them.
+//! `host-sim beamform`: channel data or aligned data → lines and an image.
 
 use std::io::Write;
 use std::ops::Range;
@@ -32,64 +32,70 @@ use bonebeam_files::{BeamformedLines, PartialLines, Recording, Transmits};
 use bonebeam_formats::RecordingFile;
 use bonebeam_paper::report::figure;
 
-/// Beamform channel data: one complex value a beam and depth.
+/// Beamform channel data: one complex value per line and depth.
 ///
-/// FILE holds channel data, which are delayed first, or aligned data (`x` …) as .npz, which are not. Focused
-/// transmits make one line each, and so do virtual sources before the array that come from left to right;
-/// other transmits are compounded into two lines per element: straight down, along the normals of a
-/// curved array, or in a sector. A line of an adaptive method is the largest of several directions (--sub-lines), so that
-/// it has what lies between two lines. The configuration used is written beside the lines as
-/// LINES.npz.config.toml, with the program's version and commit and the recording's hash. A run over many frames that
-/// was interrupted goes on from LINES.npz.partial when it is started again.
+/// FILE holds channel data, or aligned data (`x` …) as .npz, which are not delayed again. Focused transmits make
+/// one line each. So do virtual sources in front of the array if they are ordered from left to right. Other
+/// transmits are compounded into two lines per element: straight down, along the normals of a curved array, or in a
+/// sector. With an adaptive method, each line is the largest of several directions (--sub-lines), so that echoes
+/// between two lines are kept.
+///
+/// The configuration used is written beside the lines as LINES.npz.config.toml, with the program's version and
+/// commit and the recording's hash. An interrupted run over many frames resumes from LINES.npz.partial.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES, allow_negative_numbers = true)]
 pub struct Arguments {
     #[arg(value_name = "FILE", help = recording_help())]
     recording: PathBuf,
 
-    /// The beamformed lines: `z` complex64 [beam, sample], of many frames [frame, beam, sample], `fs`,
-    /// `t0`, `beam_x`, `c`, and `beam_z`, `beam_angle` of lines that do not go straight down
+    /// File for the beamformed lines
+    ///
+    /// Keys: `z` complex64 [beam, sample] ([frame, beam, sample] for several frames), `fs`, `t0`, `beam_x`, `c`,
+    /// and `beam_z`, `beam_angle` of lines that do not go straight down.
     #[arg(short, long, value_name = "LINES.npz")]
     output: PathBuf,
 
     #[command(flatten)]
     variables: VariableArguments,
 
-    /// Print what was made and measured as JSON
+    /// Print the run's measures as JSON
     #[arg(long)]
     json: bool,
 
     #[command(flatten)]
+    config: ConfigArgument,
+
+    #[command(flatten)]
     beamform: BeamformFlags,
 
-    /// The frames A to B−1 of a recording of many, or frame A alone: A..B or A [default: all]
+    /// Frames A to B−1, or frame A alone: A..B, A.. or A [default: all]
     #[arg(long, value_name = "A..B", value_parser = parse_frames)]
     frames: Option<FrameRange>,
 
-    /// Also an image of the lines, of the first frame: 0 to 255, as .png or .npy; as .svg with axes in mm
-    /// and a grey bar in dB
+    /// Also write an image of the first frame: .png, .npy or .svg
+    ///
+    /// The .png and .npy have grey levels from 0 to 255. The .svg also has axes in mm and a grey bar in dB.
     #[arg(long, value_name = "IMG.png", help_heading = "Image")]
     image: Option<PathBuf>,
 
     #[command(flatten)]
     image_flags: ImageFlags,
 
-    /// Also the phase symmetry of the image, of the first frame, from its grey levels before they are rounded:
-    /// float32 [row, column] as .npy; as .png with its largest value at 255. With --pad if the image's size is not
-    /// given
+    /// Also write the phase symmetry of the first frame's image: .npy or .png
+    ///
+    /// The filter reads the grey levels before they are rounded. The .npy is float32 [row, column]; the largest
+    /// value of the .png is 255. Without --rows, --columns and --resize, --pad is set.
     #[arg(long, value_name = "MAP.npy", help_heading = "Bone map")]
     bone_map: Option<PathBuf>,
 
     #[command(flatten, next_help_heading = "Bone map")]
     phase_symmetry: PhaseSymmetryFlags,
 
-    /// Also the bone surface, of the first frame: .csv, .json or .ply, as `host-sim surface` writes it, with the values of
-    /// the section [surface] of --config
+    /// Also write the bone surface of the first frame: .csv, .json or .ply
+    ///
+    /// The file is as `host-sim surface` writes it. Parameters come from the section [surface] of --config.
     #[arg(long, value_name = "SURFACE.csv", help_heading = "Bone surface")]
     surface: Option<PathBuf>,
-
-    #[command(flatten)]
-    config: ConfigArgument,
 }
 
 const EXAMPLES: &str = "\
@@ -113,7 +119,7 @@ Examples:
   host-sim beamform channels.npz --config lines.npz.config.toml -o again.npz";
 
 impl Arguments {
-    /// A flag that would have no effect is a mistake.
+    /// Refuses flags that have no effect on the recording.
     fn refuse_flags_without_effect(&self, recording: &Recording) -> Result<()> {
         let delay = self.beamform.of_delay().to_vec();
         let spacing = self.beamform.of_aligned_data();
@@ -133,7 +139,7 @@ impl Arguments {
         }
     }
 
-    /// Refuses files that cannot be written, or that would be written twice or over the recording.
+    /// Refuses outputs that cannot be written, or that would overwrite another file.
     fn check_paths(&self, config_path: &Path) -> Result<()> {
         let mut outputs = vec![self.output.as_path(), config_path];
         if let Some(path) = &self.image {
@@ -156,7 +162,7 @@ impl Arguments {
         check_outputs(&[&self.recording], &outputs)
     }
 
-    /// What is drawn.
+    /// The pictures that were asked for.
     fn pictures<'a>(&self, config: &'a Config) -> Pictures<'a> {
         Pictures {
             image: &config.image,
@@ -165,7 +171,7 @@ impl Arguments {
         }
     }
 
-    /// Warns of parameters that were probably not meant.
+    /// Warns of parameters that are probably a mistake.
     fn warn_of(&self, recording: &Recording, config: &Config) -> Result<()> {
         if let Recording::Channel(data) = recording {
             for warning in warnings(data, &config.beamform)? {
@@ -175,7 +181,7 @@ impl Arguments {
         Ok(())
     }
 
-    /// The lines of an interrupted run, if there was one of the same configuration, frames and recording.
+    /// Lines of an interrupted run with the same configuration, recording and frames.
     fn partial(
         &self,
         snapshot: &Snapshot,
@@ -189,7 +195,7 @@ impl Arguments {
         PartialLines::open(Path::new(&path), key)
     }
 
-    /// Adds the surface, if it is asked for, and says what was found.
+    /// Adds the surface if asked for; returns its summary.
     fn add_surface(
         &self,
         lines: &BeamformedLines,
@@ -207,7 +213,7 @@ impl Arguments {
         Ok(text)
     }
 
-    /// Adds the image and the bone map, whichever is asked for.
+    /// Adds the image and the bone map if asked for.
     fn add_pictures(
         &self,
         image: &BModeImage,
@@ -316,7 +322,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let mut measures = Measures::new(&input, file.format(), seconds, resumed, &lines);
     let mut summary = summary_of_lines(first, &config.beamform, frames.len(), &lines);
     if resumed > 0 {
-        summary += &format!(", {resumed} of them from a run that was interrupted");
+        summary += &format!(", {resumed} of them from an interrupted run");
     }
     if pictured {
         let image = image_of(&lines, &config.image).map_err(|e| about(&arguments.recording, e))?;
@@ -345,13 +351,13 @@ pub fn run(arguments: Arguments) -> Result<()> {
     }
 }
 
-/// Whether an image's name asks for axes around it.
+/// Whether the image's name asks for axes (.svg).
 fn is_figure(path: &Path) -> bool {
     let extension = path.extension().and_then(|e| e.to_str());
     extension.is_some_and(|e| e.eq_ignore_ascii_case("svg"))
 }
 
-/// What was made, with what was chosen where nothing was asked for.
+/// Summary of the lines, with the values that the program chose.
 fn summary_of_lines(
     recording: &Recording,
     parameters: &Beamform,
@@ -375,7 +381,7 @@ fn summary_of_lines(
     format!("{of_frames}{beams} lines from {first:.2} to {last:.2} mm at {rate} MHz{chosen}")
 }
 
-/// Where the beams lie, if the recording tells it: else they are evenly spaced.
+/// Positions of the beams if the recording has them; else they are evenly spaced.
 fn given_beams(recording: &Recording) -> Option<&[f64]> {
     match recording {
         Recording::Channel(data) => match &data.transmits {

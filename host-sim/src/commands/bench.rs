@@ -1,4 +1,4 @@
-//! `host-sim bench`: how fast the core is, beside other ways of computing the same.
+//! `host-sim bench`: the core's speed beside other implementations.
 
 use std::path::{Path, PathBuf};
 
@@ -14,33 +14,35 @@ use bonebeam_bench::{Section, Settings, rewrite, run as measure, text};
 use bonebeam_files::atomic::{Outputs, check_outputs};
 use bonebeam_files::terminal::print;
 
-/// Measure the core's speed beside a naive baseline on faer, rustfft and scipy, on this machine.
+/// Measure the core's speed on this machine, beside naive baselines.
 ///
-/// Both sides are timed in turn on the same data, with one thread unless said, and the fastest of
-/// many calls counts, so that other users of the machine disturb little; results of both sides are
-/// compared first. A line a measurement: what the core takes, what its yardstick takes, the ratio,
-/// share or rate, its target, and whether it is met. Nothing fails for being slow: the exit status is
-/// 1 only where results differ. Build with --release.
+/// The baselines use faer, rustfft and scipy. Both sides are timed in turn on the same data, with one thread unless
+/// stated, after their results have been compared. The fastest of many calls counts, so that other programs on the
+/// machine disturb little.
+///
+/// Each measurement is one line: the core's time, the baseline's time, the ratio, share or rate, its target, and
+/// whether it is met. A slow result is not an error: the exit status is 1 only if results differ. Build with
+/// --release.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// A short look, in a few seconds
+    /// A short run of a few seconds
     #[arg(long)]
     quick: bool,
 
-    /// Only these sections; all without it
+    /// Only these sections [default: all]
     #[arg(long, value_name = "SECTION,…", value_delimiter = ',')]
     only: Vec<Section>,
 
-    /// Force one instruction set; the widest without it
+    /// Force one instruction set [default: the widest]
     #[arg(long, value_name = "NAME", value_parser = instruction_sets())]
     instruction_set: Option<InstructionSet>,
 
-    /// All figures as JSON
+    /// Write all figures as JSON
     #[arg(short, long, value_name = "FILE.json")]
     output: Option<PathBuf>,
 
-    /// Rewrite the tables of this document, between the two comments of the instruction set
+    /// Rewrite this document's tables, between the two comments of the instruction set
     #[arg(long, value_name = "FILE.md", conflicts_with_all = ["quick", "only"])]
     docs: Option<PathBuf>,
 }
@@ -54,7 +56,7 @@ Examples:
   host-sim bench -o bench.json --docs docs/benchmarks.md
   host-sim bench --instruction-set avx2 --docs docs/benchmarks.md";
 
-/// The names of instruction sets, with all of them in the help.
+/// Parses the name of an instruction set; the help lists all names.
 fn instruction_sets() -> impl TypedValueParser<Value = InstructionSet> {
     let names = InstructionSet::ALL.iter().map(|set| set.key());
     PossibleValuesParser::new(names).try_map(|name| name.parse::<InstructionSet>())
@@ -63,8 +65,8 @@ fn instruction_sets() -> impl TypedValueParser<Value = InstructionSet> {
 /// Runs the command.
 ///
 /// # Errors
-/// An instruction set that the processor does not have, a file that cannot be written, or results
-/// of the two sides that differ.
+/// An instruction set that the processor does not have, a file that cannot be written, or results of the two sides
+/// that differ.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let outputs = [&arguments.output, &arguments.docs];
     let outputs: Vec<&Path> = outputs

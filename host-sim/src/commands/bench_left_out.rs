@@ -8,17 +8,17 @@ use crate::{Error, Result};
 
 /// Measure the core's speed; needs a build with the feature `bench`.
 ///
-/// The benchmark compares the core with other libraries, which take as long to compile as all the
-/// rest. So they are left out of an ordinary build: cargo run --release --features bench -- bench
+/// The benchmark compares the core with other libraries, which take as long to compile as everything else. An
+/// ordinary build leaves them out. To run it: cargo run --release --features bench -- bench
 #[derive(Debug, Args)]
 #[command(disable_help_flag = true)]
 pub struct Arguments {
-    /// What the benchmark would be asked
+    /// Arguments of the benchmark
     #[arg(trailing_var_arg = true, allow_hyphen_values = true, hide = true)]
     _all: Vec<OsString>,
 }
 
-/// Tells how to build the benchmark.
+/// Refuses to run, with the command that builds the benchmark.
 ///
 /// # Errors
 /// Always [`Error::Usage`].

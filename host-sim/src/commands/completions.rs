@@ -1,4 +1,4 @@
-//! `host-sim completions`: what a shell completes the command line with.
+//! `host-sim completions`: shell completions of the command line.
 
 use clap::{Args, Command};
 use clap_complete::{Shell, generate};
@@ -6,9 +6,9 @@ use clap_complete::{Shell, generate};
 use crate::{Error, Result};
 use bonebeam_files::terminal::print;
 
-/// Print the completions of a shell.
+/// Print the completions for a shell.
 ///
-/// They go where the shell looks for them; in bash, source <(host-sim completions bash).
+/// Save them where the shell looks for them, or in bash: source <(host-sim completions bash).
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {

@@ -1,4 +1,4 @@
-//! `host-sim convert`: a recording of any format, or lines → `.npz`, UFF or zea's HDF5.
+//! `host-sim convert`: a recording or lines → `.npz`, UFF or zea's HDF5.
 
 use std::path::PathBuf;
 
@@ -12,17 +12,17 @@ use bonebeam_files::terminal::{print, warn};
 use bonebeam_files::{BeamformedLines, Recording};
 use bonebeam_formats::{Export, RecordingFile, add_lines};
 
-/// Write a recording of any format, or beamformed lines, as .npz, UFF or zea's HDF5.
+/// Write a recording of any format, or lines, as .npz, UFF or zea's HDF5.
 ///
-/// The ending of OUT tells the format: .npz, .uff, or .hdf5 or .h5 for zea. The file holds the same numbers: float32 RF
-/// or complex64 I/Q. An archive has the keys that docs/file-formats.md lists.
+/// The ending of OUT sets the format: .npz, .uff, or for zea .hdf5 or .h5. The numbers do not change: float32 RF or
+/// complex64 I/Q. docs/file-formats.md lists the keys of .npz archives.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[arg(value_name = "FILE", help = format!("{}; or lines as beamform writes them", recording_help()))]
     recording: PathBuf,
 
-    /// The file: .npz, .uff, or .hdf5 or .h5 for zea
+    /// Output file: .npz, .uff, or for zea .hdf5 or .h5
     #[arg(short, long, value_name = "OUT.npz")]
     output: PathBuf,
 

@@ -4,14 +4,14 @@ use std::ops::Range;
 
 use crate::{Error, Result};
 
-/// The frames of a file that are asked for: without an end, all from the first on.
+/// The frames that `--frames` selects; without an end, up to the last.
 #[derive(Clone, Debug)]
 pub struct FrameRange {
     first: usize,
     end: Option<usize>,
 }
 
-/// Of `A..B`, `A..` or `A`.
+/// Parses `A..B`, `A..` or `A`.
 pub fn parse_frames(text: &str) -> std::result::Result<FrameRange, String> {
     let expected = "expected a frame such as 3, or a range such as 0..10 or 5..";
     let number = |text: &str| text.parse::<usize>().map_err(|_| expected.to_owned());
@@ -35,10 +35,10 @@ pub fn parse_frames(text: &str) -> std::result::Result<FrameRange, String> {
 }
 
 impl FrameRange {
-    /// Those frames of a recording of so many; all without a range.
+    /// The selected frames of a recording with `frames` frames; all without a range.
     ///
     /// # Errors
-    /// Frames that there are not.
+    /// A range that selects no frame, or frames beyond the last.
     pub fn of(range: Option<&Self>, frames: usize) -> Result<Range<usize>> {
         let Some(range) = range else {
             return Ok(0..frames);

@@ -10,19 +10,20 @@ use bonebeam_oracle::golden::{check, stages, write};
 
 /// Write golden vectors, or compare those of another implementation with them.
 ///
-/// A small scene's input, every intermediate and outputs: as .npy, and as words for Verilog's $readmemh,
-/// floats and 16-bit integers. manifest.json tells shapes, formats, hashes and what the integers cost. The
-/// files are the same on every machine. With --check, every file of DIR is compared with the golden one: a
-/// line each, with the first word that differs and the largest error. The exit status is then 0 only if all
-/// are the same to the bit.
+/// The vectors are the input, every intermediate result and the outputs of a small scene: as .npy, and as words for
+/// Verilog's $readmemh, floats and 16-bit integers. manifest.json has shapes, formats, hashes and the error of the
+/// integers. The files are the same on every machine.
+///
+/// --check compares every file of DIR with the golden one and prints one line per file, with the first word that
+/// differs and the largest error. The exit status is then 0 only if all files are equal bit for bit.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// The folder to write; it is made
+    /// Folder to write; it is created
     #[arg(short, long, value_name = "DIR", required_unless_present = "check")]
     output: Option<PathBuf>,
 
-    /// The folder to compare
+    /// Folder to compare with the golden vectors
     #[arg(long, value_name = "DIR", conflicts_with = "output")]
     check: Option<PathBuf>,
 }
@@ -30,12 +31,12 @@ pub struct Arguments {
 const EXAMPLES: &str = "\
 Examples:
   host-sim golden -o vectors
-  host-sim golden --check mine        files of the same names, all of them or some";
+  host-sim golden --check mine        # some or all of the files, with the same names";
 
 /// Runs the command.
 ///
 /// # Errors
-/// A folder that cannot be written or holds no vectors, or [`Error::Data`] where a file differs.
+/// The folder cannot be written or holds no vectors, or [`Error::Data`] if a file differs.
 pub fn run(arguments: &Arguments) -> Result<()> {
     if let Some(folder) = &arguments.output {
         let manifest = write(folder, &stages()?)?;

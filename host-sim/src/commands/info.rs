@@ -1,4 +1,4 @@
-//! `host-sim info`: what a recording holds, and what would be done with it.
+//! `host-sim info`: a recording's contents, and the lines `beamform` would make.
 
 use std::path::PathBuf;
 
@@ -15,10 +15,9 @@ use bonebeam_files::terminal::{digits, one_line, print};
 use bonebeam_files::{AlignedData, ChannelData, Recording, Samples, Transmits};
 use bonebeam_formats::RecordingFile;
 
-/// Tell what a recording holds, and what would be done with it.
+/// Print a recording's contents and the processing that `beamform` would apply.
 ///
-/// It takes the flags of beamform, and tells the lines that they would make. Of many frames it looks at the
-/// first.
+/// It takes the flags of `beamform`. Of several frames it reads the first.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES, allow_negative_numbers = true)]
 pub struct Arguments {
@@ -92,7 +91,7 @@ fn mhz(hertz: f64) -> String {
     format!("{} MHz", digits(hertz / 1e6))
 }
 
-/// The least and the greatest, in a person's unit.
+/// Least and greatest value in `unit`, or the one value.
 fn range(values: &[f64], scale: f64, unit: &str) -> String {
     let least = values.iter().copied().fold(f64::INFINITY, f64::min) * scale;
     let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max) * scale;
@@ -106,7 +105,7 @@ fn of_channel_data(data: &ChannelData, frames: usize) -> Vec<Fact> {
     let (_, transmits, elements, samples) = data.samples.dim();
     let kind = match data.samples {
         Samples::Rf(_) => "RF".to_owned(),
-        Samples::Iq { f_demod, .. } => format!("I/Q demodulated by {}", mhz(f_demod)),
+        Samples::Iq { f_demod, .. } => format!("I/Q demodulated at {}", mhz(f_demod)),
     };
     let mut facts = vec![(
         "holds",
@@ -167,11 +166,11 @@ fn law_names(transmits: &Transmits) -> String {
         ),
         Transmits::Plane { angle } => {
             format!(
-                "plane waves of {}",
+                "plane waves at {}",
                 range(angle, 1f64.to_degrees(), "degrees")
             )
         }
-        Transmits::Element { index } => format!("single elements, {} of them", index.len()),
+        Transmits::Element { index } => format!("{} single elements", index.len()),
         Transmits::VirtualSource { x, z } => format!(
             "virtual sources at x {}, z {}",
             range(x, 1e3, "mm"),
@@ -184,7 +183,7 @@ fn law_names(transmits: &Transmits) -> String {
     }
 }
 
-/// The lines that beamform would make.
+/// The lines that `beamform` would make.
 fn to_be_done(data: &ChannelData, config: &Config) -> Vec<Fact> {
     let parameters = &config.beamform;
     let mut facts = Vec::new();
@@ -224,30 +223,30 @@ fn to_be_done(data: &ChannelData, config: &Config) -> Vec<Fact> {
     facts
 }
 
-/// What lies between the lines, and what is lost there.
+/// Sub-lines, and the loss of a point between two lines.
 fn sub_lines(stage: &DelayStage<'_>) -> Option<Fact> {
     let loss = stage.loss_between()?;
     let aligned = stage.rays().len();
     let own = match (stage.sub_lines(), stage.pooled()) {
-        (1, _) => "none: a point between two lines".to_owned(),
+        (1, _) => "none; a point between two lines".to_owned(),
         (count, None) => {
-            format!("{count} of each of {aligned} aligned lines; a point between two")
+            format!("{count} per aligned line, of {aligned}; a point between two")
         }
         (count, Some(size)) => format!(
-            "{count} of each of {aligned} aligned lines, a line is the largest of {size}; a point between two"
+            "{count} per aligned line, of {aligned}; each line is the largest of {size}; a point between two"
         ),
     };
-    Some((
-        "sub-lines",
-        format!("{own} loses up to {loss:.1} dB, about"),
-    ))
+    Some(("sub-lines", format!("{own} loses up to about {loss:.1} dB")))
 }
 
 fn of_aligned_data(data: &AlignedData, frames: usize, parameters: &Beamform) -> Vec<Fact> {
     let (_, beams, samples, elements) = data.x.dim();
     let positions = match &data.beam_x {
         Some(x) => format!("at {}", range(x, 1e3, "mm")),
-        None => format!("{} mm apart, as nothing tells", mm(parameters.beam_spacing)),
+        None => format!(
+            "{} mm apart, by --beam-spacing",
+            mm(parameters.beam_spacing)
+        ),
     };
     vec![
         (

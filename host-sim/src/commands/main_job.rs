@@ -1,4 +1,4 @@
-//! `host-sim` alone: the main job.
+//! `host-sim` without a command: the main job.
 
 use std::fs;
 use std::io::Write;
@@ -19,11 +19,11 @@ use bonebeam_paper::report::{self, Page, Report};
 /// Arguments of the main job.
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// A coarser main job in a few seconds
+    /// A coarser main job that takes a few seconds
     #[arg(long)]
     quick: bool,
 
-    /// The folder for the main job's report, pictures and configuration [default: out]
+    /// Folder for the main job's report, pictures and configuration [default: out]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 
@@ -36,7 +36,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// The main job's arguments before a command would have no effect, which is a mistake.
+    /// Refuses flags of the main job before a command, where they have no effect.
     ///
     /// # Errors
     /// One of them was given.
@@ -50,7 +50,7 @@ impl Arguments {
         match all.find(|(_, given)| *given) {
             None => Ok(()),
             Some((flag, _)) => Err(Error::Usage(format!(
-                "{flag} before a command belongs to the main job, which runs without a command"
+                "{flag} is a flag of the main job, which runs without a command"
             ))),
         }
     }
@@ -88,8 +88,7 @@ pub(super) fn run_in(job: &Job, folder: &Path, page: Page, docs: Option<&Path>) 
     result
 }
 
-/// Makes sure before the computation that the folder can be written; tells which folders are new, the
-/// innermost first.
+/// Checks that the folder can be written; returns new folders, innermost first.
 pub(super) fn prepare(folder: &Path) -> Result<Vec<&Path>> {
     let new = |path: &&Path| !path.as_os_str().is_empty() && !path.exists();
     let created: Vec<&Path> = folder.ancestors().take_while(new).collect();
@@ -100,7 +99,7 @@ pub(super) fn prepare(folder: &Path) -> Result<Vec<&Path>> {
     drop(turn);
     fs::create_dir_all(folder).map_err(|e| Error::File {
         path: folder.to_path_buf(),
-        message: format!("the folder cannot be made: {}", e.kind()),
+        message: format!("the folder cannot be created: {}", e.kind()),
     })?;
     check_writable(&folder.join(report::DATA))?;
     Ok(created)

@@ -1,4 +1,4 @@
-//! What `--json` tells of a run: numbers for programs, SI units in their names, null where there is none.
+//! Measures that `--json` prints: SI units in their names, null if undefined.
 
 use serde::Serialize;
 
@@ -20,9 +20,9 @@ pub struct Measures {
     /// XXH3 of 128 bits over the input's bytes.
     input_xxh128: Option<String>,
     format: &'static str,
-    /// How long delaying and beamforming took.
+    /// Time of delay and beamforming.
     seconds: f64,
-    /// Frames that an interrupted run had made.
+    /// Frames taken from an interrupted run.
     resumed_frames: usize,
     lines: LineMeasures,
     point: Option<PointMeasures>,
@@ -37,12 +37,12 @@ struct LineMeasures {
     first_m: f64,
     last_m: f64,
     sound_speed_m_s: f64,
-    /// The largest envelope, and the root of the mean square.
+    /// Largest envelope, and root mean square.
     peak: f64,
     rms: f64,
 }
 
-/// Of the profile across the brightest place.
+/// Profile across the brightest point.
 #[derive(Serialize)]
 struct PointMeasures {
     x_m: f64,
@@ -74,7 +74,7 @@ struct WithParameters<'a> {
 }
 
 impl Measures {
-    /// Those of the lines.
+    /// Measures of the lines.
     pub fn new(
         input: &Input,
         format: Format,
@@ -122,7 +122,7 @@ impl Measures {
         }
     }
 
-    /// Those of the image, too.
+    /// Adds the measures of the image.
     pub fn add_image(&mut self, image: &BModeImage) {
         let (rows, columns) = image.pixels.dim();
         let sum: f64 = image.pixels.iter().map(|&level| f64::from(level)).sum();
@@ -137,10 +137,10 @@ impl Measures {
         });
     }
 
-    /// Everything with the parameters that were used, as one line of JSON.
+    /// The measures and the parameters used, as one line of JSON.
     ///
     /// # Errors
-    /// What JSON cannot hold.
+    /// A value that JSON cannot hold.
     pub fn json(&self, parameters: &Beamform) -> Result<String> {
         let all = WithParameters {
             measures: self,

@@ -1,4 +1,4 @@
-//! One file a subcommand: its arguments, and the order in which it calls on the rest.
+//! Subcommands, one file each: their arguments and their steps.
 
 pub mod beamform;
 #[cfg(feature = "bench")]
@@ -31,7 +31,7 @@ use bonebeam_files::{cannot_be_opened, file_error, input};
 use bonebeam_formats::{Format, Layout, RecordingFile, Variables};
 use clap::builder::PossibleValuesParser;
 
-/// The file of `--config`, or the defaults.
+/// Reads the file of `--config`; without it, returns the defaults.
 fn load_config(path: Option<&Path>) -> Result<Config> {
     path.map_or_else(|| Ok(Config::default()), Config::read)
 }
@@ -44,7 +44,7 @@ fn command_line() -> String {
     words.collect::<Vec<_>>().join(" ")
 }
 
-/// An error about data that came from a file, with the file's name.
+/// Adds the name of a file to an error about its data.
 fn about(path: &Path, error: Error) -> Error {
     match error {
         Error::Data(_) | Error::Core(_) => Error::File {
@@ -55,17 +55,17 @@ fn about(path: &Path, error: Error) -> Error {
     }
 }
 
-/// The longest document that is read, bytes.
+/// Longest document to read, bytes.
 const LONGEST_DOCUMENT: u64 = 1 << 20;
 
-/// A document whose tables are written anew.
+/// Reads a document whose tables will be rewritten.
 fn read_document(path: &Path) -> Result<String> {
     let bytes = input::read(path, LONGEST_DOCUMENT);
     let bytes = bytes.map_err(|e| file_error(path, cannot_be_opened(&e)))?;
     String::from_utf8(bytes).map_err(|_| file_error(path, "is not UTF-8"))
 }
 
-/// Tells on the standard error what a recording's file does not tell and was assumed; the run goes on.
+/// Prints on standard error the values that the file lacks and that were assumed.
 fn tell_assumed(path: &Path, file: &RecordingFile) {
     if !file.assumed().is_empty() {
         let assumed = file.assumed().join("; ");
@@ -73,25 +73,26 @@ fn tell_assumed(path: &Path, file: &RecordingFile) {
     }
 }
 
-/// The help of the argument that every command takes that reads a recording.
+/// Help of the recording argument, shared by the commands that read one.
 fn recording_help() -> String {
     let formats = Format::names();
-    format!("The recording; its content tells its format: {formats}")
+    format!("The recording; its format is recognized from its content: {formats}")
 }
 
-/// `--variable`, which every command takes that reads a recording.
+/// Flags on a recording's arrays, shared by the commands that read one.
 #[derive(Debug, clap::Args)]
 struct VariableArguments {
-    /// If the format does not fix them: the name that the file has for a key of channel data, or the key's
-    /// value, such as rf=RcvData, c=1540, tx_angle=-0.1,0,0.1 or axes=sample,element,transmit
+    /// Name or value of a key of channel data, if the format gives none; repeatable
+    ///
+    /// Such as rf=RcvData for the file's name of rf, c=1540, tx_angle=-0.1,0,0.1 or axes=sample,element,transmit.
     #[arg(long = "variable", value_name = "KEY=NAME", help_heading = "Recording")]
     variables: Vec<String>,
 
-    /// Which program's layout the arrays have, where their names do not tell
+    /// Program whose layout the arrays have, if their names do not show it
     #[arg(long, value_name = "PROGRAM", value_parser = layouts(), help_heading = "Recording")]
     layout: Option<String>,
 
-    /// I/Q was written with the carrier's other sign
+    /// I/Q has the opposite sign of the carrier: conjugate it
     #[arg(long, help_heading = "Recording")]
     iq_conjugate: bool,
 }
@@ -102,7 +103,7 @@ fn layouts() -> PossibleValuesParser {
 }
 
 impl VariableArguments {
-    /// What the flags say in place of the section's values.
+    /// Replaces the section's values by those of the flags.
     fn apply(&self, variables: &mut Variables) -> Result<()> {
         let layout = self.layout.iter().map(|name| format!("layout={name}"));
         let conjugate = self.iq_conjugate.then(|| "iq_conjugate=1".to_owned());
@@ -119,7 +120,7 @@ impl VariableArguments {
     }
 }
 
-/// `--config`, which every command takes.
+/// `--config`, shared by the commands with parameters.
 #[derive(Debug, clap::Args)]
 struct ConfigArgument {
     /// TOML file with parameters, such as the one that an earlier run wrote; flags override it

@@ -11,60 +11,63 @@ use bonebeam_files::input::{self, cannot_be_opened};
 use bonebeam_paper::experiments::{ExperimentFilter, Job, Overrides, PAPER};
 use bonebeam_paper::report::Page;
 
-/// Reproduce the paper: its figures, its tables, and what becomes of its claims.
+/// Reproduce the paper: its figures, its tables and its claims.
 ///
-/// Everything is simulated, so that the truth is known. One number is fitted to the paper, the level of the water
-/// bath's clutter; nothing else is adjusted to look like it.
-/// The folder holds report.html, which is one file that can be sent, report.json with every number and
-/// the configuration with its seeds, a CSV of every table and of every number, and the pictures as PNG.
+/// All data are simulated, so that the truth is known. One number is fitted to the paper, the level of the water
+/// bath's clutter. Nothing else is adjusted to look like it.
 ///
-/// More bones than one machine has time for: several runs with --claims and other seeds, and one with
-/// --merge, which takes their report.json.
+/// The folder holds report.html, one file that can be sent; report.json with every number and the configuration
+/// with its seeds; a CSV of every table and one of every number; and the pictures as PNG.
+///
+/// For more bones than one machine has time for, start several runs with --claims and different seeds, then one
+/// with --merge and the report.json of each.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
     filter: ExperimentFilter,
 
-    /// A coarser look at all of it
+    /// A coarser, faster run
     #[arg(long)]
     quick: bool,
 
-    /// The first seed of noise, tissue and clutter, and the number of the claims' first bone, in place of the
-    /// configuration's
+    /// First seed of noise, tissue and clutter, and number of the claims' first bone [default: the configuration's]
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
 
-    /// Only the claims' scenes whose name has this word: water, tissue, quiet, disturbed, aberration-20-ns,
-    /// aberration-35-ns, speed-low, speed-high; may be repeated
+    /// Only the claims' scenes whose name contains this word; repeatable
+    ///
+    /// Words: water, tissue, quiet, disturbed, aberration-20-ns, aberration-35-ns, speed-low, speed-high.
     #[arg(long, value_name = "WORD", value_delimiter = ',')]
     only: Vec<String>,
 
-    /// The folder for report, pictures, tables and configuration [default: out/paper]
+    /// Folder for the report, pictures, tables and configuration [default: out/paper]
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
 
-    /// Keep recordings and long results in this folder, and take them from it where they are of the same
-    /// parameters [default: .kept in the folder of the outputs, until the run is done: one that was interrupted goes on
-    /// from there]
+    /// Folder for recordings and long results, for later runs with the same parameters
+    ///
+    /// Without this flag, .kept in the output folder holds them until the run is done; an interrupted run resumes from it.
     #[arg(long, value_name = "DIR")]
     keep: Option<PathBuf>,
 
-    /// The report.json of another run, whose scenes are judged with those of this one; may be repeated
+    /// report.json of another run, to judge its scenes with this run's; repeatable
     #[arg(long, value_name = "FILE.json")]
     merge: Vec<PathBuf>,
 
-    /// A closed surface in mm, +x towards the front and +z towards the head: the bone of Fig. 3 and of the water
-    /// bath, and of which every bone of the claims is a pose
+    /// Closed surface of the bone, in mm, +x towards the front and +z towards the head
+    ///
+    /// It is the bone of Fig. 3 and of the water bath. Every bone of the claims is a pose of it.
     #[arg(long, value_name = "FILE.ply")]
     mesh: Option<PathBuf>,
 
-    /// Rewrite the tables of this document, between the comments `<!-- NAME -->` and `<!-- end of NAME -->` of each
-    /// experiment that it has
+    /// Rewrite this document's tables, between the comments of each experiment
+    ///
+    /// The comments are `<!-- NAME -->` and `<!-- end of NAME -->`.
     #[arg(long, value_name = "FILE.md")]
     docs: Option<PathBuf>,
 
-    /// TOML file with the parameters, such as the one in the folder of an earlier run
+    /// TOML file with parameters, such as the one in the folder of an earlier run
     #[arg(long, value_name = "FILE.toml", conflicts_with = "quick")]
     config: Option<PathBuf>,
 }
@@ -83,7 +86,7 @@ Examples:
 /// Runs the command.
 ///
 /// # Errors
-/// A figure that there is not, a parameter out of range, or a folder that cannot be written.
+/// A figure that does not exist, a parameter out of range, or a folder that cannot be written.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let mut job = match &arguments.config {
         Some(path) => Job::read(PAPER, path)?,
@@ -121,18 +124,19 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     Ok(())
 }
 
-/// The folder within the outputs in which recordings and long results are until the run is done.
+/// Folder in the outputs for recordings and long results until the run is done.
 const KEPT: &str = ".kept";
 
-/// The longest report that is read, bytes: a thousand times what a run of usual length writes.
+/// Longest report to read, bytes: a thousand times the usual length.
 const MOST: u64 = 100_000_000;
 
-/// Another run's report.
+/// Reads another run's report.
 fn read_report(path: &Path) -> Result<serde_json::Value> {
     let error = |message: String| Error::File {
         path: path.to_path_buf(),
         message,
     };
     let text = input::read(path, MOST).map_err(|e| error(cannot_be_opened(&e)))?;
-    serde_json::from_slice(&text).map_err(|e| error(format!("is no report.json of a run: {e}")))
+    serde_json::from_slice(&text)
+        .map_err(|e| error(format!("is not the report.json of a run: {e}")))
 }

@@ -17,10 +17,10 @@ use bonebeam_files::atomic::{Outputs, check_outputs};
 use bonebeam_files::image::{self, Format};
 use bonebeam_files::memory;
 
-/// Filter an image for ridges: bright lines such as bone surfaces (phase symmetry, Eq. 9 and 10).
+/// Filter an image for ridges: bright lines such as bone surfaces.
 ///
-/// The map has the image's size and values from 0 to below 1. The configuration used is written
-/// beside it as PS.npy.config.toml.
+/// The filter is phase symmetry (Eq. 9 and 10). The map has the image's size and values from 0 to below 1. The
+/// configuration used is written beside it as PS.npy.config.toml.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES, allow_negative_numbers = true)]
 pub struct Arguments {
@@ -31,7 +31,7 @@ pub struct Arguments {
     #[arg(short, long, value_name = "PS.npy")]
     output: PathBuf,
 
-    /// Also the map as 8-bit grey levels, its largest value at 255
+    /// Also write the map as 8-bit grey levels; its largest value becomes 255
     #[arg(long = "image", value_name = "PS.png")]
     picture: Option<PathBuf>,
 

@@ -16,22 +16,25 @@ use bonebeam_files::terminal::warn;
 use bonebeam_files::{Truth, add_surface_to};
 use bonebeam_simulate::{Checkpoint, DynamicRange, Kind, Phantom};
 
-/// Simulate the channel data of a point, of bone in water or in tissue, or of known levels.
+/// Simulate channel data of a point, of bone in water or tissue, or known levels.
 ///
-/// A linear array sends one focused beam per element (the paper's array, pulse, transmit and
-/// record, unless told otherwise) and records every element. Bone attenuates totally: an element
-/// hears only what it sees. The configuration used is written beside the channel data as
-/// FILE.npz.config.toml; its section [simulate.scanner] has all settings of the scanner. What was
-/// imaged is written as FILE.npz.truth.npz, a bone's surface as FILE.npz.surface.ply. A run that was
-/// interrupted goes on from FILE.npz.partial when it is started again.
+/// A linear array sends one focused beam per element and records every element. Array, pulse, transmits and record
+/// are the paper's unless flags change them. No sound passes through bone: an element receives echoes only of the
+/// surfaces that it sees.
+///
+/// The configuration used is written beside the channel data as FILE.npz.config.toml; its section
+/// [simulate.scanner] has all settings of the scanner. The imaged object is written as FILE.npz.truth.npz, a bone's
+/// surface as FILE.npz.surface.ply. An interrupted run resumes from FILE.npz.partial.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES, allow_negative_numbers = true)]
 pub struct Arguments {
     #[command(flatten)]
     simulate: SimulateFlags,
 
-    /// The channel data: `rf` float32 [transmit, element, sample] (or `iq`, `f_demod`), `fs`, `t0`, `element_x`, `c`,
-    /// `f0`, `tx_x`, `tx_focus`, `tx_fnumber`
+    /// File for the channel data
+    ///
+    /// Keys: `rf` float32 [transmit, element, sample] (or `iq`, `f_demod`), `fs`, `t0`, `element_x`, `c`, `f0`,
+    /// `tx_x`, `tx_focus`, `tx_fnumber`.
     #[arg(short, long, value_name = "FILE.npz")]
     output: PathBuf,
 
@@ -101,7 +104,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     Ok(())
 }
 
-/// What is told of a phantom beside its recording.
+/// The ground truth that is written beside a recording.
 fn truth_of(phantom: &Phantom, known_levels: bool) -> Truth {
     let all = &phantom.scatterers;
     let scatterers = Array2::from_shape_fn((all.len(), 4), |(k, column)| {

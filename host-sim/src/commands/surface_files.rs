@@ -1,4 +1,4 @@
-//! The files of a bone surface: points as CSV, JSON and PLY, and drawn over the picture.
+//! Files of a bone surface: CSV, JSON, PLY, and the surface drawn over the picture.
 
 use std::io::Write;
 use std::path::Path;
@@ -12,22 +12,22 @@ use bonebeam_drive::surface::{PictureFan, SurfacePoint};
 use bonebeam_files::atomic::Outputs;
 use bonebeam_files::image;
 
-/// The formats of points.
+/// File formats of surface points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
-    /// A row a point.
+    /// One row per point.
     Csv,
-    /// Points by pieces.
+    /// Points grouped by piece.
     Json,
     /// Vertices and edges.
     Ply,
 }
 
 impl Kind {
-    /// The format that the name of a flag's file asks for.
+    /// The format by the ending of the file name that was given to `flag`.
     ///
     /// # Errors
-    /// Another name.
+    /// Another ending.
     pub fn of(flag: &str, path: &Path) -> Result<Self> {
         let extension = path.extension().and_then(|e| e.to_str());
         match extension.map(str::to_ascii_lowercase).as_deref() {
@@ -49,7 +49,7 @@ pub struct FrameSurface {
 }
 
 impl FrameSurface {
-    /// How many of so many lines have bone, and where.
+    /// Number of lines with bone out of `lines`, and their depths.
     pub fn summary(&self, lines: usize) -> String {
         let depths = self.points.iter().map(|point| 1e3 * point.z);
         let least = depths.clone().fold(f64::INFINITY, f64::min);
@@ -79,10 +79,10 @@ impl FrameSurface {
     }
 }
 
-/// The file's content as JSON.
+/// Content of the JSON file.
 #[derive(Serialize)]
 struct Document {
-    /// How many lines were searched.
+    /// Number of lines searched.
     lines: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
     pieces: Option<Vec<Vec<DocumentPoint>>>,
@@ -104,7 +104,9 @@ struct DocumentPoint {
     confidence: f32,
 }
 
-/// Stages the surfaces of frames of `lines` lines, by the name's ending. Of several frames each is told.
+/// Stages the surfaces of frames of `lines` lines; the ending sets the format.
+///
+/// With several frames, the file also gives the frame of each point.
 ///
 /// # Errors
 /// Another ending, or the file cannot be written.
@@ -163,7 +165,7 @@ fn csv(frames: &[FrameSurface]) -> String {
     text
 }
 
-/// In mm, as the meshes of the simulator; y is 0.
+/// A PLY in mm, as the simulator's meshes; y is 0.
 fn ply(frames: &[FrameSurface]) -> String {
     let several = frames.len() != 1;
     let (mut vertices, mut edges, mut count) = (String::new(), vec![], 0usize);
@@ -192,7 +194,7 @@ fn ply(frames: &[FrameSurface]) -> String {
     )
 }
 
-/// A picture with a surface drawn over it, red, green and blue.
+/// An RGB picture with a surface drawn over it.
 pub struct Overlay {
     pixels: Array2<[u8; 3]>,
 }
@@ -201,10 +203,10 @@ impl Overlay {
     /// Of a sure point and of a doubtful one.
     const SURE: [f32; 3] = [255.0, 140.0, 0.0];
     const DOUBTFUL: [f32; 3] = [90.0, 120.0, 255.0];
-    /// Of the outline of a fan.
+    /// Colour of a fan's outline.
     const OUTLINE: [u8; 3] = [0, 110, 60];
 
-    /// Lines from point to point of a piece, and the outline of the fan that was searched.
+    /// Draws each piece as a polyline, and the outline of the searched fan.
     pub fn of(picture: &BModeImage, fan: Option<&PictureFan>, points: &[SurfacePoint]) -> Self {
         // The cast saturates.
         let pixels = picture.pixels.mapv(|level| [(level + 0.5) as u8; 3]);
@@ -260,7 +262,7 @@ impl Overlay {
     }
 }
 
-/// Both arcs, m.
+/// Both arcs of a fan's outline, m.
 fn outline(fan: &PictureFan) -> Vec<[f64; 2]> {
     const STEPS: usize = 64;
     let [first, last] = fan.angles;

@@ -1,4 +1,4 @@
-//! What `host-sim surface` reads: a picture, lines or a recording, and the surface in each.
+//! Inputs of `host-sim surface`: pictures, lines, recordings; their surfaces.
 
 use std::path::Path;
 
@@ -18,7 +18,7 @@ use bonebeam_files::{BeamformedLines, Recording, image, memory, npz};
 use bonebeam_formats::RecordingFile;
 use ndarray::Slice;
 
-/// A part of a picture, pixels.
+/// Part of a picture, pixels.
 #[derive(Clone, Copy, Debug)]
 pub struct Crop {
     x: usize,
@@ -27,7 +27,7 @@ pub struct Crop {
     height: usize,
 }
 
-/// Of `X,Y,WIDTH,HEIGHT`.
+/// Parses `X,Y,WIDTH,HEIGHT`.
 pub fn parse_crop(text: &str) -> std::result::Result<Crop, String> {
     let numbers: Option<Vec<usize>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
     match numbers.as_deref() {
@@ -41,7 +41,7 @@ pub fn parse_crop(text: &str) -> std::result::Result<Crop, String> {
     }
 }
 
-/// What is read, and of it which part.
+/// The input file, and the part of it to read.
 pub struct Source<'a> {
     pub path: &'a Path,
     pub crop: Option<Crop>,
@@ -53,7 +53,7 @@ pub struct Source<'a> {
 }
 
 impl Source<'_> {
-    /// Refuses a flag of pictures.
+    /// Refuses a flag of pictures for another input.
     fn refuse_of_picture(&self) -> Result<()> {
         let Some(flag) = self.of_picture else {
             return Ok(());
@@ -65,7 +65,7 @@ impl Source<'_> {
     }
 }
 
-/// What FILE holds.
+/// Content of FILE.
 enum Input {
     Picture,
     Lines,
@@ -87,21 +87,21 @@ impl Input {
     }
 }
 
-/// The surfaces of frames, and the picture in which the first lies.
+/// Surfaces of the frames, and the picture of the first.
 pub struct Found {
     /// At least one.
     pub frames: Vec<FrameSurface>,
     pub lines: usize,
     pub picture: Option<BModeImage>,
-    /// The fan of a picture, whose beams are the lines.
+    /// Fan of a picture whose lines are beams.
     pub fan: Option<PictureFan>,
 }
 
 impl Found {
-    /// The surfaces of a source.
+    /// Finds the surfaces in a source.
     ///
     /// # Errors
-    /// Flags without an effect on it, what is not valid, what the core refuses.
+    /// Flags that have no effect on the source, invalid data, or an error of the core.
     pub fn of(source: &Source<'_>, config: &Config, snapshot: &Snapshot) -> Result<Self> {
         match Input::of(source.path)? {
             Input::Picture => of_file_of_picture(source, config),
@@ -113,7 +113,7 @@ impl Found {
                 for index in range {
                     add_frame(&mut found, index, &frames[index], source, config)?;
                 }
-                found.ok_or_else(|| Error::Usage("--frames asks for none".into()))
+                found.ok_or_else(|| Error::Usage("--frames selects no frame".into()))
             }
             Input::Recording => {
                 source.refuse_of_picture()?;
@@ -131,7 +131,7 @@ fn of_file_of_picture(source: &Source<'_>, config: &Config) -> Result<Found> {
     }
     let Some(pixel) = config.image.pixel_size else {
         return Err(Error::Usage(format!(
-            "{} is a picture: give the side of its pixels by --pixel-size, in m, such as 0.0001",
+            "{} is a picture; give its pixel size in m, such as --pixel-size 0.0001",
             path.display()
         )));
     };
@@ -156,7 +156,7 @@ fn of_file_of_picture(source: &Source<'_>, config: &Config) -> Result<Found> {
     let ends = [x.saturating_add(width), y.saturating_add(height)];
     if ends[0] > columns || ends[1] > rows {
         return Err(Error::Usage(format!(
-            "--crop reaches to {},{}; {} has {columns} x {rows} pixels",
+            "--crop ends at {},{}; {} has {columns} x {rows} pixels",
             ends[0],
             ends[1],
             path.display()
@@ -197,7 +197,7 @@ fn of_file_of_picture(source: &Source<'_>, config: &Config) -> Result<Found> {
     })
 }
 
-/// The surface of a frame; of the first with its picture, if it is asked for.
+/// Adds the surface of a frame; of the first frame also the picture if asked for.
 fn add_frame(
     found: &mut Option<Found>,
     frame: usize,
@@ -224,7 +224,7 @@ fn add_frame(
     Ok(())
 }
 
-/// Beamforms the frames, as many at a time as the file is read by, and finds the surface of each.
+/// Beamforms frames in the file's blocks, and finds the surface of each.
 fn of_recording(source: &Source<'_>, config: &Config, snapshot: &Snapshot) -> Result<Found> {
     let path = source.path;
     let file = RecordingFile::open(path, &config.variables)?;
@@ -259,5 +259,5 @@ fn of_recording(source: &Source<'_>, config: &Config, snapshot: &Snapshot) -> Re
         }
     }
     bar.clear();
-    found.ok_or_else(|| Error::Usage("--frames asks for none".into()))
+    found.ok_or_else(|| Error::Usage("--frames selects no frame".into()))
 }

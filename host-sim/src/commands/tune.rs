@@ -1,4 +1,4 @@
-//! `host-sim tune`: beamformer, image and detector of the bone surface tuned together.
+//! `host-sim tune`: tunes beamformer, image and bone-surface detector together.
 
 use std::fs;
 use std::io::Write;
@@ -19,29 +19,30 @@ use bonebeam_paper::experiments::{Common, Context};
 
 /// Tune beamformer, image and bone-surface detector together, on simulated bones.
 ///
-/// Each method is tuned alone, and the largest score wins: the mean of F1 over drawn vertebrae under layers of tissue,
-/// clean and disturbed by aberration, clutter and noise. Other bones judge the result, beside DAS with the detector's
-/// defaults and DAS with the detector tuned alone, which may win, too, if das is one of the methods.
+/// Each method is tuned alone, and the largest score wins. The score is the mean of F1 over random vertebrae under
+/// layers of tissue, clean and disturbed by aberration, clutter and noise. The result is judged on other bones,
+/// beside DAS with the detector's defaults and DAS with only the detector tuned. The latter can also win, if das is
+/// one of the methods.
 ///
-/// The folder holds tuned.toml, a configuration that every command takes by --config, report.json with every number,
-/// and evaluations.csv. A run that was interrupted goes on from the folder's .kept to the same bytes. Lines have the
-/// depth step of --preset live.
+/// The folder holds tuned.toml, a configuration that every command takes by --config; report.json with every
+/// number; and evaluations.csv. An interrupted run resumes from .kept in the folder and writes the same bytes.
+/// Lines have the depth step of --preset live.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// The folder for the configuration, the report and the evaluations
+    /// Folder for the configuration, the report and the evaluations
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
 
-    /// Beamformers that are tuned [default: das,mv,esmv-rank1; with --quick das,mv]
+    /// Beamformers to tune [default: das,mv,esmv-rank1; with --quick das,mv]
     #[arg(long, value_name = "METHOD,…", value_delimiter = ',')]
     methods: Vec<MethodName>,
 
-    /// Bones that are tuned on, and as many others that are judged [default: 6; with --quick 2]
+    /// Number of bones to tune on, and of others to judge on [default: 6; with --quick 2]
     #[arg(long, value_name = "N")]
     bones: Option<u64>,
 
-    /// Evaluations of each search [default: 240; with --quick 24]
+    /// Evaluations per search [default: 240; with --quick 24]
     #[arg(long, value_name = "N")]
     evaluations: Option<usize>,
 
@@ -53,7 +54,7 @@ pub struct Arguments {
     #[arg(long)]
     quick: bool,
 
-    /// Rewrite the tables of this document, between its comments `<!-- tune -->` and `<!-- end of tune -->`
+    /// Rewrite the tables of this document between `<!-- tune -->` and `<!-- end of tune -->`
     #[arg(long, value_name = "FILE.md")]
     docs: Option<PathBuf>,
 
@@ -62,7 +63,7 @@ pub struct Arguments {
 }
 
 const EXAMPLES: &str = "\
-The file of --config has the scanner, [simulate.scanner], where the search begins, and what is not tuned.
+The file of --config sets the scanner ([simulate.scanner]), the start of the search, and all that is not tuned.
 
 Examples:
   host-sim tune -o tuned
@@ -71,7 +72,7 @@ Examples:
   host-sim tune --config scanner.toml -o tuned
   host-sim surface channels.npz --config tuned/tuned.toml -o surface.csv";
 
-/// The folder within the outputs in which recordings and scores are until the run is done.
+/// Folder in the outputs for recordings and scores until the run is done.
 const KEPT: &str = ".kept";
 
 /// Runs the command.

@@ -1,4 +1,4 @@
-//! `host-sim verify`: every kernel of the core, to the bit and within its bounds.
+//! `host-sim verify`: checks every kernel of the core against its references.
 
 use clap::Args;
 
@@ -7,13 +7,14 @@ use crate::{Error, Result};
 use bonebeam_files::terminal::print;
 use bonebeam_oracle::verify::kernels::verify;
 
-/// Check the core to the bit, on this machine.
+/// Check the core bit for bit on this machine.
 ///
-/// Every kernel runs on a small made-up recording and is compared with the f32 reference (the
-/// same bits), with the f64 reference (within the bounds of docs/numerics.md), with itself on one
-/// lane, on 1 and 7 threads, and in strips of several heights. A line a check: ok or WRONG, the
-/// hash of the result's bits, the name, what was compared. The hashes are the same on every
-/// machine. The exit status is 0 only if all checks hold.
+/// Every kernel runs on a small synthetic recording. The result is compared with the f32 reference (equal bits),
+/// with the f64 reference (within the bounds of docs/numerics.md), and with the kernel itself on one lane, on 1 and
+/// 7 threads, and in strips of several heights.
+///
+/// Each check is one line: ok or WRONG, the hash of the result's bits, the name, and the comparison. The hashes are
+/// the same on every machine. The exit status is 0 only if all checks hold.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {}
@@ -21,12 +22,12 @@ pub struct Arguments {}
 const EXAMPLES: &str = "\
 Examples:
   host-sim verify
-  host-sim verify > here.txt     to compare with another machine's";
+  host-sim verify > here.txt     # to compare with another machine";
 
 /// Runs the command.
 ///
 /// # Errors
-/// [`Error::Data`] where a check does not hold.
+/// [`Error::Data`] if a check does not hold.
 pub fn run(_: Arguments) -> Result<()> {
     let bar = Progress::new("verifying", 0);
     let verdicts = verify(|done| bar.set(done as u64, done as u64))?;

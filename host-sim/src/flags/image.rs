@@ -3,35 +3,34 @@
 use bonebeam_drive::config::{Grid, Image, SubLines};
 use clap::Args;
 
-/// The flags that go over the section.
+/// Flags that override the section of the image.
 #[derive(Debug, Args)]
 pub struct ImageFlags {
-    /// Black lies this far below the largest envelope, dB [default: 60]
+    /// Dynamic range: black is this far below the largest envelope, dB [default: 60]
     #[arg(long, value_name = "DB", help_heading = "Image")]
     dynamic_range: Option<f64>,
 
-    /// Depth of the image's bottom, m [default: the lines']
+    /// Depth of the image's bottom, m [default: the end of the lines]
     #[arg(long, value_name = "M", help_heading = "Image")]
     depth: Option<f64>,
 
-    /// Width of the image, centred on the beams, m [default: the beams']
+    /// Width of the image, centred on the beams, m [default: the beams' width]
     #[arg(long, value_name = "M", help_heading = "Image")]
     width: Option<f64>,
 
-    /// Pixels down the image [default: as many as square pixels need, 512 the longer way]
+    /// Rows of pixels [default: square pixels, 512 along the longer side]
     #[arg(long, value_name = "N", help_heading = "Image")]
     rows: Option<usize>,
 
-    /// Pixels across the image [default: as many as square pixels need, 512 the longer way]
+    /// Columns of pixels [default: square pixels, 512 along the longer side]
     #[arg(long, value_name = "N", help_heading = "Image")]
     columns: Option<usize>,
 
-    /// Distance from one pixel to the next, m: of an image that is made, or of one that is read [default: 512 pixels the
-    /// longer way]
+    /// Pixel size of an image that is written or read, m [default: 512 pixels along the longer side]
     #[arg(long, value_name = "M", help_heading = "Image")]
     pixel_size: Option<f64>,
 
-    /// Where the pixels lie [default: cartesian]
+    /// Grid of the pixels [default: cartesian]
     #[arg(long, value_enum, help_heading = "Image")]
     grid: Option<Grid>,
 
@@ -39,13 +38,13 @@ pub struct ImageFlags {
     #[arg(long, help_heading = "Image")]
     median: bool,
 
-    /// What the image shows of a line's sub-lines [default: largest]
+    /// Value that the image takes of a line's sub-lines [default: largest]
     #[arg(long, value_enum, help_heading = "Image")]
     pooling: Option<SubLines>,
 }
 
 impl ImageFlags {
-    /// What the flags say in place of the section's values.
+    /// Replaces the section's values by those of the flags.
     pub fn apply(&self, section: &mut Image) {
         section.dynamic_range = self.dynamic_range.unwrap_or(section.dynamic_range);
         section.depth = self.depth.or(section.depth);

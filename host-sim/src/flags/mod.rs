@@ -1,4 +1,4 @@
-//! The flags of the command, a group a section of the configuration: what was given goes over the section's values.
+//! Flags of the commands, one group per section of the configuration.
 
 mod beamform;
 mod core;

@@ -5,11 +5,12 @@ use clap::Args;
 
 use crate::{Error, Result};
 
-/// The flags that go over the section.
+/// Flags that override the section of phase symmetry.
 #[derive(Debug, Args)]
 pub struct PhaseSymmetryFlags {
-    /// Centre frequencies of the filters, cycles per pixel, such as 2^-7,2^-8 or 0.0078125
-    /// [default: 2^-7,2^-8,2^-9]
+    /// Centre frequencies of the filters, cycles per pixel [default: 2^-7,2^-8,2^-9]
+    ///
+    /// As powers of two or as decimal numbers, such as 2^-7,2^-8 or 0.0078125.
     #[arg(long, value_name = "R0,…", value_delimiter = ',', value_parser = parse_scale)]
     scales: Option<Vec<f64>>,
 
@@ -17,13 +18,15 @@ pub struct PhaseSymmetryFlags {
     #[arg(long, value_name = "GREY")]
     threshold: Option<f64>,
 
-    /// Rows or columns worked on at a time; it changes the memory needed, never the result
-    /// [default: 16]
+    /// Rows or columns processed at a time [default: 16]
+    ///
+    /// It changes the memory needed, never the result.
     #[arg(long, value_name = "ROWS")]
     strip: Option<usize>,
 
-    /// Put the image into a black one of the next sides that the transform takes, and cut the map to the
-    /// image again
+    /// Pad the image with black to the next sides that the transform takes
+    ///
+    /// The map is cut to the image's size again.
     #[arg(long, conflicts_with = "resize")]
     pad: bool,
 
@@ -51,7 +54,7 @@ impl PhaseSymmetryFlags {
         }
     }
 
-    /// What the flags say in place of the section's values.
+    /// Replaces the section's values by those of the flags.
     pub fn apply(&self, section: &mut PhaseSymmetry) {
         if let Some(scales) = &self.scales {
             section.scales.clone_from(scales);
@@ -68,7 +71,7 @@ impl PhaseSymmetryFlags {
     }
 }
 
-/// A scale as a power of two (`2^-7`) or as a decimal number (`0.0078125`), cycles per pixel.
+/// Parses a scale, cycles per pixel: `2^-7` or `0.0078125`.
 pub fn parse_scale(text: &str) -> std::result::Result<f64, String> {
     let value = match text.strip_prefix("2^") {
         Some(exponent) => exponent.parse().ok().map(f64::exp2),

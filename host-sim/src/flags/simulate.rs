@@ -7,14 +7,14 @@ use clap::Args;
 
 use crate::{Error, Result};
 
-/// The flags that go over the section.
+/// Flags that override the section of the simulation.
 #[derive(Debug, Args)]
 pub struct SimulateFlags {
-    /// What is imaged
+    /// The phantom
     #[arg(value_enum, required_unless_present = "path")]
     phantom: Option<Kind>,
 
-    /// How far the point lies to the right of the middle element, m [default: 0]
+    /// Lateral distance of the point to the right of the middle element, m [default: 0]
     #[arg(long, value_name = "M", help_heading = "Point")]
     offset: Option<f64>,
 
@@ -26,12 +26,13 @@ pub struct SimulateFlags {
     #[arg(long, value_name = "M", help_heading = "Point")]
     point_depth: Option<f64>,
 
-    /// A closed surface (.ply, .stl, .obj) in mm, +x towards the front and +z towards the head, in place
-    /// of the built-in vertebra
+    /// Closed surface (.ply, .stl, .obj) in place of the built-in vertebra
+    ///
+    /// In mm, +x towards the front and +z towards the head.
     #[arg(long, value_name = "FILE", help_heading = "Vertebra")]
     mesh: Option<PathBuf>,
 
-    /// Height of the slice, m [default: 0]
+    /// Height of the slice through the vertebra, m [default: 0]
     #[arg(long, value_name = "M", help_heading = "Vertebra")]
     slice: Option<f64>,
 
@@ -39,22 +40,26 @@ pub struct SimulateFlags {
     #[arg(long, value_name = "M", help_heading = "Bone")]
     depth: Option<f64>,
 
-    /// Soft tissue around the bone, not water
+    /// Soft tissue around the bone instead of water
     #[arg(long, help_heading = "Vertebra")]
     tissue: bool,
 
-    /// Image of the bone at twice its depth, as an echo between bone and array makes it, dB
+    /// Reverberation: level of the bone's image at twice its depth, dB [default: none]
+    ///
+    /// An echo between bone and array makes this image.
     #[arg(long, value_name = "DB", help_heading = "Bone")]
     reverberation: Option<f64>,
 
-    /// Diffuse clutter in the bone's shadow: behind the surface that a line straight down meets first, and
-    /// nowhere else. 30 scatterers per mm³ (per mm² for the vertebra in the image plane), each so many dB of one
-    /// on the bone
+    /// Diffuse clutter in the bone's shadow: level of a scatterer, dB [default: none]
+    ///
+    /// The level is relative to a scatterer on the bone. There are 30 scatterers per mm³ (per mm² for the vertebra
+    /// in the image plane), only behind the surface that a line straight down meets first.
     #[arg(long, value_name = "DB", help_heading = "Bone")]
     clutter: Option<f64>,
 
-    /// Coherence length of the clutter's echoes over the aperture, m: full width at half maximum of their correlation
-    /// between two elements [default: clutter that focuses perfectly]
+    /// Coherence length of the clutter's echoes over the aperture, m [default: perfect coherence]
+    ///
+    /// It is the full width at half maximum of their correlation between two elements.
     #[arg(long, value_name = "M", help_heading = "Bone")]
     clutter_coherence: Option<f64>,
 
@@ -67,12 +72,11 @@ pub struct SimulateFlags {
     )]
     clutter_fall: Option<f64>,
 
-    /// Roughness of the bone's surface: RMS of its relief, m [default: the paper's facets; 3e-5 with one of the next
-    /// three]
+    /// RMS roughness of the bone's surface, m [default: the paper's facets; 3e-5 with one of the next three flags]
     #[arg(long, value_name = "M", help_heading = "Bone")]
     roughness: Option<f64>,
 
-    /// Correlation length of the relief, m [default: 0.0005]
+    /// Correlation length of the roughness, m [default: 0.0005]
     #[arg(long, value_name = "M", help_heading = "Bone")]
     roughness_correlation: Option<f64>,
 
@@ -85,7 +89,7 @@ pub struct SimulateFlags {
     )]
     specular_to_diffuse: Option<f64>,
 
-    /// How far behind the bone's surface its spongy bone echoes, m [default: bone that is cortex throughout]
+    /// Distance from bone surface to echoes of spongy bone, m [default: cortex throughout]
     #[arg(long, value_name = "M", help_heading = "Bone")]
     cortex: Option<f64>,
 
@@ -97,12 +101,11 @@ pub struct SimulateFlags {
     #[arg(long, value_name = "N", help_heading = "Volume")]
     tissue_density: Option<f64>,
 
-    /// Electronic noise, dB relative to the largest sample of the record [default: none for the
-    /// point, -40 for the vertebra, -60 for volumes]
+    /// Electronic noise, dB relative to the record's largest sample [default: point none, vertebra -40, volumes -60]
     #[arg(long, value_name = "DB", help_heading = "Scanner")]
     noise: Option<f64>,
 
-    /// Write I/Q in place of RF: demodulated with the centre frequency and decimated
+    /// Write I/Q in place of RF, demodulated at the centre frequency and decimated
     #[arg(long, help_heading = "Scanner")]
     iq: bool,
 
@@ -110,12 +113,13 @@ pub struct SimulateFlags {
     #[arg(long, conflicts_with = "noise", help_heading = "Scanner")]
     noise_free: bool,
 
-    /// What the noise's spectrum is [default: transducer]
+    /// Spectrum of the noise [default: transducer]
     #[arg(long, value_enum, help_heading = "Scanner")]
     noise_spectrum: Option<NoiseSpectrum>,
 
-    /// Increase of the noise with depth, as a time-gain curve makes it, dB per m; --noise is its level at depth 0
-    /// [default: 0]
+    /// Increase of the noise with depth, dB per m [default: 0]
+    ///
+    /// It stands for a time-gain curve. --noise is the level at depth 0.
     #[arg(long, value_name = "DB", help_heading = "Scanner")]
     noise_rise: Option<f64>,
 
@@ -135,7 +139,7 @@ pub struct SimulateFlags {
     #[arg(long, help_heading = "Scanner")]
     bandwidth: Option<f64>,
 
-    /// Sampling rate of the record, Hz; at least 4 times the centre frequency [default: 100e6]
+    /// Sampling rate, Hz; at least 4 times the centre frequency [default: 100e6]
     #[arg(long, value_name = "HZ", help_heading = "Scanner")]
     sampling_rate: Option<f64>,
 
@@ -143,7 +147,7 @@ pub struct SimulateFlags {
     #[arg(long, value_name = "M/S", help_heading = "Scanner")]
     sound_speed: Option<f64>,
 
-    /// Bits of the converter; its range is the largest sample [default: samples are not rounded]
+    /// Bits of the converter; full scale is the largest sample [default: no rounding]
     #[arg(long, value_name = "N", help_heading = "Scanner")]
     adc_bits: Option<u32>,
 
@@ -155,7 +159,7 @@ pub struct SimulateFlags {
     #[arg(long, value_name = "M", help_heading = "Scanner")]
     elevation_focus: Option<f64>,
 
-    /// What surrounds the elements [default: rigid]
+    /// Baffle around the elements [default: rigid]
     #[arg(long, value_enum, help_heading = "Scanner")]
     baffle: Option<Baffle>,
 
@@ -175,11 +179,11 @@ pub struct SimulateFlags {
     #[arg(long, help_heading = "Scanner")]
     f_number: Option<f64>,
 
-    /// How many beams [default: 128]
+    /// Number of beams [default: 128]
     #[arg(long, value_name = "N", help_heading = "Scanner")]
     beams: Option<usize>,
 
-    /// Where the first beam lies, in pitches from the first element [default: 0]
+    /// Position of the first beam, in pitches from the first element [default: 0]
     #[arg(long, value_name = "PITCHES", help_heading = "Scanner")]
     first_beam: Option<f64>,
 
@@ -187,22 +191,20 @@ pub struct SimulateFlags {
     #[arg(long, value_name = "PITCHES", help_heading = "Scanner")]
     beam_step: Option<f64>,
 
-    /// Shallowest depth that the record serves, m [default: 0.012 for the point, 0.005 for the
-    /// vertebra]
+    /// Shallowest depth that the record covers, m [default: point 0.012, vertebra 0.005]
     #[arg(long, value_name = "M", help_heading = "Scanner")]
     depth_start: Option<f64>,
 
-    /// Greatest depth that the record serves, m [default: 0.018 for the point, 0.04 for the
-    /// vertebra]
+    /// Greatest depth that the record covers, m [default: point 0.018, vertebra 0.04]
     #[arg(long, value_name = "M", help_heading = "Scanner")]
     depth_end: Option<f64>,
 }
 
 impl SimulateFlags {
-    /// What the flags say in place of the section's values.
+    /// Replaces the section's values by those of the flags.
     ///
     /// # Errors
-    /// [`crate::Error::Usage`] for a flag of the other phantom.
+    /// [`crate::Error::Usage`] for a flag of another phantom.
     pub fn apply(&self, section: &mut Simulate) -> Result<()> {
         section.phantom = self.phantom.unwrap_or(section.phantom);
         section.offset = self.offset.unwrap_or(section.offset);
@@ -234,7 +236,7 @@ impl SimulateFlags {
         self.refuse_those_of_the_other(section)
     }
 
-    /// The first flag of the bone's surface that is given.
+    /// The first of the given flags on the bone's surface.
     fn bone(&self) -> Option<&'static str> {
         let flags = [
             ("--roughness", self.roughness),
@@ -273,7 +275,7 @@ impl SimulateFlags {
         scanner.c = self.sound_speed.unwrap_or(scanner.c);
     }
 
-    /// A flag that would have no effect is a mistake.
+    /// Refuses flags that have no effect.
     fn refuse_those_of_the_other(&self, section: &mut Simulate) -> Result<()> {
         let phantom = section.phantom;
         let point = phantom == Kind::Point;

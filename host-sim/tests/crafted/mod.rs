@@ -214,7 +214,7 @@ fn absurd_settings() {
             &folder,
             &format!("simulate vertebra {flag} -o a.npz"),
             USAGE,
-            &["must"],
+            &["expected"],
         );
     }
     for setting in [

@@ -193,7 +193,7 @@ def _image(source: Any, pixel_size: float | None) -> Image:
             raise ValueError("`pixel_size` is that of the image; expected it for pictures without one")
         return source
     if pixel_size is None:
-        raise ValueError("`source` is a picture: give the side of its pixels as `pixel_size`, in m, such as 0.1e-3")
+        raise ValueError("`source` is a picture; give its `pixel_size` in m, such as 0.1e-3")
     if not 1e-6 <= pixel_size <= 1e-2:
         raise ValueError(f"`pixel_size` is {pixel_size}; expected 1e-6 to 0.01 (m)")
     pixels = taken("source", source, np.float32, ("row", "column"), ("float32", "float64", "uint8"))

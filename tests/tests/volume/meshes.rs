@@ -131,7 +131,7 @@ fn meshes_that_are_no_bone_are_reported() {
     mixed[0].swap(0, 1);
     let (_, warnings) = read_text("mixed.stl", &stl(1.0, &mixed)).unwrap();
     assert!(
-        warnings.iter().any(|d| d.contains("against each other")),
+        warnings.iter().any(|d| d.contains("opposite winding")),
         "{warnings:?}"
     );
     let missing = read_mesh(Path::new("/nowhere/bone.stl"), 0.0).unwrap_err();

@@ -1,4 +1,4 @@
-//! A thread's memory for the core's beamformer: as much as the sizes take, which are known at run time.
+//! Memory of a thread for the core's beamformer, for sizes known at run time.
 
 use bonebeam::beamform::{Beamformer, Segment, Sizes, SteeredSegments, Workspace};
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
@@ -9,7 +9,7 @@ use std::marker::PhantomData;
 
 use crate::{Error, Result};
 
-/// The most memory of a thread, bytes: what takes more was not meant.
+/// Most memory of a thread, bytes; more is a mistake.
 const MOST: usize = 1 << 30;
 
 /// Memory over the lanes of `V`, on the heap.
@@ -25,7 +25,7 @@ impl<A: Averaging<V>, V: Vector> Memory<A, V> {
     /// For shapes of up to `sizes`, over the lanes of `zero`.
     ///
     /// # Errors
-    /// [`Error::Usage`] where that is more than 1 GiB, or more than there is.
+    /// [`Error::Usage`] if that is more than 1 GiB, or more than the machine has.
     pub fn new(zero: V, sizes: Sizes) -> Result<Self> {
         let need = sizes.need(A::COVARIANCE);
         let real = need.real.saturating_mul(size_of::<V>());
@@ -43,7 +43,7 @@ impl<A: Averaging<V>, V: Vector> Memory<A, V> {
         })
     }
 
-    /// The workspace, which is what the core takes.
+    /// The workspace for the core.
     pub fn view(&mut self) -> Workspace<'_, A, V> {
         let scratch = Scratch {
             real: &mut self.real,
@@ -65,8 +65,8 @@ fn filled<T: Copy>(
 
 fn too_much(sizes: Sizes, bytes: usize) -> Error {
     Error::Usage(format!(
-        "temporal_half_window (K) {} and a subaperture of {} elements take {} MB a thread, more than \
-         there is or than the {} MB that are allowed: give a smaller K or subaperture_ratio",
+        "temporal_half_window (K) {} and a subaperture of {} elements need {} MB per thread, more than \
+         there is or than the allowed {} MB; give a smaller K or subaperture_ratio",
         sizes.temporal_half_window,
         sizes.subaperture,
         bytes >> 20,
@@ -76,13 +76,13 @@ fn too_much(sizes: Sizes, bytes: usize) -> Error {
 
 /// A [`Memory`] whose lanes and covariance are chosen at run time.
 pub trait AnyMemory: Send {
-    /// How many segments it takes at a time.
+    /// Number of segments processed at a time.
     fn lanes(&self) -> usize;
 
     /// See [`Beamformer::segments`].
     ///
     /// # Errors
-    /// What the core refuses.
+    /// Errors of the core.
     fn segments(
         &mut self,
         beamformer: &Beamformer,
@@ -94,7 +94,7 @@ pub trait AnyMemory: Send {
     /// See [`Beamformer::sub_line_segments`].
     ///
     /// # Errors
-    /// What the core refuses.
+    /// Errors of the core.
     fn sub_lines(
         &mut self,
         beamformer: &Beamformer,
@@ -130,10 +130,10 @@ impl<A: Averaging<V>, V: Vector> AnyMemory for Memory<A, V> {
     }
 }
 
-/// What memory is for.
+/// Purpose of a memory.
 #[derive(Clone, Copy, Debug)]
 pub struct Needs {
-    /// Forward, or forward and backward.
+    /// Forward or forward-backward.
     pub covariance: Covariance,
     /// The largest shapes.
     pub sizes: Sizes,

@@ -1,5 +1,6 @@
-//! Drives the core's beamformer over frames: as many segments at a time as there are lanes, on all
-//! threads.
+//! Runs the core's beamformer over frames, on all threads.
+//!
+//! Each thread processes as many segments at a time as it has lanes.
 
 mod memory;
 mod work_items;
@@ -25,18 +26,20 @@ use work_items::{WorkItem, adaptive_segments, groups, largest, other_segments, t
 
 /// Bytes of aligned samples that a thread works on at a time.
 pub(crate) const TILE: usize = 4 << 20;
-/// Samples of a line in a tile, about: fewer take too much of the margins of alignment.
+/// Samples of a line in a tile, approximately.
 const DEPTHS: usize = 256;
-/// So many tiles a thread keep all of them busy to the end, if so many samples a lane are left to each.
+/// Tiles per thread, so that all threads stay busy to the end.
 const TILES_A_THREAD: usize = 4;
 const FEWEST: usize = 64;
 
-/// Hears of output samples just finished, how many, from any thread.
+/// Callback with the number of output samples just finished, from any thread.
 pub type Finished<'a> = dyn Fn(usize) + Sync + 'a;
 
-/// Beamforms every beam of `x` (`[beam, sample, element]`) with the active set `active(beam,
-/// sample)`; returns `z` as `[beam, computed sample]`, in the input's scale. The result does not depend on the number of
-/// threads. [`Plan`] is for many frames, a range of depths, or an instruction set of choice.
+/// Beamforms every beam of `x` (`[beam, sample, element]`).
+///
+/// `active(beam, sample)` is the active set. Returns `z` as `[beam, computed sample]`, in the input's scale. The
+/// result does not depend on the number of threads. For many frames, a range of depths, or a given instruction set,
+/// use [`Plan`].
 ///
 /// # Errors
 /// As [`Plan::new`] and [`Plan::run`].
@@ -53,23 +56,24 @@ pub fn beamform(
     Plan::new(InstructionSet::detect(), parameters, covariance, most)?.run(x, active, progress)
 }
 
-/// Beamforming of many frames: the memory of threads, made once. Works on the threads of the rayon pool in which
-/// it is called.
+/// Beamforming of many frames, with the threads' memory allocated once.
+///
+/// It works on the threads of the rayon pool in which it is called.
 pub struct Plan {
     set: InstructionSet,
     beamformer: Beamformer,
-    /// The samples that it makes, and DAS for the others.
+    /// Samples made by the beamformer; the others are DAS.
     adaptive: Range<usize>,
     das: Beamformer,
     needs: Needs,
-    /// The directions of each line's sub-lines, if there are some.
+    /// Directions of each line's sub-lines, if there are any.
     steering: Vec<Vec<Complex<f32>>>,
     lanes: usize,
-    /// Those that no thread works with.
+    /// Workers that no thread uses.
     workers: Mutex<Vec<Worker>>,
 }
 
-/// What a thread works in.
+/// Memory of a thread.
 struct Worker {
     memory: Box<dyn AnyMemory>,
     scratch: Vec<f32>,
@@ -77,21 +81,20 @@ struct Worker {
     z: Vec<Complex<f32>>,
 }
 
-/// What lines are beamformed from.
+/// Input of the lines.
 #[derive(Clone, Copy)]
 enum Input<'a, 's> {
     /// Aligned samples in memory, by beam.
     Aligned(&'a [AlignedLine<'a>]),
-    /// Records, which are aligned a tile at a time.
+    /// Records, aligned a tile at a time.
     Source(&'a LineSource<'s>),
 }
 
 impl Plan {
-    /// For frames whose beams have up to `largest` active elements.
+    /// A plan for frames whose beams have up to `largest` active elements.
     ///
     /// # Errors
-    /// [`Error::Usage`] where the sizes take more memory than is allowed; [`Error::Core`] for parameters
-    /// out of range.
+    /// [`Error::Usage`] if the sizes need more memory than is allowed; [`Error::Core`] for parameters out of range.
     pub fn new(
         set: InstructionSet,
         parameters: Parameters,
@@ -121,14 +124,14 @@ impl Plan {
         })
     }
 
-    /// The same plan, whose beamformer makes the samples `adaptive` of every beam; the others are DAS of their
-    /// active elements.
+    /// The same plan; samples of every beam outside `adaptive` are DAS.
     pub fn within(self, adaptive: Range<usize>) -> Self {
         Plan { adaptive, ..self }
     }
 
-    /// The same plan for the sub-lines of the lines of a scan, which [`Plan::run_source`] needs where the parameters ask
-    /// for some.
+    /// The same plan for the sub-lines of a scan.
+    ///
+    /// [`Plan::run_source`] needs it if the parameters ask for sub-lines.
     ///
     /// # Errors
     /// None: the memory is of the length needed.
@@ -150,7 +153,7 @@ impl Plan {
         })
     }
 
-    /// The sub-lines of a line.
+    /// Number of sub-lines of a line.
     pub(super) fn sub_lines(&self) -> usize {
         self.beamformer.parameters().sub_lines
     }
@@ -159,7 +162,7 @@ impl Plan {
     ///
     /// # Errors
     /// [`Error::Data`] naming beam, sample and element of a sample that is not finite; [`Error::Usage`] for a time
-    /// window beyond the record; [`Error::Core`] where there are more active elements than planned for.
+    /// window longer than the record; [`Error::Core`] if there are more active elements than planned.
     pub fn run(
         &self,
         x: ArrayView3<'_, Complex<f32>>,
@@ -172,11 +175,11 @@ impl Plan {
         Ok(z)
     }
 
-    /// The same into memory of the caller, `z` as `[beam, computed sample]`.
+    /// Beamforms into the caller's `z`, as `[beam, computed sample]`.
     ///
     /// # Errors
-    /// As [`Plan::run`], and [`Error::Data`] where `z` is not in that order or of another shape. What is
-    /// in `z` after one is not said.
+    /// As [`Plan::run`], and [`Error::Data`] if `z` has another order or shape. After an error, the content of `z`
+    /// is undefined.
     pub fn run_into(
         &self,
         x: ArrayView3<'_, Complex<f32>>,
@@ -187,8 +190,7 @@ impl Plan {
         let (beams, samples, elements) = x.dim();
         if self.sub_lines() > 1 {
             return Err(Error::Usage(
-                "--sub-lines needs channel data: aligned data do not tell where the elements are"
-                    .into(),
+                "--sub-lines needs channel data; aligned data have no element positions".into(),
             ));
         }
         let x = x.as_standard_layout();
@@ -210,11 +212,12 @@ impl Plan {
         self.work(&tiles, Input::Aligned(&lines), progress, (computed, z))
     }
 
-    /// Beamforms the `tiles` of some lines from records, into `z`, `[line, computed sample]` of all lines, or of all their
-    /// sub-lines.
+    /// Beamforms the `tiles` of some lines from records into `z`.
+    ///
+    /// `z` is `[line, computed sample]` of all lines, or of all their sub-lines.
     ///
     /// # Errors
-    /// What the core refuses; as [`Plan::run`] about `z`.
+    /// Errors of the core, and of [`Plan::run`] about `z`.
     pub(super) fn run_source(
         &self,
         tiles: &[Tile],
@@ -228,10 +231,10 @@ impl Plan {
         self.work(tiles, Input::Source(source), progress, (computed, z))
     }
 
-    /// Aligns the blocks of all tiles, and no more: what that part of the work takes.
+    /// Aligns the blocks of all tiles and does nothing else, to measure that part.
     ///
     /// # Errors
-    /// What the core refuses.
+    /// Errors of the core.
     pub(super) fn align(&self, tiles: &[Tile], source: &LineSource<'_>) -> Result<()> {
         tiles.iter().par_bridge().try_for_each(|tile| {
             let mut worker = self.worker()?;
@@ -241,11 +244,12 @@ impl Plan {
         })
     }
 
-    /// What the threads take, one after the other: groups of a whole frame's work items, or, of up to `most` samples
-    /// each, those of some lines.
+    /// Tiles for the threads: the whole frame's work items, or those of some lines.
+    ///
+    /// Tiles of lines have up to `most` samples each; others are groups of work items.
     ///
     /// # Errors
-    /// [`Error::Usage`] for a time window beyond the record.
+    /// [`Error::Usage`] for a time window longer than the record.
     pub(super) fn tiles(
         &self,
         lines: Range<usize>,
@@ -266,8 +270,10 @@ impl Plan {
         Ok(adaptive.chain(of(&others, true, 0)).collect())
     }
 
-    /// The tiles of some lines of records, `(samples, elements)` each: of as many lines as lanes at least, so that
-    /// these are full, and as deep as the margins of alignment take.
+    /// Tiles of some lines of records, `(samples, elements)` each.
+    ///
+    /// A tile has at least as many lines as lanes, so that the lanes are full, and is deep enough for the margins
+    /// of alignment.
     ///
     /// # Errors
     /// As [`Plan::tiles`].
@@ -289,7 +295,7 @@ impl Plan {
         Ok(tiles)
     }
 
-    /// Each thread takes the next tile as soon as it is done with one.
+    /// Runs `work` on all tiles; each thread takes the next tile when it is free.
     fn work(
         &self,
         tiles: &[Tile],
@@ -400,8 +406,9 @@ impl Plan {
         before(item.first_sample)..before(item.first_sample + item.samples)
     }
 
-    /// Puts a tile's outputs into the lines; returns how many of a line. What comes with a segment above the samples wanted
-    /// stays behind.
+    /// Copies a tile's outputs into the lines; returns the count per line.
+    ///
+    /// Samples that come with a segment above the requested ones are left out.
     fn put(
         &self,
         tile: &Tile,
@@ -448,12 +455,12 @@ impl Worker {
     }
 }
 
-/// Whatever another thread came to.
+/// Locks the mutex, also after a panic of another thread.
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Lines of that shape, row by row.
+/// Checks that the lines have the shape, row by row.
 fn in_order(
     z: ArrayViewMut2<'_, Complex<f32>>,
     (beams, samples): (usize, usize),
@@ -467,19 +474,19 @@ fn in_order(
     })
 }
 
-/// The time window is not beyond the record.
+/// Checks that the time window is not longer than the record.
 fn check_window(parameters: &Parameters, samples: usize) -> Result<()> {
     let temporal_half_window = parameters.temporal_half_window;
     if temporal_half_window < samples {
         return Ok(());
     }
     Err(Error::Usage(format!(
-        "temporal_half_window (K) is {temporal_half_window}, but the record has only {samples} samples: give at most {}",
+        "temporal_half_window (K) is {temporal_half_window}, but the record has only {samples} samples; give at most {}",
         samples.saturating_sub(1)
     )))
 }
 
-/// A non-finite sample by beam, sample and element.
+/// Names a non-finite sample by beam, sample and element.
 fn name_sample(error: bonebeam::Error, beam: usize, elements: usize) -> Error {
     match error {
         bonebeam::Error::NonFinite { index, .. } => Error::Data(format!(

@@ -1,4 +1,4 @@
-//! How a frame is cut for the lanes: segments of one active set, and parts of long segments.
+//! Cuts a frame for the lanes: segments of one active set, and their parts.
 
 use std::cmp::Reverse;
 use std::ops::Range;
@@ -18,12 +18,12 @@ pub struct WorkItem {
     pub first_sample: usize,
     pub samples: usize,
     pub active: Active,
-    /// The samples of the whole line.
+    /// Samples of the whole line.
     pub of: usize,
 }
 
 impl WorkItem {
-    /// At most `length` samples of it from its sample `first` on.
+    /// At most `length` of its samples, from sample `first` on.
     fn part(&self, first: usize, length: usize) -> Self {
         WorkItem {
             first_sample: self.first_sample + first,
@@ -33,21 +33,24 @@ impl WorkItem {
     }
 }
 
-/// What a covariance costs beside a whole output, about: a part begins with `2K` covariances.
+/// Approximate cost of a covariance relative to a whole output.
+///
+/// A part begins with `2K` covariances.
 const COVARIANCE: f64 = 0.5;
 
-/// So many groups have little to gain: at most the last one's lanes are not full.
+/// Groups beyond this number gain little from cuts: only the last has free lanes.
 const MOST_GROUPS: usize = 16;
 
-/// The work items that a thread beamforms at a time, and the blocks of aligned samples that they read: few enough to
-/// stay in its cache until the next tile overwrites them.
+/// Work items that a thread beamforms at a time, and their aligned blocks.
+///
+/// The blocks are small enough to stay in its cache until the next tile overwrites them.
 #[derive(Clone, Debug, Default)]
 pub struct Tile {
-    /// Whether DAS makes them: they are outside the depths of the beamformer.
+    /// Whether DAS makes them: they lie outside the beamformer's depths.
     pub by_das: bool,
     /// In the order of [`groups`].
     pub items: Vec<WorkItem>,
-    /// From line to line and down each, with the number of samples.
+    /// Blocks with their numbers of samples, line by line and down each line.
     pub blocks: Vec<(Block, usize)>,
 }
 
@@ -78,7 +81,7 @@ impl Tile {
         }
     }
 
-    /// Which of its blocks a work item reads.
+    /// Index of the block that a work item reads.
     pub fn block_of(&self, item: &WorkItem) -> usize {
         let position = (item.beam, item.first_sample);
         let after = self
@@ -87,14 +90,16 @@ impl Tile {
         after - 1
     }
 
-    /// How many aligned samples it reads.
+    /// Number of aligned samples in its blocks.
     pub fn buffered(&self) -> usize {
         self.blocks.iter().map(|(_, samples)| samples).sum()
     }
 }
 
-/// Segments as tiles of up to `most` samples, or as tiles of a group each, whose blocks do not matter. Long segments are
-/// cut at multiples of the time window's block: no bit changes.
+/// Cuts segments into tiles of up to `most` samples, or into a tile per group.
+///
+/// In the latter the blocks do not matter. Long segments are cut at multiples of the time window's block, so no bit
+/// changes.
 pub fn tiles(
     segments: &[WorkItem],
     most: Option<usize>,
@@ -137,22 +142,23 @@ pub fn tiles(
         .collect()
 }
 
-/// Work items of one number of active elements, at most one a lane.
+/// Work items with the same number of active elements, at most one per lane.
 pub fn groups(items: &[WorkItem], lanes: usize) -> impl Iterator<Item = &[WorkItem]> {
     let alike = items.chunk_by(|a, b| a.active.count == b.active.count);
     alike.flat_map(move |alike| alike.chunks(lanes))
 }
 
-/// The most active elements of any beam at any sample.
+/// Largest number of active elements of any beam at any sample.
 pub fn largest(beams: usize, samples: usize, active: &Apertures<'_>) -> usize {
     let of_beam = |beam| (0..samples).map(|sample| active(beam, sample).count).max();
     let largest = (0..beams).into_par_iter().filter_map(of_beam).max();
     largest.unwrap_or(0)
 }
 
-/// What makes the samples `within` of each beam, in the order in which they are best beamformed: lanes share the
-/// number of active elements, and the longest work comes first, so that threads end alike. Some above come with
-/// them.
+/// Segments that make the samples `within` of each beam, in the best order.
+///
+/// Lanes share the number of active elements. The longest work comes first, so that threads end together. Some
+/// samples above are included.
 pub fn adaptive_segments(
     beams: Range<usize>,
     samples: usize,
@@ -169,7 +175,7 @@ pub fn adaptive_segments(
     })
 }
 
-/// The segments of all samples but those `within`, for DAS, which has no time window.
+/// Segments of all samples outside `within`, for DAS, which has no time window.
 pub fn other_segments(
     beams: Range<usize>,
     samples: usize,
@@ -212,11 +218,13 @@ fn work_item(
     }
 }
 
-/// Cuts long segments into parts where that fills lanes. Below the depth of full aperture every beam near
-/// the array's ends has a number of active elements of its own, and two beams would fill two lanes.
+/// Cuts long segments into parts if that fills lanes.
 ///
-/// A time window of `2K+1` samples is summed in blocks of as many, so a segment is cut at multiples of them:
-/// no bit changes.
+/// Below the depth of full aperture, every beam near the array's ends has its own number of active elements, and
+/// two beams would fill two lanes.
+///
+/// A time window of `2K+1` samples is summed in blocks of as many, so a segment is cut at multiples of them: no bit
+/// changes.
 fn cut_segments(segments: &[WorkItem], lanes: usize, temporal_half_window: usize) -> Vec<WorkItem> {
     let of_count = |alike: &[WorkItem]| best(alike, lanes, temporal_half_window);
     let alike: Vec<&[WorkItem]> = segments
@@ -225,7 +233,7 @@ fn cut_segments(segments: &[WorkItem], lanes: usize, temporal_half_window: usize
     alike.into_par_iter().flat_map_iter(of_count).collect()
 }
 
-/// The cheapest way to cut segments of one number of active elements.
+/// The cheapest cut of segments with one number of active elements.
 fn best(segments: &[WorkItem], lanes: usize, temporal_half_window: usize) -> Vec<WorkItem> {
     let block = temporal_half_window.saturating_mul(2).saturating_add(1);
     let head = 2.0 * temporal_half_window as f64 * COVARIANCE;

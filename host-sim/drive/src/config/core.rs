@@ -1,6 +1,7 @@
-//! The core's parameters in the section `[beamform]`: keys and ranges from the core's table.
+//! The core's parameters in the section `[beamform]`.
 //!
-//! A row of [`Parameters::TABLE`] is a key and a range here without being named. So are postfilter and apodization.
+//! Keys and ranges come from the core's table: each row of [`Parameters::TABLE`] is a key and a range here without
+//! being named. So are postfilter and apodization.
 
 use bonebeam::Error as Refused;
 use bonebeam::beamform::{Parameter, Parameters};
@@ -29,7 +30,9 @@ pub(super) fn row(key: &str) -> Option<&'static Parameter> {
     TABLE.iter().find(|row| row.name == name)
 }
 
-/// A number of the core as a person writes it: 0.05, not the f32 that is nearest to it.
+/// A number of the core with the digits that a person would write.
+///
+/// 0.05, not the f32 that is nearest to it.
 pub(crate) fn plain(value: f64) -> f64 {
     let narrow = value as f32;
     let shortest = || narrow.to_string().parse().unwrap_or(value);

@@ -7,25 +7,25 @@ use bonebeam_files::settings::{LENGTHS, check_positive, out_of_range};
 use bonebeam_files::terminal::short;
 
 const SECTION: &str = "image";
-/// The dynamic ranges, dB, between a black-and-white picture and all that f32 holds.
+/// Range of dynamic ranges, dB: from a black-and-white picture to the range of f32.
 const MIN_DYNAMIC_RANGE: f64 = 0.1;
 const MAX_DYNAMIC_RANGE: f64 = 1000.0;
-/// The longer side of an image, in pixels, where nothing else is asked for.
+/// Default of an image's longer side, pixels.
 pub const LONGER_SIDE: usize = 512;
-/// The longest side of an image, in pixels.
+/// Longest side of an image, pixels.
 const MAX_SIDE: usize = 16_384;
-/// How far pixels can be apart, m.
+/// Range of pixel sizes, m.
 const PIXELS: [f64; 2] = [1e-6, 1.0];
 
-/// Where the pixels of an image lie.
+/// Grid of an image's pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum Grid {
-    /// Square pixels, as the body is
+    /// Square pixels
     #[default]
     Cartesian,
-    /// Columns at even angles, rows at even depths along lines that fan out: without scan conversion
+    /// Columns at even angles and rows at even depths, without scan conversion
     Polar,
 }
 
@@ -33,45 +33,46 @@ pub enum Grid {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Image {
-    /// What lies this far below the largest envelope is black, dB.
+    /// Dynamic range: black is this far below the largest envelope, dB.
     pub dynamic_range: f64,
-    /// Pixels down the image; without them, as many as square pixels need.
+    /// Pixels down the image; by default as many as square pixels need.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rows: Option<usize>,
-    /// Pixels across the image; without them, as many as square pixels need.
+    /// Pixels across the image; by default as many as square pixels need.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub columns: Option<usize>,
-    /// The distance from one pixel to the next, m: of a polar grid from row to row; without it, what makes
-    /// [`LONGER_SIDE`] pixels of the longer side.
+    /// Pixel size, m; of a polar grid, the distance of rows.
+    ///
+    /// By default the longer side has [`LONGER_SIDE`] pixels.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pixel_size: Option<f64>,
-    /// Where the pixels lie.
+    /// Grid of the pixels.
     pub grid: Grid,
-    /// The depth of the image's bottom, m; without it, that of the lines. The top is where the
-    /// lines begin.
+    /// Depth of the image's bottom, m; by default that of the lines.
+    ///
+    /// The top is at the beginning of the lines.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth: Option<f64>,
-    /// How far the image reaches across, centred on the beams, m; without it, as far as the
-    /// beams do.
+    /// Width of the image, centred on the beams, m; by default that of the beams.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub width: Option<f64>,
     /// Whether a 3 × 3 median smooths the image.
     pub median: bool,
-    /// How the envelope of a line is made of those of its sub-lines, if it has some.
+    /// Envelope of a line from those of its sub-lines, if it has any.
     pub pooling: SubLines,
 }
 
-/// What an image shows of a line's sub-lines.
+/// Value that an image takes of a line's sub-lines.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum SubLines {
-    /// The largest of their envelopes
+    /// The largest envelope
     #[default]
     Largest,
-    /// The root of their envelopes' mean square
+    /// The root mean square of the envelopes
     Rms,
-    /// Each as a line of its own
+    /// Each sub-line as a line of its own
     Each,
 }
 
@@ -92,12 +93,13 @@ impl Default for Image {
 }
 
 impl Image {
-    /// Rows and columns of square pixels over `width` and `height`, m: those asked for, and where a side
-    /// is not, as many pixels as fill it without a margin. Where neither is, the longer side has
-    /// [`LONGER_SIDE`], or as many as pixels of the size asked for.
+    /// Rows and columns of square pixels over `width` and `height`, m.
+    ///
+    /// A side that is not given has as many pixels as fill it without a margin. If neither is given, the longer
+    /// side has [`LONGER_SIDE`] pixels, or as many as pixels of the given size make.
     ///
     /// # Errors
-    /// [`Error::Usage`] for more pixels a side than there can be.
+    /// [`Error::Usage`] for more pixels per side than are allowed.
     pub fn sides(&self, width: f64, height: f64) -> Result<[usize; 2]> {
         if let Some(pixel) = self.pixel_size {
             // The cast saturates.
@@ -109,7 +111,7 @@ impl Image {
             return match sides.into_iter().find(|&side| side > MAX_SIDE) {
                 None => Ok(sides),
                 Some(side) => Err(Error::Usage(format!(
-                    "--pixel-size is {} m, which makes {side} pixels a side; expected at most {MAX_SIDE}",
+                    "--pixel-size is {} m, which makes {side} pixels per side; expected at most {MAX_SIDE}",
                     short(pixel)
                 ))),
             };
@@ -130,21 +132,21 @@ impl Image {
         })
     }
 
-    /// The depth of the image's bottom, m, of lines between two depths.
+    /// Depth of the image's bottom, m, for lines between two depths.
     ///
     /// # Errors
-    /// [`Error::Usage`] for a depth above them.
+    /// [`Error::Usage`] for a depth above the lines.
     pub fn bottom(&self, first: f64, last: f64) -> Result<f64> {
         match self.depth {
             Some(depth) if depth <= first => Err(Error::Usage(format!(
-                "--depth is {} m; expected more than {first} m, where the lines begin",
+                "--depth is {} m; expected more than {first} m, the beginning of the lines",
                 short(depth)
             ))),
             depth => Ok(depth.unwrap_or(last)),
         }
     }
 
-    /// The size of an experiment's pictures, where it tells none: a square, which phase symmetry takes.
+    /// Default size of an experiment's pictures: a square, as phase symmetry needs.
     pub fn resolve_square(&mut self) {
         self.rows.get_or_insert(LONGER_SIDE);
         self.columns.get_or_insert(LONGER_SIDE);

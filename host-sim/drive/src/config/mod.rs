@@ -1,4 +1,4 @@
-//! Parameters of the drive, a section a stage.
+//! Parameters of the drive, one section per stage.
 
 mod beamform;
 mod core;

@@ -10,23 +10,26 @@ use crate::{Error, Result};
 use bonebeam_files::settings::{check_count, out_of_range};
 
 const SECTION: &str = "phase_symmetry";
-/// The largest noise threshold: as large as the core takes a pixel.
+/// Largest noise threshold: the largest pixel that the core accepts.
 const MAX_THRESHOLD: f64 = 1e12;
-/// The sides that the transform takes.
+/// Sides that the transform accepts, pixels.
 const SIDES: [usize; 5] = [64, 128, 256, 512, 1024];
 
 /// Section `[phase_symmetry]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PhaseSymmetry {
-    /// The filters' centre frequencies r₀, cycles per pixel.
+    /// Centre frequencies r₀ of the filters, cycles per pixel.
     pub scales: Vec<f64>,
-    /// The noise threshold T_n, in grey levels of an image of 0 to 255.
+    /// Noise threshold T_n, in grey levels of an image of 0 to 255.
     pub threshold: f64,
-    /// How many rows or columns are worked on at a time. It changes the memory needed, never the
-    /// result.
+    /// Number of rows or columns processed at a time.
+    ///
+    /// It changes the memory needed, never the result.
     pub strip: usize,
-    /// Put the image into a black one of the next sides that the transform takes, and cut the map.
+    /// Whether to pad the image with black to the next sides of the transform.
+    ///
+    /// The map is cut to the image's size again.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub pad: bool,
     /// Resample the image to this size first.
@@ -78,8 +81,9 @@ impl Default for PhaseSymmetry {
 }
 
 impl PhaseSymmetry {
-    /// The sides of the black image that a padded one is put into, where the transform takes any that are
-    /// large enough.
+    /// Sides of the black image for padding.
+    ///
+    /// `None` unless the transform accepts sides that are large enough.
     pub fn padded(&self, sides: (usize, usize)) -> Option<(usize, usize)> {
         let next = |side: usize| SIDES.into_iter().find(|&taken| taken >= side);
         next(sides.0).zip(next(sides.1)).filter(|_| self.pad)
@@ -115,7 +119,7 @@ impl PhaseSymmetry {
         }
         check_count(SECTION, "strip", self.strip)?;
         if self.pad && self.resize.is_some() {
-            let message = "--pad and --resize both decide the image's size; give one of them";
+            let message = "--pad and --resize both set the image's size; give one of them";
             return Err(Error::Usage(message.into()));
         }
         match self.resize {

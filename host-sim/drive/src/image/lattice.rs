@@ -1,4 +1,6 @@
-//! Beams of any directions and distances from left to right: which two a position lies between, and where.
+//! Beams of any directions and distances, ordered from left to right.
+//!
+//! Finds the two beams around a position, and the share of the way between them.
 
 use bonebeam::geometry::{Axis, Ray};
 use ndarray::{ArrayBase, Data, Ix2};
@@ -9,32 +11,33 @@ use bonebeam_files::BeamformedLines;
 
 /// Beams that differ by less than this angle count as parallel, rad.
 const PARALLEL: f64 = 1e-9;
-/// How far beyond an edge, in steps, still counts as on it.
+/// Distance beyond an edge, in steps, that still counts as on it.
 const EDGE: f64 = 1e-6;
 
 /// Neighbouring beams with their samples.
 pub(crate) struct Lattice {
     rays: Vec<Ray>,
-    /// For each beam but the last, where its line and the next beam's meet: that of parallel ones nowhere.
+    /// Intersection of each beam's line with the next beam's; `None` if parallel.
     apexes: Vec<Option<Apex>>,
     samples: Axis,
 }
 
-/// Where the lines of two beams meet.
+/// Intersection of the lines of two beams.
 struct Apex {
     position: [f64; 2],
-    /// How far from there each begins, m: negative before it.
+    /// Distance from there at which each begins, m; negative before it.
     begins: [f64; 2],
 }
 
-/// Between which beams, and what share of the way to the second one.
+/// Left one of two beams, and the share of the way to the second.
 type Place = (usize, f64);
 
 impl Lattice {
     /// The beams of lines.
     ///
     /// # Errors
-    /// Fewer than two, beams that are not from left to right, or that cross within the depths of their samples.
+    /// Fewer than two beams, beams that are not ordered from left to right, or beams that cross within the depths
+    /// of their samples.
     pub(super) fn new<S: Data<Elem = Complex<f32>>>(
         lines: &BeamformedLines<ArrayBase<S, Ix2>>,
     ) -> Result<Self> {
@@ -50,7 +53,7 @@ impl Lattice {
         };
         if rays.len() < 2 || samples.count < 2 {
             return Err(Error::Data(format!(
-                "an image needs at least 2 beams of 2 samples, the lines have {} of {}",
+                "an image needs at least 2 beams of 2 samples; the lines have {} of {}",
                 rays.len(),
                 samples.count
             )));
@@ -62,13 +65,13 @@ impl Lattice {
                 .find(|&r| beside(r).is_nan() || beside(r) > 0.0)
             {
                 return Err(Error::Data(format!(
-                    "an image needs beams from left to right that do not cross: beam {beam} lies right of the next one, {r} m \
+                    "an image needs beams from left to right that do not cross; beam {beam} is right of the next one, {r} m \
                      along it"
                 )));
             }
             if beside(samples.first) == 0.0 && beside(samples.last()) == 0.0 {
                 return Err(Error::Data(format!(
-                    "an image needs beams from left to right: beam {beam} lies where the next one does"
+                    "an image needs beams from left to right; beam {beam} has the position of the next one"
                 )));
             }
         }
@@ -85,7 +88,7 @@ impl Lattice {
         &self.rays
     }
 
-    /// The distance across all beams at the middle of the depths, from one to the next, m.
+    /// Mean distance between neighbouring beams, at the middle depth, m.
     pub(crate) fn width(&self) -> f64 {
         let middle = (self.samples.first + self.samples.last()) / 2.0;
         let distance = |pair: &[Ray]| {
@@ -101,7 +104,9 @@ impl Lattice {
         found.map_or(0.0, |(place, depth)| self.value(levels, place, depth))
     }
 
-    /// The value at an angle, between the beams of angles that ascend, and a depth along them; 0 outside.
+    /// The value at an angle and a depth along the beams; 0 outside.
+    ///
+    /// The angles of the beams must ascend.
     pub(super) fn at_angle(&self, levels: &[f32], angle: f64, depth: f64) -> f32 {
         let next = self.rays.partition_point(|ray| ray.angle() <= angle);
         let beam = next.saturating_sub(1).min(self.rays.len() - 2);
@@ -109,7 +114,7 @@ impl Lattice {
         self.value(levels, (beam, (angle - a) / (b - a)), depth)
     }
 
-    /// The two beams that a position lies between, how far, and its depth along them.
+    /// The two beams around a position, the share of the way, and the depth.
     fn place(&self, position: [f64; 2]) -> Option<(Place, f64)> {
         let right_of = |ray: &Ray| ray.coordinates(position)[0] >= 0.0;
         let next = self.rays.partition_point(right_of);
@@ -130,7 +135,7 @@ impl Lattice {
         Some(((beam, share), side * u.hypot(v) - begin))
     }
 
-    /// Bilinear, as the core's `resample` is.
+    /// Bilinear interpolation, as in the core's `resample`.
     fn value(&self, levels: &[f32], (beam, share): Place, depth: f64) -> f32 {
         let last = (self.samples.count - 1) as f64;
         let at = (depth - self.samples.first) / self.samples.step;
@@ -300,9 +305,9 @@ mod tests {
         };
         let first = [-2e-3, 0.0, 0.0];
         let crossing = refused(&[first, [-1e-3, 0.0, 0.2], [1e-3, 0.0, 0.0]]);
-        assert!(crossing.contains("beam 1 lies right of"), "{crossing}");
+        assert!(crossing.contains("beam 1 is right of"), "{crossing}");
         let twice = refused(&[first, first]);
-        assert!(twice.contains("beam 0 lies where"), "{twice}");
+        assert!(twice.contains("beam 0 has the position"), "{twice}");
         assert!(refused(&[first]).contains("at least 2 beams"));
     }
 }

@@ -1,4 +1,4 @@
-//! How the beams of lines lie: evenly, as a fan, or any other way.
+//! Layout of the lines' beams: evenly spaced, a fan, or any other.
 
 use bonebeam::geometry::Axis;
 use bonebeam::image::Fan;
@@ -10,13 +10,13 @@ use bonebeam_files::{BeamRays, BeamformedLines};
 use super::lattice::{Lattice, sample_axis};
 use crate::{Error, Result};
 
-/// How the beams of an image lie.
+/// Layout of an image's beams.
 pub(crate) enum Layout {
     /// Straight down, evenly spaced.
     Even(Axis),
     /// From one position, at even angles.
     Fan { fan: Fan, angles: Axis },
-    /// Any others from left to right.
+    /// Any other beams from left to right.
     Any(Lattice),
 }
 
@@ -30,7 +30,7 @@ pub(crate) fn layout<S: Data<Elem = Complex<f32>>>(
     found.map_or_else(|| Lattice::new(lines).map(Layout::Any), Ok)
 }
 
-/// From where to where lines reach, across and down, m.
+/// Extent of the lines, across and down, m.
 pub fn extent<S: Data<Elem = Complex<f32>>>(
     lines: &BeamformedLines<ArrayBase<S, Ix2>>,
 ) -> [[f64; 2]; 2] {
@@ -51,8 +51,10 @@ pub fn extent<S: Data<Elem = Complex<f32>>>(
     extent
 }
 
-/// The fan of beams at even angles from one position, to a hundredth of a step, that begin on the arc through the first
-/// and the last, to a hundredth of what lies between two; none for others.
+/// The fan of beams at even angles from one position; `None` for others.
+///
+/// Angles must be even to a hundredth of a step. Beams must begin on the arc through the first and the last, to a
+/// hundredth of their distance.
 fn fan<S: Data<Elem = Complex<f32>>>(
     lines: &BeamformedLines<ArrayBase<S, Ix2>>,
     rays: &BeamRays,
@@ -95,8 +97,9 @@ fn fan<S: Data<Elem = Complex<f32>>>(
     })
 }
 
-/// The axis of beams whose positions are on the even grid through the first and the last, to a hundredth of the spacing;
-/// none for others.
+/// The axis of evenly spaced beams; `None` for others.
+///
+/// Positions must be on the grid through the first and the last, to a hundredth of the spacing.
 fn beam_axis(beam_x: &[f64]) -> Option<Axis> {
     let (&[first, .., last], intervals) = (beam_x, beam_x.len().saturating_sub(1)) else {
         return None;
@@ -111,14 +114,14 @@ fn beam_axis(beam_x: &[f64]) -> Option<Axis> {
     })
 }
 
-/// Tells before a long computation whether an image can be made of lines at these positions.
+/// Checks before a long computation that lines at these positions make an image.
 ///
 /// # Errors
-/// As [`b_mode`](super::b_mode) about the beams.
+/// As [`b_mode`](super::b_mode), on the beams.
 pub fn check_beams(beam_x: &[f64]) -> Result<()> {
     if beam_x.len() < 2 {
         return Err(Error::Data(format!(
-            "an image needs at least 2 beams, the lines have {}",
+            "an image needs at least 2 beams; the lines have {}",
             beam_x.len()
         )));
     }
@@ -128,7 +131,7 @@ pub fn check_beams(beam_x: &[f64]) -> Result<()> {
     {
         None => Ok(()),
         Some(beam) => Err(Error::Data(format!(
-            "an image needs beams from left to right: beam {beam} lies at {} m, the next one at {} m",
+            "an image needs beams from left to right; beam {beam} is at {} m, the next one at {} m",
             beam_x[beam],
             beam_x[beam + 1]
         ))),

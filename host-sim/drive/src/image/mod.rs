@@ -35,12 +35,13 @@ pub struct BModeImage {
     pub z0: f64,
     /// The distance from one pixel to the next (m).
     pub pixel: f64,
-    /// The angles of the columns, rad, of an image on a polar grid: `z0` is then the depth of row 0 along its beams, and
-    /// `pixel` the distance of rows.
+    /// Angles of the columns, rad, for an image on a polar grid.
+    ///
+    /// `z0` is then the depth of row 0 along its beams, and `pixel` the distance of rows.
     pub angles: Option<Axis>,
 }
 
-/// The smallest grid of a number of pixels that covers all of the lines.
+/// The smallest grid of `rows` × `columns` pixels that covers all lines.
 ///
 /// # Errors
 /// Beams that are not evenly spaced.
@@ -55,7 +56,9 @@ pub fn grid_of_lines(lines: &BeamformedLines, rows: usize, columns: usize) -> Re
     }
 }
 
-/// The grid of an experiment's picture of lines, of as many pixels as `image` asks for.
+/// The grid of an experiment's picture of lines.
+///
+/// `image` gives the number of pixels.
 ///
 /// # Errors
 /// As [`grid_of_lines`].
@@ -65,20 +68,20 @@ pub fn grid_of_picture(lines: &BeamformedLines, image: &config::Image) -> Result
     grid_of_lines(lines, rows, columns)
 }
 
-/// How far lines reach across and down, m.
+/// Extent of lines, across and down, m.
 fn extent_of_lines(lines: &BeamformedLines) -> [f64; 2] {
     let across = lines.beam_x[lines.beam_x.len() - 1] - lines.beam_x[0];
     let samples = sample_axis(lines);
     [across, samples.last() - samples.first]
 }
 
-/// Envelope, decibels relative to the frame's largest, 0..255, isotropic pixels, and the 3×3
-/// median where `median` is set.
+/// B-mode image of lines: envelope, decibels, grey levels, square pixels.
 ///
-/// `dynamic_range` is in dB. Pixels outside the data are 0.
+/// Levels are relative to the frame's largest envelope and span `dynamic_range` dB as 0..255. `median` adds a 3 × 3
+/// median. Pixels outside the data are 0.
 ///
 /// # Errors
-/// Beams that are not from left to right or cross, and what the core refuses: a NaN or infinite sample, a
+/// Beams that are not ordered from left to right, or that cross; errors of the core: a NaN or infinite sample, a
 /// dynamic range or pixel size that is not positive, fewer than two beams or samples.
 pub fn b_mode<S: Data<Elem = Complex<f32>>>(
     lines: &BeamformedLines<ArrayBase<S, Ix2>>,
@@ -118,8 +121,9 @@ pub fn b_mode<S: Data<Elem = Complex<f32>>>(
     })
 }
 
-/// An image of beams that fan out, on a polar grid: columns at even angles from the first beam's to the last's, rows at
-/// even depths along the beams.
+/// An image of beams that fan out, on a polar grid.
+///
+/// Columns are at even angles from the first beam's to the last's, rows at even depths along the beams.
 ///
 /// # Errors
 /// As [`b_mode`], and beams whose angles do not ascend.
@@ -132,7 +136,7 @@ fn polar<S: Data<Elem = Complex<f32>>>(
     let last = lattice.rays().len() - 1;
     if let Some(beam) = (0..last).find(|&beam| angle(beam) >= angle(beam + 1)) {
         return Err(Error::Usage(format!(
-            "--grid polar is for beams that fan out: beam {beam} goes {} rad aside, the next one {} rad",
+            "--grid polar is for beams that fan out; beam {beam} has an angle of {} rad, the next one of {} rad",
             short(angle(beam)),
             short(angle(beam + 1))
         )));
@@ -180,7 +184,7 @@ fn polar<S: Data<Elem = Complex<f32>>>(
     })
 }
 
-/// A plan's axis of beams where a lattice finds them.
+/// A placeholder for a plan's axis of beams, if a lattice finds them.
 fn any_axis(lattice: &Lattice) -> Axis {
     Axis {
         first: 0.0,
@@ -189,7 +193,7 @@ fn any_axis(lattice: &Lattice) -> Axis {
     }
 }
 
-/// The pixels of a value at each position of columns and rows.
+/// Pixels of `value` at each position of columns and rows.
 fn by_position(rows: Axis, columns: Axis, value: impl Fn(f64, f64) -> f32 + Sync) -> Array2<f32> {
     let mut pixels = Array2::zeros((rows.count, columns.count));
     let own = pixels.as_slice_mut().unwrap_or_default();
@@ -202,7 +206,7 @@ fn by_position(rows: Axis, columns: Axis, value: impl Fn(f64, f64) -> f32 + Sync
     pixels
 }
 
-/// The pixels through the 3 × 3 median, if that is asked for.
+/// The pixels, through the 3 × 3 median if selected.
 fn smoothed(set: InstructionSet, pixels: Array2<f32>, median: bool) -> Result<Array2<f32>> {
     match median {
         true => set.dispatch(Median(&pixels)),
@@ -223,10 +227,10 @@ impl Task for Median<'_> {
     }
 }
 
-/// The pixels of lines `z` [line, sample], by a plan of the core, with the vectors of `set`.
+/// Pixels of lines `z` [line, sample], by a plan of the core and vectors of `set`.
 ///
 /// # Errors
-/// What the core refuses: a NaN or infinite sample, another number of lines or samples.
+/// Errors of the core: a NaN or infinite sample, or another number of lines or samples.
 pub fn pixels(
     set: InstructionSet,
     b_mode: &BMode,
@@ -237,7 +241,7 @@ pub fn pixels(
     set.dispatch(Pixels { b_mode, levels })
 }
 
-/// The grey levels of all lines, relative to the largest envelope.
+/// Grey levels of all lines, relative to the largest envelope.
 fn levels(b_mode: &BMode, z: ArrayView2<Complex<f32>>) -> Result<Vec<f32>> {
     let samples = z.ncols().max(1);
     let z = z.as_standard_layout();
@@ -256,7 +260,7 @@ fn levels(b_mode: &BMode, z: ArrayView2<Complex<f32>>) -> Result<Vec<f32>> {
     Ok(levels)
 }
 
-/// The pixels of all lines' grey levels.
+/// Pixels from all lines' grey levels.
 struct Pixels<'a> {
     b_mode: &'a BMode,
     levels: &'a [f32],
@@ -276,21 +280,23 @@ impl Task for Pixels<'_> {
     }
 }
 
-/// An image bilinearly resampled to another size; corner pixels stay corner pixels.
+/// Resamples an image bilinearly to another size.
+///
+/// Corner pixels stay corner pixels.
 ///
 /// # Errors
 /// A side of fewer than two pixels, before or after; a NaN or infinite pixel.
 pub fn resize(image: ArrayView2<f32>, rows: usize, columns: usize) -> Result<Array2<f32>> {
     if image.nrows() < 2 || image.ncols() < 2 {
         return Err(Error::Data(format!(
-            "an image of {}x{} cannot be resized, both sides must be at least 2",
+            "an image of {}x{} cannot be resized; both sides must be at least 2",
             image.nrows(),
             image.ncols()
         )));
     }
     if rows < 2 || columns < 2 {
         return Err(Error::Usage(format!(
-            "an image cannot be resized to {rows}x{columns}, both sides must be at least 2"
+            "an image cannot be resized to {rows}x{columns}; both sides must be at least 2"
         )));
     }
     // The resampler's data are [beam][sample], which is an image's transpose.
@@ -314,7 +320,7 @@ pub fn resize(image: ArrayView2<f32>, rows: usize, columns: usize) -> Result<Arr
     Ok(resized)
 }
 
-/// Lines whose envelope is that of their sub-lines, at the middle of these.
+/// Lines with the envelope of their sub-lines, at the middle of these.
 ///
 /// # Errors
 /// A sample that is not finite.
@@ -344,7 +350,9 @@ pub fn pooled<S: Data<Elem = Complex<f32>>>(
     })
 }
 
-/// The envelopes of lines of `count` sub-lines each, `z` as [sub-line, computed sample], as real numbers [line, sample].
+/// Envelopes of lines of `count` sub-lines each, as real numbers [line, sample].
+///
+/// `z` is [sub-line, computed sample].
 ///
 /// # Errors
 /// A sample that is not finite.
@@ -368,11 +376,12 @@ pub(super) fn pooled_lines(
     Ok(lines)
 }
 
-/// The B-mode image over the depths and the width asked for, on the grid asked for: square pixels, or columns at even
-/// angles.
+/// The B-mode image over the given depths and width, on the given grid.
+///
+/// The grid has square pixels, or columns at even angles.
 ///
 /// # Errors
-/// A depth above the lines, beams that an image cannot be made of, more pixels a side than there can be.
+/// A depth above the lines, beams that make no image, or more pixels per side than are allowed.
 pub fn image_of<S: Data<Elem = Complex<f32>>>(
     lines: &BeamformedLines<ArrayBase<S, Ix2>>,
     parameters: &config::Image,

@@ -1,4 +1,4 @@
-//! Parts of phase symmetry's matrices, each for one thread to write.
+//! Parts of phase symmetry's matrices, each written by one thread.
 
 use std::ops::Range;
 
@@ -12,7 +12,7 @@ pub struct MatrixPart<'a> {
 }
 
 impl<'a> MatrixPart<'a> {
-    /// `data`, as the numbers from `first` on.
+    /// `data` as the values of the matrix from index `first` on.
     pub fn new(data: &'a mut [f32], first: usize) -> Self {
         MatrixPart { first, data }
     }
@@ -61,16 +61,19 @@ impl ReadAt for Whole<'_> {
     }
 }
 
-/// The indices in the filtered image of some strips of columns: two parts of each strip of rows,
-/// for the columns and their mirror images.
+/// Indices in the filtered image of some strips of columns.
+///
+/// Each strip of rows has two parts: the columns and their mirror images.
 pub struct Band<'a> {
-    /// The length of a strip of rows.
+    /// Length of a strip of rows.
     width: usize,
     parts: Vec<[MatrixPart<'a>; 2]>,
 }
 
 impl<'a> Band<'a> {
-    /// Cuts the filtered image, strips of rows of length `width`, into bands of strips of columns.
+    /// Cuts the filtered image into bands of strips of columns.
+    ///
+    /// Its strips of rows have length `width`.
     pub fn cut<'b>(
         filtered: &'a mut [f32],
         width: usize,

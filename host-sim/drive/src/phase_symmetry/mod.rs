@@ -1,5 +1,6 @@
-//! Phase symmetry of images, through the core's strips, on the widest vectors that the processor
-//! has.
+//! Phase symmetry of images, by the core's strips.
+//!
+//! It uses the widest vectors that the processor has.
 
 mod bands;
 
@@ -19,24 +20,27 @@ use crate::image::resize;
 use crate::{Error, Result};
 use bands::{Band, MatrixPart, Whole};
 
-/// What phase symmetry can be told.
+/// Parameters of phase symmetry.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameters {
     /// Characteristic radii `r₀` in cycles per pixel, 1 to 8 of them.
     pub scales: Vec<f64>,
     /// The noise threshold `T_n`, in the image's grey levels.
     pub threshold: f32,
-    /// How many rows or columns are worked on at a time. It changes the time, never the result.
+    /// Number of rows or columns processed at a time.
+    ///
+    /// It changes the time, never the result.
     pub strip: usize,
 }
 
 impl Parameters {
-    /// A strip that keeps to a processor's cache.
+    /// Number of rows or columns in a strip that fits a processor's cache.
     pub const STRIP: usize = 16;
 }
 
-/// The map `PS`, in `[0, 1)`, of one image 0..255. `progress` hears how many filters are done and
-/// of how many.
+/// The map `PS`, in `[0, 1)`, of one image 0..255.
+///
+/// `progress` receives the numbers of filters done and of all.
 ///
 /// # Errors
 /// As [`Plan::new`] and [`Plan::run`].
@@ -48,8 +52,9 @@ pub fn phase_symmetry(
     Plan::new(image.dim(), parameters)?.run(image, InstructionSet::detect(), progress)
 }
 
-/// The map of an image 0..255 as the section asks for it: resampled first, or in a black image of larger sides and
-/// cut to its own again.
+/// The map of an image 0..255 with the parameters of the section.
+///
+/// The image is resampled first, or padded with black; then the map is cut to its size again.
 ///
 /// # Errors
 /// As [`phase_symmetry`] and [`resize`].
@@ -75,11 +80,10 @@ pub fn of_image(
     Ok(Array2::from_shape_fn(shown, |at| map[at]))
 }
 
-/// Phase symmetry of many images of one size: gains and memory, made once.
+/// Phase symmetry of many images of one size, with gains and memory made once.
 ///
-/// The strips of each step are shared out among the threads of the rayon pool in which
-/// [`Plan::run`] is called; the map's bits depend neither on their number nor on the instruction
-/// set.
+/// The strips of each step are shared among the threads of the rayon pool in which [`Plan::run`] is called. The
+/// map's bits depend neither on their number nor on the instruction set.
 #[derive(Debug)]
 pub struct Plan {
     fft: LaneFft,
@@ -89,7 +93,7 @@ pub struct Plan {
     amplitude: Vec<f32>,
 }
 
-/// The map of an image, to be computed.
+/// The map of an image, during its computation.
 struct Map<'a> {
     plan: &'a mut Plan,
     image: ArrayView2<'a, f32>,
@@ -101,7 +105,7 @@ impl Plan {
     /// Computes the filters' gains for images of `(rows, columns)` pixels.
     ///
     /// # Errors
-    /// Sides that are not powers of two from 64 to 1024, or parameters that the core refuses.
+    /// Sides that are not powers of two from 64 to 1024, or parameters that the core rejects.
     pub fn new((rows, columns): (usize, usize), parameters: &Parameters) -> Result<Self> {
         check_size(rows, columns)?;
         let bank = PhaseSymmetry::new(&core::Parameters {
@@ -116,10 +120,10 @@ impl Plan {
         Self::of(bank)
     }
 
-    /// By a plan of the core.
+    /// From a plan of the core.
     ///
     /// # Errors
-    /// What the core refuses.
+    /// Errors of the core.
     pub fn of(bank: PhaseSymmetry) -> Result<Self> {
         let sizes = bank.sizes();
         let mut filters = LogGaborTables::new();
@@ -134,8 +138,9 @@ impl Plan {
         })
     }
 
-    /// The map `PS`, in `[0, 1)`, of an image 0..255, on the vectors of an instruction set.
-    /// `progress` hears how many filters are done and of how many.
+    /// The map `PS`, in `[0, 1)`, of an image 0..255, with a given instruction set.
+    ///
+    /// `progress` receives the numbers of filters done and of all.
     ///
     /// # Errors
     /// An image of another size, or with a pixel that is NaN, infinite or beyond 1e12.
@@ -150,11 +155,11 @@ impl Plan {
         Ok(map)
     }
 
-    /// The same into memory of the caller.
+    /// The same into the caller's memory.
     ///
     /// # Errors
-    /// As [`Plan::run`], and [`Error::Data`] where `map` is not row by row or of another size. What is in
-    /// `map` after one is not said.
+    /// As [`Plan::run`], and [`Error::Data`] if `map` is not in row-major order or of another size. After an error,
+    /// the content of `map` is undefined.
     pub fn run_into(
         &mut self,
         image: ArrayView2<f32>,
@@ -194,7 +199,7 @@ impl Task for Map<'_> {
         } = sizes;
         if image.dim() != (rows, columns) {
             return Err(Error::Data(format!(
-                "the image has {} rows and {} columns, the plan of its phase symmetry {rows} and \
+                "the image has {} rows and {} columns; the plan of its phase symmetry has {rows} and \
                  {columns}",
                 image.nrows(),
                 image.ncols()
@@ -267,7 +272,7 @@ impl Task for Map<'_> {
     }
 }
 
-/// The fast memory of one thread.
+/// Fast memory of one thread.
 #[derive(Clone)]
 pub struct Memory<V> {
     strip: Vec<f32>,
@@ -277,7 +282,7 @@ pub struct Memory<V> {
 }
 
 impl<V: Vector> Memory<V> {
-    /// Memory for images and strips of these sizes, full of `value`.
+    /// Memory for images and strips of these sizes, filled with `value`.
     pub fn new(zero: V, value: f32, sizes: Sizes) -> Self {
         let lanes = zero.splat(value);
         Memory {
@@ -288,7 +293,7 @@ impl<V: Vector> Memory<V> {
         }
     }
 
-    /// The slices, which is what the core takes.
+    /// The slices for the core.
     pub fn slices(&mut self) -> StripSlices<'_, V> {
         StripSlices {
             strip: &mut self.strip,
@@ -315,8 +320,8 @@ fn check_size(rows: usize, columns: usize) -> Result<()> {
         }
     };
     Err(Error::Data(format!(
-        "the image has {rows} rows and {columns} columns, phase symmetry needs powers of two from \
-         64 to 1024: --pad puts it into such a one, --resize {}x{} makes it one",
+        "the image has {rows} rows and {columns} columns; phase symmetry needs powers of two from \
+         64 to 1024; --pad puts it into such an image, --resize {}x{} makes it one",
         nearest(rows),
         nearest(columns)
     )))

@@ -1,4 +1,4 @@
-//! Some frames of an archive's samples.
+//! Reads some frames of an archive's samples.
 
 use std::io::{self, Read, Seek, SeekFrom};
 use std::ops::Range;
@@ -13,11 +13,12 @@ use crate::npy;
 use crate::npy_header::Header;
 use crate::{Error, Result, memory};
 
-/// Bytes of numbers that are read at a time.
+/// Bytes of numbers to read at a time.
 const AT_A_TIME: usize = 1 << 15;
 
-/// A part of an array of four axes: the header that it would have, its bytes within the member, and how many places the
-/// array's first axis has.
+/// A part of an array of four axes.
+///
+/// Its header, its bytes within the member, and the length of the array's first axis.
 struct Part {
     header: Header,
     bytes: Range<usize>,
@@ -25,9 +26,10 @@ struct Part {
 }
 
 impl Reader {
-    /// Real samples of some frames, of the types that [`Reader::samples_of_any_rank`] takes, as [frame,
-    /// …]; and how many frames there are. The file may leave the axis of frames out, which is then one.
-    /// `axes` names the others. Samples in columns are read whole.
+    /// Real samples of some frames, [frame, …], and the number of all frames.
+    ///
+    /// Types are those of [`Reader::samples_of_any_rank`]. A file without a frame axis has one frame. `axes` names
+    /// the other axes. Samples stored by columns are read whole.
     pub fn real_frames(
         &mut self,
         key: &str,
@@ -50,7 +52,7 @@ impl Reader {
         self.framed(key, axes, array, held)
     }
 
-    /// Complex samples of some frames, complex64 or complex128: as [`Reader::real_frames`].
+    /// Complex samples of some frames, complex64 or complex128; else as real samples.
     pub fn complex_frames(
         &mut self,
         key: &str,
@@ -94,9 +96,10 @@ impl Reader {
         Ok((array, held))
     }
 
-    /// The bytes of an array of four axes with only some places along the first, and how many places that
-    /// has; all bytes, and nothing, where it has other axes, is stored in columns, or has no more places.
-    /// The archive's checksum is not compared for a part.
+    /// Bytes of an array of four axes at some indices of the first, and its length.
+    ///
+    /// If the array has other axes, is stored by columns or has no more indices, all bytes and `None`. The
+    /// archive's checksum is not compared for a part.
     fn bytes_of_frames(
         &mut self,
         key: &str,
@@ -112,7 +115,9 @@ impl Reader {
         Ok((bytes, Some(part.held)))
     }
 
-    /// Where some places along the first of four axes are; none where [`Reader::bytes_of_frames`] reads all.
+    /// Position of some indices along the first of four axes.
+    ///
+    /// `None` if [`Reader::bytes_of_frames`] reads all.
     fn part(&mut self, key: &str, frames: &Range<usize>) -> Result<Option<Part>> {
         let head = self.head(key)?;
         // What is wrong with a header is reported where all of it is read.
@@ -145,8 +150,9 @@ impl Reader {
         }))
     }
 
-    /// The numbers of a part, in the memory of `numbers`, where they are stored as they are; a few thousand at a time, so
-    /// that no other memory is touched.
+    /// The numbers of a part that is stored uncompressed, in the memory of `numbers`.
+    ///
+    /// A few thousand are read at a time, so that no other memory is used.
     fn stored<T, const N: usize>(
         &mut self,
         key: &str,
@@ -183,7 +189,9 @@ impl Reader {
         }
     }
 
-    /// An array in columns is read whole, whatever frames are asked for: there must be memory for it.
+    /// Checks that there is memory for an array that is stored by columns.
+    ///
+    /// It is read whole, whatever frames are requested.
     fn check_whole(&mut self, key: &str, claimed: usize) -> Result<()> {
         // What it claims may not be there.
         let member = self.archive.by_name(&format!("{key}.npy"));
@@ -201,8 +209,9 @@ impl Reader {
         })
     }
 
-    /// Fills `bytes` with those of a member from a place on: at once where it is stored as it is, else by
-    /// inflating what is before.
+    /// Fills `bytes` from a position in a member.
+    ///
+    /// A stored member is read there directly; a compressed one is inflated up to there.
     fn read_at(&mut self, key: &str, from: usize, bytes: &mut [u8]) -> Result<()> {
         let name = format!("{key}.npy");
         let mut read = || -> ZipResult<bool> {

@@ -1,4 +1,4 @@
-//! The keyed arrays of a `.npz` file, with errors that name file, key and what would be right.
+//! Keyed arrays of a `.npz` file; errors name file, key and expected value.
 
 mod frames;
 
@@ -18,10 +18,12 @@ use super::npy_header::MAX_LENGTH;
 use crate::input;
 use crate::{Error, Result};
 
-/// How many times its compressed size a member may become: recordings shrink to a half or a tenth.
-/// Memory is bounded so: by what the file holds times this, and three times for the conversions.
+/// Largest ratio of a member's size to its compressed size.
+///
+/// Recordings shrink to a half or a tenth. This bounds memory: the file's size times this, and three times for
+/// conversions.
 const MAX_INFLATION: u64 = 100;
-/// A member of up to so many bytes may have been compressed as far as can be.
+/// A member of up to this size may have any compression, bytes.
 const SMALL: u64 = 16 << 20;
 
 /// An open `.npz` file.
@@ -31,7 +33,7 @@ pub struct Reader {
     spare: Spare,
 }
 
-/// Memory of samples that nobody needs any more, for the next ones.
+/// Memory of samples that is no longer needed, for the next ones.
 #[derive(Default)]
 pub struct Spare {
     /// For real samples.
@@ -55,7 +57,7 @@ impl Reader {
         })
     }
 
-    /// The same, which puts the samples of some frames into spare memory.
+    /// Uses spare memory for the samples of some frames.
     pub fn with_spare(self, spare: Spare) -> Self {
         Reader { spare, ..self }
     }
@@ -65,7 +67,7 @@ impl Reader {
         super::file_error(&self.path, message)
     }
 
-    /// Whether there is an array of this name.
+    /// Whether there is an array with this name.
     pub fn has(&self, key: &str) -> bool {
         self.archive.index_for_name(&format!("{key}.npy")).is_some()
     }
@@ -79,12 +81,12 @@ impl Reader {
         }
     }
 
-    /// As [`Reader::scalar`], where there is one.
+    /// As [`Reader::scalar`]; `None` if the key is missing.
     pub fn optional_scalar(&mut self, key: &str) -> Result<Option<f64>> {
         self.has(key).then(|| self.scalar(key)).transpose()
     }
 
-    /// As [`Reader::vector`], where there is one.
+    /// As [`Reader::vector`]; `None` if the key is missing.
     pub fn optional_vector(
         &mut self,
         key: &str,
@@ -126,7 +128,7 @@ impl Reader {
         Err(self.rank_error(key, array.shape(), &expected))
     }
 
-    /// Real numbers (f64, f32 or integers), `count` of them: one for each `of`.
+    /// Real numbers (f64, f32 or integers): `count` of them, one for each `of`.
     pub fn vector(&mut self, key: &str, count: usize, of: &str) -> Result<Vec<f64>> {
         let values = self.vector_of_any_length(key, of)?;
         self.check_length(key, values.len(), count, of)?;
@@ -181,7 +183,9 @@ impl Reader {
         Ok(indices)
     }
 
-    /// Recorded samples: f32, f64 rounded to it, f16, integers (above 2²⁴ rounded), or u8, whose zero is 128.
+    /// Recorded samples as f32.
+    ///
+    /// Types: f32, f64 and integers (rounded), f16, or u8, whose zero is 128.
     pub fn samples_of_any_rank(&mut self, key: &str) -> Result<ArrayD<f32>> {
         let bytes = self.bytes(key)?;
         self.real_samples(key, &bytes)
@@ -249,9 +253,9 @@ impl Reader {
         self.typed(key, array, "float64, float32 or an integer type")
     }
 
-    /// The bytes of one member; reading them to the end checks the archive's checksum.
+    /// Bytes of one member; reading to the end checks the archive's checksum.
     ///
-    /// No more than [`MAX_INFLATION`] times what the archive holds of it are read.
+    /// At most [`MAX_INFLATION`] times the compressed size is read.
     fn bytes(&mut self, key: &str) -> Result<Vec<u8>> {
         let mut bytes = Vec::new();
         let mut limit = u64::MAX;
@@ -288,7 +292,7 @@ impl Reader {
         }
     }
 
-    /// The beginning of a member, with the header of its array.
+    /// Beginning of a member, with the header of its array.
     fn head(&mut self, key: &str) -> Result<Vec<u8>> {
         let mut head = Vec::new();
         let outcome = self
@@ -342,7 +346,7 @@ impl Reader {
     }
 }
 
-/// Integers of any of numpy's usual types.
+/// Integers of any usual numpy type.
 fn integers(bytes: &[u8]) -> std::result::Result<ArrayD<i64>, NpyError> {
     let signed = or_type(npy::read::<i64>(bytes), || {
         npy::read::<i32>(bytes).map(|a| a.mapv(i64::from))

@@ -1,4 +1,4 @@
-//! Frames of a recording, its delays and its lines' positions as the formats write them.
+//! Frames of a recording, its delays, and positions of lines for output formats.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -8,10 +8,12 @@ use num_complex::Complex;
 
 use bonebeam_files::{BeamformedLines, ChannelData, Error, Recording, Result, Samples, Transmits};
 
-/// Some frames in a recording, as they are read one part after the other.
+/// Some frames of a recording that is read part by part.
 pub type Part<'a> = Result<(Cow<'a, Recording>, Range<usize>)>;
 
-/// All but the samples; what a lens delays there and back is taken from `t0`, and I/Q still turns from the former one.
+/// All but the samples, without the lens.
+///
+/// Its delay there and back is subtracted from `t0`. I/Q still turns from the former `t0`.
 pub(super) fn without_lens(data: &ChannelData) -> ChannelData {
     ChannelData {
         samples: data
@@ -27,8 +29,9 @@ pub(super) fn without_lens(data: &ChannelData) -> ChannelData {
     }
 }
 
-/// Hands the frames of the parts on, with I/Q turned by a phase in cycles for each transmit, as [transmit, element, sample]:
-/// the real and the imaginary part, of which RF has the first.
+/// Passes the frames of the parts on, as [transmit, element, sample].
+///
+/// I/Q is turned by a phase in cycles for each transmit. It has a real and an imaginary part, RF only the first.
 pub(super) fn each_frame<'a>(
     parts: impl Iterator<Item = Part<'a>>,
     cycles: &[f64],
@@ -43,7 +46,7 @@ pub(super) fn each_frame<'a>(
         let (recording, own) = part?;
         let Recording::Channel(data) = recording.as_ref() else {
             return Err(Error::Data(
-                "a part of the recording is of another kind".into(),
+                "a part of the recording has another kind of samples".into(),
             ));
         };
         for frame in own {
@@ -83,7 +86,9 @@ pub(super) fn each_frame<'a>(
     Ok(())
 }
 
-/// When each element fires, s, from the moment at which the wave passes its law's origin; NaN where it does not.
+/// Firing time of each element, s; NaN if it does not fire.
+///
+/// It counts from the moment when the wave passes the origin of its law.
 pub(super) fn delays(data: &ChannelData) -> Array2<f64> {
     let (_, transmits, elements, _) = data.samples.dim();
     let c = data.c;
@@ -109,7 +114,7 @@ pub(super) fn delays(data: &ChannelData) -> Array2<f64> {
     })
 }
 
-/// The positions (x, 0, z) of the samples of lines, m, those of a beam one after the other.
+/// Positions (x, 0, z) of the samples of lines, m, beam by beam.
 pub(super) fn positions(lines: &BeamformedLines) -> Vec<[f64; 3]> {
     let (beams, samples) = lines.z.dim();
     let position = |k: usize| {

@@ -1,4 +1,4 @@
-//! Recordings and lines in other makers' formats.
+//! Writes recordings and lines in formats of other programs.
 
 mod frames;
 mod tree;
@@ -12,7 +12,7 @@ use bonebeam_files::{BeamformedLines, Error, Recording, Result, Transmits, file_
 pub use frames::Part;
 use frames::without_lens;
 
-/// A format that is written, by the ending of a file's name.
+/// Output format, by the ending of a file's name.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Export {
     /// NumPy's archive: `.npz`.
@@ -24,7 +24,7 @@ pub enum Export {
 }
 
 impl Export {
-    /// The format that a path's ending names.
+    /// The format by the ending of a path.
     ///
     /// # Errors
     /// [`Error::Usage`] for another ending.
@@ -35,13 +35,13 @@ impl Export {
             "uff" => Ok(Export::Uff),
             "hdf5" | "h5" => Ok(Export::Zea),
             _ => Err(Error::Usage(format!(
-                "{}: its ending names no format that is written; expected .npz, .uff, or .hdf5 or .h5 for zea",
+                "{}: its ending is not that of an output format; expected .npz, .uff, or .hdf5 or .h5 for zea",
                 path.display()
             ))),
         }
     }
 
-    /// Its name, for people.
+    /// Its name in messages.
     pub fn name(self) -> &'static str {
         match self {
             Export::Npz => ".npz archive",
@@ -51,11 +51,12 @@ impl Export {
     }
 }
 
-/// Stages channel data of `count` frames, which `parts` hand out one after the other, as UFF or zea's HDF5. All but the
-/// samples are those of `first`.
+/// Stages channel data of `count` frames as UFF or zea's HDF5.
+///
+/// `parts` provides the frames in order. All but the samples are those of `first`.
 ///
 /// # Errors
-/// Those of a part, data that the format cannot hold, a file that cannot be written.
+/// Errors of a part, data that the format cannot hold, or a file that cannot be written.
 pub fn add_recording<'a>(
     export: Export,
     (first, count): (&Recording, usize),
@@ -64,12 +65,12 @@ pub fn add_recording<'a>(
     outputs: &mut Outputs,
 ) -> Result<()> {
     let Recording::Channel(data) = first else {
-        let message = "holds aligned data, which UFF and zea have no place for; .npz has";
+        let message = "holds aligned data, which UFF and zea cannot store; .npz can";
         return Err(file_error(path, message));
     };
     let fits = match (export, &data.transmits) {
         (Export::Uff, Transmits::Delays { .. }) => {
-            Err("tells delays of elements (`tx_delay`), which UFF cannot; .npz and zea can")
+            Err("has delays of elements (`tx_delay`), which UFF cannot store; .npz and zea can")
         }
         _ => Ok(()),
     };

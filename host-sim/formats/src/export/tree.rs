@@ -1,4 +1,4 @@
-//! Groups, arrays and attributes of an HDF5 file that is written.
+//! Writes groups, arrays and attributes of an HDF5 file.
 
 use std::path::Path;
 
@@ -8,36 +8,36 @@ use rust_hdf5::{H5Dataset, H5File, H5Group, VarLenUnicode};
 use crate::guard::guarded;
 use bonebeam_files::{Error, Result};
 
-/// A file that is written.
+/// A file that is being written.
 pub struct Tree {
     file: H5File,
 }
 
-/// Attributes of numbers: a name and a list.
+/// Numerical attributes: name and list each.
 pub type Marks<'a> = &'a [(&'a str, &'a [i64])];
 
 fn failed(error: impl std::fmt::Display) -> String {
     format!("cannot be written: {error}")
 }
 
-/// What the library makes of a file; a panic is an error.
+/// Runs a write of the library; a panic becomes an error.
 fn written<T>(write: impl FnOnce() -> std::result::Result<T, rust_hdf5::Hdf5Error>) -> Result<T> {
     guarded(|| write().map_err(failed)).map_err(Error::Data)
 }
 
 impl Tree {
-    /// A new file, in place of an empty one.
+    /// Creates a file in place of an empty one.
     pub fn create(path: &Path) -> Result<Self> {
         let file = written(|| H5File::options().no_locking().create(path))?;
         Ok(Tree { file })
     }
 
-    /// The group that all others are in.
+    /// The root group.
     pub fn root(&self) -> Branch {
         Branch(self.file.root_group())
     }
 
-    /// Ends the file.
+    /// Closes the file.
     pub fn close(self) -> Result<()> {
         written(|| self.file.close())
     }
@@ -47,7 +47,7 @@ impl Tree {
 pub struct Branch(H5Group);
 
 impl Branch {
-    /// A group within, marked with texts and numbers.
+    /// A group within this one, with attributes of texts and numbers.
     pub fn group(&self, name: &str, texts: &[(&str, &str)], numbers: Marks<'_>) -> Result<Branch> {
         let branch = Branch(written(|| self.0.create_group(name))?);
         branch.mark(texts)?;
@@ -57,7 +57,7 @@ impl Branch {
         Ok(branch)
     }
 
-    /// Marks the group with texts.
+    /// Adds texts as attributes of the group.
     pub fn mark(&self, texts: &[(&str, &str)]) -> Result<()> {
         for (mark, text) in texts {
             written(|| self.0.set_attr_string(mark, text))?;
@@ -65,7 +65,9 @@ impl Branch {
         Ok(())
     }
 
-    /// An array of a shape, without an axis a single number; its values follow.
+    /// An array of a shape, or a single number without axes.
+    ///
+    /// Its values follow.
     pub fn array<T: H5Type>(&self, name: &str, shape: &[usize]) -> Result<H5Dataset> {
         written(|| {
             let builder = self.0.new_dataset::<T>();
@@ -89,7 +91,7 @@ impl Branch {
     }
 }
 
-/// Marks an array with texts and numbers.
+/// Adds texts and numbers as attributes of an array.
 pub fn mark(array: &H5Dataset, texts: &[(&str, &str)], numbers: Marks<'_>) -> Result<()> {
     written(|| {
         for (mark, text) in texts {
@@ -104,7 +106,7 @@ pub fn mark(array: &H5Dataset, texts: &[(&str, &str)], numbers: Marks<'_>) -> Re
     })
 }
 
-/// Writes a frame, the whole of an array at one index of its first axis.
+/// Writes a frame: all of an array at one index of its first axis.
 pub fn frame(array: &H5Dataset, shape: &[usize], index: usize, values: &[f32]) -> Result<()> {
     let mut starts = vec![0; shape.len()];
     starts[0] = index;

@@ -1,4 +1,6 @@
-//! `channel_data` and `beamformed_data` of USTB's Ultrasound File Format, as pyuff reads them.
+//! Writes `channel_data` and `beamformed_data` of USTB's Ultrasound File Format.
+//!
+//! pyuff reads them.
 
 use std::path::Path;
 
@@ -8,10 +10,10 @@ use super::frames::{Part, each_frame};
 use super::tree::{Branch, Tree, frame, mark};
 use bonebeam_files::{BeamformedLines, ChannelData, Result, Samples, Transmits};
 
-/// The version that USTB's files have.
+/// Version of USTB's files.
 const VERSION: &str = "v1.2.0";
 
-/// An object of a class: one, or the list of `count`.
+/// An object of a class, or a list of `count` objects.
 fn object(parent: &Branch, name: &str, class: &str, count: usize) -> Result<Branch> {
     let texts = [("class", class), ("name", name)];
     let array = i64::from(count > 1);
@@ -40,12 +42,14 @@ fn point(parent: &Branch, name: &str, [distance, azimuth]: [f64; 2]) -> Result<(
     number(&point, "elevation", 0.0)
 }
 
-/// The distance and the azimuth of a position (x, z).
+/// Distance and azimuth of a position (x, z).
 fn polar([x, z]: [f64; 2]) -> [f64; 2] {
     [x.hypot(z), x.atan2(z)]
 }
 
-/// A wave's front, its source and the point that its time counts from, as distance and azimuth.
+/// A wave's front, its source, and the origin of its time.
+///
+/// Positions are distance and azimuth.
 fn wave(data: &ChannelData, transmit: usize) -> (i64, [f64; 2], [f64; 2]) {
     const PLANE: i64 = 0;
     const SPHERICAL: i64 = 1;
@@ -70,7 +74,7 @@ fn wave(data: &ChannelData, transmit: usize) -> (i64, [f64; 2], [f64; 2]) {
 /// Writes channel data.
 ///
 /// # Errors
-/// Those of a part, a file that cannot be written.
+/// Errors of a part, or a file that cannot be written.
 pub fn write<'a>(
     path: &Path,
     data: &ChannelData,
@@ -135,7 +139,9 @@ fn probe(parent: &Branch, data: &ChannelData) -> Result<()> {
     numbers(&probe, "geometry", &[rows.len(), count], &geometry)
 }
 
-/// The samples as [frame, wave, channel, sample]. I/Q turns on the clock of the samples, ours from the origin of each wave.
+/// The samples as [frame, wave, channel, sample].
+///
+/// I/Q of UFF turns on the clock of the samples, ours from the origin of each wave.
 fn samples<'a>(
     parent: &Branch,
     data: &ChannelData,
@@ -163,7 +169,7 @@ fn samples<'a>(
     })
 }
 
-/// The two arrays of complex numbers.
+/// The two arrays of complex numbers: real and imaginary part.
 fn complex(parent: &Branch, shape: &[usize]) -> Result<[rust_hdf5::H5Dataset; 2]> {
     let texts = [("class", "single"), ("name", "data")];
     let marks: [(&str, &[i64]); 2] = [("complex", &[1]), ("imaginary", &[0])];
@@ -175,8 +181,9 @@ fn complex(parent: &Branch, shape: &[usize]) -> Result<[rust_hdf5::H5Dataset; 2]
     Ok([real, imaginary])
 }
 
-/// Writes lines as `beamformed_data`: [pixel, 1, 1, frame], the samples of a beam one after the other, with the position of
-/// each pixel.
+/// Writes lines as `beamformed_data`: [pixel, 1, 1, frame].
+///
+/// The samples come beam by beam, with the position of each pixel.
 ///
 /// # Errors
 /// A file that cannot be written.
@@ -207,7 +214,7 @@ pub fn write_lines(path: &Path, frames: &[BeamformedLines]) -> Result<()> {
     tree.close()
 }
 
-/// A scan: straight down with its axes, or the positions alone.
+/// A scan: straight down with its axes, or only the positions.
 fn scan(parent: &Branch, lines: &BeamformedLines) -> Result<()> {
     let (beams, samples) = lines.z.dim();
     let depth = |sample: usize| lines.c * (lines.t0 + sample as f64 / lines.fs) / 2.0;

@@ -1,4 +1,6 @@
-//! zea's HDF5 of one track: raw data with their scan and probe, or beamformed data with the positions of their pixels.
+//! Writes zea's HDF5 of one track.
+//!
+//! Raw data with scan and probe, or beamformed data with the positions of their pixels.
 
 use std::path::Path;
 
@@ -6,10 +8,10 @@ use super::frames::{Part, delays, each_frame, positions};
 use super::tree::{Branch, Tree, all, frame};
 use bonebeam_files::{BeamformedLines, ChannelData, Result, Samples, Transmits};
 
-/// The version of zea whose files these are.
+/// The version of zea whose format this is.
 const VERSION: &str = "0.1.8";
 
-/// Numbers as zea keeps them.
+/// Numbers in zea's type.
 fn numbers(parent: &Branch, name: &str, shape: &[usize], values: &[f64]) -> Result<()> {
     let narrow: Vec<f32> = values.iter().map(|&value| value as f32).collect();
     parent.values(name, shape, &narrow).map(drop)
@@ -24,7 +26,7 @@ fn begin(path: &Path) -> Result<Tree> {
 /// Writes channel data.
 ///
 /// # Errors
-/// Those of a part, a file that cannot be written.
+/// Errors of a part, or a file that cannot be written.
 pub fn write<'a>(
     path: &Path,
     data: &ChannelData,
@@ -48,7 +50,9 @@ pub fn write<'a>(
     tree.close()
 }
 
-/// Times from the first element that fires; the peak of the pulse is a period later.
+/// Writes the scan.
+///
+/// Times count from the first element that fires; the peak of the pulse is a period later.
 fn scan(own: &Branch, data: &ChannelData) -> Result<()> {
     let delay = delays(data);
     let (transmits, elements) = delay.dim();
@@ -98,8 +102,9 @@ fn scan(own: &Branch, data: &ChannelData) -> Result<()> {
     numbers(own, "transmit_origins", &[transmits, 3], &origins)
 }
 
-/// A wave's focal distance, negative of one that diverges and infinite of a plane one, its angle, and the lateral position
-/// that both count from.
+/// A wave's focal distance, its angle, and the lateral position of their origin.
+///
+/// The distance is negative for a diverging wave and infinite for a plane one.
 fn wave(data: &ChannelData, transmit: usize) -> [f64; 3] {
     match &data.transmits {
         Transmits::Plane { angle } => [f64::INFINITY, angle[transmit], 0.0],
@@ -117,8 +122,9 @@ fn wave(data: &ChannelData, transmit: usize) -> [f64; 3] {
     }
 }
 
-/// The samples as [frame, transmit, sample, element, 1 or 2]. I/Q turns from sample 0 of each transmit, ours from the
-/// wave's origin.
+/// The samples as [frame, transmit, sample, element, 1 or 2].
+///
+/// I/Q of zea turns from sample 0 of each transmit, ours from the wave's origin.
 fn samples<'a>(
     own: &Branch,
     data: &ChannelData,
@@ -148,7 +154,7 @@ fn samples<'a>(
     })
 }
 
-/// Writes lines as `beamformed_data`: [frame, sample, beam, 2], with the position of each.
+/// Writes lines as `beamformed_data`: [frame, sample, beam, 2], with positions.
 ///
 /// # Errors
 /// A file that cannot be written.

@@ -1,7 +1,7 @@
-//! The arrays of an HDF5 file: those of zea, UFF, PICMUS and MATLAB 7.3, and any others.
+//! Reads the arrays of an HDF5 file: zea, UFF, PICMUS, MATLAB 7.3 and others.
 //!
-//! `rust-hdf5` reads them, without a C library. What leads out of the file, as links and raw data in
-//! another file do, is refused: a recording is one file.
+//! `rust-hdf5` reads them, without a C library. Links out of the file and raw data in another file are refused: a
+//! recording is one file.
 
 use std::path::{Path, PathBuf};
 
@@ -16,7 +16,7 @@ use crate::guard::{ReadResult, claim, claim_in_memory, guarded};
 use crate::values::{AxisRange, NamedArrays, Values, array, steps};
 use bonebeam_files::{Error, Result, cannot_be_opened, file_error, input};
 
-/// Where an HDF5 file may begin in one of MATLAB's.
+/// Offset at which an HDF5 file may begin within one of MATLAB's.
 const USER_BLOCK: u64 = 512;
 
 /// An open file.
@@ -25,20 +25,20 @@ pub struct Store {
     file: H5File,
     /// Its length, bytes.
     length: u64,
-    /// Whether MATLAB wrote it, which counts axes from the other end.
+    /// Whether MATLAB wrote it, whose order of axes is reversed.
     matlab: bool,
 }
 
-/// What a dataset's numbers are.
+/// Types of a dataset's numbers.
 enum Kind {
-    /// f32, or f16 which f32 holds.
+    /// f32, or f16, which fits in f32.
     Single,
     Double,
     Unsigned8,
-    /// Integers that i32 holds.
+    /// Integers that fit in i32.
     Short,
     Long,
-    /// Two floats of so many bytes, at these places in an element of that size.
+    /// Two floats of a size in bytes, at these offsets in an element of that size.
     Complex {
         bytes: usize,
         real: usize,
@@ -69,7 +69,7 @@ impl Store {
         })
     }
 
-    /// Whether there is a group or a dataset of this path.
+    /// Whether there is a group or a dataset at this path.
     pub fn has_group(&self, path: &str) -> bool {
         guarded(|| Ok(self.file.root_group().group(path).is_ok())).unwrap_or(false)
     }
@@ -83,7 +83,7 @@ impl Store {
         names.unwrap_or_default()
     }
 
-    /// A text that a group is marked with.
+    /// A text attribute of a group.
     pub fn mark(&self, group: &str, name: &str) -> Option<String> {
         let read = || {
             let root = self.file.root_group();
@@ -99,13 +99,15 @@ impl Store {
     /// The shape of a dataset, in the file's order of axes.
     ///
     /// # Errors
-    /// None of that name.
+    /// There is no dataset with this name.
     pub fn shape(&self, name: &str) -> Result<Vec<usize>> {
         self.about(name, guarded(|| Ok(self.dataset(name)?.shape())))
     }
 
-    /// The paths of the datasets that a name stands for: its own, those that MATLAB's cells refer to, or those of
-    /// a field of all structs of an array, whose group has references as its members.
+    /// Paths of the datasets that a name stands for.
+    ///
+    /// They are its own, those that MATLAB's cells refer to, or those of a field of all structs of an array, whose
+    /// group has references as its members.
     fn paths(&self, name: &str) -> ReadResult<Vec<String>> {
         self.check_links(name)?;
         let mut paths = vec![String::new()];
@@ -134,7 +136,9 @@ impl Store {
         Ok(paths)
     }
 
-    /// What the elements of a dataset refer to; none where it has other elements, or is none.
+    /// Targets of a dataset's references.
+    ///
+    /// `None` if it has other elements, or is not a dataset.
     fn references(&self, path: &str) -> ReadResult<Option<Vec<Option<String>>>> {
         let Ok(dataset) = self.file.dataset(path) else {
             return Ok(None);
@@ -177,12 +181,12 @@ impl Store {
         let elsewhere = dataset.external_files().map_err(|e| damaged(&e))?;
         let layout = dataset.storage_layout().map_err(|e| damaged(&e))?;
         if !elsewhere.is_empty() || layout == StorageLayout::Virtual {
-            return Err("lies in another file, which is not read".into());
+            return Err("is in another file, which is not read".into());
         }
         Ok(dataset)
     }
 
-    /// No step of the path leads out of the file.
+    /// Checks that no step of the path leads out of the file.
     fn check_links(&self, name: &str) -> ReadResult<()> {
         let mut group = self.file.root_group();
         let mut steps = name.split('/').filter(|step| !step.is_empty()).peekable();
@@ -211,8 +215,9 @@ impl Store {
         outcome.map_err(|message| self.error(format!("`{name}` {message}")))
     }
 
-    /// What is read of a dataset, in the file's order of axes, and what its numbers are; memory has room
-    /// for them.
+    /// Plans to read a dataset: its shape in the file's order, and its type.
+    ///
+    /// Checks that the memory has room for it.
     fn plan(&self, dataset: &H5Dataset, part: Option<AxisRange>) -> ReadResult<(Slice, Kind)> {
         if dataset.is_null() {
             return Err("is empty".into());
@@ -244,7 +249,7 @@ impl Store {
         Ok((slice, kind))
     }
 
-    /// In the order of axes that the file's users see.
+    /// The values in the order of axes that users see.
     fn ordered<T: Clone>(&self, shape: &[usize], values: Vec<T>) -> ReadResult<ArrayD<T>> {
         let values = array(shape, values)?;
         Ok(match self.matlab {
@@ -266,7 +271,7 @@ impl Store {
         self.ordered(&slice.shape, values.map_err(|e| damaged(&e))?)
     }
 
-    /// Whether complex numbers are kept as two arrays, as MATLAB's UFF and PICMUS do.
+    /// Whether complex numbers are two arrays, as in MATLAB's UFF and PICMUS.
     fn is_in_two(&self, name: &str) -> bool {
         !self.has(name) && self.has_group(name)
     }
@@ -383,7 +388,7 @@ impl NamedArrays for Store {
         file_error(&self.path, message)
     }
 
-    /// Without those that MATLAB refers to, which have no names for people.
+    /// Names, without arrays that only MATLAB's references use.
     fn names(&self) -> Vec<String> {
         let mut names = guarded(|| Ok(self.file.dataset_names())).unwrap_or_default();
         names.retain(|name| !name.trim_start_matches('/').starts_with('#'));
@@ -407,7 +412,9 @@ impl NamedArrays for Store {
         guarded(|| self.paths(name)).unwrap_or_default()
     }
 
-    /// What leads out of the file is there, and is refused when it is read.
+    /// Whether an array exists.
+    ///
+    /// One that leads out of the file exists, and is refused when it is read.
     fn has(&self, name: &str) -> bool {
         let leads_out = || guarded(|| self.check_links(name)).is_err();
         self.names().iter().any(|known| known == name)
@@ -428,7 +435,7 @@ impl NamedArrays for Store {
     }
 }
 
-/// What a datatype's numbers are read as.
+/// Type to which a datatype's numbers are read.
 fn kind(datatype: &DatatypeMessage) -> ReadResult<Kind> {
     match datatype {
         DatatypeMessage::FloatingPoint { size: 8, .. } => Ok(Kind::Double),
@@ -454,7 +461,7 @@ fn kind(datatype: &DatatypeMessage) -> ReadResult<Kind> {
             let bytes = float(&real.datatype)
                 .filter(|_| named(&real.name, 'r') && named(&imaginary.name, 'i'))
                 .filter(|&bytes| float(&imaginary.datatype) == Some(bytes))
-                .ok_or("is a compound that is no complex number")?;
+                .ok_or("is a compound that is not a complex number")?;
             let (real, imaginary, size) = (
                 real.offset as usize,
                 imaginary.offset as usize,

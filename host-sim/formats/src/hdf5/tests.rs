@@ -2,8 +2,9 @@
 
 use super::*;
 
-/// A struct, an array of structs and a cell, as MATLAB 7.3 keeps them: a group, a group of references and a
-/// dataset of references.
+/// A struct, an array of structs and a cell, as in MATLAB 7.3.
+///
+/// They are a group, a group of references and a dataset of references.
 #[test]
 fn structs_and_cells_are_read_by_their_paths() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! The axes of samples in a file, in its order, and the samples in that of channel data.
+//! Axes of samples in a file, and conversion to those of channel data.
 
 use ndarray::{Array4, ArrayD, Axis, IxDyn};
 
@@ -14,18 +14,19 @@ const SAMPLE: usize = 3;
 
 /// The axes of a file's samples.
 pub(super) struct Axes {
-    /// Their places in [`ORDER`]; none where they are those of channel data.
+    /// Their indices in [`ORDER`]; `None` if they are those of channel data.
     places: Option<Vec<usize>>,
-    /// The axis along which the samples of a transmit follow those of the one before, and the number of transmits.
+    /// The axis along which transmits are concatenated, and the number of transmits.
     joined: Option<(usize, usize)>,
 }
 
 impl Axes {
-    /// The axes that are given for an array of these sides, whose transmits may lie one after the other along the axis
-    /// of the samples.
+    /// The given axes for an array of these sides.
+    ///
+    /// Transmits may be concatenated along the axis of the samples.
     ///
     /// # Errors
-    /// Names that are no axes, or not all that there must be.
+    /// Names that are not axes, or missing axes.
     pub(super) fn new(
         given: Option<&Given>,
         sides: Option<&[usize]>,
@@ -46,7 +47,7 @@ impl Axes {
         let places = places.filter(once).ok_or_else(|| {
             Error::Usage(format!(
                 "`{AXES}` in [variables] is {}; expected element and sample once each, and transmit and \
-                 frame where there are several",
+                 frame if there are several",
                 names.join(", ")
             ))
         })?;
@@ -57,7 +58,7 @@ impl Axes {
         })
     }
 
-    /// Which axis of an array is that of the frames; none where there is one frame.
+    /// The axis of the frames; `None` if there is one frame.
     pub(super) fn of_frames(&self, rank: usize) -> Option<usize> {
         let axis = match &self.places {
             Some(places) => {
@@ -74,7 +75,7 @@ impl Axes {
     /// Samples as [frame, transmit, element, sample], from the file's order of axes.
     ///
     /// # Errors
-    /// Another number of axes.
+    /// A wrong number of axes.
     pub(super) fn arranged<T: Clone>(
         &self,
         mut values: ArrayD<T>,
@@ -105,7 +106,7 @@ impl Axes {
         if values.ndim() != places.len() {
             return Err(format!(
                 "has shape {shape:?}; expected [transmit, element, sample], or with a frame axis \
-                 before them; another order is told by --variable axes=sample,element,transmit"
+                 before them; give another order by --variable axes=sample,element,transmit"
             ));
         }
         for axis in [FRAME, TRANSMIT] {
@@ -126,8 +127,9 @@ impl Axes {
     }
 }
 
-/// The axis of an array with one axis fewer than its places, where transmit and sample are neighbours, as long as a
-/// multiple of the transmits.
+/// The axis along which transmits are concatenated, if an axis is missing.
+///
+/// Transmit and sample must be neighbours, and the length a multiple of the transmits.
 fn joined(places: &[usize], sides: &[usize], transmits: usize) -> Option<(usize, usize)> {
     let axis_of = |axis: usize| places.iter().position(|&place| place == axis);
     let (transmit, sample) = (axis_of(TRANSMIT)?, axis_of(SAMPLE)?);

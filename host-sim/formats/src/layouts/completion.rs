@@ -1,4 +1,4 @@
-//! What a layout adds to the keys of a file.
+//! Keys that a layout adds to a file.
 
 use crate::aliases::is_given;
 use crate::layout::Layout;
@@ -6,11 +6,11 @@ use crate::values::NamedArrays;
 use crate::variables::{Given, Variables};
 use bonebeam_files::Result;
 
-/// What a layout adds to the names that were found.
+/// Keys that a layout adds to those found.
 pub(super) struct Completion<'a> {
     pub(super) source: &'a dyn NamedArrays,
     pub(super) layout: Layout,
-    /// By the user.
+    /// Variables of the user.
     pub(super) given: &'a Variables,
     pub(super) all: &'a mut Variables,
     pub(super) assumed: &'a mut Vec<String>,
@@ -26,7 +26,7 @@ impl Completion<'_> {
         is_given(self.source, self.all, key)
     }
 
-    /// The numbers of a key, where it is told.
+    /// The numbers of a key, if given.
     pub(super) fn numbers(&self, key: &str) -> Result<Option<Vec<f64>>> {
         match self.all.get(key) {
             Some(Given::Number(value)) => Ok(Some(vec![*value])),

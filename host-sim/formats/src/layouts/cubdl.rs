@@ -1,5 +1,7 @@
-//! Plane waves of the CUBDL challenge: `channel_data` [transmit, element, sample] in HDF5, with arrays whose names and
-//! units differ between the sites that recorded them.
+//! Plane waves of the CUBDL challenge in HDF5.
+//!
+//! `channel_data` is [transmit, element, sample]. Names and units of the other arrays differ between the sites that
+//! recorded them.
 
 use ndarray::{ArrayD, Axis};
 
@@ -12,15 +14,15 @@ const CENTRE: &str = "modulation_frequency";
 const ANGLES: &str = "angles";
 const DIRECTIONS: &str = "transmit_direction";
 const POSITIONS: &str = "element_positions";
-/// No wave is steered so far, rad: what is more is in degrees.
+/// Largest steering angle, rad; a larger one is in degrees.
 const RIGHT_ANGLE: f64 = 1.6;
 
-/// Whether a file's arrays are named so.
+/// Whether a file's arrays have these names.
 pub fn is(source: &dyn NamedArrays) -> bool {
     source.has("channel_data") && source.has(CENTRE)
 }
 
-/// The first row of a table of two or three rows or, standing, columns.
+/// First row of a table of two or three rows, or its first column if transposed.
 fn first_of(table: &ArrayD<f64>) -> Vec<f64> {
     match table.shape() {
         [rows, columns] if rows > columns => table.index_axis(Axis(1), 0).iter().copied().collect(),
@@ -29,7 +31,7 @@ fn first_of(table: &ArrayD<f64>) -> Vec<f64> {
     }
 }
 
-/// Adds what the usual names do not tell of samples of these sides.
+/// Adds what the usual names do not give for samples of these sides.
 ///
 /// # Errors
 /// An array that is not readable.

@@ -1,5 +1,7 @@
-//! Workspaces of Verasonics' research scanners, by the public descriptions of their fields: lengths in wavelengths of
-//! `Trans.frequency` (MHz) at `Resource.Parameters.speedOfSound`, times from the first element that fires.
+//! Workspaces of Verasonics' research scanners.
+//!
+//! By the public descriptions of their fields: lengths in wavelengths of `Trans.frequency` (MHz) at
+//! `Resource.Parameters.speedOfSound`, times from the first element that fires.
 
 use std::ops::Range;
 
@@ -23,7 +25,7 @@ pub fn is(source: &dyn NamedArrays) -> bool {
     .all(|name| source.has(name))
 }
 
-/// What is left out is assumed, and said.
+/// A workspace; missing fields are assumed and reported.
 struct Workspace<'a> {
     source: &'a dyn NamedArrays,
     /// `Trans.frequency`, Hz.
@@ -40,7 +42,7 @@ impl Workspace<'_> {
         Ok(default)
     }
 
-    /// A number of each entry of an array of structs.
+    /// A number from each entry of an array of structs.
     fn each(&self, name: &str) -> Result<Vec<f64>> {
         self.source.vector(name)
     }
@@ -62,7 +64,7 @@ impl Workspace<'_> {
             true => self.source.text("Trans.units")?,
             false => {
                 self.assumed.push(
-                    "Trans.ElementPos is in wavelengths, since Trans.units is not there".into(),
+                    "Trans.ElementPos is in wavelengths, since Trans.units is missing".into(),
                 );
                 "wavelengths".into()
             }
@@ -94,11 +96,11 @@ impl Workspace<'_> {
         let names = ["Trans.ConnectorES", "Trans.Connector"];
         let Some(name) = names.iter().find(|name| self.source.has(name)) else {
             self.assumed
-                .push("element m is channel m, since Trans.ConnectorES is not there".into());
+                .push("element m is channel m, since Trans.ConnectorES is missing".into());
             return match elements <= channels {
                 true => Ok((0..elements).collect()),
                 false => self.refuse(format!(
-                    "has {elements} elements and {channels} channels; expected a channel each"
+                    "has {elements} elements and {channels} channels; expected one channel per element"
                 )),
             };
         };
@@ -110,7 +112,7 @@ impl Workspace<'_> {
         match all.filter(|all| all.len() == elements) {
             Some(all) => Ok(all),
             None => self.refuse(format!(
-                "`{name}` names channels that are not there, or not one of the {channels} for each of {elements} \
+                "`{name}` names missing channels, or lacks one of the {channels} for some of the {elements} \
                  elements; multiplexed apertures are not read"
             )),
         }
@@ -126,13 +128,15 @@ impl Workspace<'_> {
         })
     }
 
-    /// RF at four samples a wavelength, or at the rate that is told; bandwidth sampling leaves samples out.
+    /// Sampling rate of RF: four samples per wavelength, or the given rate.
+    ///
+    /// Bandwidth sampling leaves samples out.
     fn sampling_rate(&mut self) -> Result<f64> {
         if let Some(mode) = self.source.entries("Receive.sampleMode").first() {
             let mode = self.source.text(mode)?;
             if mode != "NS200BW" {
                 return self.refuse(format!(
-                    "was sampled by `Receive.sampleMode` {mode}, which keeps a part of the samples; expected NS200BW"
+                    "was sampled with `Receive.sampleMode` {mode}, which keeps a part of the samples; expected NS200BW"
                 ));
             }
         }
@@ -143,14 +147,16 @@ impl Workspace<'_> {
             true => self.first("Receive.samplesPerWave")?,
             false => 4.0,
         };
-        let why = "since Receive.decimSampleRate is not there";
+        let why = "since Receive.decimSampleRate is missing";
         self.assumed.push(format!(
             "{rate} samples a wavelength of Trans.frequency, {why}"
         ));
         Ok(rate * self.frequency)
     }
 
-    /// The rows of each acquisition of a frame, all of one length, and the depth of their first, wavelengths.
+    /// Rows of each acquisition of a frame, and the depth of their first, wavelengths.
+    ///
+    /// All have the same length.
     fn acquisitions(&self) -> Result<(Vec<Range<usize>>, f64)> {
         let (start, end) = (
             self.each("Receive.startSample")?,
@@ -181,7 +187,7 @@ impl Workspace<'_> {
         Ok((rows, depth))
     }
 
-    /// When each element fires at each acquisition, s, and the waves that this makes.
+    /// Firing time of each element per acquisition, s, and the waves that result.
     fn transmits(
         &mut self,
         acquisitions: usize,
@@ -193,7 +199,7 @@ impl Workspace<'_> {
             1 => vec![0; acquisitions],
             n if n < acquisitions => {
                 return self.refuse(format!(
-                    "has {n} `TX` for {acquisitions} acquisitions a frame; expected one for each, or one for all"
+                    "has {n} `TX` for {acquisitions} acquisitions per frame; expected one for each, or one for all"
                 ));
             }
             n => {
@@ -255,7 +261,7 @@ impl Workspace<'_> {
         Ok((delay, waves))
     }
 
-    /// The samples of the acquisitions, and how many frames the buffer holds.
+    /// Samples of the acquisitions, and the number of frames in the buffer.
     fn samples(
         &mut self,
         rows: &[Range<usize>],
@@ -310,7 +316,7 @@ impl Workspace<'_> {
     }
 }
 
-/// The channel data of some frames, how many there are, and what was assumed.
+/// Channel data of some frames, number of all frames, and assumptions.
 ///
 /// # Errors
 /// A field is missing or of another shape, a mode of sampling that is not read, or data that are not valid.
@@ -334,7 +340,7 @@ pub fn read(
         None => w.or(
             "Resource.Parameters.speedOfSound",
             1540.0,
-            "c is 1540 m/s, since Resource.Parameters.speedOfSound is not there",
+            "c is 1540 m/s, since Resource.Parameters.speedOfSound is missing",
         )?,
     };
     let f0 = variables.number("f0").unwrap_or(frequency);
@@ -348,7 +354,7 @@ pub fn read(
     let peak = w.or(
         "TW.peak",
         0.0,
-        "the pulse's peak leaves when an element fires, since TW.peak is not there",
+        "the pulse's peak leaves when an element fires, since TW.peak is missing",
     )?;
     let fired = Fired {
         elements: &elements,
@@ -361,7 +367,7 @@ pub fn read(
     let lens_delay = match variables.number("lens_delay") {
         Some(delay) => delay,
         None => {
-            let why = "no lens, since Trans.lensCorrection is not there";
+            let why = "no lens, since Trans.lensCorrection is missing";
             w.or("Trans.lensCorrection", 0.0, why)? / frequency
         }
     };

@@ -1,6 +1,6 @@
-//! The elements that a MATLAB 5 file is made of.
+//! Elements of a MATLAB 5 file.
 
-/// The tag before an element: its type and its length.
+/// Length of the tag before an element: type and length.
 pub const TAG: usize = 8;
 /// The flag of an array with an imaginary part.
 pub const COMPLEX: u32 = 0x800;
@@ -9,14 +9,14 @@ pub const COMPLEX: u32 = 0x800;
 pub struct Array<'a> {
     pub class: u8,
     pub complex: bool,
-    /// As they are claimed: a negative side is a very large one.
+    /// Sides as claimed; a negative side becomes a very large one.
     pub sides: Vec<usize>,
     pub name: &'a [u8],
     /// The real part, then the imaginary one.
     pub numbers: Elements<'a>,
 }
 
-/// Elements one after the other: a tag of type and length, then the bytes, padded to a multiple of 8.
+/// Consecutive elements: type and length, then bytes padded to a multiple of 8.
 pub struct Elements<'a> {
     pub rest: &'a [u8],
     pub big_endian: bool,
@@ -47,7 +47,7 @@ impl<'a> Elements<'a> {
         Some((kind, bytes))
     }
 
-    /// The array whose elements these are, from its flags on.
+    /// The array that consists of these elements, from its flags on.
     pub fn array(mut self) -> Option<Array<'a>> {
         let (_, flags) = self.next()?;
         let flags = self.like(flags).number(0)?;
@@ -72,8 +72,10 @@ impl<'a> Elements<'a> {
         }
     }
 
-    /// The numbers of the next element. Their type is the element's own: MATLAB keeps whole numbers of any
-    /// class in the smallest type that holds them.
+    /// The numbers of the next element.
+    ///
+    /// Their type is the element's own: MATLAB stores whole numbers of any class in the smallest type that holds
+    /// them.
     pub fn numbers<T>(&mut self, text: bool, convert: impl Fn(f64) -> T) -> Option<Vec<T>> {
         let (kind, bytes) = self.next()?;
         let big_endian = self.big_endian;

@@ -1,8 +1,8 @@
-//! The arrays of a MATLAB file of version 5 to 7.2 (`save -v6`, `-v7`, scipy's `savemat`).
+//! Reads the arrays of a MATLAB file of version 5 to 7.2.
 //!
-//! The format is described in MathWorks' "MAT-File Format", R2021b, chapter 1. Arrays of numbers and text are read,
-//! in structs and cells as well; sparse arrays and MATLAB's newer objects are not. One array is inflated at a time,
-//! within bounds; structs and cells are kept.
+//! Such files come from `save -v6`, `-v7` and scipy's `savemat`. The format is described in MathWorks' "MAT-File
+//! Format", R2021b, chapter 1. Arrays of numbers and text are read, also in structs and cells; sparse arrays and
+//! MATLAB's newer objects are not. One array is inflated at a time, within bounds; structs and cells are kept.
 
 mod elements;
 
@@ -21,24 +21,24 @@ use crate::values::{AxisRange, NamedArrays, Values, steps};
 use bonebeam_files::{Error, Result, cannot_be_opened, file_error, input, memory};
 use elements::{Elements, TAG};
 
-/// The header that every file begins with, bytes.
+/// Length of the header of every file, bytes.
 const HEADER: usize = 128;
-/// Types of elements: an array, and one that is deflated.
+/// Types of elements: an array, and a compressed one.
 const ARRAY: u32 = 14;
 const DEFLATED: u32 = 15;
-/// Classes of arrays: those that hold others from cells over structs to objects, text, u8, and those of numbers.
+/// Classes of arrays: cells, structs and objects, text, u8, and numbers.
 const CELL: u8 = 1;
 const OBJECT: u8 = 3;
 const TEXT: u8 = 4;
 const UINT8: u8 = 9;
 const NUMBERS: RangeInclusive<u8> = 6..=15;
-/// How deep structs and cells may lie in one another, and how many arrays a file may have.
+/// Deepest nesting of structs and cells, and largest number of arrays.
 const DEEPEST: usize = 16;
 const MOST_ARRAYS: usize = 1 << 20;
-/// What is inflated to find an array's name.
+/// Bytes to inflate to find an array's name.
 const NAME_WITHIN: u64 = 1024;
 
-/// What to do where there is no memory for all of it.
+/// Advice if there is no memory for the whole file.
 const READ_WHOLE: &str = "MATLAB 5 files are read whole: save('FILE.mat', '-v7.3') writes one that is read \
     frame by frame, and so does host-sim convert on a larger machine";
 
@@ -48,13 +48,13 @@ pub struct Mat5 {
     bytes: Vec<u8>,
     big_endian: bool,
     arrays: Vec<Element>,
-    /// Which of them has a name.
+    /// Index of an array by name.
     by_name: HashMap<String, usize>,
-    /// What structs and cells of the file that were deflated hold.
+    /// Inflated contents of structs and cells.
     inflated: Vec<Vec<u8>>,
 }
 
-/// Where an array lies.
+/// Position of an array.
 struct Element {
     /// Its path: `P.c`, `RcvData{1}`, `Receive(3).mode`.
     name: String,
@@ -62,7 +62,7 @@ struct Element {
     sides: Vec<usize>,
     at: Range<usize>,
     deflated: bool,
-    /// Of [`Mat5::inflated`]; none for the file.
+    /// Index in [`Mat5::inflated`]; `None` for the file.
     within: Option<usize>,
 }
 
@@ -146,14 +146,14 @@ impl Mat5 {
         Ok(())
     }
 
-    /// The name of the array whose tag this begins with, its class and its sides.
+    /// Name, class and sides of the array whose tag begins here.
     fn head(&self, bytes: &[u8]) -> Option<(String, u8, Vec<usize>)> {
         let array = self.elements(bytes.get(TAG..)?).array()?;
         let name = String::from_utf8_lossy(array.name).into_owned();
         Some((name, array.class, array.sides))
     }
 
-    /// Keeps an array, and those that it holds.
+    /// Keeps an array and those within it.
     fn take(&mut self, mut element: Element) -> ReadResult<()> {
         if !(CELL..=OBJECT).contains(&element.class) {
             return self.keep(element);
@@ -176,7 +176,10 @@ impl Mat5 {
                 return Err(format!("has structs within structs over {DEEPEST} deep"));
             }
             let members = self.members(&array).ok_or_else(|| {
-                format!("is damaged: `{}` does not hold what it tells", array.name)
+                format!(
+                    "is damaged: `{}` does not hold what its header claims",
+                    array.name
+                )
             })?;
             open.extend(members.into_iter().rev().map(|member| (member, depth + 1)));
         }
@@ -198,7 +201,9 @@ impl Mat5 {
         &bytes[element.at.clone()]
     }
 
-    /// The arrays in a struct or a cell, whose tag is not among its bytes; each with its tag after it.
+    /// Arrays in a struct or a cell, each with its tag after it.
+    ///
+    /// The tag of the struct or cell itself is not among its bytes.
     fn members(&self, parent: &Element) -> Option<Vec<Element>> {
         let held = self.held(parent);
         let array = self.elements(held).array()?;
@@ -256,7 +261,7 @@ impl Mat5 {
         Some(members)
     }
 
-    /// What follows the array's tag, inflated.
+    /// Contents after the array's tag, inflated.
     fn contents(&self, element: &Element) -> ReadResult<Cow<'_, [u8]>> {
         let body = self.held(element);
         if !element.deflated {
@@ -279,8 +284,9 @@ impl Mat5 {
         Ok(contents.into())
     }
 
-    /// An array, with its sides in MATLAB's order, its numbers converted from f64, which holds all but the
-    /// largest 64-bit integers. `convert` is told the array's class.
+    /// An array: its sides in MATLAB's order, and its numbers converted from f64.
+    ///
+    /// f64 holds all but the largest 64-bit integers. `convert` receives the array's class.
     fn array<T>(
         &self,
         name: &str,
@@ -322,7 +328,7 @@ impl Mat5 {
             match count == Some(numbers.len()) {
                 true => Ok(numbers),
                 false => Err(format!(
-                    "claims a shape of {sides:?}, and holds other numbers"
+                    "claims a shape of {sides:?}, but holds another number of values"
                 )),
             }
         };
@@ -398,7 +404,7 @@ impl NamedArrays for Mat5 {
             .collect())
     }
 
-    /// Its arrays are deflated and in columns: whole.
+    /// `None`: arrays are compressed and stored by columns, so they are read whole.
     fn shape_for_parts(&self, _: &str) -> Result<Option<Vec<usize>>> {
         Ok(None)
     }

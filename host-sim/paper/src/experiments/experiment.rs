@@ -1,4 +1,4 @@
-//! What an experiment is, and what it runs with.
+//! The trait of an experiment, and its context.
 
 use std::path::{Path, PathBuf};
 
@@ -9,41 +9,43 @@ use super::common::Common;
 use super::outcome::Outcome;
 use crate::{Error, Result};
 
-/// Hears, from any thread, what is being done and the fraction of it that is done.
+/// Callback with the current step and the fraction done, from any thread.
 pub type Progress<'a> = &'a (dyn Fn(&str, f64) + Sync);
 
-/// An experiment: the value is its parameters, the default those of the full job.
+/// An experiment: the value is its parameters; the default, those of the full job.
 pub trait Experiment: Serialize + DeserializeOwned + Default + Sync + 'static {
-    /// The name of its section of the configuration and of its data in `report.json`; the names of its
-    /// pictures and checks begin with it.
+    /// Name of its section of the configuration and of its data in `report.json`.
+    ///
+    /// Names of its pictures and checks begin with it.
     const NAME: &'static str;
 
-    /// What of the paper it shows; nothing, where it belongs to the main job alone.
+    /// The parts of the paper that it shows; none if only the main job has it.
     const COVERS: Covers = Covers::NOTHING;
 
-    /// Which of `--mesh`, `--only`, `--keep` and `--merge` of `host-sim paper` concern it.
+    /// Flags `--mesh`, `--only`, `--keep`, `--merge` of `host-sim paper` that apply.
     const FLAGS: &'static [&'static str] = &[];
 
     /// Coarser parameters, for a first look.
     fn quick() -> Self;
 
-    /// Fills in what follows from other parameters where it is not told.
+    /// Fills in missing values that follow from other parameters.
     fn resolve(&mut self);
 
-    /// Takes what the command line says in place of parameters; what does not concern the experiment it
-    /// leaves alone.
+    /// Applies overrides of the command line.
+    ///
+    /// Those that do not concern the experiment change nothing.
     fn apply(&mut self, _overrides: &Overrides) {}
 
     /// Checks the parameters before anything is computed.
     ///
     /// # Errors
-    /// [`crate::Error::Usage`] naming the value and what would be right; a file that cannot be read.
+    /// [`crate::Error::Usage`] naming the value and the expected range, or a file that cannot be read.
     fn validate(&self) -> Result<()>;
 
     /// Checks the data of the same experiment in another run's `report.json`.
     ///
     /// # Errors
-    /// [`crate::Error::Data`] where the experiment cannot take them in.
+    /// [`crate::Error::Data`] if the experiment cannot merge them.
     fn check_merged(&self, _data: &serde_json::Value) -> Result<()> {
         Ok(())
     }
@@ -55,7 +57,7 @@ pub trait Experiment: Serialize + DeserializeOwned + Default + Sync + 'static {
     fn run(&self, context: &Context<'_>) -> Result<Outcome>;
 }
 
-/// What an experiment shows of the paper.
+/// Parts of the paper that an experiment shows.
 #[derive(Clone, Copy, Debug)]
 pub struct Covers {
     /// The numbers of its figures.
@@ -75,40 +77,42 @@ impl Covers {
     };
 }
 
-/// What an experiment runs with beside its own parameters.
+/// Context of an experiment's run.
 pub struct Context<'a> {
-    /// The parameters that are the same for every experiment.
+    /// Parameters shared by all experiments.
     pub common: &'a Common,
-    /// The folder in which recordings, and results that took long, are kept for the next run; none where
-    /// nothing is kept.
+    /// Folder of recordings and long results for the next run.
+    ///
+    /// `None` if nothing is kept.
     pub kept: Option<&'a Path>,
     /// The data of the same experiment in other runs' `report.json`.
     pub merged: &'a [serde_json::Value],
-    /// Hears how far it is.
+    /// Callback for progress.
     pub progress: Progress<'a>,
 }
 
 impl Context<'_> {
-    /// The folder of what is kept, made if it is not there.
+    /// The folder of kept results, created if necessary.
     ///
     /// # Errors
-    /// A folder that cannot be made.
+    /// A folder that cannot be created.
     pub fn kept(&self) -> Result<Option<&Path>> {
         if let Some(folder) = self.kept {
             std::fs::create_dir_all(folder).map_err(|e| Error::File {
                 path: folder.to_path_buf(),
-                message: format!("the folder cannot be made: {}", e.kind()),
+                message: format!("the folder cannot be created: {}", e.kind()),
             })?;
         }
         Ok(self.kept)
     }
 }
 
-/// What the main job's command line can say in place of parameters.
+/// Values of the main job's command line that override parameters.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct Overrides {
-    /// A closed surface in mm, +x towards the front and +z towards the head, in place of the
-    /// main job's built-in vertebra
+    /// Closed surface in mm in place of the main job's built-in vertebra
+    ///
+    /// +x towards the front and +z towards the head.
     #[arg(long, value_name = "FILE.ply")]
     pub mesh: Option<PathBuf>,
 
@@ -116,17 +120,19 @@ pub struct Overrides {
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     pub slice: Option<f64>,
 
-    /// The first of the seeds; not a flag of the main job, which has its seeds in the configuration.
+    /// First seed.
+    ///
+    /// Not a flag of the main job, whose seeds are in the configuration.
     #[arg(skip)]
     pub seed: Option<u64>,
 
-    /// Which parts of an experiment are wanted, by words in their names; all without any.
+    /// Parts to run of an experiment, by words in their names; if empty, all.
     #[arg(skip)]
     pub only: Vec<String>,
 }
 
 impl Overrides {
-    /// Puts what is given in place of a seed and of a mesh.
+    /// Overrides a seed and a mesh by the given ones.
     pub(super) fn replace(&self, seed: &mut u64, mesh: Option<&mut Option<PathBuf>>) {
         *seed = self.seed.unwrap_or(*seed);
         if let (Some(mesh), Some(given)) = (mesh, &self.mesh) {

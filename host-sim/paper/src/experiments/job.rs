@@ -1,4 +1,4 @@
-//! The parameters of a list of experiments: a section an experiment, and what they have in common.
+//! Parameters of a list of experiments: one section each, and a common part.
 
 use std::path::{Path, PathBuf};
 
@@ -21,22 +21,22 @@ pub struct Job {
     merged: Vec<serde_json::Value>,
 }
 
-/// Which experiments of the paper are wanted; all of them where nothing is named.
+/// Selected experiments of the paper; if empty, all.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct ExperimentFilter {
-    /// Only what shows this figure of the paper, such as 2; may be repeated
+    /// Only experiments that show this figure of the paper, such as 2; repeatable
     #[arg(long, value_name = "N", value_delimiter = ',')]
     pub figure: Vec<u32>,
 
-    /// Only what shows this table of the paper; may be repeated
+    /// Only experiments that show this table of the paper; repeatable
     #[arg(long, value_name = "N", value_delimiter = ',')]
     pub table: Vec<u32>,
 
-    /// Only what judges the paper's claims
+    /// Only experiments that judge the paper's claims
     #[arg(long)]
     pub claims: bool,
 
-    /// Only the experiment of this name, as the sections of config.toml have it; may be repeated
+    /// Only the experiment of this name, as in the sections of config.toml; repeatable
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub experiment: Vec<String>,
 }
@@ -52,7 +52,7 @@ impl ExperimentFilter {
             || (self.claims && covers.claims)
     }
 
-    /// What is asked for that no experiment shows is a mistake.
+    /// Refuses selections that no experiment shows.
     fn check(&self, list: &[Kind]) -> Result<()> {
         let names: Vec<&str> = list.iter().map(|kind| kind.name).collect();
         if let Some(name) = self.experiment.iter().find(|n| !names.contains(&&n[..])) {
@@ -86,7 +86,7 @@ impl ExperimentFilter {
     }
 }
 
-/// An experiment of the list: how its parameters are made.
+/// Constructor of an experiment in the list.
 pub struct Kind {
     name: &'static str,
     covers: Covers,
@@ -193,7 +193,7 @@ impl Job {
         Job::new(list.iter().collect(), true)
     }
 
-    /// Reads a TOML file; what it does not mention keeps its default.
+    /// Reads a TOML file; keys that it lacks keep their defaults.
     ///
     /// # Errors
     /// As the configuration of the command.
@@ -226,7 +226,7 @@ impl Job {
         Ok(())
     }
 
-    /// Keeps what is wanted of the paper, and leaves out the rest.
+    /// Keeps the selected experiments and removes the rest.
     ///
     /// # Errors
     /// A figure or a table that no experiment shows.
@@ -240,10 +240,10 @@ impl Job {
         Ok(())
     }
 
-    /// Refuses flags that were given and that concern no experiment of the job.
+    /// Refuses given flags that concern no experiment of the job.
     ///
     /// # Errors
-    /// [`Error::Usage`] naming the flag and what it concerns.
+    /// [`Error::Usage`] naming the flag and the experiments that it concerns.
     pub fn check_flags(&self, list: &[Kind], given: &[(&str, bool)]) -> Result<()> {
         for (flag, _) in given.iter().filter(|(_, given)| *given) {
             let concerns = |kind: &Kind| kind.flags.contains(flag);
@@ -262,13 +262,14 @@ impl Job {
         Ok(())
     }
 
-    /// The folder in which recordings and results that took long are kept, and looked for. It is made when the first is
-    /// there.
+    /// Sets the folder of recordings and long results.
+    ///
+    /// It is created with the first of them.
     pub fn keep_in(&mut self, folder: &Path) {
         self.kept = Some(folder.to_path_buf());
     }
 
-    /// Takes in another run's `report.json`, parsed.
+    /// Merges another run's parsed `report.json`.
     ///
     /// # Errors
     /// [`Error::Data`] for one without data of an experiment that takes them in, or with others than its own.
@@ -285,7 +286,7 @@ impl Job {
         Ok(())
     }
 
-    /// Takes what the command line says in place of parameters.
+    /// Applies overrides of the command line.
     pub fn apply(&mut self, overrides: &Overrides) {
         for experiment in &mut self.experiments {
             experiment.apply(overrides);
@@ -295,7 +296,7 @@ impl Job {
     /// Checks every value.
     ///
     /// # Errors
-    /// [`crate::Error::Usage`] naming the value and what would be right; a file that cannot be read.
+    /// [`crate::Error::Usage`] naming the value and the expected range, or a file that cannot be read.
     pub fn validate(&self) -> Result<()> {
         self.common.validate()?;
         self.experiments.iter().try_for_each(|e| e.validate())
@@ -306,7 +307,7 @@ impl Job {
         &self.common
     }
 
-    /// Which job it is: "full", "quick", or "own" where a parameter is the user's.
+    /// Kind of job: "full", "quick", or "own" if the user changed a parameter.
     ///
     /// # Errors
     /// Parameters that cannot be written.
@@ -319,7 +320,7 @@ impl Job {
         })
     }
 
-    /// The configuration, which [`Job::read`] takes again.
+    /// The configuration, which [`Job::read`] accepts.
     ///
     /// # Errors
     /// Parameters that cannot be written.
@@ -332,7 +333,7 @@ impl Job {
         Ok(sections.join("\n"))
     }
 
-    /// The same by section, for `report.json`.
+    /// The configuration by section, for `report.json`.
     ///
     /// # Errors
     /// Parameters that cannot be written.
@@ -348,8 +349,9 @@ impl Job {
         Ok(sections)
     }
 
-    /// Runs every experiment of a job that is valid: name and outcome, in order. The outcome does not
-    /// depend on the number of threads.
+    /// Runs every experiment of a valid job; returns name and outcome, in order.
+    ///
+    /// The outcome does not depend on the number of threads.
     ///
     /// # Errors
     /// Parameters that do not fit together.

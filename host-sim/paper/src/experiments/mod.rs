@@ -1,9 +1,9 @@
-//! The main job and the paper: experiments, a folder each, behind one trait.
+//! The main job and the paper: one folder per experiment, behind one trait.
 //!
-//! An [`Experiment`] is its parameters, which are a section of the configuration, and what it makes of
-//! them: an [`Outcome`] of pictures, plots, tables, comparisons with the paper, verdicts, checks and data.
-//! The configuration, the command line and the report know these parts, and no experiment by name.
-//! [`MAIN_JOB`] and [`PAPER`] are the two lists of them.
+//! An [`Experiment`] holds its parameters, which are a section of the configuration, and makes an [`Outcome`]:
+//! pictures, plots, tables, comparisons with the paper, verdicts, checks and data. The configuration, the command
+//! line and the report use only these parts, and no experiment by name. [`MAIN_JOB`] and [`PAPER`] are the two
+//! lists of experiments.
 
 mod claims;
 pub mod common;
@@ -26,10 +26,10 @@ pub use experiment::{Context, Covers, Experiment, Overrides, Progress};
 pub use job::{ExperimentFilter, Job, Kind};
 pub use outcome::Outcome;
 
-/// The main job's experiments, in the order in which they run and are shown.
+/// Experiments of the main job, in the order in which they run and are shown.
 pub const MAIN_JOB: &[Kind] = &[Kind::of::<point::Point>(), Kind::of::<vertebra::Vertebra>()];
 
-/// The experiments of `host-sim paper`, likewise.
+/// Experiments of `host-sim paper`, in the order in which they run and are shown.
 pub const PAPER: &[Kind] = &[
     Kind::of::<point_spread::PointSpread>(),
     Kind::of::<vertebra_in_tissue::VertebraInTissue>(),

@@ -1,4 +1,4 @@
-//! What an experiment leaves behind, in parts that the report can show without knowing it.
+//! Parts of an experiment's outcome, which the report shows.
 
 use std::borrow::Cow;
 
@@ -8,28 +8,28 @@ use serde::Serialize;
 use crate::{Error, Result};
 use bonebeam_oracle::verify::Check;
 
-/// What came out of an experiment.
+/// Outcome of an experiment.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
-    /// The heading of its part of the page.
+    /// Heading of its part of the page.
     pub title: &'static str,
-    /// The answer to the paper's question in two sentences; empty where the experiment has none.
+    /// Answer to the paper's question in two sentences; empty if there is none.
     pub answer: String,
-    /// The page, from top to bottom.
+    /// Content of the page, from top to bottom.
     pub parts: Vec<Section>,
-    /// Every picture, to be written beside the page.
+    /// All pictures, to be written beside the page.
     pub pictures: Vec<Picture>,
     /// All measures of all beamformers.
     pub tables: Vec<Table>,
-    /// The paper's figures beside those found.
+    /// The paper's values beside those found.
     pub comparisons: Vec<Comparison>,
-    /// The core against its references.
+    /// Comparisons of the core with its references.
     pub checks: Vec<Check>,
-    /// What became of the paper's claims.
+    /// Verdicts on the paper's claims.
     pub verdicts: Vec<Verdict>,
     /// Other files, to be written beside the page.
     pub files: Vec<Attachment>,
-    /// Every number, for programs.
+    /// All numbers, for programs.
     pub data: serde_json::Value,
 }
 
@@ -42,7 +42,7 @@ pub enum Section {
     Text(String),
     /// Pictures.
     Gallery(Gallery),
-    /// Pictures of one method beside those of another, which the reader chooses.
+    /// Pictures of one method beside those of another that the reader selects.
     SideBySide(SideBySide),
     /// Pictures in the colours of the same quantity, side by side.
     Coloured(Vec<Coloured>),
@@ -57,11 +57,11 @@ pub enum Section {
 pub struct Gallery {
     /// Pictures that stay together.
     pub cards: Vec<Vec<Picture>>,
-    /// Closed lines (x, depth) in mm that are drawn over every picture: the known surface.
+    /// Closed lines (x, depth) in mm drawn over every picture: the known surface.
     pub outline: Vec<Vec<(f64, f64)>>,
-    /// Whether the outline is shown only where the reader asks for it.
+    /// Whether the outline is hidden until the reader asks for it.
     pub outline_on_request: bool,
-    /// What black and white stand for.
+    /// Meaning of black and white.
     pub scales: Vec<Scale>,
 }
 
@@ -70,28 +70,28 @@ pub struct Gallery {
 pub struct SideBySide {
     /// Its name in the page, of letters, digits and hyphens.
     pub id: String,
-    /// The method that stays.
+    /// The method that is always shown.
     pub reference: View,
-    /// The others, of which one is shown.
+    /// The other methods, one shown at a time.
     pub others: Vec<View>,
-    /// The one that is shown first.
+    /// Index of the one shown first.
     pub first: usize,
-    /// Lines (x, depth) in mm over every picture. They stand beside the echo, so that they do not hide it.
+    /// Lines (x, depth) in mm over every picture, beside the echo so as not to hide it.
     pub outline: Vec<Vec<(f64, f64)>>,
-    /// What black and white stand for.
+    /// Meaning of black and white.
     pub scales: Vec<Scale>,
 }
 
-/// A picture whose grey levels have the colour of another quantity: blue below zero, red above.
+/// A picture coloured by another quantity: blue below zero, red above.
 #[derive(Clone, Debug)]
 pub struct Coloured {
     /// The grey levels.
     pub picture: Picture,
     /// The quantity at every pixel, `[row, column]`.
     pub values: Array2<f64>,
-    /// Where the colours end, on either side of zero.
+    /// The end of the colours on either side of zero.
     pub reach: f64,
-    /// What the quantity is, with its unit.
+    /// Name of the quantity, with its unit.
     pub quantity: &'static str,
 }
 
@@ -109,22 +109,22 @@ pub struct View {
 pub struct Attachment {
     /// Its name in the folder of the outputs.
     pub file: String,
-    /// What it holds, for people.
+    /// Description of its content.
     pub description: String,
     /// Its contents.
     pub bytes: Vec<u8>,
 }
 
-/// What became of a claim of the paper.
+/// Verdict on a claim of the paper.
 #[derive(Clone, Debug, Serialize)]
 pub struct Verdict {
-    /// The claim, in own words.
+    /// The claim in our words.
     pub claim: String,
-    /// Where the paper makes it.
+    /// Place of the claim in the paper.
     pub place: String,
     /// The verdict.
     pub ruling: Ruling,
-    /// The figures that it rests on.
+    /// The numbers behind the verdict.
     pub evidence: String,
 }
 
@@ -132,13 +132,13 @@ pub struct Verdict {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Ruling {
-    /// In every condition that was tried.
+    /// Holds in every condition that was tried.
     Holds,
-    /// In none.
+    /// Holds in no condition, and the opposite in some.
     DoesNotHold,
-    /// In some, which are told.
+    /// Holds in some conditions, which are named.
     DependsOn(String),
-    /// The figures do not decide it.
+    /// Not decided; with the reason.
     Open(String),
 }
 
@@ -153,7 +153,7 @@ impl std::fmt::Display for Ruling {
     }
 }
 
-/// A grey bar: its name, and what black, the middle grey and white stand for.
+/// A grey bar: its name, and the meaning of black, middle grey and white.
 #[derive(Clone, Debug)]
 pub struct Scale {
     /// The kind of picture.
@@ -162,10 +162,10 @@ pub struct Scale {
     pub levels: [String; 3],
 }
 
-/// A picture 0..255 and where it lies.
+/// A picture with grey levels 0 to 255 and its position.
 #[derive(Clone, Debug, Serialize)]
 pub struct Picture {
-    /// Its file, in the folder of the outputs.
+    /// Its file in the output folder.
     pub file: String,
     /// What it shows.
     #[serde(skip)]
@@ -188,28 +188,28 @@ pub struct Picture {
 pub struct Plot {
     /// What it shows.
     pub caption: String,
-    /// What the abscissa is, with its unit.
+    /// Name of the abscissa, with its unit.
     pub x: &'static str,
-    /// What the ordinate is, with its unit.
+    /// Name of the ordinate, with its unit.
     pub y: &'static str,
     /// The range of the abscissa.
     pub x_range: [f64; 2],
     /// The range of the ordinate.
     pub y_range: [f64; 2],
-    /// Places on the abscissa that are marked by a vertical line: the known surface.
+    /// Abscissae marked by a vertical line: the known surface.
     pub marks: Vec<f64>,
-    /// The curves; the colour of each goes by its place.
+    /// The curves; the index of each sets its colour.
     pub curves: Vec<Curve>,
 }
 
 /// One curve of a plot.
 #[derive(Clone, Debug)]
 pub struct Curve {
-    /// Its name in the legend.
+    /// Name in the legend.
     pub name: Cow<'static, str>,
-    /// Whether it is drawn wide and over the others.
+    /// Whether it is drawn wide and on top.
     pub featured: bool,
-    /// Its points; it is broken where the ordinate is none.
+    /// Its points; it is broken where the ordinate is `None`.
     pub points: Vec<(f64, Option<f64>)>,
 }
 
@@ -222,47 +222,49 @@ pub struct Table {
     pub head: Vec<&'static str>,
     /// The cells; the first of a row is its name.
     pub rows: Vec<Vec<String>>,
-    /// Whether it is for the page alone and not for the terminal.
+    /// Whether it is left out on the terminal.
     pub page_only: bool,
 }
 
-/// One quantity: what was found, and what the paper has.
+/// One quantity: the value found, and the paper's.
 #[derive(Clone, Debug, Serialize)]
 pub struct Comparison {
-    /// What is compared.
+    /// Name of the comparison.
     pub group: String,
     /// The quantity, with its unit.
     pub quantity: String,
-    /// A value a beamformer; the same beamformers throughout a group.
+    /// One value per beamformer; the same beamformers throughout a group.
     pub values: Vec<PaperComparison>,
-    /// Where the set-ups differ, and why the figures do.
+    /// Differences of the set-ups, and the reasons for other values.
     pub note: &'static str,
 }
 
-/// A figure here and in the paper.
+/// A value here and in the paper.
 #[derive(Clone, Debug, Serialize)]
 pub struct PaperComparison {
     /// The beamformer's key.
     pub beamformer: &'static str,
-    /// Its name for people.
+    /// Its name in tables.
     #[serde(skip)]
     pub name: &'static str,
     /// What was found here.
     pub here: Option<f64>,
-    /// What the paper gives: none, one, or one for each of its slices.
+    /// The paper's value: none, one, or one for each of its slices.
     pub paper: Vec<f64>,
 }
 
 /// An experiment's numbers, for programs.
 ///
 /// # Errors
-/// What JSON cannot hold.
+/// A value that JSON cannot hold.
 pub fn data(result: &impl Serialize) -> Result<serde_json::Value> {
     let cannot = |e| Error::Data(format!("the numbers cannot be written: {e}"));
     serde_json::to_value(result).map_err(cannot)
 }
 
-/// A number for people: two decimals for small ones, one for others, and no negative zero.
+/// A number as text, without a negative zero.
+///
+/// Small ones have two decimals, others one.
 pub fn number(value: Option<f64>) -> String {
     match value {
         None => "–".into(),

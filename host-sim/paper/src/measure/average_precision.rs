@@ -1,9 +1,9 @@
-//! How well a map's ridges find a surface: the area under precision over recall.
+//! Average precision of a map's ridges on a surface.
 //!
-//! In every column the axial maxima of the map are detections, with their value as the score. One within
-//! a tolerance of the surface that the beam hits first is a hit, at most one a column; every other
-//! detection is a false one. The threshold is swept over all scores. Thinning a map alone does not raise
-//! the figure: a thick ridge has one maximum a column as a thin one has.
+//! It is the area under precision over recall. In every column the axial maxima of the map are detections, with
+//! their value as the score. One within a tolerance of the surface that the beam hits first is a hit, at most one
+//! per column; all others are false. The threshold is swept over all scores. Thinning a map does not raise the
+//! value: a thick ridge has one maximum per column, as a thin one has.
 
 use ndarray::ArrayView2;
 
@@ -16,11 +16,13 @@ pub struct Detection {
     pub hit: bool,
 }
 
-/// The detections of a map `[row, column]`. `surface` has the row, with fractions, at which a beam down
-/// each column hits the surface first, none where there is none; `tolerance` is in rows.
+/// The detections of a map `[row, column]`.
 ///
-/// Of the detections of a column within the tolerance the one of the highest score is the hit, the
-/// others are false.
+/// `surface` has the row, with fractions, at which a beam down each column hits the surface first, or `None`;
+/// `tolerance` is in rows.
+///
+/// Of the detections of a column within the tolerance, the one with the highest score is the hit; the others are
+/// false.
 pub fn detections(map: ArrayView2<f32>, surface: &[Option<f64>], tolerance: f64) -> Vec<Detection> {
     let mut found: Vec<Detection> = Vec::new();
     for (column, truth) in map.columns().into_iter().zip(surface) {
@@ -43,8 +45,9 @@ pub fn detections(map: ArrayView2<f32>, surface: &[Option<f64>], tolerance: f64)
     found
 }
 
-/// The stretches of equal values above 0 that are larger than what lies on either side: first and last
-/// index.
+/// Runs of equal values above 0 that are larger than the values on either side.
+///
+/// Each is given by its first and last index.
 fn maxima(values: &[f32]) -> Vec<(usize, usize)> {
     let mut found = Vec::new();
     let mut from = 0;
@@ -63,8 +66,10 @@ fn maxima(values: &[f32]) -> Vec<(usize, usize)> {
     found
 }
 
-/// Average precision: Σ (R_k − R_{k−1})·P_k over the thresholds from the highest score down, where
-/// detections of one score come together. `columns` is how many columns have a surface. None without any.
+/// Average precision: Σ (R_k − R_{k−1})·P_k over all thresholds.
+///
+/// Thresholds go from the highest score down; detections with equal scores are taken together. `columns` is the
+/// number of columns with a surface. `None` if it is 0.
 pub fn average_precision(detections: &[Detection], columns: usize) -> Option<f64> {
     if columns == 0 {
         return None;

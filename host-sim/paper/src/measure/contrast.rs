@@ -3,10 +3,12 @@
 /// Bins of the histograms.
 const BINS: usize = 256;
 
-/// gCNR, the generalised contrast-to-noise ratio: 1 − Σ min(p, q), with p and q the histograms of both
-/// regions in 256 bins from the least to the largest of all values (Rodriguez-Molares et al. 2020). 1 where
-/// a threshold tells the regions apart, 0 where they have the same values. It does not change when grey
-/// levels are stretched, but for the bins. None for a region without values.
+/// Generalised contrast-to-noise ratio (gCNR): 1 − Σ min(p, q).
+///
+/// p and q are the histograms of both regions in 256 bins from the least to the largest of all values
+/// (Rodriguez-Molares et al. 2020). It is 1 if a threshold separates the regions, and 0 if they have the same
+/// values. Apart from the bins, it does not change when grey levels are stretched. `None` for a region without
+/// values.
 pub fn gcnr(a: &[f64], b: &[f64]) -> Option<f64> {
     if a.is_empty() || b.is_empty() {
         return None;
@@ -31,27 +33,32 @@ pub fn gcnr(a: &[f64], b: &[f64]) -> Option<f64> {
     Some(1.0 - overlap)
 }
 
-/// CNR as CUBDL has it: |μ₁ − μ₂|/√(σ₁² + σ₂²). None for a region without values, or two without spread.
+/// CNR as in CUBDL: |μ₁ − μ₂|/√(σ₁² + σ₂²).
+///
+/// `None` for a region without values, or two without spread.
 pub fn cnr(a: &[f64], b: &[f64]) -> Option<f64> {
     let ((m, s), (n, t)) = (moments(a)?, moments(b)?);
     let spread = s.hypot(t);
     (spread > 0.0).then(|| (m - n).abs() / spread)
 }
 
-/// Contrast ratio of two regions' mean envelopes, dB: 20·log₁₀(μ₁/μ₂). None where one is 0.
+/// Contrast ratio of two regions' mean envelopes, dB: 20·log₁₀(μ₁/μ₂).
+///
+/// `None` if one is 0.
 pub fn contrast_ratio(a: &[f64], b: &[f64]) -> Option<f64> {
     let ((m, _), (n, _)) = (moments(a)?, moments(b)?);
     (m > 0.0 && n > 0.0).then(|| 20.0 * (m / n).log10())
 }
 
-/// SNR of speckle: mean over standard deviation of the envelope. √(π/(4 − π)) = 1.913 where it is fully
-/// developed. None for values without spread.
+/// SNR of speckle: mean over standard deviation of the envelope.
+///
+/// It is √(π/(4 − π)) = 1.913 for fully developed speckle. `None` for values without spread.
 pub fn speckle_snr(envelope: &[f64]) -> Option<f64> {
     let (mean, deviation) = moments(envelope)?;
     (deviation > 0.0).then(|| mean / deviation)
 }
 
-/// Mean and standard deviation; none without values.
+/// Mean and standard deviation; `None` without values.
 pub fn moments(values: &[f64]) -> Option<(f64, f64)> {
     if values.is_empty() {
         return None;

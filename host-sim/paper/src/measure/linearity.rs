@@ -1,15 +1,15 @@
-//! Whether an image's levels follow the levels that are there.
+//! Linearity of an image: measured levels against true ones.
 
-/// How measured levels follow true ones over a range.
+/// Relation of measured levels to true ones over a range.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Linearity {
-    /// dB measured a dB that is there, by least squares: 1 is linear, above 1 stretches contrast.
+    /// Measured dB per true dB, by least squares: 1 is linear, above 1 stretched.
     pub slope: f64,
     /// RMS distance of the measured levels from the line of slope 1 that fits best, dB.
     pub departure_db: f64,
 }
 
-/// Compares levels in dB, pair by pair. None for fewer than two different true levels.
+/// Compares levels in dB, pair by pair; `None` without two different true levels.
 pub fn linearity(truth_db: &[f64], measured_db: &[f64]) -> Option<Linearity> {
     let count = truth_db.len().min(measured_db.len()) as f64;
     let pairs = || truth_db.iter().zip(measured_db);

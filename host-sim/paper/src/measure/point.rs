@@ -8,8 +8,9 @@ use super::profile::{largest, width};
 /// Level given to a beam whose envelope is zero, dB.
 const FLOOR_DB: f64 = -300.0;
 
-/// The lateral profile: for every beam the largest envelope over depth, in decibels relative to
-/// the largest of all.
+/// The lateral profile: the largest envelope over depth for every beam.
+///
+/// It is in decibels relative to the largest of all.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LateralProfile {
     /// Beam positions, m, ascending.
@@ -23,7 +24,7 @@ pub struct LateralProfile {
 }
 
 impl LateralProfile {
-    /// The profile of beamformed lines. An error when every sample is 0.
+    /// The profile of beamformed lines. It is an error if every sample is 0.
     pub fn new(lines: &BeamformedLines) -> Result<Self> {
         let envelope = lines.z.mapv(|z| f64::from(z.re).hypot(f64::from(z.im)));
         let beams: Vec<Vec<f64>> = envelope
@@ -48,15 +49,18 @@ impl LateralProfile {
         })
     }
 
-    /// Width of the main lobe at `level` dB (−12 in the paper), m; crossings interpolated
-    /// linearly in decibels between beams. None where the profile does not fall to the level on
-    /// both sides.
+    /// Width of the main lobe at `level` dB (−12 in the paper), m.
+    ///
+    /// Crossings are interpolated linearly in decibels between beams. `None` if the profile does not fall to the
+    /// level on both sides.
     pub fn width(&self, level: f64) -> Option<f64> {
         width(&self.x, &self.level, self.peak, level)
     }
 
-    /// Peak side-lobe level, dB: the largest level outside the main lobe, which reaches from the
-    /// peak to the first local minimum on either side. None where the profile has no minimum.
+    /// Peak side-lobe level, dB: the largest level outside the main lobe.
+    ///
+    /// The main lobe reaches from the peak to the first local minimum on either side. `None` if the profile has no
+    /// minimum.
     pub fn side_lobe(&self) -> Option<f64> {
         let v = &self.level;
         let mut left = self.peak;
@@ -74,7 +78,7 @@ impl LateralProfile {
             .reduce(f64::max)
     }
 
-    /// The largest level farther than `distance` in m from the peak, dB; none where no beam is.
+    /// Largest level farther than `distance` m from the peak, dB; `None` without beams.
     pub fn level_beyond(&self, distance: f64) -> Option<f64> {
         let far = |x: f64| (x - self.x[self.peak]).abs() > distance;
         let levels = self.x.iter().zip(&self.level).filter(|(x, _)| far(**x));
@@ -82,7 +86,7 @@ impl LateralProfile {
     }
 }
 
-/// Offset of the vertex of the parabola through the largest value and its neighbours, samples.
+/// Offset of the vertex of a parabola at the largest value, samples.
 fn vertex(values: &[f64]) -> f64 {
     match largest(values) {
         Some(k) if k > 0 && k + 1 < values.len() => {

@@ -1,9 +1,9 @@
 //! Widths of profiles.
 
-/// Width of the stretch around index `peak` whose values are at least `level`, in the units of
-/// `x`: the distance of the first crossings to the left and to the right, each interpolated
-/// linearly between its two samples. None where the peak is below the level, or where the profile
-/// ends before it crosses.
+/// Width around index `peak` in which values are at least `level`, in units of `x`.
+///
+/// It is the distance of the first crossings to the left and to the right, each interpolated linearly between two
+/// samples. `None` if the peak is below the level, or if the profile ends before it crosses.
 pub fn width(x: &[f64], values: &[f64], peak: usize, level: f64) -> Option<f64> {
     if x.len() != values.len() || values.get(peak).is_none_or(|v| *v < level) {
         return None;
@@ -17,7 +17,7 @@ pub fn width(x: &[f64], values: &[f64], peak: usize, level: f64) -> Option<f64> 
     Some((crossing(right - 1, right) - crossing(left + 1, left)).abs())
 }
 
-/// Index of the largest value; the first of equal ones, none of an empty slice.
+/// Index of the largest value; the first of equal ones; `None` for an empty slice.
 pub fn largest(values: &[f64]) -> Option<usize> {
     let mut best = None;
     for (k, value) in values.iter().enumerate() {

@@ -10,7 +10,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::{Error, Result};
 
-/// A place, m.
+/// A point, m.
 pub type Point = [f64; 3];
 
 /// A rotation, then a translation.
@@ -20,7 +20,7 @@ pub struct Rigid {
     translation: Vector3<f64>,
 }
 
-/// Points on a line have no second singular value; of measured ones it is never 0 to the last digit.
+/// Relative second singular value below which points lie on a line.
 const ON_A_LINE: f64 = 1e-9;
 
 impl Rigid {
@@ -61,7 +61,9 @@ impl Rigid {
         }
     }
 
-    /// The rigid transform of the points `from` that brings them nearest to `to`, in the mean square.
+    /// The rigid transform of the points `from` that is closest to `to`.
+    ///
+    /// It has the least mean square distance.
     ///
     /// # Errors
     /// Fewer than three points, as many of one as of the other are not there, one that is not finite, or
@@ -107,7 +109,9 @@ impl Rigid {
         })
     }
 
-    /// The fiducial registration error: the root of the mean square distance that is left, m.
+    /// The fiducial registration error, m.
+    ///
+    /// It is the root mean square of the remaining distances.
     pub fn fiducial_error(&self, from: &[Point], to: &[Point]) -> f64 {
         let square = |(p, q): (&Point, &Point)| {
             (Vector3::from(self.apply(*p)) - Vector3::from(*q)).norm_squared()
@@ -117,13 +121,16 @@ impl Rigid {
     }
 }
 
-/// The mean square FRE of `count` fiducials, for a mean square error of localisation, m².
+/// Expected mean square FRE of `count` fiducials, m².
+///
+/// `localisation` is the mean square error of localisation.
 pub fn expected_fiducial_error(count: usize, localisation: f64) -> f64 {
     (1.0 - 2.0 / count as f64) * localisation
 }
 
-/// The mean square error at `target` of a registration by these fiducials, for a mean square error of their
-/// localisation, m².
+/// Expected mean square error at `target` of a registration by these fiducials, m².
+///
+/// `localisation` is the mean square error of their localisation.
 pub fn expected_target_error(fiducials: &[Point], target: Point, localisation: f64) -> f64 {
     let centre = centroid(fiducials);
     let centred: Vec<Vector3<f64>> = (fiducials.iter())

@@ -1,14 +1,13 @@
-//! The signed-distance measures of a bone image against the known surface (the paper's Table I).
+//! Signed-distance measures of a bone image (the paper's Table I).
 //!
-//! Every pixel has a signed distance s to the bone's surface, inside positive, and an intensity
-//! of 0..255. Near the surface, in region A, the intensity-weighted mean of s is the localization
-//! error and its weighted standard deviation the sharpness; the mean intensity outside (B) and
-//! inside (C), beyond A up to 10 mm from the surface, is the noise: over all pixels, and over those above 0,
-//! of which the paper speaks.
+//! Every pixel has a signed distance s to the known surface of the bone, positive inside, and an intensity of
+//! 0..255. Near the surface, in region A, the intensity-weighted mean of s is the localization error and its
+//! weighted standard deviation the sharpness. The mean intensity outside (B) and inside (C), beyond A up to 10 mm
+//! from the surface, is the noise: over all pixels, and over those above 0, which the paper uses.
 
 use ndarray::{Array2, ArrayView2};
 
-/// Distance up to which regions B and C reach, m.
+/// Reach of regions B and C from the surface, m.
 const REACH: f64 = 10e-3;
 
 /// Region A: the range of signed distances around the surface, m, ends included.
@@ -33,7 +32,7 @@ impl Region {
     };
 }
 
-/// The measures of one image; each is none where it has no pixel, or no intensity, to go by.
+/// Measures of one image; each is `None` without pixels or intensity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceMeasure {
     /// Localization error: mean of s in A, weighted by intensity, m.
@@ -52,8 +51,9 @@ pub struct SurfaceMeasure {
     pub inside_above_zero: Option<f64>,
 }
 
-/// Measures an image, 0..255 `[row, column]`, with the signed distance of its pixels in m, of the
-/// same shape (see `Outline::distance_map`).
+/// Measures an image, 0..255 `[row, column]`.
+///
+/// `distance` is the signed distance of its pixels in m, of the same shape (see `Outline::distance_map`).
 pub fn measure(
     pixels: ArrayView2<f32>,
     distance: ArrayView2<f64>,
@@ -99,9 +99,10 @@ pub fn measure(
     }
 }
 
-/// What an image of one grey level scores in mean and standard deviation: the baseline that says
-/// nothing about a beamformer. Over a flat surface 0.80 and 0.75 mm (B-mode), 1.10 and 0.58 mm
-/// (phase symmetry).
+/// Mean and standard deviation of an image of one grey level.
+///
+/// This baseline contains no information about a beamformer. Over a flat surface it is 0.80 and 0.75 mm (B-mode),
+/// 1.10 and 0.58 mm (phase symmetry).
 pub fn uniform_baseline(distance: ArrayView2<f64>, region: Region) -> SurfaceMeasure {
     measure(Array2::ones(distance.dim()).view(), distance, region)
 }
@@ -111,16 +112,20 @@ pub fn uniform_baseline(distance: ArrayView2<f64>, region: Region) -> SurfaceMea
 pub struct Distribution {
     /// Centres of the bins, m, ascending.
     pub distance: Vec<f64>,
-    /// Mean intensity of the pixels in each bin; none for a bin without pixels.
+    /// Mean intensity of the pixels in each bin; `None` for a bin without pixels.
     pub intensity: Vec<Option<f64>>,
-    /// Median and 90 % quantile of the pixels above 0 in each bin, to a grey level; none for a bin without any.
+    /// Median and 90 % quantile of the pixels above 0 in each bin.
+    ///
+    /// They are exact to a grey level; `None` for a bin without such pixels.
     pub above_zero: Vec<Option<[f64; 2]>>,
 }
 
-/// Grey levels of which quantiles are taken.
+/// Number of grey levels for quantiles.
 const LEVELS: usize = 256;
 
-/// Sorts the pixels within 10 mm of the surface by signed distance into bins of width `bin` in m.
+/// Bins the pixels within 10 mm of the surface by signed distance.
+///
+/// Bins have the width `bin` in m.
 pub fn distribution(pixels: ArrayView2<f32>, distance: ArrayView2<f64>, bin: f64) -> Distribution {
     assert_eq!(pixels.dim(), distance.dim(), "one distance per pixel");
     let count = (2.0 * REACH / bin).ceil() as usize;

@@ -1,22 +1,26 @@
-//! How well a detector finds a surface that a line meets first, with one answer or none a line.
+//! Scores of a detector of a surface, with at most one point per line.
+//!
+//! The surface is the one that a line meets first.
 
 use serde::{Deserialize, Serialize};
 
-/// Answers of one frame beside the known surface.
+/// Detected points of one frame, compared with the known surface.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Judged {
-    /// Lines with an answer.
+    /// Number of lines with a detected point.
     pub answers: usize,
-    /// Lines that meet a surface.
+    /// Number of lines that meet a surface.
     pub surfaces: usize,
-    /// The distance of each hit from the surface, mm.
+    /// Distance of each hit from the surface, mm.
     pub hits_mm: Vec<f64>,
 }
 
-/// From one line to the next the surface is not deeper or shallower by more than this, m; beyond, it is another.
+/// Largest step of the surface in depth between neighbouring lines, m.
+///
+/// Beyond it, another surface begins.
 const STEP: f64 = 3e-3;
 
-/// What lines meet first: their lateral positions and, for each, a depth or none, m.
+/// The known surface: lateral positions of the lines, and depth or `None`, m.
 #[derive(Clone, Copy, Debug)]
 pub struct Known<'a> {
     /// Ascending.
@@ -26,8 +30,9 @@ pub struct Known<'a> {
 }
 
 impl Known<'_> {
-    /// The shortest distance, m, from a depth of a line to the surface near it: straight from each line's depth to the
-    /// next's. None of a line without a surface.
+    /// Shortest distance of a depth on a line from the surface near it, m.
+    ///
+    /// The surface is straight from each line's depth to the next's. `None` for a line without a surface.
     fn distance(&self, line: usize, depth: f64, near: f64) -> Option<f64> {
         let (own, x) = (*self.depths.get(line)?, *self.x.get(line)?);
         let vertical = (depth - own?).abs();
@@ -49,8 +54,9 @@ impl Known<'_> {
     }
 }
 
-/// Judges answers, depths in m, a line each. A hit lies at most `tolerance` m from the surface, by the shortest way, in a
-/// line that meets one.
+/// Judges detected depths, m, one per line.
+///
+/// A hit is at most `tolerance` m from the surface, by the shortest way, in a line that meets one.
 pub fn judge(answers: &[Option<f64>], known: Known<'_>, tolerance: f64) -> Judged {
     let lines = answers.iter().enumerate();
     let distances =
@@ -66,7 +72,7 @@ pub fn judge(answers: &[Option<f64>], known: Known<'_>, tolerance: f64) -> Judge
 }
 
 impl Judged {
-    /// All frames together.
+    /// The sum over all frames.
     pub fn of_all<'a>(frames: impl IntoIterator<Item = &'a Judged>) -> Judged {
         let mut all = Judged::default();
         for frame in frames {
@@ -77,28 +83,28 @@ impl Judged {
         all
     }
 
-    /// The share of the answers that are hits; none without answers.
+    /// Share of the detected points that are hits; `None` without points.
     pub fn precision(&self) -> Option<f64> {
         share(self.hits_mm.len(), self.answers)
     }
 
-    /// The share of the surfaces that are hit; none without surfaces.
+    /// Share of the surface's lines that are hit; `None` without a surface.
     pub fn recall(&self) -> Option<f64> {
         share(self.hits_mm.len(), self.surfaces)
     }
 
-    /// The harmonic mean of precision and recall; none without answers and surfaces.
+    /// Harmonic mean of precision and recall; `None` without points and surface.
     pub fn f1(&self) -> Option<f64> {
         share(2 * self.hits_mm.len(), self.answers + self.surfaces)
     }
 
-    /// The mean distance of hits, mm.
+    /// Mean distance of the hits, mm.
     pub fn mean_mm(&self) -> Option<f64> {
         let count = self.hits_mm.len();
         (count > 0).then(|| self.hits_mm.iter().sum::<f64>() / count as f64)
     }
 
-    /// The distance that 95 of 100 hits do not exceed, mm.
+    /// Distance that 95 % of the hits do not exceed, mm.
     pub fn p95_mm(&self) -> Option<f64> {
         let mut sorted = self.hits_mm.clone();
         sorted.sort_by(f64::total_cmp);

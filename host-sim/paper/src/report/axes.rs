@@ -1,4 +1,4 @@
-//! Axes in mm around a picture: on the page, by themselves, and in print.
+//! Axes in mm around a picture: on the page, alone, and in print.
 
 use std::fmt::Display;
 
@@ -17,11 +17,11 @@ pub(super) const MARGIN: u32 = 10;
 /// The colour of the known surface.
 pub(super) const SURFACE: RGBColor = RGBColor(255, 176, 0);
 
-/// Axes for a picture, and its place within them.
+/// Axes of a picture, and its place within them.
 pub struct PictureAxes {
     /// The axes, and the true surface if there is one.
     pub svg: String,
-    /// Left, top, width and height of the picture's place, in per cent of the axes' size.
+    /// Left, top, width and height of the picture, per cent of the axes' size.
     pub position: [f64; 4],
 }
 
@@ -49,19 +49,19 @@ pub fn frame(picture: &Picture, outline: &[Vec<(f64, f64)>]) -> Result<PictureAx
     })
 }
 
-/// What stands around a picture, in pixels.
+/// Space around a picture, in pixels.
 pub(super) struct Margins {
     /// Left of it, for depths.
     pub left: u32,
-    /// What of that is left free at the edge.
+    /// Part of the left space that stays free at the edge.
     pub edge: u32,
     /// Below it, for lateral positions.
     pub bottom: u32,
     /// Above it, and to the right.
     pub margin: [u32; 2],
-    /// Heights of the axes' names and of their labels.
+    /// Heights of the axes' names and labels.
     pub text: [u32; 2],
-    /// Labels across and down, about.
+    /// Approximate numbers of labels across and down.
     pub labels: [usize; 2],
     /// Width of lines.
     pub line: u32,
@@ -73,13 +73,14 @@ pub(super) struct Extent {
     pub across: [f64; 2],
     /// Top and bottom.
     pub down: [f64; 2],
-    /// What the axis across is called.
+    /// Name of the axis across.
     pub name: &'static str,
 }
 
 impl Extent {
-    /// The extent of so many rows and columns of pixels of the side `pixel`, mm, from the centre of the
-    /// first at `left` and `top`, mm. A pixel is as wide around its centre as pixels are apart.
+    /// The extent of rows and columns of pixels of side `pixel`, mm.
+    ///
+    /// The centre of the first pixel is at `left` and `top`, mm. A pixel is as wide as the distance between pixels.
     pub fn new((rows, columns): (usize, usize), pixel: f64, [left, top]: [f64; 2]) -> Self {
         let edges = |first: f64, count: usize| {
             let start = first - 0.5 * pixel;
@@ -176,7 +177,9 @@ where
     Ok(svg)
 }
 
-/// Makes the font known that text is measured and drawn with. The page's own fonts are the reader's.
+/// Registers the font that measures and draws text.
+///
+/// The reader's own fonts show the page.
 pub(super) fn register_font() -> Result<()> {
     let bytes = dejavu::sans::regular();
     plotters::style::register_font("sans-serif", FontStyle::Normal, bytes)

@@ -1,4 +1,4 @@
-//! A bar of colours beside a picture, with what they stand for.
+//! A colour bar beside a picture.
 
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -10,11 +10,11 @@ const STEPS: u32 = 64;
 
 /// A bar, its margins and its letters, in pixels.
 pub struct Bar<'a> {
-    /// What its ends stand for, the lower one first.
+    /// Values of its ends, the lower one first.
     pub range: [f64; 2],
-    /// What it shows, with its unit.
+    /// Name of the quantity, with its unit.
     pub name: &'a str,
-    /// Above it, left of it, below it, right of its labels.
+    /// Margins above, left, below, and right of its labels.
     pub margins: [u32; 4],
     /// Width of its labels.
     pub labels: u32,
@@ -25,7 +25,9 @@ pub struct Bar<'a> {
 }
 
 impl Bar<'_> {
-    /// Draws it all over an area; `colour` has that of a share from 0, the lower end, to 1.
+    /// Draws it over the whole area.
+    ///
+    /// `colour` gives the colour of a share, from 0 (lower end) to 1.
     pub fn draw<DB: DrawingBackend>(
         &self,
         area: &DrawingArea<DB, Shift>,

@@ -1,11 +1,12 @@
-//! Pictures in the colours of another quantity: blue below zero, white at it, red above, as bright as the grey
-//! level.
+//! Pictures coloured by another quantity.
+//!
+//! Blue is below zero, white at zero, red above; brightness is the grey level.
 
 use crate::experiments::outcome::Coloured;
 use crate::{Error, Result};
 use bonebeam_files::image::encode;
 
-/// The colour of a share of the quantity's reach, −1 to 1, at full brightness.
+/// Colour at full brightness of a share of the quantity's range, −1 to 1.
 pub fn colour(share: f64) -> [f64; 3] {
     // The square root keeps small ones apart.
     let pale = 1.0 - share.clamp(-1.0, 1.0).abs().sqrt();

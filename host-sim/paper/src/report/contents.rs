@@ -1,4 +1,4 @@
-//! What a report shows: the outcomes of a job's experiments.
+//! Contents of a report: the outcomes of a job's experiments.
 
 use std::hash::Hasher;
 
@@ -10,16 +10,16 @@ use crate::experiments::{Job, Outcome};
 use crate::{Error, Result};
 use bonebeam_oracle::verify::Check;
 
-/// Which page a report has.
+/// Page of a report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Page {
-    /// The main job's, with its pictures beside it.
+    /// The main job's page, with its pictures in files beside it.
     MainJob,
-    /// The paper's: one file that holds its pictures, and a CSV of every table and number.
+    /// The paper's page with its pictures, and a CSV of every table and number.
     Paper,
 }
 
-/// What a run leaves behind.
+/// Report of a run.
 pub struct Report<'a> {
     pub(super) job: &'a Job,
     pub(super) kind: &'static str,
@@ -62,16 +62,17 @@ impl<'a> Report<'a> {
         self.outcomes().flat_map(|o| &o.tables)
     }
 
-    /// Whether the core agreed with its references everywhere.
+    /// Whether the core agreed with its references in every check.
     pub fn checks_passed(&self) -> bool {
         self.checks().iter().all(|check| check.passed())
     }
 
-    /// A document with the tables of every experiment whose comments `<!-- NAME -->` and `<!-- end of NAME -->` it has,
-    /// between those; `head` stands above them.
+    /// Rewrites the tables of every experiment in a document.
+    ///
+    /// They are between its comments `<!-- NAME -->` and `<!-- end of NAME -->`, below `head`.
     ///
     /// # Errors
-    /// A document that has the comments of none.
+    /// A document without comments of any experiment.
     pub fn rewrite(&self, document: &str, head: &str) -> Result<String> {
         let mut text = document.to_owned();
         let mut found = false;

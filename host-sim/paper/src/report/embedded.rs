@@ -1,4 +1,4 @@
-//! Pictures within a page or a figure: addresses that are the PNG itself.
+//! Embedded pictures: addresses that contain the PNG.
 
 /// The 64 digits of RFC 4648.
 const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -8,7 +8,9 @@ pub fn embedded(png: &[u8]) -> String {
     format!("data:image/png;base64,{}", base64(png))
 }
 
-/// Base64 with padding, RFC 4648 section 4: a digit for six bits, four digits for three bytes.
+/// Base64 with padding, RFC 4648 section 4.
+///
+/// Each digit holds six bits; four digits hold three bytes.
 fn base64(bytes: &[u8]) -> String {
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
     for three in bytes.chunks(3) {

@@ -1,4 +1,4 @@
-//! A picture by itself, with axes in mm and a bar of decibels, as SVG that holds its pixels.
+//! A picture alone, with axes in mm and a bar of decibels, as SVG with its pixels.
 
 use ndarray::Array2;
 use plotters::style::RGBColor;
@@ -11,20 +11,21 @@ use super::axes::{Extent, Margins, axes, draw};
 use super::bar::Bar;
 use super::embedded::embedded;
 
-/// The longer side of the picture within its axes, and what stands around it, in pixels.
+/// Longer side of the picture within its axes, and space around it, in pixels.
 const LONGER_SIDE: f64 = 560.0;
 const LEFT: u32 = 62;
 const BOTTOM: u32 = 48;
 const MARGIN: u32 = 14;
-/// The bar: what stands between it and the picture, its width, and its labels, in pixels.
+/// The bar: distance from the picture, width, and labels, in pixels.
 const GAP: u32 = 18;
 const BAR: u32 = 16;
 const LABELS: u32 = 62;
-/// The least that a narrow picture's axes have room in, pixels.
+/// Least space for the axes of a narrow picture, pixels.
 const LEAST: u32 = 90;
 
-/// The figure of an image whose white is the largest envelope and whose black lies `dynamic_range` dB
-/// below it.
+/// The figure of an image.
+///
+/// White is the largest envelope; black is `dynamic_range` dB below it.
 ///
 /// # Errors
 /// The picture cannot be encoded, or the drawing library fails.
@@ -72,7 +73,7 @@ pub fn figure(image: &BModeImage, dynamic_range: f64) -> Result<String> {
     with_pixels(&svg, &image.pixels, [LEFT, MARGIN, width, height])
 }
 
-/// About a label every fifty pixels.
+/// Number of labels: about one every fifty pixels.
 fn labels(pixels: u32) -> usize {
     (pixels / 50).clamp(3, 9) as usize
 }

@@ -1,4 +1,6 @@
-//! The page: pictures with scales, plots, tables, parameters. No scripts, no outside resources.
+//! The page: pictures with scales, plots, tables, parameters.
+//!
+//! It has no scripts and no outside resources.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
@@ -29,23 +31,23 @@ pub fn page(report: &Report<'_>) -> Result<String> {
         main {
             @for experiment in experiments { (experiment) }
             section #paper {
-                h2 { "Beside the paper" }
+                h2 { "Compared with the paper" }
                 p {
-                    "Where the paper has two figures they are its two slices. Its bones are real, "
-                    "in a real water bath, registered to CT; these are simulated, so only the "
-                    "direction of a difference compares."
+                    "Two values of the paper are those of its two slices. Its bones are real, in a real "
+                    "water bath, and registered to CT. These are simulated, so only the direction of a "
+                    "difference can be compared."
                 }
                 div .tables {
                     @for table in tables::comparisons(&comparisons) { (self::table(&table)) }
                 }
-                h3 { "Why the figures differ" }
+                h3 { "Why the values differ" }
                 (notes(&comparisons))
             }
             section #tables {
                 h2 { "All beamformers" }
                 p {
-                    "A uniform image says nothing and yet scores well in mean error and STD: read "
-                    "every figure against that row."
+                    "A uniform image holds no information, yet it scores well in mean error and STD: "
+                    "compare every value with that row."
                 }
                 div .tables { @for table in report.tables() { (self::table(table)) } }
             }
@@ -53,8 +55,8 @@ pub fn page(report: &Report<'_>) -> Result<String> {
             section #parameters {
                 h2 { "Parameters" }
                 p {
-                    "As in " code { "config.toml" } ", which "
-                    code { "host-sim --config config.toml" } " takes again. SI units."
+                    "All of " code { "config.toml" } ", in SI units. "
+                    code { "host-sim --config config.toml" } " repeats the run."
                 }
                 pre { (parameters) }
             }
@@ -69,21 +71,21 @@ pub fn page(report: &Report<'_>) -> Result<String> {
     ))
 }
 
-/// The title, what the page is, and its parts.
+/// Title, summary and table of contents.
 fn header(report: &Report<'_>) -> Markup {
     html! {
         header {
             h1 { "From channel data to bone surfaces" }
             p .lead {
                 "Simulated channel data, beamformed in " (COMPARED.len()) " ways, and the phase "
-                "symmetry of each image. The figures stand beside those of the paper that the "
-                "methods come from; nothing is adjusted to look like it."
+                "symmetry of each image. The results are shown beside those of the paper that the "
+                "methods come from. Nothing is adjusted to look like it."
             }
             p {
                 @if report.checks_passed() {
                     span .good { "All checks passed." }
-                    " The core agrees bit for bit with its plain f32 reference and within the "
-                    "stated bounds with the f64 one, ill-conditioned samples aside, which are "
+                    " The core agrees bit for bit with its plain f32 reference, and within the stated "
+                    "bounds with the f64 one. Ill-conditioned samples are excluded and "
                     a href="#checks" { "counted" } "."
                 } @else {
                     span .bad { "A check failed." } " See " a href="#checks" { "the checks" } "."
@@ -96,14 +98,14 @@ fn header(report: &Report<'_>) -> Markup {
                 }
                 _ => p {
                     "This is not the full main job: " a href="#parameters" { "parameters" }
-                    " are the reader's own."
+                    " are the user's own."
                 }
             }
             nav {
                 @for (name, outcome) in report.outcomes {
                     a href=(format!("#{name}")) { (outcome.title) }
                 }
-                a href="#paper" { "Beside the paper" }
+                a href="#paper" { "Compared with the paper" }
                 a href="#tables" { "All beamformers" }
                 a href="#checks" { "Checks" }
                 a href="#parameters" { "Parameters" }
@@ -112,33 +114,35 @@ fn header(report: &Report<'_>) -> Markup {
     }
 }
 
-/// What the references say.
+/// Section on the comparison with the references.
 fn checks(report: &Report<'_>) -> Markup {
     let every = &report.job.common().checks;
     html! {
         section #checks {
             h2 { "Checks" }
             p {
-                "The core's results against a plain f32 reference, to the bit, and against an "
-                "f64 reference written from the equations: errors of lines relative to the "
-                "line's largest value, of B-mode images in grey levels, of phase symmetry "
-                "absolute. One beam in " (every.every_f32) " goes through the f32 reference "
-                "and one in " (every.every_f64) " through the f64 one. Left out of the f64 "
-                "comparison, and counted: results of the first eigenvector where λ₂ > 0.99 λ₁, "
-                "whose eigenvector is held to its bound instead, and samples beyond the bound "
-                "whose value already moves as far when the covariance is rounded to f32."
+                "The core's results are compared bit for bit with a plain f32 reference, and with "
+                "an f64 reference written from the equations. Errors of lines are relative to the "
+                "line's largest value, those of B-mode images are in grey levels, those of phase "
+                "symmetry are absolute. One beam in " (every.every_f32) " goes through the f32 "
+                "reference and one in " (every.every_f64) " through the f64 one. The f64 comparison "
+                "leaves out, and counts, two kinds of samples. For results of the first eigenvector "
+                "where λ₂ > 0.99 λ₁, the eigenvector is compared with its bound instead. Samples "
+                "beyond the bound are ill-conditioned if their value moves as far when only the "
+                "covariance is rounded to f32."
             }
             (table(&tables::checks(&report.checks())))
         }
     }
 }
 
-/// What a browser lets the page do: show its own style and pictures, and those beside it; no scripts, forms or
-/// other places.
+/// Content policy: the page's own style and pictures, and those beside it.
+///
+/// No scripts, forms or other places.
 const POLICY: &str = "default-src 'none'; img-src 'self' data: file:; style-src 'unsafe-inline'; \
                       base-uri 'none'; form-action 'none'";
 
-/// The page of a title and a body.
+/// The page with a title and a body.
 pub(super) fn document(title: &str, body: &Markup) -> String {
     let page = html! {
         (DOCTYPE)
@@ -186,7 +190,7 @@ pub(super) fn parts(parts: &[Section], source: PictureLocation) -> Result<Vec<Ma
     parts.iter().map(part).collect()
 }
 
-/// Tables of more rows are folded.
+/// Tables with more rows are folded.
 const LONG: usize = 8;
 
 pub(super) fn table(table: &Table) -> Markup {
@@ -219,12 +223,12 @@ pub(super) fn table(table: &Table) -> Markup {
     }
 }
 
-/// What is shown where the reader asks for it.
+/// Content that is folded until the reader opens it.
 pub(super) fn folded(summary: &str, what: &Markup) -> Markup {
     html! { details { summary { (summary) } (what) } }
 }
 
-/// Every note once, after the quantities that it is about.
+/// Every note once, after its quantities.
 pub(super) fn notes(comparisons: &[&Comparison]) -> Markup {
     let mut notes: Vec<(&str, Vec<&str>)> = Vec::new();
     for c in comparisons {

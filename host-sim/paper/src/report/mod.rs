@@ -1,6 +1,7 @@
-//! The report of the main job and of the paper: a page for people, the numbers for programs, the
-//! pictures, the configuration, and the tables for the terminal. It knows the parts of an outcome, not
-//! the experiments.
+//! The report of the main job and of the paper.
+//!
+//! A page for readers, the numbers for programs, the pictures, the configuration, and the tables for the terminal.
+//! It uses the parts of an outcome, not the experiments.
 
 mod axes;
 mod bar;
@@ -38,13 +39,13 @@ use bonebeam_oracle::verify::Check;
 const PAGE: &str = "report.html";
 /// The numbers.
 pub const DATA: &str = "report.json";
-/// The configuration, which can be given back to the main job.
+/// The configuration, which the main job accepts.
 const CONFIGURATION: &str = "config.toml";
 
-/// Every number of the paper's experiments, a line each.
+/// Every number of the paper's experiments, one per line.
 const NUMBERS: &str = "numbers.csv";
 
-/// Everything in `report.json`.
+/// Content of `report.json`.
 #[derive(Serialize)]
 struct Data<'a, P: Serialize> {
     program: &'static str,

@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use crate::experiments::outcome::Table;
 
-/// A table, its title in the first line.
+/// A table, with its title in the first line.
 pub fn table(table: &Table) -> String {
     let mut lines = vec![vec![table.title.clone()]];
     lines.push(table.head.iter().map(ToString::to_string).collect());
@@ -14,7 +14,9 @@ pub fn table(table: &Table) -> String {
     csv(&lines)
 }
 
-/// Every number and text of the experiments' data: where it stands in `report.json`, and its value.
+/// Every number and text of the experiments' data.
+///
+/// Each has its path in `report.json` and its value.
 pub fn every(data: &BTreeMap<&'static str, &Value>) -> String {
     let mut lines = vec![vec!["path".to_owned(), "value".to_owned()]];
     for (name, value) in data {
@@ -41,7 +43,7 @@ fn collect(path: &str, value: &Value, lines: &mut Vec<Vec<String>>) {
     }
 }
 
-/// Lines of cells as RFC 4180 has them, ended by a line feed.
+/// Lines of cells according to RFC 4180, with line feeds.
 pub(crate) fn csv(lines: &[Vec<String>]) -> String {
     let quoted = |cell: &String| match cell.contains([',', '"', '\n', '\r']) {
         true => format!("\"{}\"", cell.replace('"', "\"\"")),

@@ -1,5 +1,6 @@
-//! The page of the paper's experiments: one file that holds its pictures. No scripts, no outside
-//! resources.
+//! The page of the paper's experiments: one file that contains its pictures.
+//!
+//! It has no scripts and no outside resources.
 
 use maud::{Markup, html};
 
@@ -36,17 +37,17 @@ pub fn page(report: &Report<'_>) -> Result<String> {
                 "Mehdizadeh et al., "
                 i { "Joint beamforming and feature detection for enhanced visualization of spinal "
                     "bone surfaces in ultrasound images" }
-                ", done again on simulated data, whose truth is known. One number is fitted to the paper, "
+                ", repeated on simulated data, whose truth is known. One number is fitted to the paper, "
                 "the level of the water bath's clutter. Nothing else is adjusted to look like it."
             }
             @match report.kind {
                 "full" => {}
                 "quick" => p {
-                    "This is the coarse look of " code { "--quick" } ": its figures are not those of "
+                    "This is the coarse run of " code { "--quick" } ": its results differ from those of "
                     "the full run."
                 }
                 _ => p {
-                    "The " a href="#parameters" { "parameters" } " are the reader's own."
+                    "The " a href="#parameters" { "parameters" } " are the user's own."
                 }
             }
             @if !report.checks_passed() {
@@ -66,8 +67,8 @@ pub fn page(report: &Report<'_>) -> Result<String> {
                 section #checks {
                     h2 { "Checks" }
                     p {
-                        "Some beams of every recording computed again by the plain f32 reference, to "
-                        "the bit, and by the f64 reference."
+                        "Some beams of every recording are compared bit for bit with the plain f32 "
+                        "reference, and within bounds with the f64 reference."
                     }
                     (table(&tables::checks(&checks)))
                 }
@@ -75,10 +76,10 @@ pub fn page(report: &Report<'_>) -> Result<String> {
             section #parameters {
                 h2 { "Parameters" }
                 p {
-                    "As in " code { "config.toml" } ", which "
-                    code { "host-sim paper --config config.toml" } " takes again. SI units."
+                    "All of " code { "config.toml" } ", in SI units. "
+                    code { "host-sim paper --config config.toml" } " repeats the run."
                 }
-                details { summary { "All of them" } pre { (parameters) } }
+                details { summary { "All parameters" } pre { (parameters) } }
             }
         }
         footer {
@@ -91,8 +92,10 @@ pub fn page(report: &Report<'_>) -> Result<String> {
     Ok(document("Bonebeam: the paper's experiments", &body))
 }
 
-/// An experiment's part of the page: its first figure, if no table comes before it, then its numbers; further figures and
-/// tables are folded.
+/// An experiment's part of the page.
+///
+/// Its first figure comes first if no table stands before it, then its numbers. Further figures and tables are
+/// folded.
 fn experiment(name: &str, outcome: &Outcome) -> Result<Markup> {
     let comparisons: Vec<&Comparison> = outcome.comparisons.iter().collect();
     let mut parts_of = outcome.parts.iter();
@@ -110,9 +113,9 @@ fn experiment(name: &str, outcome: &Outcome) -> Result<Markup> {
                 @if group.iter().any(is_figure) { (folded(summary(group), &shown)) } @else { (shown) }
             }
             @if !comparisons.is_empty() {
-                h3 { "Beside the paper" }
+                h3 { "Compared with the paper" }
                 (few(&tables::comparisons(&comparisons)))
-                (folded("Why the figures differ", &notes(&comparisons)))
+                (folded("Why the values differ", &notes(&comparisons)))
             }
             @if !outcome.tables.is_empty() {
                 (folded("All beamformers", &together(&outcome.tables)))
@@ -129,7 +132,7 @@ fn experiment(name: &str, outcome: &Outcome) -> Result<Markup> {
     })
 }
 
-/// Tables, those beyond the first folded.
+/// Tables; those after the first are folded.
 fn few(tables: &[Table]) -> Markup {
     let (first, rest) = tables.split_at(tables.len().min(1));
     html! {
@@ -173,7 +176,7 @@ fn summary(group: &[Section]) -> &'static str {
     }
 }
 
-/// The verdicts, each with what it rests on.
+/// The verdicts, each with its evidence.
 fn rulings(verdicts: &[&Verdict]) -> Markup {
     html! {
         section #verdicts {

@@ -1,4 +1,4 @@
-//! The page's pictures, with their axes and grey bars.
+//! Pictures of the page, with axes and grey bars.
 
 use maud::{Markup, PreEscaped, html};
 
@@ -10,16 +10,18 @@ use super::axes;
 use super::colours::colour;
 use super::embedded::embedded;
 
-/// Where the page has its pictures.
+/// Place of the page's pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PictureLocation {
-    /// In files beside it.
+    /// In files beside the page.
     SeparateFile,
-    /// In the page itself.
+    /// In the page.
     Embedded,
 }
 
-/// Pictures side by side, with an outline that the reader can show where it is not always there.
+/// Pictures side by side.
+///
+/// A hidden outline has a switch for the reader.
 ///
 /// # Errors
 /// The axes cannot be drawn, or a picture not encoded.
@@ -51,8 +53,9 @@ pub fn gallery(gallery: &Gallery, source: PictureLocation) -> Result<Markup> {
     })
 }
 
-/// The pictures of one method beside those of another, which the reader chooses by a switch. The page
-/// needs no script for it.
+/// Pictures of one method beside those of another, which the reader selects.
+///
+/// The switch needs no script.
 ///
 /// # Errors
 /// As [`gallery`].
@@ -85,7 +88,9 @@ pub fn beside(beside: &SideBySide, source: PictureLocation) -> Result<Markup> {
     })
 }
 
-/// Pictures in the colours of the same quantity, over its bar. The page always holds them.
+/// Pictures coloured by the same quantity, over its bar.
+///
+/// The page always contains them.
 ///
 /// # Errors
 /// As [`gallery`].

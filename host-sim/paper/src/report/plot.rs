@@ -1,4 +1,4 @@
-//! Plots of profiles, as SVG that takes the page's colour for its text.
+//! Plots of profiles, as SVG whose text has the page's colour.
 
 use maud::{Markup, PreEscaped, html};
 use plotters::prelude::*;
@@ -7,7 +7,7 @@ use super::axes::{MARGIN, SURFACE, draw, tick};
 use crate::Result;
 use crate::experiments::outcome::{Curve, Plot};
 
-/// The curves' colours, by their place; after the last they begin again.
+/// Colours of the curves by index; they repeat after the last.
 const PALETTE: [RGBColor; 10] = [
     RGBColor(59, 130, 246),
     RGBColor(139, 139, 150),
@@ -20,7 +20,7 @@ const PALETTE: [RGBColor; 10] = [
     RGBColor(0, 160, 190),
     RGBColor(150, 100, 60),
 ];
-/// Size of a plot, what the names at the curves' ends take beside it, and one of them in height, pixels.
+/// Plot size, width of names at the curves' ends, height of one name; pixels.
 const PLOT: [u32; 2] = [680, 360];
 const NAMES: u32 = 160;
 const NAME: i32 = 18;
@@ -55,7 +55,7 @@ pub fn plots(plots: &[Plot]) -> Result<Markup> {
     })
 }
 
-/// The plot for those who do not see it: where each curve begins, is largest and ends.
+/// Text alternative of a plot: begin, largest value and end of each curve.
 fn in_words(plot: &Plot) -> String {
     let mut text = format!("{}. {} over {}.", plot.caption, plot.y, plot.x);
     for curve in &plot.curves {
@@ -65,7 +65,7 @@ fn in_words(plot: &Plot) -> String {
         };
         let largest = points().max_by(|a, b| a.1.total_cmp(&b.1));
         text += &format!(
-            " {}: from {} to {}, at the most {}.",
+            " {}: from {} to {}, at most {}.",
             curve.name,
             labelled(points().next()),
             labelled(points().next_back()),

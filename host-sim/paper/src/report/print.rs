@@ -1,4 +1,4 @@
-//! A picture by itself for print: axes in mm and whole pixels at 300 dots an inch, as PNG.
+//! A picture for print: axes in mm and whole pixels at 300 dots per inch, as PNG.
 
 use plotters::prelude::*;
 
@@ -9,9 +9,9 @@ use super::axes::{Extent, Margins, axes, register_font};
 use super::bar::Bar;
 use super::colours::colour;
 
-/// The least width of the picture within its axes, dots: 85 mm, a column of a journal.
+/// Least width of the picture within its axes, dots: 85 mm, a journal column.
 const WIDTH: usize = 1000;
-/// Dots a metre: 300 an inch.
+/// Dots per metre: 300 per inch.
 const DOTS: u32 = 11_811;
 /// Letters of 7 points.
 const MARGINS: Margins = Margins {
@@ -24,10 +24,12 @@ const MARGINS: Margins = Margins {
     line: 3,
 };
 
-/// Width of a bar of colours with its letters beside the picture, dots.
+/// Width of a colour bar with its labels beside the picture, dots.
 const BAR: u32 = 230;
 
-/// The bytes of the PNG. A pixel is a square of dots, so that its grey level is not changed.
+/// The bytes of the PNG.
+///
+/// Each pixel is a square of dots, so its grey level is not changed.
 ///
 /// # Errors
 /// The picture cannot be drawn or encoded.
@@ -42,7 +44,7 @@ pub fn print(picture: &Picture) -> Result<Vec<u8>> {
     sheet.encode(&grey, png::ColorType::Grayscale)
 }
 
-/// The same of a picture in colours, with a bar of what they stand for.
+/// The bytes of the PNG of a coloured picture, with its colour bar.
 ///
 /// # Errors
 /// As [`print()`].
@@ -65,7 +67,7 @@ pub fn print_coloured(shown: &Coloured) -> Result<Vec<u8>> {
     sheet.encode(&sheet.colours, png::ColorType::Rgb)
 }
 
-/// A picture's axes, and the place of its pixels.
+/// Axes of a picture, and the place of its pixels.
 struct Sheet {
     /// Dots of a pixel's side.
     dots: usize,
@@ -76,7 +78,7 @@ struct Sheet {
 }
 
 impl Sheet {
-    /// The axes of a picture, and a bar of colours where there is one.
+    /// The axes of a picture, and a colour bar if there is one.
     fn new(picture: &Picture, bar: Option<&Bar<'_>>) -> Result<Self> {
         register_font()?;
         let (rows, columns) = picture.pixels.dim();

@@ -1,4 +1,4 @@
-//! Tables of comparisons and of checks, and tables as text.
+//! Tables of comparisons, checks and verdicts; tables as text.
 
 use std::fmt::Write;
 
@@ -6,7 +6,7 @@ use crate::experiments::Outcome;
 use crate::experiments::outcome::{Comparison, PaperComparison, Section, Table, Verdict, number};
 use bonebeam_oracle::verify::Check;
 
-/// The paper's figures, one or two.
+/// The paper's values, one or two.
 fn paper(value: &PaperComparison) -> String {
     let all: Vec<String> = value.paper.iter().map(|&v| number(Some(v))).collect();
     if all.is_empty() {
@@ -16,7 +16,7 @@ fn paper(value: &PaperComparison) -> String {
     }
 }
 
-/// The comparisons with the paper, one table a group.
+/// Comparisons with the paper, one table per group.
 pub fn comparisons(comparisons: &[&Comparison]) -> Vec<Table> {
     let table = |group: &[&Comparison]| {
         let names = group[0].values.iter().flat_map(|v| [v.name, "paper"]);
@@ -39,7 +39,9 @@ pub fn comparisons(comparisons: &[&Comparison]) -> Vec<Table> {
     groups.map(table).collect()
 }
 
-/// Every table of an outcome: the comparisons with the paper, its own, and those of its part of the page.
+/// Every table of an outcome.
+///
+/// The comparisons with the paper, its own, and those of its part of the page.
 pub fn every(outcome: &Outcome) -> Vec<Table> {
     let compared: Vec<&Comparison> = outcome.comparisons.iter().collect();
     let shown = outcome.parts.iter().filter_map(|part| match part {
@@ -78,7 +80,7 @@ pub fn checks(checks: &[&Check]) -> Table {
             "largest error",
             "bound",
             "left out",
-            "their error",
+            "error of those",
             "passed",
         ],
         rows: rows.collect(),
@@ -86,7 +88,7 @@ pub fn checks(checks: &[&Check]) -> Table {
     }
 }
 
-/// What became of the claims.
+/// Verdicts on the claims.
 pub fn verdicts(verdicts: &[&Verdict]) -> Table {
     let rows = verdicts
         .iter()
@@ -99,7 +101,7 @@ pub fn verdicts(verdicts: &[&Verdict]) -> Table {
     }
 }
 
-/// The table as Markdown, its title above it.
+/// The table as Markdown, with its title above.
 pub fn markdown(table: &Table) -> String {
     let line = |cells: &[&str]| {
         let cells = cells.iter().map(|cell| match cell.is_empty() {

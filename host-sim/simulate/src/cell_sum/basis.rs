@@ -1,4 +1,4 @@
-//! Tables that depend on the length of a cell's echoes alone.
+//! Tables that depend only on the length of a cell's echoes.
 
 use bonebeam::simd::{ComplexVector, Vector};
 use num_complex::Complex;
@@ -9,11 +9,12 @@ use super::shape::Shape;
 use crate::fourier::unit;
 use crate::pulse::FLOOR;
 
-/// Steps of the table of directivities over sin θ from 0 to 1: linear between them, within −105 dB for a
-/// width of two wavelengths.
+/// Steps of the table of directivities over sin θ from 0 to 1.
+///
+/// Linear interpolation is within −105 dB for a width of two wavelengths.
 pub const DIRECTIVITY_STEPS: usize = 512;
 
-/// What depends on the length of a cell's echoes only.
+/// Tables that depend only on the length of a cell's echoes.
 pub struct Basis<V> {
     /// The frequencies are `lowest` + k·`step`, Hz.
     pub lowest: f64,
@@ -30,7 +31,7 @@ pub struct Basis<V> {
 }
 
 impl<V: Vector> Basis<V> {
-    /// The tables for echoes of that shape.
+    /// The tables for echoes of this shape.
     pub fn new(zero: V, input: &CellSumInput<'_>, shape: &Shape) -> Self {
         let [samples, before] = [shape.samples, shape.before];
         let step = input.window.rate / samples as f64;

@@ -1,4 +1,4 @@
-//! The elevation's response of a cell, interpolated over 1/ρ.
+//! Elevation response of a cell, interpolated over 1/ρ.
 
 use std::f64::consts::TAU;
 
@@ -10,15 +10,17 @@ use super::powers::Powers;
 use crate::cells::Cell;
 use crate::fourier::unit;
 
-/// By how many radians the elevation's phase changes at the most between the positions that are interpolated
-/// between by polynomials of degree 5: −95 dB.
+/// Largest phase step of the elevation response between positions, rad.
+///
+/// Interpolation by polynomials of degree 5 is then within −95 dB.
 const ELEVATION_STEP: f64 = 0.4;
 
-/// Nodes over an element's height at the most: beyond some tens of cycles of difference nothing is left of
-/// a response.
+/// Largest number of nodes over an element's height.
+///
+/// Beyond some tens of cycles of difference, the response vanishes.
 pub const MOST_NODES: usize = 128;
 
-/// The places in 1/ρ at which the elevation's response of a cell is known.
+/// Positions in 1/ρ at which the elevation response of a cell is known.
 #[derive(Clone, Copy)]
 pub struct ElevationAxis {
     first: f64,
@@ -28,7 +30,7 @@ pub struct ElevationAxis {
 }
 
 impl ElevationAxis {
-    /// Enough positions for the cell and for all elements; none where elevation changes nothing.
+    /// Enough positions for the cell and all elements; `None` without elevation.
     pub fn of(cell: &Cell, input: &CellSumInput<'_>, highest: f64) -> Option<Self> {
         let response = &input.response;
         if response.height == 0.0 {
@@ -61,7 +63,7 @@ impl ElevationAxis {
         })
     }
 
-    /// The first of the six positions around one, and their weights.
+    /// First of the six positions around one, and their weights.
     #[inline(always)]
     pub fn around(&self, rho: f64) -> (usize, [f32; 6]) {
         let at = (1.0 / rho - self.first) / self.step;
@@ -80,7 +82,7 @@ impl ElevationAxis {
     }
 }
 
-/// The elevation's response of a source at elevation `y` at all positions and frequencies.
+/// Elevation response of a source at elevation `y`, all positions and frequencies.
 #[inline(always)]
 pub fn elevations<V: Vector>(
     zero: V,

@@ -1,4 +1,4 @@
-//! The ways between elements and sources, one way each: legs.
+//! Legs: one-way paths between elements and sources.
 
 use bonebeam::simd::{ComplexVector, Vector};
 use num_complex::Complex;
@@ -10,17 +10,19 @@ use super::powers::{Powers, plus_product};
 use crate::fourier::unit;
 use crate::scatterer::PointSource;
 
-/// Sources that are worked on at a time: their legs stay in the cache.
+/// Number of sources processed at a time; their legs stay in the cache.
 pub const BLOCK: usize = 64;
 
-/// One source as the elements hear it.
+/// A source, and the elements that receive its echo.
 pub struct Heard {
     x: f64,
     pub y: f64,
     z: f64,
-    /// √amplitude: imaginary for a negative one, so that the two legs of an echo make the amplitude.
+    /// √amplitude, imaginary for a negative amplitude.
+    ///
+    /// So the product of the two legs of an echo has the amplitude.
     root: Complex<f64>,
-    /// One bit an element.
+    /// Visibility, one bit per element.
     seen: Vec<u64>,
 }
 
@@ -46,7 +48,7 @@ impl Heard {
     }
 }
 
-/// One element's legs to the sources of a block.
+/// Legs from one element to the sources of a block.
 pub struct Leg<'a, V> {
     pub input: &'a CellSumInput<'a>,
     pub basis: &'a Basis<V>,
@@ -125,7 +127,7 @@ impl<V: Vector> Leg<'_, V> {
     }
 }
 
-/// The legs of a beam's elements, summed as they fire: `[vector][source]`.
+/// Legs of a beam's elements, summed with their delays: `[vector][source]`.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
 pub fn beam_leg<V: Vector>(

@@ -1,14 +1,14 @@
-//! The echoes of every pair of elements, summed cell by cell in f32.
+//! Echoes of every pair of elements, summed cell by cell in f32.
 //!
-//! Within a cell the echoes of a pair lie close together, so that few frequencies tell them: as many as the
-//! cell's echoes are long times the pulse's band. At each of these the sum over the scatterers is a product
-//! of matrices, H_ij(f_k) = Σ_s a_s·g_i(f_k, s)·g_j(f_k, s), with the times counted from whole samples n_i
-//! of a pair's row. A small inverse transform with the pulse's spectrum makes the cell's samples of it, which
-//! are added to the row at n_i + n_j. Nothing is interpolated between samples, and width, baffle and
-//! attenuation are those of each frequency. The elevation's response is interpolated over 1/ρ.
+//! Within a cell, the echoes of a pair are close together in time, so a few frequencies describe them: the length
+//! of the cell's echoes times the pulse's bandwidth. At each frequency the sum over the scatterers is a product of
+//! matrices, H_ij(f_k) = Σ_s a_s·g_i(f_k, s)·g_j(f_k, s), with times counted from whole samples n_i of a pair's
+//! row. A small inverse transform with the pulse's spectrum gives the cell's samples, which are added to the row at
+//! n_i + n_j. Nothing is interpolated between samples, and width, baffle and attenuation are exact at each
+//! frequency. The elevation response is interpolated over 1/ρ.
 //!
-//! The order of every sum is fixed by the phantom alone. Lanes hold frequencies and never mix, and tiles of
-//! pairs belong to one thread each: neither changes a bit.
+//! The phantom alone fixes the order of every sum. Lanes hold frequencies and never mix, and each tile of pairs
+//! belongs to one thread: neither changes a bit.
 
 mod basis;
 mod elevation;
@@ -38,16 +38,17 @@ use crate::cells::Cell;
 use crate::checkpoint::Checkpoint;
 use crate::gauss_legendre::gauss_legendre;
 
-/// Sums all echoes into the tiles' rows, from the cell that the checkpoint has got to. `tick` is told the
-/// fraction of the scatterers that is done.
+/// Sums all echoes into the tiles' rows, from the checkpoint's cell on.
+///
+/// `tick` receives the fraction of the scatterers done.
 pub struct Sum<'a> {
-    /// What is summed.
+    /// Input of the sum.
     pub input: &'a CellSumInput<'a>,
-    /// The rows that are added to.
+    /// Tiles whose rows are added to.
     pub tiles: &'a mut Vec<Tile>,
-    /// Where an interrupted run goes on.
+    /// State of an interrupted run.
     pub checkpoint: &'a mut Checkpoint,
-    /// Told of what is done.
+    /// Callback with the fraction done.
     pub tick: &'a (dyn Fn(f64) + Sync),
 }
 
@@ -78,30 +79,30 @@ impl Task for Sum<'_> {
     }
 }
 
-/// The memory of the sum.
+/// Memory of the sum.
 struct Work<V> {
-    /// Bases by samples and samples before.
+    /// Bases, by numbers of samples and of samples before.
     bases: BTreeMap<(usize, usize), Basis<V>>,
     block: BlockMemory<V>,
-    /// Of each tile, `[pair][vector]`.
+    /// Sums of each tile, `[pair][vector]`.
     sums: Vec<Vec<ComplexVector<V>>>,
 }
 
-/// The memory of a block of a cell's sources.
+/// Memory of a block of a cell's sources.
 struct BlockMemory<V> {
     heard: Vec<Heard>,
     /// `[source][elevation][vector]`.
     elevation: Vec<ComplexVector<V>>,
     /// `[element][vector][source]`.
     legs: Vec<ComplexVector<V>>,
-    /// `[beam][vector][source]`, where there are beams.
+    /// `[beam][vector][source]`, if there are beams.
     beam_legs: Vec<ComplexVector<V>>,
-    /// Whether an element hears anything of the cell.
+    /// Whether an element sees any source of the cell.
     lit: Vec<bool>,
     quadratures: Vec<Vec<(f64, f64)>>,
 }
 
-/// What the blocks of a cell have in common.
+/// Data shared by the blocks of a cell.
 struct OfCell<'a, V> {
     input: &'a CellSumInput<'a>,
     shape: &'a Shape,
@@ -178,7 +179,7 @@ impl<V: Vector> Work<V> {
 }
 
 impl<V: Vector> BlockMemory<V> {
-    /// The sources, and which elements hear them.
+    /// Sets the sources and the elements that see them.
     fn hear(&mut self, input: &CellSumInput<'_>, members: &[u32]) {
         let hear = |&k: &u32| Heard::new(&input.sources[k as usize], input);
         members
@@ -192,7 +193,7 @@ impl<V: Vector> BlockMemory<V> {
         }
     }
 
-    /// The responses of the elevation, where it has any.
+    /// Computes the elevation responses, if there are any.
     fn elevations(&mut self, zero: V, of: &OfCell<'_, V>) {
         let Some(elevation_axis) = of.elevation_axis else {
             return;
@@ -222,7 +223,7 @@ impl<V: Vector> BlockMemory<V> {
             });
     }
 
-    /// The legs between the sources and the elements.
+    /// Computes the legs between sources and elements.
     fn legs(&mut self, zero: V, of: &OfCell<'_, V>) {
         let length = of.basis.vectors * BLOCK;
         let elements = of.input.element_x.len();
@@ -251,7 +252,7 @@ impl<V: Vector> BlockMemory<V> {
             });
     }
 
-    /// The legs between the beams and the sources, where there are beams.
+    /// Computes the legs between beams and sources, if there are beams.
     fn beam_legs(&mut self, zero: V, of: &OfCell<'_, V>) {
         let (input, basis, shape) = (of.input, of.basis, of.shape);
         let Some(beams) = input.beams else {

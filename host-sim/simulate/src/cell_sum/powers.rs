@@ -3,10 +3,14 @@
 use bonebeam::simd::{ComplexVector, Vector};
 use num_complex::Complex;
 
-/// Frequencies whose phases come from one base; a whole number of vectors of any instruction set.
+/// Frequencies whose phases derive from one base.
+///
+/// It is a whole number of vectors for every instruction set.
 pub const GROUP: usize = 16;
 
-/// a·b^k for k from 0 on, group by group: in each group one base in f64, times b⁰ … b¹⁵.
+/// a·b^k for k = 0, 1, …, by groups.
+///
+/// Each group has one base in f64, times b⁰ … b¹⁵.
 pub struct Powers {
     base: Complex<f64>,
     /// b¹⁶.
@@ -32,7 +36,7 @@ impl Powers {
         }
     }
 
-    /// The vector of frequencies `vector`; they are asked for one after the other.
+    /// The vector of frequencies `vector`; vectors must be requested in order.
     #[inline(always)]
     pub fn get<V: Vector>(&mut self, zero: V, vector: usize) -> ComplexVector<V> {
         let k = vector * V::LANES % GROUP;

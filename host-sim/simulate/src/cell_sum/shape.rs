@@ -1,4 +1,4 @@
-//! How a cell's echoes lie in time.
+//! Extent of a cell's echoes in time.
 
 use super::input::{Beam, CellSumInput};
 use super::powers::GROUP;
@@ -6,20 +6,20 @@ use crate::cells::Cell;
 use crate::pulse::FLOOR;
 use crate::time_axis::Window;
 
-/// How a cell's echoes lie in time.
+/// Extent of a cell's echoes in time.
 pub struct Shape {
-    /// Samples of a pair's row that hold them, a multiple of 16.
+    /// Samples of a pair's row with the echoes, a multiple of 16.
     pub samples: usize,
-    /// How many of these lie before the first echo's centre.
+    /// Number of those before the first echo's centre.
     pub before: usize,
-    /// The whole sample that each element's times are counted from.
+    /// Whole sample from which each element's times count.
     pub origins: Vec<i64>,
-    /// The same of each beam; those of the elements where there are none.
+    /// The same for each beam; for the elements if there are no beams.
     pub lefts: Vec<i64>,
 }
 
 impl Shape {
-    /// The shape of a cell's echoes.
+    /// The extent of a cell's echoes.
     pub fn of(cell: &Cell, input: &CellSumInput<'_>) -> Self {
         let Window { rate, start, .. } = input.window;
         let half = input.pulse.half_length(FLOOR);
@@ -63,7 +63,7 @@ impl Shape {
     }
 }
 
-/// The longest time that a cell's echoes take, s.
+/// Longest duration of a cell's echoes, s.
 pub fn longest(input: &CellSumInput<'_>) -> f64 {
     let samples = input
         .cells

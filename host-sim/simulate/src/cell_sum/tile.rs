@@ -1,4 +1,4 @@
-//! Tiles of pairs: products of legs summed over the sources, and the samples made of them.
+//! Tiles of pairs: products of legs summed over sources, and their samples.
 
 use bonebeam::simd::{ComplexVector, Vector};
 
@@ -9,22 +9,22 @@ use super::powers::plus_product;
 use super::shape::Shape;
 use crate::time_axis::Window;
 
-/// Elements of a tile, either way.
+/// Elements of a tile along each side.
 pub const TILE: usize = 16;
 
-/// Rows of the pairs of a tile.
+/// Rows of a tile's pairs.
 pub struct Tile {
-    /// The pairs (i, j) of elements, i ≤ j; or of a beam and an element.
+    /// Pairs (i, j) of elements, i ≤ j; or of a beam and an element.
     pub pairs: Vec<(usize, usize)>,
-    /// Real and imaginary parts of each pair's row, one after the other.
+    /// Real and imaginary part of each pair's row, in order.
     pub rows: Vec<f32>,
     first: [usize; 2],
-    /// The index of a pair among `pairs`.
+    /// Index of a pair in `pairs`.
     index: Vec<Option<usize>>,
 }
 
 impl Tile {
-    /// The tiles of all pairs that are asked for, all zero.
+    /// Tiles of all required pairs, filled with zeros.
     pub fn all(input: &CellSumInput<'_>) -> Vec<Tile> {
         let elements = input.element_x.len();
         let lefts = input.beams.map_or(elements, <[Beam]>::len);
@@ -57,7 +57,7 @@ impl Tile {
         self.index[i * TILE + j]
     }
 
-    /// Adds the products of a block's legs, two by two at a time.
+    /// Adds the products of a block's legs, in blocks of two by two.
     #[inline(always)]
     pub fn multiply<V: Vector>(
         &self,
@@ -153,7 +153,9 @@ impl Tile {
     }
 }
 
-/// Transforms `C` vectors of samples from `begin` on, of a pair's sums, and adds them.
+/// Transforms `C` vectors of samples of a pair's sums, from `begin` on.
+///
+/// They are added to the rows.
 #[inline(always)]
 fn deposit_block<V: Vector, const C: usize>(
     zero: V,

@@ -11,10 +11,10 @@ use super::mechanism::Figure;
 use super::parameters::Claims;
 use super::pose::{Beamformed, one};
 
-/// How many bones are shown.
+/// Number of bones shown.
 const SHOWN: u64 = 2;
 
-/// The pictures of the first bones with the paper's time windows.
+/// Pictures of the first bones with the paper's time windows.
 ///
 /// # Errors
 /// A scene that cannot be simulated.

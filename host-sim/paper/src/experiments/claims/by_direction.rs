@@ -1,5 +1,6 @@
-//! Phase symmetry with a threshold for each direction, from the image's own noise: as Kovesi's `phasesym` has it, for the
-//! paper has one threshold for all filters.
+//! Phase symmetry with a threshold per direction, from the image's own noise.
+//!
+//! Kovesi's `phasesym` does the same. The paper has one threshold for all filters.
 
 use std::f64::consts::PI;
 
@@ -13,10 +14,10 @@ const DIRECTIONS: usize = 6;
 /// Keeps the quotient finite.
 const EPSILON: f64 = 1e-10;
 
-/// An image by the filters of one scale, a direction each: even and odd parts.
+/// An image filtered with one scale, one entry per direction: even and odd parts.
 pub type Filtered = Vec<Vec<Complex<f32>>>;
 
-/// The image by the filters of each scale, cycles per pixel.
+/// The image filtered with each scale, cycles per pixel.
 pub fn filter(image: &Array2<f32>, scales: &[f64]) -> Vec<Filtered> {
     let (rows, columns) = image.dim();
     let pixels: Vec<f32> = image.iter().copied().collect();
@@ -36,9 +37,11 @@ pub fn filter(image: &Array2<f32>, scales: &[f64]) -> Vec<Filtered> {
     scales
 }
 
-/// Phase symmetry of the scales, the finest first: of each direction the sum of its scales' symmetric energy, less the
-/// mean and `k` standard deviations of what noise gives there. The amplitudes of noise at the finest scale have the
-/// Rayleigh distribution of the median seen; each coarser scale has half of them.
+/// Phase symmetry of the scales, the finest first.
+///
+/// For each direction, it is the sum of the symmetric energy of its scales, less the mean and `k` standard
+/// deviations of the energy that noise gives there. The amplitudes of noise at the finest scale have the Rayleigh
+/// distribution with the measured median; each coarser scale has half of them.
 pub fn map(scales: &[&Filtered], [rows, columns]: [usize; 2], k: f64) -> Array2<f32> {
     let mut sums = vec![(0.0, EPSILON); rows * columns];
     for direction in 0..DIRECTIONS {

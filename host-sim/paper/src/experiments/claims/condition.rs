@@ -1,18 +1,20 @@
-//! The conditions of a bone's scenes: what surrounds it, and what disturbs the recording.
+//! Conditions of a bone's scenes: the medium, and the disturbances.
 
 use serde::{Deserialize, Serialize};
 
-/// What surrounds the bone.
+/// The medium around the bone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Medium {
-    /// Nothing that echoes.
+    /// Water, without echoes.
     Water,
     /// Scatterers of one amplitude.
     Tissue,
 }
 
-/// A condition. All but the quiet ones have noise, clutter in the bone's shadow and its reverberation.
+/// A condition of a scene.
+///
+/// All but the quiet ones have noise, clutter in the bone's shadow and its reverberation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Condition {
@@ -34,16 +36,16 @@ pub enum Condition {
     /// Aberration on receive, 35 ns RMS.
     #[serde(rename = "tissue-aberration-35-ns")]
     Aberration35,
-    /// Beamformed with a speed of sound that is 2 % too small.
+    /// Beamformed with a speed of sound that is 2 % too low.
     #[serde(rename = "tissue-speed-low")]
     SpeedLow,
-    /// Or too large.
+    /// Beamformed with a speed of sound that is 2 % too high.
     #[serde(rename = "tissue-speed-high")]
     SpeedHigh,
 }
 
 impl Medium {
-    /// As `--only` has it.
+    /// The word that `--only` accepts.
     pub fn name(self) -> &'static str {
         match self {
             Medium::Water => "water",
@@ -76,12 +78,12 @@ impl Condition {
         }
     }
 
-    /// With noise, clutter and reverberation.
+    /// Whether it has noise, clutter and reverberation.
     pub fn is_disturbed(self) -> bool {
         !matches!(self, Condition::WaterQuiet | Condition::TissueQuiet)
     }
 
-    /// As `--only` has it.
+    /// The word that `--only` accepts.
     pub fn disturbance(self) -> &'static str {
         match self {
             Condition::WaterQuiet | Condition::TissueQuiet => "quiet",
@@ -96,7 +98,7 @@ impl Condition {
         }
     }
 
-    /// For people.
+    /// The name in tables.
     pub fn name(self) -> &'static str {
         match self {
             Condition::WaterQuiet => "water, quiet",
@@ -113,7 +115,7 @@ impl Condition {
         }
     }
 
-    /// RMS of the delays of the elements on receive, s; none without aberration.
+    /// RMS of the elements' delays on receive, s; `None` without aberration.
     pub fn aberration(self) -> Option<f64> {
         match self {
             Condition::Aberration20 => Some(20e-9),
@@ -122,7 +124,7 @@ impl Condition {
         }
     }
 
-    /// The speed of sound that the beamformer takes, of the true one.
+    /// The beamformer's speed of sound, as a factor of the true one.
     pub fn speed(self) -> f64 {
         match self {
             Condition::SpeedLow => 0.98,

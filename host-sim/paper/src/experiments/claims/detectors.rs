@@ -1,4 +1,4 @@
-//! Detectors of the surface beside each other.
+//! Tables of the surface detectors.
 
 use std::ops::Range;
 
@@ -9,17 +9,19 @@ use super::condition::{Condition, Medium};
 use super::judge::ClaimsResult;
 use super::scene::{DETECTORS, SceneResult};
 
-/// The bone's echo over the tissue's RMS in quiet tissue, dB: ranges with as many bones each, about.
+/// Ranges of the bone's echo above the tissue's RMS in quiet tissue, dB.
+///
+/// Each has about as many bones.
 const RANGES: [Range<f64>; 3] = [0.0..20.0, 20.0..30.0, 30.0..f64::INFINITY];
 
-/// F1 of a detector in scenes; none without surface and answers.
+/// F1 of a detector in each scene that has a surface or detected points.
 fn f1<'a>(name: &str, scenes: impl IntoIterator<Item = &'a SceneResult>) -> Vec<f64> {
     let found = scenes.into_iter().flat_map(|s| &s.detectors);
     let found = found.filter(|(of, _)| of == name);
     found.filter_map(|(_, judged)| judged.f1()).collect()
 }
 
-/// By condition.
+/// F1 of the detectors by condition.
 pub fn by_condition(result: &ClaimsResult) -> Table {
     let present = |condition: &Condition| result.scenes.iter().any(|s| s.condition == *condition);
     let row = |condition: Condition| {
@@ -29,12 +31,14 @@ pub fn by_condition(result: &ClaimsResult) -> Table {
     };
     let conditions = Condition::ALL.into_iter().filter(present);
     table(
-        "Detectors of the surface: F1 of answers within 0.5 mm, at most one a line",
+        "Surface detectors: F1 of points within 0.5 mm, at most one per line",
         conditions.map(row),
     )
 }
 
-/// By how bright the bone is, over all scenes in tissue. A bone counts once.
+/// F1 of the detectors by the bone's brightness, over all scenes in tissue.
+///
+/// Each bone counts once.
 pub fn by_brightness(result: &ClaimsResult) -> Table {
     let row = |range: Range<f64>| {
         let inside = |scene: &&SceneResult| {
@@ -66,7 +70,7 @@ pub fn by_brightness(result: &ClaimsResult) -> Table {
         )
     };
     table(
-        "The same in tissue by the bone's echo over the tissue's RMS",
+        "Surface detectors in tissue, by the bone's echo above the tissue's RMS",
         RANGES.into_iter().map(row),
     )
 }

@@ -1,4 +1,4 @@
-//! What the scenes say of each claim.
+//! Judges each claim by the scenes.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -16,36 +16,36 @@ use super::scene::SceneResult;
 use super::statements::{Direction, SPECKLE, STATEMENTS, Statement};
 use super::tuning::Tuned;
 
-/// Fewer bones decide nothing.
+/// Fewest bones that can decide a claim.
 const FEWEST: usize = 3;
-/// Mean errors within this are the same, mm.
+/// Mean errors count as equal within this difference, mm.
 const SAME: f64 = 0.2;
-/// A claim of "some 20 %" allows so much less, as a share of DAS.
+/// Tolerance of a claim such as "some 20 %", as a share of DAS.
 const SOME: f64 = 0.05;
-/// The chance of a false finding among all conditions of a claim.
+/// Probability of a false finding among all conditions of a claim.
 const LEVEL: f64 = 0.05;
 
-/// All that is told of the claims.
+/// The data of the claims.
 #[derive(Clone, Debug, Serialize)]
 pub struct ClaimsResult {
     /// Every scene.
     pub scenes: Vec<SceneResult>,
     /// The bones of the scenes.
     pub bones: Vec<Bone>,
-    /// Every claim's differences.
+    /// Differences of every claim.
     pub claims: Vec<Claim>,
-    /// The filters that were found on other bones.
+    /// Filters that were found on other bones.
     pub tuned: Vec<Tuned>,
-    /// The names of the beamformers by their keys, DAS first.
+    /// Names of the beamformers by key, DAS first.
     pub beamformers: Vec<(String, String)>,
-    /// Means over the scenes in tissue of the mixed images' average precision.
+    /// Mean average precision of the mixed images, over the scenes in tissue.
     pub zones: Vec<(String, Option<Interval>)>,
 }
 
-/// A claim and what was found.
+/// A claim and its differences.
 #[derive(Clone, Debug, Serialize)]
 pub struct Claim {
-    /// The measure's name.
+    /// Name of the measure.
     pub measure: &'static str,
     /// ESMV − DAS in every condition.
     pub cells: Vec<Cell>,
@@ -56,25 +56,25 @@ pub struct Claim {
 /// ESMV − DAS in one condition.
 #[derive(Clone, Debug, Serialize)]
 pub struct Cell {
-    /// What surrounds the bone, and what disturbs it.
+    /// Medium and disturbance.
     pub condition: Condition,
     /// The beamformer's key.
     pub beamformer: String,
-    /// Whether the paper has this beamformer there: the verdict counts a condition once, by it.
+    /// Whether this is the paper's beamformer there; only it counts in the verdict.
     pub papers: bool,
-    /// Mean of DAS, and of ESMV.
+    /// Means of DAS and of ESMV.
     pub means: [f64; 2],
-    /// Mean difference, and its interval.
+    /// Mean difference with its interval.
     pub difference: Interval,
-    /// By which share of DAS the measure is smaller, where the claim has a figure.
+    /// Reduction as a share of DAS, if the claim has a number.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reduction: Option<Interval>,
-    /// Whether the claim is shown here: true, or false where the opposite is; none where it is open.
+    /// Whether the claim is shown here, or its opposite (`false`); `None` if open.
     pub shown: Option<bool>,
 }
 
 impl Cell {
-    /// Whether the interval of the reduction reaches the share that is claimed.
+    /// Whether the interval of the reduction reaches the claimed share.
     fn reaches(&self, magnitude: Option<f64>) -> bool {
         let Some(magnitude) = magnitude else {
             return true;
@@ -106,7 +106,7 @@ pub fn judge(scenes: Vec<SceneResult>, tuned: Vec<Tuned>, claims: &Claims) -> Re
     })
 }
 
-/// Every claim on the scenes.
+/// Judges every claim by the scenes.
 fn judged(scenes: &[SceneResult], claims: &Claims) -> Vec<Claim> {
     let judged = STATEMENTS.iter().chain([&SPECKLE]).filter_map(|statement| {
         let cells = cells(scenes, statement, claims);
@@ -147,7 +147,7 @@ fn zones(scenes: &[SceneResult]) -> Vec<(String, Option<Interval>)> {
     .into()
 }
 
-/// The differences of a claim's measure, by condition and beamformer.
+/// Differences of a claim's measure, by condition and beamformer.
 fn cells(scenes: &[SceneResult], statement: &Statement, claims: &Claims) -> Vec<Cell> {
     let mut conditions: BTreeMap<Condition, Vec<&SceneResult>> = BTreeMap::new();
     for scene in scenes {
@@ -198,7 +198,9 @@ fn cells(scenes: &[SceneResult], statement: &Statement, claims: &Claims) -> Vec<
     cells
 }
 
-/// Whether a claim is shown in each condition, or its opposite, with Holm's correction for their number.
+/// Whether a claim, or its opposite, is shown in each condition.
+///
+/// Holm's correction allows for the number of conditions.
 fn rulings(cells: &[Cell], direction: Direction) -> Vec<Option<bool>> {
     let chances = |of: fn(&Interval) -> [f64; 2]| -> Vec<[f64; 2]> {
         let both: Vec<[f64; 2]> = cells.iter().map(|c| of(&c.difference)).collect();
@@ -231,8 +233,9 @@ fn decided(shown: bool, opposite: bool) -> Option<bool> {
     }
 }
 
-/// The verdict. The beamformers of a condition share its recordings, so that it counts once: by the beamformer that the
-/// paper has there.
+/// The verdict.
+///
+/// The beamformers of a condition share its recordings, so each condition counts once, by the paper's beamformer.
 fn verdict(statement: &Statement, cells: &[Cell]) -> Verdict {
     let conditions: Vec<&Cell> = cells.iter().filter(|c| c.papers).collect();
     let having = |shown: Option<bool>| -> Vec<&str> {
@@ -248,8 +251,8 @@ fn verdict(statement: &Statement, cells: &[Cell]) -> Verdict {
     } else if count == 0 {
         let few = conditions.iter().any(|c| c.difference.scenes < FEWEST);
         Ruling::Open(match few {
-            true => format!("fewer than {FEWEST} bones a condition"),
-            false => "no difference is significant, or none as large as is claimed".into(),
+            true => format!("fewer than {FEWEST} bones per condition"),
+            false => "no difference is both significant and as large as claimed".into(),
         })
     } else {
         Ruling::DependsOn(format!("the condition: shown in {}", shown.join("; ")))

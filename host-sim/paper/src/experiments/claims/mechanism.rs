@@ -1,5 +1,6 @@
-//! Why phase symmetry finds less in rank-1 ESMV's images of tissue: the image of DAS with parts of that of
-//! rank-1 ESMV put into it, and the levels of the tissue.
+//! Why phase symmetry finds less bone in tissue with rank-1 ESMV than with DAS.
+//!
+//! Parts of the rank-1 ESMV image replace those of the DAS image. The levels of the tissue are compared.
 
 use ndarray::Array2;
 use serde::{Deserialize, Serialize};
@@ -17,33 +18,35 @@ use super::condition::{Condition, Medium};
 use super::parameters::Claims;
 use super::pose::{Beamformed, one};
 
-/// The echo of the surface: signed distances, m.
+/// Range of signed distances of the surface's echo, m.
 const ECHO: [f64; 2] = [-0.5e-3, 1.5e-3];
-/// Beside an echo: so far laterally at the same depth, m, which is what halos reach.
+/// Lateral reach of the halos beside an echo, m.
 const SIDEWAYS: f64 = 4e-3;
-/// The same depth, to so much, m.
+/// Tolerance of the same depth, m.
 const SAME_DEPTH: f64 = 0.5e-3;
 
-/// Average precision of phase symmetry, by which parts of the image are rank-1 ESMV's and which DAS's.
+/// Average precision of phase symmetry in mixed images.
+///
+/// Parts of the image come from rank-1 ESMV, the others from DAS.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Zones {
-    /// All of it DAS.
+    /// All from DAS.
     pub das: Option<f64>,
-    /// The echo of the surface is rank-1 ESMV's.
+    /// The echo of the surface from rank-1 ESMV.
     pub echo: Option<f64>,
-    /// What lies beside it at the same depth, where its halos are.
+    /// The halos from rank-1 ESMV: beside the echo at the same depth.
     pub halo: Option<f64>,
-    /// The rest.
+    /// The rest from rank-1 ESMV.
     pub rest: Option<f64>,
-    /// All of it rank-1 ESMV.
+    /// All from rank-1 ESMV.
     pub all: Option<f64>,
-    /// Mean level beside echoes relative to the tissue elsewhere, dB: DAS, rank-1 ESMV.
+    /// Mean level beside echoes relative to other tissue, dB: DAS, rank-1 ESMV.
     pub halo_db: [Option<f64>; 2],
-    /// Standard deviation of the level of the tissue elsewhere, dB: DAS, rank-1 ESMV.
+    /// Standard deviation of the level of other tissue, dB: DAS, rank-1 ESMV.
     pub spread_db: [Option<f64>; 2],
 }
 
-/// Where a pixel lies.
+/// Part of the image that a pixel belongs to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Zone {
     Echo,
@@ -75,7 +78,7 @@ fn zone_map(view: &View) -> Array2<Zone> {
     map
 }
 
-/// The image of `das` with that of `esmv` in one zone.
+/// The image of `das` with one zone from that of `esmv`.
 fn mixed(das: &Array2<f32>, esmv: &Array2<f32>, map: &Array2<Zone>, zone: Zone) -> Array2<f32> {
     let mut image = das.clone();
     for (pixel, &there) in map.indexed_iter() {
@@ -86,7 +89,7 @@ fn mixed(das: &Array2<f32>, esmv: &Array2<f32>, map: &Array2<Zone>, zone: Zone) 
     image
 }
 
-/// DAS and forward rank-1 ESMV of the longest time window.
+/// The images of DAS and of forward rank-1 ESMV with the longest time window.
 fn pair(images: &[Beamformed]) -> Option<[&Array2<f32>; 2]> {
     let das = &images.first()?.pixels;
     let forward = images
@@ -97,7 +100,7 @@ fn pair(images: &[Beamformed]) -> Option<[&Array2<f32>; 2]> {
     Some([das, &esmv.pixels])
 }
 
-/// The levels of the pixels of a zone that lie in front of the bone, where there is tissue, grey.
+/// Grey levels of a zone's pixels in tissue in front of the bone.
 fn levels(image: &Array2<f32>, view: &View, map: &Array2<Zone>, zone: Zone) -> Vec<f64> {
     let (rows, _) = image.dim();
     let depth = |row: usize| view.grid.z0 + row as f64 * view.grid.pixel;
@@ -113,10 +116,10 @@ fn levels(image: &Array2<f32>, view: &View, map: &Array2<Zone>, zone: Zone) -> V
     found
 }
 
-/// The scores of the mixed images of a scene; grey levels span `range` dB.
+/// Scores of the mixed images of a scene; grey levels span `range` dB.
 ///
 /// # Errors
-/// An image that phase symmetry does not take.
+/// An image that phase symmetry does not accept.
 pub fn zones(
     view: &View,
     images: &[Beamformed],
@@ -161,7 +164,9 @@ pub struct Figure {
     pub pictures: Vec<Picture>,
 }
 
-/// The figure of the first bone; none where quiet scenes in tissue are not wanted.
+/// The figure of the first bone.
+///
+/// `None` if quiet scenes in tissue are not selected.
 ///
 /// # Errors
 /// A scene that cannot be simulated.
@@ -239,7 +244,7 @@ fn shown_image(
     })
 }
 
-/// The levels of the tissue in DAS's image and in that of rank-1 ESMV.
+/// Levels of the tissue in the images of DAS and of rank-1 ESMV.
 fn plots([das, esmv]: [&Array2<f32>; 2], view: &View, map: &Array2<Zone>, range: f64) -> Vec<Plot> {
     type Points = Vec<(f64, Option<f64>)>;
     let curves = |points: &dyn Fn(&Array2<f32>) -> Points| {
@@ -276,7 +281,7 @@ fn plots([das, esmv]: [&Array2<f32>; 2], view: &View, map: &Array2<Zone>, range:
     ]
 }
 
-/// The share of the grey levels in bins of 2 dB.
+/// Histogram of the grey levels in bins of 2 dB.
 fn histogram(grey: &[f64], range: f64) -> Vec<(f64, Option<f64>)> {
     let bins = (range / 2.0).round() as usize;
     let mut counts = vec![0usize; bins];
@@ -290,7 +295,7 @@ fn histogram(grey: &[f64], range: f64) -> Vec<(f64, Option<f64>)> {
         .collect()
 }
 
-/// Mean level within the depth of the strongest echo of the surface, by the lateral distance from it.
+/// Mean level at the depth of the strongest surface echo, by lateral distance.
 fn lateral_profile(image: &Array2<f32>, view: &View, range: f64) -> Vec<(f64, Option<f64>)> {
     let at = |(column, hit): (usize, &Option<f64>)| {
         let row = (hit.as_ref()?.round() as usize).min(image.nrows() - 1);

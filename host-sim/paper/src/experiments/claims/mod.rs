@@ -1,6 +1,6 @@
-//! Do the paper's claims hold? DAS and rank-1 ESMV over a population of bones, media and disturbances.
+//! Do the paper's claims hold? DAS and rank-1 ESMV over bones, media, disturbances.
 //!
-//! A scene is one bone in one condition. Echoes add up, so that bone, tissue and clutter are simulated once a bone and
+//! A scene is one bone in one condition. Echoes add up, so bone, tissue and clutter are simulated once per bone and
 //! summed for its scenes. Statistics count bones.
 
 mod bones;
@@ -28,7 +28,7 @@ use pose::Pose;
 use scene::SceneResult;
 use tuning::Tuned;
 
-/// The first bone that is tuned on: far from those that are judged, here or in another run.
+/// First bone to tune on: far from the judged bones, here or in another run.
 const TUNED: u64 = (1 << 40) + 100;
 
 impl Experiment for Claims {
@@ -127,7 +127,7 @@ impl Experiment for Claims {
                 }
             }
             return Err(Error::Usage(format!(
-                "--only {} leaves no scene; their words are {}",
+                "--only {} leaves no scene; valid words are {}",
                 self.only.join(","),
                 words.join(", ")
             )));
@@ -163,7 +163,9 @@ impl Experiment for Claims {
 }
 
 impl Claims {
-    /// The parameters of phase symmetry that are best for each beamformer and medium, on bones that are not judged.
+    /// Best parameters of phase symmetry for each beamformer and medium.
+    ///
+    /// They are found on bones that are not judged.
     fn tune(&self, context: &Context<'_>) -> Result<Vec<Tuned>> {
         let mut scores = Vec::new();
         for number in TUNED..TUNED + self.tuning_bones {

@@ -1,4 +1,4 @@
-//! The parameters of the claims, and the scenes and beamformers that they ask for.
+//! Parameters of the claims; their scenes and beamformers.
 
 use std::path::PathBuf;
 
@@ -14,7 +14,9 @@ use bonebeam_simulate::{BoneSurface, DiffuseClutter, NoiseSpectrum, Settings};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Claims {
-    /// A closed surface in mm, of which every bone is a pose, in place of the shapes drawn from the built-in vertebra.
+    /// Closed surface in mm in place of the shapes drawn from the built-in vertebra.
+    ///
+    /// Every bone is a pose of it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) mesh: Option<PathBuf>,
     /// Height of the slice through the mesh, m.
@@ -23,42 +25,42 @@ pub struct Claims {
     pub(super) slices: [f64; 2],
     /// Depths of the bones' shallowest points, m.
     pub(super) depths: [f64; 2],
-    /// Amplitudes of tissue's scatterers, dB of bone's.
+    /// Amplitudes of the tissue's scatterers, dB relative to bone.
     pub(super) tissue_levels: [f64; 2],
-    /// The largest tilt in the image plane, either way, degrees.
+    /// Largest tilt in the image plane, in either direction, degrees.
     pub(super) tilt: f64,
-    /// How the bones' surfaces scatter, each with a relief of its own.
+    /// How the bones' surfaces scatter; each has a relief of its own.
     pub(super) bone: BoneSurface,
-    /// How many bones are judged. The number of the first is the seed of `simulation`.
+    /// Number of judged bones. The number of the first is the seed of `simulation`.
     pub(super) bones: u64,
-    /// How many of them, the first ones, are also imaged in three dimensions; none of a mesh.
+    /// Number of bones, from the first, that are also imaged in 3-D; not for a mesh.
     pub(super) volumes: u64,
-    /// How many other bones the parameters of phase symmetry are tuned on.
+    /// Number of other bones that the filter is tuned on.
     pub(super) tuning_bones: u64,
     /// The time windows K, samples.
     pub(super) half_windows: Vec<usize>,
-    /// The disturbance: noise, dB of the largest sample.
+    /// Disturbance: noise, dB relative to the largest sample.
     pub(super) noise: f64,
-    /// The disturbance: diffuse clutter in the bone's shadow.
+    /// Disturbance: diffuse clutter in the bone's shadow.
     pub(super) clutter: DiffuseClutter,
     /// Attenuation in the scenes that have it, dB/(cm·MHz).
     pub(super) attenuation: f64,
-    /// The bone's image at twice its depth, dB.
+    /// Disturbance: level of the bone's image at twice its depth, dB.
     pub(super) reverberation: f64,
-    /// Words that a scene's name must have; all scenes without any.
+    /// Words that a scene's name must have; if empty, all scenes.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) only: Vec<String>,
-    /// Array, pulse, transmit, and the noise of quiet scenes.
+    /// Array, pulse, transmit, and noise of quiet scenes.
     pub(super) simulation: Settings,
     /// Delay and beamformer.
     pub(super) receive: Receive,
-    /// B-mode in water.
+    /// B-mode parameters in water.
     pub(super) water: Image,
-    /// B-mode in tissue.
+    /// B-mode parameters in tissue.
     pub(super) tissue: Image,
-    /// The paper's ridge filter in water.
+    /// The paper's filter in water.
     pub(super) water_phase_symmetry: PhaseSymmetry,
-    /// And in tissue.
+    /// The paper's filter in tissue.
     pub(super) tissue_phase_symmetry: PhaseSymmetry,
 }
 
@@ -131,20 +133,21 @@ impl Claims {
         all
     }
 
-    /// Whether a condition is wanted.
+    /// Whether a condition is selected.
     pub(super) fn wants(&self, condition: Condition) -> bool {
         let name = [condition.medium().name(), condition.disturbance()];
         self.only.iter().all(|word| name.contains(&&word[..]))
     }
 
-    /// The conditions that are wanted.
+    /// The selected conditions.
     pub(super) fn conditions(&self) -> Vec<Condition> {
         let all = Condition::ALL.into_iter();
         all.filter(|condition| self.wants(*condition)).collect()
     }
 
-    /// The key of the beamformer that the paper has in a medium: forward, with the shortest time window in water and the
-    /// longest in tissue.
+    /// Key of the paper's beamformer in a medium.
+    ///
+    /// Its covariance is forward, its time window the shortest in water and the longest in tissue.
     pub(super) fn papers(&self, medium: Medium) -> String {
         let windows = self.half_windows.iter().copied();
         let window = match medium {

@@ -1,4 +1,4 @@
-//! The population: bones of other shapes, each with its slice, tilt, depth and roughness.
+//! The population: bones of different shape, slice, tilt, depth and roughness.
 
 use serde::Serialize;
 
@@ -7,8 +7,9 @@ use bonebeam_simulate::{Outline, VertebraShape, slice_mesh};
 
 use super::parameters::Claims;
 
-/// Steps of the low-discrepancy sequence by which slices, tilts, depths and tissue levels fill their ranges: 1/p to 1/p⁴
-/// of the root p of p⁵ = p + 1.
+/// Steps of the low-discrepancy sequence: 1/p to 1/p⁴ of the root p of p⁵ = p + 1.
+///
+/// Slices, tilts, depths and tissue levels fill their ranges by it.
 const STEPS: [f64; 4] = [
     0.856_674_883_854_502_9,
     0.733_891_856_627_126,
@@ -19,25 +20,25 @@ const STEPS: [f64; 4] = [
 /// A bone of the population.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Bone {
-    /// Its number: the seed of its shape, roughness, tissue, clutter and noise.
+    /// Number: the seed of its shape, roughness, tissue, clutter and noise.
     pub number: u64,
-    /// Its shape; none of a mesh.
+    /// Its shape; `None` for a mesh.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shape: Option<VertebraShape>,
     /// Height of the slice through it, m.
     pub slice: f64,
-    /// By how much it is turned in the image plane, degrees.
+    /// Its tilt in the image plane, degrees.
     pub tilt: f64,
     /// Depth of its shallowest point, m.
     pub depth: f64,
-    /// Amplitude of the scatterers of the tissue around it, dB of the bone's.
+    /// Amplitude of the tissue's scatterers, dB relative to the bone's.
     pub tissue_level: f64,
     #[serde(skip)]
     pub outline: Outline,
 }
 
 impl Bone {
-    /// The bone of a number.
+    /// Makes the bone of a number.
     ///
     /// # Errors
     /// A mesh that cannot be read, or a slice that does not cut the bone.
@@ -71,7 +72,9 @@ impl Bone {
     }
 }
 
-/// An outline turned about its shallowest point by an angle, degrees, with that point at x = 0.
+/// Rotates an outline about its shallowest point by `angle` degrees.
+///
+/// That point moves to x = 0.
 fn turned(outline: &Outline, angle: f64) -> Result<Outline> {
     let points = || outline.loops().iter().flatten();
     let near = points().filter(|p| p[0].abs() < 10e-3);

@@ -15,21 +15,25 @@ use bonebeam_simulate::{
     channel_data,
 };
 
-/// Correlation of the aberration along the array: its full width at half maximum, m.
+/// Correlation of the aberration along the array: full width at half maximum, m.
 const ABERRATION_LENGTH: f64 = 3e-3;
-/// Where tissue lies, lateral and in depth, m. The record's depths lie within.
+/// Range of the tissue, lateral and in depth, m.
+///
+/// The record's depths lie within.
 pub const TISSUE: [[f64; 2]; 2] = [[-15e-3, 15e-3], [3e-3, 44e-3]];
 
 use super::condition::{Condition, Medium};
 use super::parameters::Claims;
 use super::population::Bone;
 
-/// Thickness of the slab around the image plane whose bone echoes in three dimensions, m.
+/// Thickness of the slab of bone that echoes in three dimensions, m.
+///
+/// The image plane is in its middle.
 const SLAB: f64 = 6e-3;
 
-/// The recordings of a pose, free of noise; those that are wanted.
+/// The selected recordings of a pose, free of noise.
 struct Recordings {
-    /// The bone, quiet and with clutter and reverberation.
+    /// The bone: quiet, and with clutter and reverberation.
     bone: [Option<ChannelData>; 2],
     /// The bone in three dimensions, and its outline in the image plane.
     volume: Option<(ChannelData, Outline)>,
@@ -45,11 +49,11 @@ pub struct Pose<'a> {
     pub claims: &'a Claims,
     pub context: &'a Context<'a>,
     pub bone: Bone,
-    /// The work's name in progress lines.
+    /// Name in progress messages.
     what: &'a str,
 }
 
-/// The B-mode images of a scene by every beamformer, and the view of its bone.
+/// B-mode images of a scene by every beamformer, and the view of its bone.
 pub struct Images {
     pub condition: Condition,
     /// The bone in the image plane.
@@ -59,7 +63,7 @@ pub struct Images {
     pub images: Vec<Beamformed>,
 }
 
-/// What a beamformer makes of a scene.
+/// A beamformer's image of a scene.
 pub struct Beamformed {
     pub variant: Variant,
     pub lines: BeamformedLines,
@@ -79,7 +83,7 @@ impl Beamformed {
 }
 
 impl<'a> Pose<'a> {
-    /// The bone of a number.
+    /// Makes the bone of a number.
     ///
     /// # Errors
     /// A bone that cannot be made.
@@ -107,10 +111,10 @@ impl<'a> Pose<'a> {
         conditions
     }
 
-    /// Hands over the images of the wanted scenes, one scene after the other.
+    /// Passes the images of the selected scenes to `each`, one scene at a time.
     ///
     /// # Errors
-    /// A scene that cannot be simulated; what `each` fails with.
+    /// A scene that cannot be simulated, or an error of `each`.
     pub fn images(
         &self,
         conditions: &[Condition],
@@ -230,7 +234,7 @@ impl<'a> Pose<'a> {
         }
     }
 
-    /// The recording of a scene.
+    /// The recording of a scene, as a sum of its parts.
     fn mixed(&self, parts: &Recordings, condition: Condition) -> Result<ChannelData> {
         let claims = self.claims;
         let bone = match condition {
@@ -291,7 +295,7 @@ impl<'a> Pose<'a> {
                 pixels: made.pixels,
             });
         }
-        let none = || Error::Data("no beamformer was asked for".into());
+        let none = || Error::Data("no beamformer was selected".into());
         Ok(Images {
             condition,
             outline,
@@ -302,7 +306,7 @@ impl<'a> Pose<'a> {
 }
 
 impl Claims {
-    /// Image and paper's ridge filter in a medium.
+    /// Image and the paper's filter in a medium.
     pub(super) fn display(&self, medium: Medium) -> (&Image, &PhaseSymmetry) {
         match medium {
             Medium::Water => (&self.water, &self.water_phase_symmetry),
@@ -311,7 +315,7 @@ impl Claims {
     }
 }
 
-/// The images of one scene of a bone with one time window, for a figure; `what` names the work in progress lines.
+/// The images of one scene of a bone with one time window, for a figure.
 ///
 /// # Errors
 /// A scene that cannot be simulated.
@@ -332,5 +336,5 @@ pub fn one(
         made = Some(images);
         Ok(())
     })?;
-    made.ok_or_else(|| Error::Data("no scene was asked for".into()))
+    made.ok_or_else(|| Error::Data("no scene was selected".into()))
 }

@@ -1,4 +1,4 @@
-//! What is measured of a scene.
+//! Measures of a scene.
 
 use ndarray::{Array2, ArrayView1};
 use serde::{Deserialize, Serialize};
@@ -24,7 +24,7 @@ use super::tuning::{BY_DIRECTION, Tuned};
 use bonebeam::phase_symmetry::scale_for_display;
 use bonebeam::surface::Settings;
 
-/// Detectors of the surface beside each other. PS is phase symmetry.
+/// Detectors of the surface that are compared. PS is phase symmetry.
 pub const DETECTORS: [&str; 6] = [
     "PS on DAS, the paper's filter",
     "PS on DAS, tuned",
@@ -34,23 +34,23 @@ pub const DETECTORS: [&str; 6] = [
     "the core's surface detector",
 ];
 
-/// What came out of a scene.
+/// Results of a scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SceneResult {
     /// The number of its bone.
     pub bone: u64,
-    /// What surrounds the bone, and what disturbs it.
+    /// Medium and disturbance.
     pub condition: Condition,
-    /// The bone over the tissue, DAS; none in water.
+    /// The bone over the tissue, DAS; `None` in water.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub brightness: Option<Brightness>,
     /// DAS first.
     pub beamformers: Vec<SceneMeasure>,
-    /// What an image of one grey level scores, B-mode and phase symmetry.
+    /// Scores of an image of one grey level: B-mode and phase symmetry.
     pub uniform: [BoneMeasure; 2],
     /// Detectors of the surface, by their names.
     pub detectors: Vec<(String, Judged)>,
-    /// DAS's image with parts of rank-1 ESMV's; in tissue alone.
+    /// DAS's image with parts of rank-1 ESMV's; only in tissue.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub zones: Option<Zones>,
 }
@@ -64,23 +64,23 @@ pub struct SceneMeasure {
     pub b_mode: BoneMeasure,
     /// Phase symmetry with the paper's parameters.
     pub phase_symmetry: BoneMeasure,
-    /// Phase symmetry with those that are best for this beamformer on other bones.
+    /// Phase symmetry with the parameters tuned for this beamformer on other bones.
     pub tuned: BoneMeasure,
 }
 
 impl SceneResult {
-    /// Whether it is of the same scene.
+    /// Whether it is the same scene.
     pub fn is_same(&self, other: &Self) -> bool {
         self.order() == other.order()
     }
 
-    /// The order in which scenes stand.
+    /// Sort key of scenes.
     pub fn order(&self) -> (Condition, u64) {
         (self.condition, self.bone)
     }
 }
 
-/// The scenes of another run's data.
+/// Reads the scenes from another run's data.
 ///
 /// # Errors
 /// Data of another program or version.
@@ -93,7 +93,9 @@ pub fn read(data: &serde_json::Value) -> Result<Vec<SceneResult>> {
     })
 }
 
-/// The measures of the scenes of a bone; from the folder of kept results where they are there.
+/// Measures of the scenes of a bone.
+///
+/// Kept results are read instead if they exist.
 ///
 /// # Errors
 /// A scene that cannot be simulated.
@@ -156,7 +158,7 @@ fn measured(pose: &Pose<'_>, made: &Images, tuned: &[Tuned]) -> Result<SceneResu
             maps.push((DETECTORS[3], tuned));
         }
     }
-    let none = || Error::Data("no beamformer was asked for".into());
+    let none = || Error::Data("no beamformer was selected".into());
     let das = &images.first().ok_or_else(none)?.lines;
     let brightness = match medium {
         Medium::Water => None,
@@ -176,8 +178,10 @@ fn measured(pose: &Pose<'_>, made: &Images, tuned: &[Tuned]) -> Result<SceneResu
     })
 }
 
-/// Detectors beside each other: the largest ridge of each column, from grey level 64 on, and of the lines of DAS the shadow
-/// onset's path and the core's detector.
+/// Compares detectors.
+///
+/// Phase symmetry: the largest ridge of each column from grey level 64 on. On the lines of DAS: the path of shadow
+/// onset, and the core's detector.
 fn detectors(
     outline: &Outline,
     view: &View,

@@ -1,4 +1,4 @@
-//! What is shown of the claims.
+//! Tables, texts and pictures of the claims.
 
 use crate::Result;
 use crate::experiments::Outcome;
@@ -21,18 +21,19 @@ const MAIN: &str = "PS, tuned: average precision";
 /// Numbers that cannot be written.
 pub fn outcome(result: &ClaimsResult, bones: Figure, mechanism: Option<Figure>) -> Result<Outcome> {
     let mut parts = vec![Section::Text(format!(
-        "DAS and rank-1 ESMV on {} bones in up to {} conditions, {} scenes. Each bone has a shape of its own (size, width, \
-         spinous process, laminae, facets, sides), a slice, a tilt, a depth, a roughness, tissue of a level of its own, clutter and noise. \
-         Water and tissue are once quiet (noise at −60 dB) and once disturbed (noise at −40 dB, clutter in the bone's \
-         shadow that is coherent over about six elements, a reverberation of the bone); disturbed tissue also \
-         has layers with fasciae, attenuation, is aberrated on receive, and beamformed with a speed of sound that is 2 % off (depths are told by the true \
-         one). The scenes lie in the image plane alone, but for \
-         those in 3-D: some of the bones as volumes, by an array with a lens. Each table has the mean of ESMV − DAS with its 95 % \
-         interval (paired, Student's t over the bones). A claim is shown in a condition where a two-sided test says so \
-         at 5 % after Holm's correction for all cells of the claim. A condition counts once in a verdict, by the \
-         paper's beamformer: forward (Eq. 5), K = 0 in water, K = 10 in tissue. A claim with a figure, as \"some 20 \
-         %\", also needs an interval of the reduction that reaches it to within 5 points. Errors are the same where two \
-         one-sided tests put their difference within ±0.2 mm.",
+        "DAS and rank-1 ESMV on {} bones in up to {} conditions, {} scenes. Each bone has its own shape (size, \
+         width, spinous process, laminae, facets, sides), slice, tilt, depth, roughness, tissue level, clutter \
+         and noise. Water and tissue are each quiet (noise at −60 dB) or disturbed (noise at −40 dB, clutter \
+         in the bone's shadow that is coherent over about six elements, a reverberation of the bone). \
+         Disturbed tissue has further conditions: layers with fasciae, attenuation, aberration on receive, and \
+         beamforming with a speed of sound that is 2 % off (depths are those of the true one). Scenes lie in \
+         the image plane, except those in 3-D: some of the bones as volumes, by an array with a lens. Each \
+         table gives the mean of ESMV − DAS with its 95 % interval (paired, Student's t over the bones). A \
+         claim is shown in a condition if a two-sided test shows it at 5 % after Holm's correction for all \
+         cells of the claim. A verdict counts each condition once, by the paper's beamformer: forward (Eq. 5), \
+         K = 0 in water, K = 10 in tissue. A claim with a number, such as \"some 20 %\", also needs an \
+         interval of the reduction that reaches it to within 5 points. Errors are equal if two one-sided tests \
+         put their difference within ±0.2 mm.",
         result.bones.len(),
         Condition::ALL.len(),
         result.scenes.len(),
@@ -55,10 +56,10 @@ pub fn outcome(result: &ClaimsResult, bones: Figure, mechanism: Option<Figure>) 
             "Where phase symmetry loses the bone in tissue",
         ));
         parts.push(Section::Text(
-            "The image of DAS with one part of that of rank-1 ESMV (forward, the longest time window) put into it: \
-             the echo of the surface (0.5 mm before it to 1.5 mm behind), what lies within 4 mm beside it at the \
-             same depth, where its halos are, and the rest. Average precision of phase symmetry with the paper's \
-             filter over all scenes in tissue:"
+            "One part of the DAS image is replaced by that of rank-1 ESMV (forward, the longest time window): \
+             the echo of the surface (0.5 mm before it to 1.5 mm behind), the halos (within 4 mm beside it at \
+             the same depth), or the rest. Average precision of phase symmetry with the paper's filter over \
+             all scenes in tissue:"
                 .into(),
         ));
         parts.push(Section::Table(zones(result)));
@@ -76,7 +77,7 @@ pub fn outcome(result: &ClaimsResult, bones: Figure, mechanism: Option<Figure>) 
     })
 }
 
-/// The columns of the tables: the beamformers but DAS.
+/// Columns of the tables: the beamformers but DAS.
 fn head(result: &ClaimsResult) -> Vec<&'static str> {
     // Tables have heads that live as long as the program; the names here are few and known.
     let name = |key: &str| match key {
@@ -119,7 +120,7 @@ fn differences(claim: &Claim, result: &ClaimsResult) -> Table {
     }
 }
 
-/// Means of the main measures of DAS and of every ESMV, beside a uniform image.
+/// Means of the main measures of DAS and every ESMV, with a uniform image.
 fn absolute(result: &ClaimsResult) -> Table {
     let mut rows = Vec::new();
     for condition in Condition::ALL {
@@ -226,13 +227,13 @@ fn tuned(result: &ClaimsResult) -> Table {
         ]
     };
     Table {
-        title: "Filters that are best on other bones".into(),
+        title: "The best filters, found on other bones".into(),
         head: vec![
             "",
             "scales",
             "threshold",
             "dynamic range, dB",
-            "average precision there",
+            "average precision on them",
             "at an edge of the grid",
         ],
         rows: result.tuned.iter().map(row).collect(),
@@ -255,7 +256,7 @@ fn zones(result: &ClaimsResult) -> Table {
     }
 }
 
-/// The bones, and how much brighter than tissue each is.
+/// The bones, and the brightness of each over tissue.
 fn population(result: &ClaimsResult) -> Table {
     let row = |bone: &Bone| {
         let brightness = |condition: Condition| {
@@ -276,7 +277,7 @@ fn population(result: &ClaimsResult) -> Table {
         ]
     };
     Table {
-        title: "The bones, and their echo over the tissue's RMS in DAS (median; 10th to 90th percentile)".into(),
+        title: "The bones, and their echo above the tissue's RMS in DAS (median; 10th to 90th percentile)".into(),
         head: vec![
             "",
             "slice, mm",
@@ -284,7 +285,7 @@ fn population(result: &ClaimsResult) -> Table {
             "depth, mm",
             "size",
             "spinous process",
-            "lamina falls by, mm",
+            "fall of the laminae, mm",
             "quiet, dB",
             "disturbed, dB",
         ],
@@ -293,7 +294,7 @@ fn population(result: &ClaimsResult) -> Table {
     }
 }
 
-/// Whether the joint of rank 1 and phase symmetry shows bone better: what became of the claims, and of the main one.
+/// The answer: counts of the claims' verdicts, and the verdict of the main claim.
 fn answer(result: &ClaimsResult) -> String {
     let count = |wanted: fn(&Ruling) -> bool| {
         let rulings = result.claims.iter().map(|c| &c.verdict.ruling);
@@ -305,12 +306,12 @@ fn answer(result: &ClaimsResult) -> String {
             Ruling::Holds => "better than on DAS in every condition",
             Ruling::DoesNotHold => "no better than on DAS in any condition, and worse in some",
             Ruling::DependsOn(_) => "better than on DAS in some conditions only",
-            Ruling::Open(_) => "neither better nor worse than on DAS, as far as these bones tell",
+            Ruling::Open(_) => "neither significantly better nor significantly worse than on DAS",
         };
-        format!(" With the best filter for each, phase symmetry on rank-1 ESMV finds the bone's surface {verdict}.")
+        format!(" With the best filter for each beamformer, phase symmetry on rank-1 ESMV finds the bone's surface {verdict}.")
     });
     format!(
-        "Of {} claims of the paper {} hold in every condition tried here, {} in some, {} in none, and {} stay open.{main}",
+        "Of {} claims of the paper, {} hold in every condition tried here, {} in some, {} in none, and {} stay open.{main}",
         result.claims.len(),
         count(|r| *r == Ruling::Holds),
         count(|r| matches!(r, Ruling::DependsOn(_))),

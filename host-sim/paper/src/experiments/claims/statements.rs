@@ -1,24 +1,24 @@
-//! The claims of the paper, and the measures that each is judged by.
+//! The paper's claims and their measures.
 
 use super::scene::SceneMeasure;
 
-/// What a claim says of ESMV's measure beside that of DAS.
+/// The claimed relation of ESMV's measure to DAS's.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Direction {
     Less,
     More,
-    /// An error that is the same within 0.2 mm.
+    /// Equal errors, within 0.2 mm.
     Same,
 }
 
-/// A claim, and the measure that it is judged by.
+/// A claim and its measure.
 pub struct Statement {
     pub claim: &'static str,
     pub place: &'static str,
     pub measure: &'static str,
     pub direction: Direction,
     pub tissue_only: bool,
-    /// By which share of DAS the measure is claimed to be smaller; none where the claim has no figure.
+    /// Claimed reduction as a share of DAS; `None` if the claim has no number.
     pub magnitude: Option<f64>,
     pub pick: fn(&SceneMeasure) -> Option<f64>,
     pub paper: &'static str,
@@ -76,8 +76,8 @@ pub const STATEMENTS: [Statement; 12] = [
     )
     .by(0.2),
     statement(
-        "The same within 1 mm on both sides of the known surface",
-        "beside the abstract",
+        "The STD is also smaller within 1 mm on both sides of the known surface (PS)",
+        "variant of the abstract",
         "PS: STD in ±1 mm, mm",
         Direction::Less,
         |m| m.phase_symmetry.near_std_mm,
@@ -93,7 +93,7 @@ pub const STATEMENTS: [Statement; 12] = [
     )
     .by(0.6),
     statement(
-        "The B-mode image localizes as well as that of DAS",
+        "The bone is localized as well as with DAS (B-mode)",
         DISCUSSION,
         "US: mean localization error, mm",
         Direction::Same,
@@ -141,7 +141,7 @@ pub const STATEMENTS: [Statement; 12] = [
         "–",
     ),
     statement(
-        "The surface is better told from what surrounds it (PS, paper's filter)",
+        "The surface stands out better from its surroundings (PS, paper's filter)",
         ABSTRACT,
         "PS: average precision",
         Direction::More,
@@ -149,7 +149,7 @@ pub const STATEMENTS: [Statement; 12] = [
         "–",
     ),
     statement(
-        "The same with the best filter for each beamformer",
+        "The surface stands out better from its surroundings (PS, best filter for each beamformer)",
         ABSTRACT,
         "PS, tuned: average precision",
         Direction::More,
@@ -158,7 +158,7 @@ pub const STATEMENTS: [Statement; 12] = [
     ),
 ];
 
-/// The speckle around the bone is reduced; it takes tissue.
+/// The speckle around the bone is reduced; needs tissue.
 pub const SPECKLE: Statement = Statement {
     claim: "Speckle around the bone is reduced (B-mode)",
     place: DISCUSSION,

@@ -1,4 +1,4 @@
-//! The filter of phase symmetry that is best for each beamformer and medium.
+//! Finds the best filter of phase symmetry for each beamformer and medium.
 
 use ndarray::Array2;
 use serde::{Deserialize, Serialize};
@@ -13,7 +13,7 @@ use super::by_direction;
 use super::condition::{Condition, Medium};
 use super::pose::{Beamformed, Images, Pose};
 
-/// The filters that are tried: scales as exponents of 2, from and to, and thresholds.
+/// Filters to try: scales as exponents of 2, from and to, and thresholds.
 const SCALES: [[i32; 2]; 12] = [
     [1, 1],
     [1, 2],
@@ -29,31 +29,35 @@ const SCALES: [[i32; 2]; 12] = [
     [5, 9],
 ];
 const THRESHOLDS: [f64; 8] = [0.0, 2.5, 5.0, 10.0, 15.0, 30.0, 60.0, 120.0];
-/// The dynamic ranges that are tried, dB from the paper's.
+/// Dynamic ranges to try, dB relative to the paper's.
 const RANGES: [f64; 4] = [-15.0, 0.0, 20.0, 40.0];
-/// The key of DAS with a threshold for each direction; its thresholds are standard deviations of the noise.
+/// Key of DAS with a threshold for each direction.
+///
+/// Its thresholds are standard deviations of the noise.
 pub const BY_DIRECTION: &str = "DAS, a threshold for each direction";
 const DEVIATIONS: [f64; 6] = [0.0, 1.0, 2.0, 4.0, 8.0, 16.0];
-/// The conditions that are tuned on.
+/// Conditions to tune on.
 const CONDITIONS: [Condition; 2] = [Condition::WaterDisturbed, Condition::TissueDisturbed];
 
 /// Parameters of phase symmetry for a beamformer in a medium.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Tuned {
-    /// What surrounds the bone.
+    /// The medium around the bone.
     pub medium: Medium,
     /// The beamformer's key.
     pub beamformer: String,
     /// Scales, cycles per pixel.
     pub scales: Vec<f64>,
-    /// Threshold, grey levels; of [`BY_DIRECTION`] standard deviations of the noise.
+    /// Threshold, grey levels; for [`BY_DIRECTION`] standard deviations of the noise.
     pub threshold: f64,
     /// Dynamic range of the image, dB.
     pub dynamic_range: f64,
-    /// Mean average precision on the bones that they were tuned on.
+    /// Mean average precision on the bones used for tuning.
     pub average_precision: f64,
-    /// Whether it lies at an end of the grid that could be farther out: the largest threshold, the coarsest scale, or an
-    /// end of the dynamic ranges. A scale of 2⁻¹ is the finest that pixels have.
+    /// Whether a better value may lie beyond the grid.
+    ///
+    /// That is at the largest threshold, the coarsest scale, or an end of the dynamic ranges. A scale of 2⁻¹ is the
+    /// finest that pixels have.
     pub at_edge: bool,
     #[serde(skip)]
     scenes: usize,
@@ -87,7 +91,9 @@ impl Tuned {
     }
 }
 
-/// The scores of every filter on the scenes of a pose; from the folder of kept results where they are there.
+/// Scores of every filter on the scenes of a pose.
+///
+/// Kept results are read instead if they exist.
 ///
 /// # Errors
 /// A scene that cannot be simulated.
@@ -127,13 +133,13 @@ pub fn scores(pose: &Pose<'_>) -> Result<Vec<Score>> {
     })
 }
 
-/// Filters that are tried on a scene, with one dynamic range.
+/// Filters to try on a scene, with one dynamic range.
 struct Tried<'a> {
     pose: &'a Pose<'a>,
     made: &'a Images,
-    /// dB from the paper's dynamic range.
+    /// Dynamic range relative to the paper's, dB.
     offset: f64,
-    /// Whether it is one of the farthest.
+    /// Whether it is the smallest or the largest.
     at_end: bool,
 }
 
@@ -158,7 +164,7 @@ impl Tried<'_> {
         }
     }
 
-    /// The paper's filter.
+    /// Scores of the paper's filter.
     fn filters(&self, beamformed: &Beamformed) -> Result<Vec<Score>> {
         let (_, paper) = self.pose.claims.display(self.made.condition.medium());
         let (image, dynamic_range) = self.image(beamformed)?;
@@ -186,7 +192,7 @@ impl Tried<'_> {
         Ok(scores)
     }
 
-    /// That with a threshold for each direction.
+    /// Scores of the filter with a threshold for each direction.
     fn by_direction(&self, beamformed: &Beamformed) -> Result<Vec<Score>> {
         let (image, dynamic_range) = self.image(beamformed)?;
         let sides = [image.nrows(), image.ncols()];
@@ -217,12 +223,12 @@ fn scales([from, to]: [i32; 2]) -> Vec<f64> {
     (from..=to).map(|k| f64::from(-k).exp2()).collect()
 }
 
-/// Whether a range of scales has the coarsest that is tried.
+/// Whether a range of scales has the coarsest one.
 fn is_coarsest([_, to]: [i32; 2]) -> bool {
     SCALES.iter().all(|[_, other]| *other <= to)
 }
 
-/// The mean score of every filter.
+/// Mean score of every filter.
 pub fn means(scores: Vec<Score>) -> Vec<Tuned> {
     let mut means: Vec<Tuned> = Vec::new();
     for score in scores {

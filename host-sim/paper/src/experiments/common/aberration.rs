@@ -16,11 +16,12 @@ use super::recording::rf;
 /// Half the length of the interpolator that delays a channel, samples.
 const TAPS: i64 = 8;
 
-/// Delays the elements of a recording of RF: by `rms` s, with a correlation of the full width `length` m at half its
-/// maximum along the array.
+/// Delays the elements of an RF recording by a random curve of `rms` s.
+///
+/// Its correlation along the array has a full width of `length` m at half maximum.
 ///
 /// # Errors
-/// I/Q.
+/// The recording is I/Q.
 pub fn aberrate(data: &mut ChannelData, rms: f64, length: f64, seed: u64) -> Result<()> {
     let delays = delays(&data.element_x, rms, length, seed);
     let fs = data.fs;
@@ -63,11 +64,11 @@ fn delays(element_x: &[f64], rms: f64, length: f64, seed: u64) -> Vec<f64> {
     delays.iter().map(|d| d * scale).collect()
 }
 
-/// A delay by a fraction of samples: a sinc within a Hann window.
+/// A delay by a fraction of samples: a sinc with a Hann window.
 struct Kernel {
     /// Whole samples.
     whole: i64,
-    /// Of the samples from `whole + 1 − TAPS` before on.
+    /// Weights of the samples from `whole + 1 − TAPS` before on.
     weights: Vec<f32>,
 }
 
@@ -90,7 +91,7 @@ impl Kernel {
         }
     }
 
-    /// Samples before the first and after the last are 0.
+    /// Applies the delay. Samples before the first and after the last are 0.
     fn apply(&self, row: ArrayView1<f32>) -> Vec<f32> {
         let at = |n: i64| usize::try_from(n).ok().and_then(|n| row.get(n)).copied();
         let delayed = |n: i64| {

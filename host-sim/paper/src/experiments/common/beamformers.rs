@@ -1,9 +1,9 @@
-//! Curves, tables and comparisons with a row for each of the beamformers that are compared.
+//! Curves, tables and comparisons with one entry per compared beamformer.
 
 use crate::experiments::outcome::{Comparison, Curve, PaperComparison};
 use bonebeam_drive::methods::{COMPARED, ComparedMethod};
 
-/// A curve a beamformer: `points` by its place in [`COMPARED`].
+/// One curve per beamformer: `points` by its index in [`COMPARED`].
 pub fn curves(points: impl Fn(usize) -> Vec<(f64, Option<f64>)>) -> Vec<Curve> {
     let curve = |(k, row): (usize, &ComparedMethod)| Curve {
         name: row.name.into(),
@@ -13,10 +13,10 @@ pub fn curves(points: impl Fn(usize) -> Vec<(f64, Option<f64>)>) -> Vec<Curve> {
     COMPARED.iter().enumerate().map(curve).collect()
 }
 
-/// What the paper gives for the featured beamformers, in the order of [`COMPARED`].
+/// The paper's values of the featured beamformers, in the order of [`COMPARED`].
 pub type Paper = [&'static [f64]; 2];
 
-/// The comparison of a quantity: `here` by the beamformer's place in [`COMPARED`].
+/// Comparison of a quantity: `here` by the beamformer's index in [`COMPARED`].
 pub fn comparison(
     group: &str,
     quantity: &str,

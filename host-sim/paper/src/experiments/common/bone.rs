@@ -1,4 +1,4 @@
-//! The measures of a bone's image against its known surface.
+//! Measures of a bone's image against its known surface.
 
 use ndarray::Array2;
 use serde::{Deserialize, Serialize};
@@ -12,7 +12,7 @@ use bonebeam_simulate::Outline;
 
 use super::truth::{TOLERANCE, first_hits, precision};
 
-/// The region that is alike on both sides of the surface, m.
+/// Region with the same reach on both sides of the surface, m.
 const NEAR: Region = Region {
     outer: -1e-3,
     inner: 1e-3,
@@ -26,7 +26,7 @@ pub struct View {
     pub grid: PixelGrid,
     /// Signed distance to the outer surface, inside positive, m.
     pub distance: Array2<f64>,
-    /// The row of the surface in every column, where a beam meets it first.
+    /// Row of the surface in every column, where a beam meets it first.
     pub hits: Vec<Option<f64>>,
 }
 
@@ -43,16 +43,20 @@ pub struct BoneMeasure {
     pub intensity_b: Option<f64>,
     /// Mean grey level inside it.
     pub intensity_c: Option<f64>,
-    /// Area under precision over recall of axial maxima within 0.5 mm of the surface that is hit first.
+    /// Average precision of axial maxima within 0.5 mm of the surface hit first.
+    ///
+    /// It is the area under precision over recall.
     pub average_precision: Option<f64>,
-    /// The share of the columns with a surface whose largest grey level within 0.5 mm of it is at least 64.
+    /// Share of the columns with a surface in which it is found.
+    ///
+    /// There the largest grey level within 0.5 mm of it is at least 64.
     pub found: Option<f64>,
     /// Mean axial extent of those ridges at half their own grey level.
     pub thickness_mm: Option<f64>,
 }
 
 impl View {
-    /// The view of a bone, whose canal counts as bone, on a grid.
+    /// The view of a bone on a grid; the canal counts as bone.
     ///
     /// # Errors
     /// A phantom without a bone.
@@ -66,8 +70,9 @@ impl View {
         })
     }
 
-    /// The view of a bone on the pixels of a picture of `lines`, made the first time that it is asked for: all
-    /// beamformers of a recording have the same.
+    /// The view of a bone on the pixels of a picture of `lines`, made on first use.
+    ///
+    /// All beamformers of a recording share it.
     ///
     /// # Errors
     /// A phantom without a bone, or lines that do not make an image.
@@ -102,7 +107,7 @@ impl View {
         }
     }
 
-    /// What an image of one grey level scores.
+    /// Scores of an image of one grey level.
     pub fn uniform(&self, region: Region) -> BoneMeasure {
         let even = Array2::from_elem(self.distance.dim(), 255.0);
         BoneMeasure {
@@ -114,8 +119,9 @@ impl View {
         }
     }
 
-    /// Of the columns whose surface at (x, depth), m, is wanted: the share that is found, and the mean
-    /// axial extent of the ridges there, mm.
+    /// Share of the selected columns whose surface is found, and mean extent there, mm.
+    ///
+    /// `wanted` selects a column by its surface (x, depth), m. The extent is that of the ridges along the axis.
     pub fn found(
         &self,
         pixels: &Array2<f32>,
@@ -149,8 +155,10 @@ impl View {
         (share, (found > 0).then(|| extent / found as f64))
     }
 
-    /// The grey levels of the pixels in front of the bone, farther from it than 2 mm and within a lateral range
-    /// and one of depths, m, and of those inside it, between 2.1 and 10 mm from its surface: tissue and shadow.
+    /// Grey levels of the pixels of tissue and of shadow.
+    ///
+    /// Tissue: in front of the bone, farther from it than 2 mm, within a lateral range and a depth range, m.
+    /// Shadow: inside the bone, 2.1 to 10 mm from its surface.
     pub fn tissue_and_shadow(
         &self,
         pixels: &Array2<f32>,

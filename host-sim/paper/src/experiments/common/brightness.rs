@@ -1,4 +1,4 @@
-//! How much brighter the bone is than the tissue around it.
+//! Brightness of the bone over the tissue around it.
 
 use crate::Result;
 use bonebeam_drive::image::b_mode;
@@ -13,19 +13,21 @@ use crate::experiments::outcome::number;
 /// Dynamic range of the image that levels are read from, dB.
 const RANGE: f64 = 160.0;
 
-/// The bone's echo over the tissue's RMS, dB, of the columns in which a beam meets the surface. The echo is the largest
-/// envelope within 0.5 mm of it; speckle alone gives 3 to 5 dB.
+/// The bone's echo over the tissue's RMS, dB, over columns with a surface.
+///
+/// The echo is the largest envelope within 0.5 mm of the surface. Speckle alone gives 3 to 5 dB.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Brightness {
-    /// Half the columns have less.
+    /// The median.
     pub median_db: f64,
-    /// A tenth has less, and a tenth has more.
+    /// The 10th and the 90th percentile.
     pub tenths_db: [f64; 2],
 }
 
 impl Brightness {
-    /// That of the lines of a scene whose tissue lies within a lateral range and one of depths, m; none without tissue
-    /// or bone.
+    /// The brightness in the lines of a scene; `None` without tissue or bone.
+    ///
+    /// The tissue lies within a lateral range and a depth range, m.
     ///
     /// # Errors
     /// Lines that do not make an image.
@@ -73,7 +75,7 @@ impl Brightness {
         (mean > 0.0).then_some(found)
     }
 
-    /// For people.
+    /// The text in tables.
     pub fn text(found: Option<&Self>) -> String {
         let Some(found) = found else {
             return "–".into();

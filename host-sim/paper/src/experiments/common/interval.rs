@@ -1,4 +1,4 @@
-//! Means with their intervals, and tests of them.
+//! Means with intervals, and tests.
 
 use serde::Serialize;
 
@@ -9,21 +9,23 @@ use super::student;
 /// Coverage of an interval.
 const COVERAGE: f64 = 0.95;
 
-/// A mean and the interval that holds it with 95 %: Student's t, for values whose mean is near a Gaussian.
+/// A mean and its interval of 95 %, by Student's t.
+///
+/// The mean of the values must be nearly Gaussian.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Interval {
-    /// The mean over scenes.
+    /// Mean over scenes.
     pub mean: f64,
-    /// The interval's ends; none of a single scene.
+    /// Ends of the interval; `None` for a single scene.
     pub ends: Option<[f64; 2]>,
-    /// Standard error of the mean; none of a single scene.
+    /// Standard error of the mean; `None` for a single scene.
     pub error: Option<f64>,
-    /// How many scenes.
+    /// Number of scenes.
     pub scenes: usize,
 }
 
 impl Interval {
-    /// The mean of values, which are independent; none without values.
+    /// The mean of independent values; `None` without values.
     pub fn of(values: &[f64]) -> Option<Self> {
         if values.is_empty() {
             return None;
@@ -44,8 +46,9 @@ impl Interval {
         })
     }
 
-    /// The chance of a mean as low as this, or lower, if the true one is `bound`: the p-value of "below the bound".
-    /// 1 of a single scene.
+    /// p-value of "below the bound"; 1 for a single scene.
+    ///
+    /// It is the probability of a mean as low as this, or lower, if the true mean is `bound`.
     pub fn chance_below(&self, bound: f64) -> f64 {
         let Some(error) = self.error else { return 1.0 };
         let distance = self.mean - bound;
@@ -57,7 +60,7 @@ impl Interval {
         student::cumulative(t, self.scenes as f64 - 1.0)
     }
 
-    /// The p-value of "above the bound".
+    /// p-value of "above the bound".
     pub fn chance_above(&self, bound: f64) -> f64 {
         let mirrored = Interval {
             mean: -self.mean,
@@ -66,12 +69,12 @@ impl Interval {
         mirrored.chance_below(-bound)
     }
 
-    /// The p-value of "within ± `margin` of 0": two one-sided tests.
+    /// p-value of "within ± `margin` of 0": two one-sided tests.
     pub fn chance_within(&self, margin: f64) -> f64 {
         self.chance_below(margin).max(self.chance_above(-margin))
     }
 
-    /// For people.
+    /// The text in tables.
     pub fn text(&self) -> String {
         let mean = number(Some(self.mean));
         match self.ends {
@@ -84,8 +87,9 @@ impl Interval {
     }
 }
 
-/// Holm's correction of p-values that belong to one family: each p times the number of those that are not smaller, at
-/// most 1, and none below a smaller one's.
+/// Holm's correction of the p-values of one family.
+///
+/// Each p is multiplied by the number of those that are not smaller, at most 1, and never below a smaller one's.
 pub fn holm(chances: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..chances.len()).collect();
     order.sort_by(|&a, &b| chances[a].total_cmp(&chances[b]));

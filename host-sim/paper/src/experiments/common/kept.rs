@@ -1,4 +1,4 @@
-//! Results that took long, kept in a folder for the next run.
+//! Long results, kept in a folder for the next run.
 
 use std::hash::Hasher;
 
@@ -11,11 +11,12 @@ use crate::experiments::Context;
 use bonebeam_files::atomic::Outputs;
 use bonebeam_files::input;
 
-/// The longest result that is read, bytes.
+/// Longest result to read, bytes.
 const MOST: u64 = 100_000_000;
 
-/// A result from the folder of kept ones, or computed and put there. `what` begins its file's name, `key` has
-/// all that it depends on.
+/// Reads a result from the folder of kept ones, or computes it and keeps it.
+///
+/// `what` begins its file's name; `key` holds all that it depends on.
 pub fn kept<T: Serialize + DeserializeOwned>(
     context: &Context<'_>,
     what: &str,

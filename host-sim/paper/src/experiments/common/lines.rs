@@ -1,4 +1,4 @@
-//! Channel data delayed once and beamformed by every method.
+//! Channel data, delayed once and beamformed by every method.
 
 use ndarray::{Array2, Array3};
 use num_complex::Complex;
@@ -14,8 +14,9 @@ use bonebeam_oracle::verify::{self, Check};
 use super::{Checks, Receive};
 use crate::experiments::Progress;
 
-/// The lines of every beamformer of [`COMPARED`], in its order, and how they compare with the
-/// references where `checks` asks for it; the checks are named after `what`.
+/// The lines of every beamformer of [`COMPARED`], and their checks.
+///
+/// Lines are compared with the references if `checks` asks for it. The names of the checks begin with `what`.
 ///
 /// # Errors
 /// Parameters that do not fit the record.
@@ -65,17 +66,17 @@ pub fn beamform_all(
 
 /// Aligned samples whose lines are compared with the references.
 pub struct Checked<'a> {
-    /// The checks are named after it.
+    /// Beginning of the checks' names.
     pub what: &'a str,
     /// The recording, with focused transmits.
     pub data: &'a ChannelData,
-    /// What has delayed it.
+    /// The delay stage of the recording.
     pub stage: &'a DelayStage<'a>,
     /// The first beam of `x`.
     pub first: usize,
     /// The aligned samples, `[beam, sample, element]`.
     pub x: &'a Array3<Complex<f32>>,
-    /// How they are received.
+    /// Parameters of receive.
     pub receive: &'a Receive,
 }
 
@@ -83,7 +84,7 @@ impl Checked<'_> {
     /// Compares the aligned samples, and the lines `[beam, sample]` of each beamformer.
     ///
     /// # Errors
-    /// Parameters that the core refuses.
+    /// Parameters that the core rejects.
     pub fn checks(
         &self,
         results: &[(&ComparedMethod, &Array2<Complex<f32>>)],

@@ -1,4 +1,4 @@
-//! What the experiments share: parameters, lines by every beamformer, their pictures.
+//! Shared by the experiments: parameters, lines by every beamformer, pictures.
 
 pub mod aberration;
 pub mod beamformers;
@@ -32,7 +32,7 @@ pub fn quick(simulation: Settings) -> Settings {
     }
 }
 
-/// Fills in what follows from the scanner for receiver and image, where it is not told.
+/// Fills in missing values of receiver and image from the scanner.
 pub fn resolve(simulation: &Settings, receive: &mut Receive, image: &mut Image) {
     receive.resolve(simulation);
     image.resolve_square();
@@ -41,19 +41,19 @@ pub fn resolve(simulation: &Settings, receive: &mut Receive, image: &mut Image) 
 /// Checks scanner, receiver and image of an experiment.
 ///
 /// # Errors
-/// [`crate::Error::Usage`] naming the value and what would be right.
+/// [`crate::Error::Usage`] naming the value and the expected range.
 pub fn validate(simulation: &Settings, receive: &Receive, image: &Image) -> Result<()> {
     simulation.validate()?;
     receive.0.validate()?;
     image.validate()
 }
 
-/// The parameters that are the same for every experiment.
+/// Parameters shared by all experiments.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Common {
-    /// Section `[phase_symmetry]`: the ridge filter; the water bath's filters and threshold.
+    /// Section `[phase_symmetry]`: filters and threshold, also of the water bath.
     pub phase_symmetry: PhaseSymmetry,
-    /// Section `[checks]`: how much is computed again by the references.
+    /// Section `[checks]`: share of beams that the references compute again.
     pub checks: Checks,
 }
 
@@ -61,9 +61,9 @@ pub struct Common {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Checks {
-    /// Every how-many-th beam goes through the f32 reference.
+    /// One beam in this many goes through the f32 reference.
     pub every_f32: usize,
-    /// Every how-many-th beam goes through the f64 reference.
+    /// One beam in this many goes through the f64 reference.
     pub every_f64: usize,
 }
 
@@ -104,7 +104,7 @@ impl Common {
         }
     }
 
-    /// Reads the section of this name; false where there is none.
+    /// Reads the section of this name; returns false if there is none.
     pub(super) fn read(
         &mut self,
         name: &str,

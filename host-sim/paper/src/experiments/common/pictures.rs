@@ -1,4 +1,4 @@
-//! B-mode and phase symmetry of lines, as pictures.
+//! Pictures of lines: B-mode and phase symmetry.
 
 use bonebeam::phase_symmetry::scale_for_display;
 use fnv::FnvHasher;
@@ -28,13 +28,13 @@ pub struct Pair {
 }
 
 impl Pair {
-    /// The two as pictures that stay together.
+    /// Both pictures, which stay together.
     pub fn card(&self) -> Vec<Picture> {
         vec![self.b_mode.clone(), self.phase_symmetry.clone()]
     }
 }
 
-/// The grey bars of both pictures, with B-mode over `range` dB.
+/// Grey bars of both pictures, with B-mode over `range` dB.
 pub fn scales(range: f64) -> Vec<Scale> {
     let b_mode = [
         format!("−{range} dB"),
@@ -53,9 +53,9 @@ pub fn scales(range: f64) -> Vec<Scale> {
     ]
 }
 
-/// How lines become pictures.
+/// Parameters of the pictures of lines.
 pub struct Studio<'a> {
-    /// The beginning of the files' names and of the checks'.
+    /// Beginning of the names of files and checks.
     pub what: &'a str,
     /// The pixels.
     pub grid: PixelGrid,
@@ -63,9 +63,9 @@ pub struct Studio<'a> {
     pub image: &'a config::Image,
     /// Scales and threshold.
     pub phase_symmetry: &'a config::PhaseSymmetry,
-    /// The rows that are kept of both pictures.
+    /// Rows kept of both pictures.
     pub rows: std::ops::Range<usize>,
-    /// What is taken off lateral positions, m.
+    /// Value subtracted from lateral positions, m.
     pub centre: f64,
     /// Whether the pictures are checked against the references.
     pub check: bool,
@@ -86,7 +86,7 @@ impl Studio<'_> {
         Ok((pairs, checks.concat()))
     }
 
-    /// The pictures of one beamformer's lines, and their checks where they are wanted.
+    /// The pictures of one beamformer's lines, and their checks if selected.
     ///
     /// # Errors
     /// Lines that do not make an image.
@@ -150,7 +150,7 @@ impl Studio<'_> {
     }
 }
 
-/// A picture whose pixels lie at the grid's corner and as far apart as the grid's.
+/// A picture on the pixels of a grid.
 pub fn picture(file: String, caption: String, pixels: Array2<f32>, grid: &PixelGrid) -> Picture {
     let mut hasher = FnvHasher::default();
     for pixel in &pixels {
@@ -167,10 +167,10 @@ pub fn picture(file: String, caption: String, pixels: Array2<f32>, grid: &PixelG
     }
 }
 
-/// The map of an image, 255·PS/max PS.
+/// The phase symmetry of an image, as 255·PS/max PS.
 ///
 /// # Errors
-/// An image of sides that the transform does not take.
+/// An image whose sides the transform does not accept.
 pub fn ridges(pixels: &Array2<f32>, section: &config::PhaseSymmetry) -> Result<Array2<f32>> {
     let parameters = Parameters {
         scales: section.scales.clone(),

@@ -1,4 +1,4 @@
-//! How an experiment receives.
+//! Receive parameters of an experiment.
 
 use bonebeam::beamform::{Method, Parameters};
 use bonebeam::covariance::Covariance;
@@ -8,13 +8,15 @@ use toml::Table;
 use bonebeam_drive::config::Beamform;
 use bonebeam_simulate::Settings;
 
-/// Delay and beamformer of an experiment, for every beamformer alike: the keys of `[beamform]`, with the
-/// paper's values where a key is left out, and without those that choose a beamformer.
+/// Delay and beamformer parameters of an experiment, for every beamformer.
+///
+/// They are the keys of `[beamform]`, by default the paper's values, without those that choose a beamformer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Receive(pub Beamform);
 
-/// Keys of `[beamform]` that an experiment does not take: it compares all beamformers, and its data tell
-/// where the beams are.
+/// Keys of `[beamform]` that an experiment does not accept.
+///
+/// It compares all beamformers, and its data have the positions of the beams.
 const NOT_TAKEN: [&str; 8] = [
     "method",
     "beta",
@@ -26,11 +28,11 @@ const NOT_TAKEN: [&str; 8] = [
     "beam_spacing",
 ];
 
-/// Depths of the lines' ends where nothing else is said, m.
+/// Default depths of the lines' ends, m.
 const DEPTHS: [f64; 2] = [5e-3, 40e-3];
 
 impl Default for Receive {
-    /// Forward only, and one direction a line, as in the paper's figures.
+    /// Forward covariance and one direction per line, as in the paper's figures.
     fn default() -> Self {
         Receive(Beamform {
             covariance: Covariance::Forward,

@@ -1,4 +1,4 @@
-//! Recordings that are simulated once and kept, where the user has a folder for them.
+//! Recordings that are simulated once and kept in the user's folder.
 
 use bonebeam::simd::InstructionSet;
 use ndarray::Array4;
@@ -8,12 +8,12 @@ use crate::{Error, Result};
 use bonebeam_files::{ChannelData, Samples};
 use bonebeam_simulate::{Checkpoint, Phantom, Settings, Summation, resumed_channel_data};
 
-/// The recording of a phantom: from the folder of kept ones, or simulated and put there. `what` begins
-/// its file's name, `progress` hears the fraction that is done. An interrupted simulation goes on from where
-/// it was.
+/// Reads the recording of a phantom from the folder of kept ones, or simulates it.
+///
+/// `what` begins its file's name. `progress` receives the fraction done. An interrupted simulation resumes.
 ///
 /// # Errors
-/// A phantom that cannot be simulated, a kept file that is damaged.
+/// A phantom that cannot be simulated, or a kept file that is damaged.
 pub fn recording(
     context: &Context<'_>,
     what: &str,
@@ -49,10 +49,10 @@ pub fn recording(
     Ok(data)
 }
 
-/// The samples of a recording of RF, `[frame][transmit][element][sample]`.
+/// Samples of an RF recording, `[frame][transmit][element][sample]`.
 ///
 /// # Errors
-/// I/Q.
+/// The recording is I/Q.
 pub fn rf(data: &mut ChannelData) -> Result<&mut Array4<f32>> {
     match &mut data.samples {
         Samples::Rf(rf) => Ok(rf),

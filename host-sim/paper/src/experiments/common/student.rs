@@ -1,7 +1,9 @@
 //! Student's t distribution.
 
-/// P(T ≤ t) with `freedom` degrees of freedom, to 1e-12: 1 − I(ν/(ν + t²); ν/2, ½)/2 for t ≥ 0, with the regularized
-/// incomplete beta function I (Abramowitz and Stegun, 26.7.1 and 26.5.8).
+/// P(T ≤ t) with `freedom` degrees of freedom, to 1e-12.
+///
+/// 1 − I(ν/(ν + t²); ν/2, ½)/2 for t ≥ 0, with the regularized incomplete beta function I (Abramowitz and Stegun,
+/// 26.7.1 and 26.5.8).
 pub fn cumulative(t: f64, freedom: f64) -> f64 {
     if t.is_nan() {
         return f64::NAN;
@@ -14,7 +16,7 @@ pub fn cumulative(t: f64, freedom: f64) -> f64 {
     if t < 0.0 { tail } else { 1.0 - tail }
 }
 
-/// The t at which [`cumulative`] is `share`, of 0.5 to below 1.
+/// The t at which [`cumulative`] is `share`, which is at least 0.5 and below 1.
 pub fn quantile(share: f64, freedom: f64) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
     while cumulative(high, freedom) < share {
@@ -31,7 +33,9 @@ pub fn quantile(share: f64, freedom: f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// I(x; a, b) by its continued fraction, whichever of I(x; a, b) and 1 − I(1 − x; b, a) converges quickly.
+/// I(x; a, b) by its continued fraction.
+///
+/// Uses I(x; a, b) or 1 − I(1 − x; b, a), whichever converges quickly.
 fn incomplete_beta(x: f64, a: f64, b: f64) -> f64 {
     if x <= 0.0 || x >= 1.0 {
         return x.clamp(0.0, 1.0);

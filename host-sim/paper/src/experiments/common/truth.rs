@@ -6,13 +6,14 @@ use crate::measure::average_precision::{average_precision, detections};
 use bonebeam_drive::image::PixelGrid;
 use bonebeam_simulate::Outline;
 
-/// How far from the surface an axial maximum is a hit, m.
+/// Largest distance of a hit from the surface, m.
 pub const TOLERANCE: f64 = 0.5e-3;
-/// How far above itself the surface is drawn, so that it does not hide the echo, m.
+/// Distance above the surface at which it is drawn, so that it hides no echo, m.
 const BESIDE: f64 = 1e-3;
 
-/// The row at which a beam down each column of the image meets the bone first, with fractions; none where
-/// it meets none within the image.
+/// Row at which a beam down each column first meets the bone, with fractions.
+///
+/// `None` if it meets none within the image.
 pub fn first_hits(bone: &Outline, grid: &PixelGrid) -> Vec<Option<f64>> {
     let hit = |column: usize| {
         let depth = bone.first_hit(grid.x0 + column as f64 * grid.pixel)?;
@@ -28,7 +29,9 @@ pub fn precision(map: &Array2<f32>, hits: &[Option<f64>], grid: &PixelGrid) -> O
     average_precision(&found, hits.iter().flatten().count())
 }
 
-/// The surface that is hit first, drawn 1 mm above itself: lines (x, depth) in mm, broken where it jumps.
+/// Lines (x, depth) in mm, 1 mm above the surface that is hit first.
+///
+/// They are broken where the surface jumps.
 pub fn beside(hits: &[Option<f64>], grid: &PixelGrid) -> Vec<Vec<(f64, f64)>> {
     let mut lines: Vec<Vec<(f64, f64)>> = Vec::new();
     let mut last: Option<f64> = None;

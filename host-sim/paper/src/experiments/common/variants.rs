@@ -1,5 +1,6 @@
-//! Beamformers of the paper's experiments: a method, its covariance and its time window, on samples that
-//! are delayed once.
+//! Beamformers of the paper's experiments: method, covariance and time window.
+//!
+//! They run on samples that are delayed once.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -17,12 +18,12 @@ use bonebeam_files::{BeamformedLines, ChannelData};
 use super::Receive;
 use crate::experiments::Progress;
 
-/// A beamformer with all that it is told.
+/// A beamformer and its parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variant {
     /// Its name in files and data.
     pub key: String,
-    /// Its name for people.
+    /// Its name in tables.
     pub name: String,
     /// The core's method.
     pub method: Method,
@@ -33,8 +34,9 @@ pub struct Variant {
 }
 
 impl Variant {
-    /// The beamformer of this key in [`COMPARED`], with the covariance of Eq. 2; DAS for a key that is
-    /// not there.
+    /// Forward beamformer of this key in [`COMPARED`]; DAS for an unknown key.
+    ///
+    /// Its covariance is that of Eq. 2.
     pub fn forward(key: &str, half_window: usize) -> Self {
         let found = COMPARED.iter().find(|row| row.key == key);
         let row = found.unwrap_or(&COMPARED[0]);
@@ -47,7 +49,7 @@ impl Variant {
         }
     }
 
-    /// The same with the covariance of Eq. 3.
+    /// Forward-backward beamformer of this key (Eq. 3).
     pub fn forward_backward(key: &str, half_window: usize) -> Self {
         let forward = Variant::forward(key, half_window);
         Variant {
@@ -59,7 +61,7 @@ impl Variant {
     }
 }
 
-/// A recording, delayed.
+/// A delayed recording.
 pub struct Aligned<'a> {
     stage: DelayStage<'a>,
     x: Array3<Complex<f32>>,
@@ -76,7 +78,9 @@ impl<'a> Aligned<'a> {
         Ok(Aligned { x, stage })
     }
 
-    /// The lines of a beamformer; the subaperture and the loading are those of `receive`.
+    /// Lines of a beamformer.
+    ///
+    /// Subaperture and loading are those of `receive`.
     ///
     /// # Errors
     /// Parameters that do not fit the recording.

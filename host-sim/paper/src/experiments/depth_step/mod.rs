@@ -1,5 +1,6 @@
-//! What a depth step costs: images of lines that are beamformed at every second to fourth sample and interpolated,
-//! beside those of lines that are beamformed at all.
+//! Image errors of a depth step, beside images of all samples.
+//!
+//! Lines are beamformed at every second to fourth sample and interpolated.
 
 mod show;
 
@@ -23,10 +24,10 @@ use show::StepError;
 
 /// The depth steps.
 const STEPS: [usize; 3] = [2, 3, 4];
-/// Grey levels from which a pixel is in the bright half.
+/// Grey levels from here on are the bright half.
 const BRIGHT: f32 = 127.5;
 
-/// Section `[depth_step]`: the vertebra in tissue of Fig. 3, by the product's covariance.
+/// Section `[depth_step]`: the vertebra in tissue of Fig. 3, default covariance.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct DepthStep {
@@ -97,7 +98,9 @@ impl DepthStep {
     }
 }
 
-/// The lines that a depth step makes: every `depth_step`-th sample keeps its bits, the others are interpolated.
+/// Lines with a depth step.
+///
+/// Every `depth_step`-th sample keeps its bits; the others are interpolated.
 fn interpolated(
     lines: &BeamformedLines,
     depth_step: usize,
@@ -117,7 +120,7 @@ fn interpolated(
     Ok(stepped)
 }
 
-/// The errors of images by a depth step, beside those of all samples.
+/// Errors of images with a depth step, relative to those of all samples.
 fn error(
     variant: &Variant,
     depth_step: usize,

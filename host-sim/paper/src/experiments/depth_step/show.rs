@@ -5,17 +5,19 @@ use crate::experiments::Outcome;
 use crate::experiments::outcome::{Section, Table, data, number};
 use serde::Serialize;
 
-/// The errors of one beamformer by one depth step.
+/// Errors of one beamformer with one depth step.
 #[derive(Clone, Debug, Serialize)]
 pub struct StepError {
     pub beamformer: String,
     pub name: String,
     pub depth_step: usize,
-    /// Root of the mean square over the image, grey levels.
+    /// RMS over the image, grey levels.
     pub rms: f64,
-    /// The same over the bright half of the grey scale.
+    /// RMS over the bright half of the grey scale.
     pub bright_rms: f64,
-    /// Localization error of the bone in the B-mode image, and in its phase symmetry, less that of all samples, mm.
+    /// Change of the bone's localization error, mm: B-mode, then phase symmetry.
+    ///
+    /// Relative to images of all samples.
     pub bone_mm: [Option<f64>; 2],
 }
 
@@ -37,21 +39,22 @@ pub fn outcome(results: &[StepError]) -> Result<Outcome> {
         ]
     };
     let table = Table {
-        title: "Depth step: images beside those of all samples".into(),
+        title: "Depth step: images compared with those of all samples".into(),
         head: vec![
             "",
             "depth step",
             "rms, grey levels",
-            "rms in the bright half",
-            "bone, B-mode, mm",
-            "bone, phase symmetry, mm",
+            "rms, bright half",
+            "bone shift, B-mode, mm",
+            "bone shift, phase symmetry, mm",
         ],
         rows: results.iter().map(row).collect(),
         page_only: false,
     };
-    let text = "The vertebra in tissue of Fig. 3, K = 0, forward-backward covariance. Lines of every second to fourth sample \
-                are interpolated and compared with lines of all samples: images of 255 grey levels, and the mean signed \
-                distance of the bone in the B-mode image and in phase symmetry. The bright half has grey levels above 127.";
+    let text = "The vertebra in tissue of Fig. 3, K = 0, forward-backward covariance. Lines of every second to \
+         fourth sample are interpolated and compared with lines of all samples. Images have 255 grey levels; \
+         the bright half is above 127. The bone shift is the difference of the bone's mean signed distance, in \
+         B-mode and in phase symmetry.";
     Ok(Outcome {
         title: "Depth step: errors of images",
         parts: vec![Section::Text(text.into())],
@@ -61,7 +64,7 @@ pub fn outcome(results: &[StepError]) -> Result<Outcome> {
     })
 }
 
-/// A difference for people, without a negative zero.
+/// A difference as text, without a negative zero.
 fn thousandths(value: f64) -> String {
     format!("{:+.3}", (1e3 * value).round() / 1e3 + 0.0)
 }

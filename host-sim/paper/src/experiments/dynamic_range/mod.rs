@@ -1,4 +1,4 @@
-//! What the beamformers make of true contrast: points, gradients and cysts of known levels.
+//! True and measured contrast of each beamformer: points, gradients and cysts.
 
 use ndarray::Array2;
 use serde::{Deserialize, Serialize};
@@ -17,9 +17,9 @@ use super::common::{self, Receive};
 use super::outcome::{Curve, Picture, Plot, Section, SideBySide, Table, View, number};
 use super::{Context, Experiment, Outcome, Overrides};
 
-/// The dynamic range in which levels are measured, dB: below it nothing is told apart.
+/// Dynamic range of the measured levels, dB; lower levels are not distinguished.
 const MEASURED: f64 = 120.0;
-/// Centres of the cysts, mm, their radius that is measured, mm, and their level re the background, dB.
+/// Cysts: centre, mm, radius for the measure, mm, and level re background, dB.
 const CYSTS: [([f64; 2], &str); 4] = [
     ([-3.0, 19.0], "−∞ dB"),
     ([8.0, 19.0], "−20 dB"),
@@ -77,14 +77,14 @@ impl Default for DynamicRange {
 struct Measured {
     beamformer: String,
     name: String,
-    /// Of the axial gradient, which diffraction bends as well.
+    /// Axial gradient, which diffraction also bends.
     axial: Option<Linearity>,
-    /// Of the lateral gradient.
+    /// Lateral gradient.
     lateral: Option<Linearity>,
     /// True and measured level of the lateral gradient, dB.
     lateral_db: Vec<[f64; 2]>,
     cysts: Vec<CystMeasure>,
-    /// Of the background.
+    /// Speckle SNR of the background.
     speckle_snr: Option<f64>,
     picture: Picture,
 }
@@ -257,10 +257,10 @@ impl DynamicRange {
 
     fn parts(&self, all: &[Measured]) -> Vec<Section> {
         let mut parts = vec![Section::Text(format!(
-            "Points 10 dB apart at 8 mm, an axial gradient of 50 dB at the left, cysts of −∞, −20, −10 and +10 dB in \
-             the middle and at the right, a lateral gradient of 50 dB below 38 mm. The truth is known, so that a \
-             beamformer that stretches contrast is seen to. K = {}. A slope of 1 dB a dB is linear; the axial \
-             gradient is bent by diffraction with DAS already.",
+            "Points 10 dB apart at 8 mm, an axial gradient of 50 dB at the left, cysts of −∞, −20, −10 and +10 \
+             dB in the middle and at the right, and a lateral gradient of 50 dB below 38 mm. The true levels \
+             are known, so a beamformer that stretches contrast is detected. K = {}. A slope of 1 is linear. \
+             Diffraction bends the axial gradient already with DAS.",
             self.half_window
         ))];
         let mut views = all.iter().map(|m| View {
@@ -283,10 +283,10 @@ impl DynamicRange {
         let offset = |m: &Measured| m.lateral_db.iter().map(|p| p[1]).fold(f64::MIN, f64::max);
         parts.push(Section::Plots(vec![Plot {
             caption:
-                "The lateral gradient: level found by level that is there, each from its brightest"
+                "The lateral gradient: measured level over true level, each relative to its maximum"
                     .into(),
             x: "true level, dB",
-            y: "level found, dB",
+            y: "measured level, dB",
             x_range: [-50.0, 0.0],
             y_range: [-80.0, 5.0],
             marks: Vec::new(),
@@ -347,7 +347,7 @@ fn tables(all: &[Measured]) -> Vec<Table> {
         }
     }
     let cysts = Table {
-        title: "Cysts against the ring around them".into(),
+        title: "Cysts compared with the ring around them".into(),
         head: vec!["", "contrast, dB", "gCNR", "CNR (CUBDL)"],
         rows,
         page_only: false,

@@ -1,4 +1,4 @@
-//! What is shown of the point: pictures, beam profiles, tables, the paper's figures.
+//! Report of the point: pictures, beam profiles, tables, the paper's values.
 
 use crate::Result;
 use crate::experiments::Outcome;
@@ -10,12 +10,12 @@ use bonebeam_oracle::verify::Check;
 
 use super::measure::{PointMeasure, PointResult, SamplingResult};
 
-const WIDTH: &str = "The lobes of f-numbers 2.8 and 2.5 are 0.96 mm wide in theory with DAS; 0.8 mm \
-     would need both to be near 2. The rank-1 lobe is narrower than an element, so its measured width \
-     depends on where the beams lie beside the point; the paper does not say.";
-const SIDE_LOBE: &str = "Free of noise. A dash: the profile falls all the way. With fine sampling the \
-     largest side lobe of rank-1 ESMV is a shoulder beside the main lobe; the paper's -95 dB is the \
-     level beyond it.";
+const WIDTH: &str = "In theory, f-numbers 2.8 and 2.5 give DAS a lobe of 0.96 mm; 0.8 mm would need both near \
+     2. The rank-1 lobe is narrower than an element, so its measured width depends on the beams' positions \
+     relative to the point. The paper does not give them.";
+const SIDE_LOBE: &str = "Free of noise. A dash: the profile falls without a side lobe. With fine sampling the \
+     largest side lobe of rank-1 ESMV is a shoulder beside the main lobe; the paper's -95 dB is the level \
+     beyond it.";
 
 /// The outcome of a result whose pictures show `range` dB.
 ///
@@ -24,9 +24,9 @@ const SIDE_LOBE: &str = "Free of noise. A dash: the profile falls all the way. W
 pub fn outcome(result: &PointResult, range: f64, checks: Vec<Check>) -> Result<Outcome> {
     let plots = result.samplings.iter().map(profiles);
     let text = format!(
-        "One point at the transmit focus, without noise, as in the paper's Fig. 2. The pictures show 3 mm \
-         × 5 mm over {range} dB, with beams {} apart; phase symmetry is taken of the whole 5 mm × 5 mm, \
-         with the filters of the water bath. {}",
+        "One point at the transmit focus, without noise, as in the paper's Fig. 2. The pictures show 3 mm × 5 \
+         mm over {range} dB, with beams {} apart. Phase symmetry is computed on the whole 5 mm × 5 mm, with \
+         the filters of the water bath. {}",
         last_spacing(result),
         without_first(result)
     );
@@ -77,7 +77,7 @@ fn profiles(sampling: &SamplingResult) -> Plot {
     }
 }
 
-/// What is left of the point without the first eigenvector, as the paper's Fig. 2(c) shows.
+/// The level left without the first eigenvector, as in the paper's Fig. 2(c).
 fn without_first(result: &PointResult) -> String {
     let last = result.samplings.last();
     let measures = last.map_or(&[][..], |s| &s.beamformers);
@@ -86,8 +86,8 @@ fn without_first(result: &PointResult) -> String {
         .find(|m| m.beamformer == "esmv-without-first");
     found.map_or(String::new(), |m| {
         format!(
-            "Without λ₁ the main lobe is gone: {:.0} dB on axis, {:.0} dB at most beside it, relative \
-             to the peak of DAS.",
+            "Without λ₁ the main lobe is gone: {:.0} dB on axis and at most {:.0} dB beside it, relative to \
+             the peak of DAS.",
             m.on_axis_re_das_db, m.peak_re_das_db
         )
     })

@@ -15,16 +15,16 @@ const FAR: f64 = 2e-3;
 /// Level given to an envelope of zero, dB.
 const FLOOR_DB: f64 = -300.0;
 
-/// What came out of the point scatterer.
+/// Results of the point scatterer.
 #[derive(Clone, Debug, Serialize)]
 pub struct PointResult {
-    /// One entry a set of beams.
+    /// One entry per set of beams.
     pub samplings: Vec<SamplingResult>,
     /// The pictures, made of the last set of beams.
     pub pictures: Vec<Pair>,
 }
 
-/// The measures with one set of beams.
+/// Measures with one set of beams.
 #[derive(Clone, Debug, Serialize)]
 pub struct SamplingResult {
     /// Distance between neighbouring beams, mm.
@@ -33,7 +33,7 @@ pub struct SamplingResult {
     pub point_offset_mm: f64,
     /// Positions of the beams to the right of the middle one, mm.
     pub x_mm: Vec<f64>,
-    /// One entry a beamformer.
+    /// One entry per beamformer.
     pub beamformers: Vec<PointMeasure>,
 }
 
@@ -44,7 +44,7 @@ pub struct PointMeasure {
     pub beamformer: &'static str,
     /// Width of the main lobe at −12 dB.
     pub width_12db_mm: Option<f64>,
-    /// The largest level outside the main lobe, which ends at the first minimum on either side.
+    /// Largest level outside the main lobe, which ends at the first minimum.
     pub side_lobe_db: Option<f64>,
     /// The largest level farther than 2 mm from the peak.
     pub beyond_2mm_db: Option<f64>,
@@ -54,12 +54,15 @@ pub struct PointMeasure {
     pub peak_depth_mm: f64,
     /// The level at the middle beam relative to the peak of DAS.
     pub on_axis_re_das_db: f64,
-    /// The profile: the largest envelope of each beam over depth, relative to the peak of DAS.
+    /// The profile relative to the peak of DAS.
+    ///
+    /// It is the largest envelope of each beam over depth.
     pub profile_re_das_db: Vec<f64>,
 }
 
-/// Measures one set of beams, `spacing` m apart, with the point `offset` m to the right of the middle
-/// one: the lines of every beamformer.
+/// Measures the lines of every beamformer with one set of beams.
+///
+/// Beams are `spacing` m apart; the point is `offset` m to the right of the middle one.
 ///
 /// # Errors
 /// Every sample is 0.

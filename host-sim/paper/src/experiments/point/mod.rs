@@ -18,20 +18,20 @@ use super::common::{self, Common, Receive};
 use super::{Context, Experiment, Outcome};
 use measure::{PointResult, measure};
 
-/// The part of the image that is shown, m either side of the point's depth.
+/// Depth of the image shown on either side of the point, m.
 const SHOWN: f64 = 1.5e-3;
 
 /// Section `[point]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Point {
-    /// Array, pulse, transmit. The beams are those of `sampling`.
+    /// Array, pulse, transmit. `sampling` sets the beams.
     simulation: Settings,
     /// Delay and beamformer.
     receive: Receive,
     /// The B-mode image.
     image: Image,
-    /// The sets of beams; the images show the last.
+    /// Sets of beams; the images show the last.
     sampling: Vec<Sampling>,
 }
 
@@ -158,7 +158,9 @@ impl Point {
         }
     }
 
-    /// Phase symmetry sees the whole square; what is shown is the paper's 3 mm of depth.
+    /// Pictures of the point.
+    ///
+    /// Phase symmetry uses the whole square; the pictures show the paper's 3 mm of depth.
     fn pictures(
         &self,
         common: &Common,

@@ -1,4 +1,4 @@
-//! What is shown of the point: the paper's Fig. 2, and what its figures depend on.
+//! Report of the point: the paper's Fig. 2, and the dependence on beams and noise.
 
 use crate::Result;
 use crate::experiments::Outcome;
@@ -10,13 +10,14 @@ use crate::experiments::outcome::{
 
 use super::measure::{PhaseResult, PointSpreadResult, ProfileMeasure};
 
-const WIDTH: &str = "Theory for f-numbers 2.8 and 2.5 gives DAS 0.96 mm; 0.8 mm would need both near 2. The \
-     rank-1 lobe is narrower than an element, so that its width with one beam an element depends on where \
-     the point lies between beams, which the paper does not say.";
+const WIDTH: &str = "In theory, f-numbers 2.8 and 2.5 give DAS 0.96 mm; 0.8 mm would need both near 2. The \
+     rank-1 lobe is narrower than an element. With one beam per element its width therefore depends on the \
+     point's position between beams, which the paper does not give.";
 const LOBE: &str = "Free of noise. With fine beams the largest side lobe of rank-1 ESMV is a shoulder beside \
-     the main lobe, which falls between beams one element apart. The paper's -95 dB is the level beyond it.";
+     the main lobe. With beams one element apart it falls between two of them. The paper's -95 dB is the level \
+     beyond it.";
 const FIRST: &str =
-    "The paper tells of Fig. 2(c) that most of the main lobe between 0 and -20 dB is gone.";
+    "The paper says of Fig. 2(c) that most of the main lobe between 0 and -20 dB is gone.";
 
 /// The outcome of a result whose pictures show `range` dB.
 ///
@@ -30,11 +31,11 @@ pub fn outcome(
 ) -> Result<Outcome> {
     let mut views = views.into_iter();
     let mut parts = vec![Section::Text(format!(
-        "One point at the transmit focus of 15 mm, as in the paper's Fig. 2: (a) DAS, (b) ESMV with the largest \
-         eigenvalue alone, (c) ESMV without it, (d) the two-way beam profiles. L = M/2, K = 0, forward \
-         covariance (Eq. 5); forward-backward (FB) stands beside it. The point lies on a beam. Beams are {:.4} mm \
-         apart, pixels are read bilinearly, widths linearly in dB between beams. The pictures show 3 mm × 5 mm, each relative \
-         to its own peak.",
+        "One point at the transmit focus of 15 mm, as in the paper's Fig. 2: (a) DAS, (b) ESMV with only the \
+         largest eigenvalue, (c) ESMV without it, (d) the two-way beam profiles. L = M/2, K = 0, forward \
+         covariance (Eq. 5); forward-backward (FB) is shown beside it. The point lies on a beam. Beams are \
+         {:.4} mm apart. Pixels are interpolated bilinearly, widths linearly in dB between beams. The pictures \
+         show 3 mm × 5 mm, each relative to its own peak.",
         result.beam_spacing_mm
     ))];
     if let Some(reference) = views.next() {
@@ -53,17 +54,17 @@ pub fn outcome(
             profiles("Fine beams, forward covariance, as the paper's figure", &result.fine, false),
             profiles("Fine beams, forward-backward", &result.fine, true),
         ]),
-        Section::Heading("Where the point lies between the beams"),
+        Section::Heading("Position of the point between the beams"),
         Section::Text(
-            "One beam an element, as the paper has it, and the point moved from a beam to the middle between \
-             two."
+            "One beam per element, as in the paper. The point moves from a beam to the middle between two."
                 .into(),
         ),
         Section::Plots(phase_plots(&result.phases)),
         Section::Heading("Noise"),
         Section::Text(
-            "Electronic noise with the transducer's spectrum. Channel SNR: the largest sample of the record over \
-             the RMS of the noise. Means over the seeds, with the least and the largest."
+            "Electronic noise with the transducer's spectrum. Channel SNR is the largest sample of the record \
+             over the RMS of the noise. The table gives means over the seeds, with the least and the largest \
+             value."
                 .into(),
         ),
         Section::Table(noise_table(result)),
@@ -79,7 +80,7 @@ pub fn outcome(
     })
 }
 
-/// The profiles of DAS and of those with this covariance.
+/// Profiles of DAS and of the beamformers with this covariance.
 fn profiles(caption: &str, measures: &[ProfileMeasure], backward: bool) -> Plot {
     let chosen = measures
         .iter()
@@ -106,7 +107,7 @@ fn profiles(caption: &str, measures: &[ProfileMeasure], backward: bool) -> Plot 
     }
 }
 
-/// Width and far level by the point's place.
+/// Width and far level by the point's position.
 fn phase_plots(phases: &[PhaseResult]) -> Vec<Plot> {
     type Pick = fn(&ProfileMeasure) -> Option<f64>;
     let rows: [(&str, &'static str, [f64; 2], Pick); 2] = [
@@ -120,7 +121,7 @@ fn phase_plots(phases: &[PhaseResult]) -> Vec<Plot> {
     };
     rows.map(|(caption, y, y_range, pick)| Plot {
         caption: caption.into(),
-        x: "point right of the nearest beam, in pitches",
+        x: "distance of the point from the nearest beam, pitches",
         y,
         x_range: [0.0, 0.5],
         y_range,
@@ -199,7 +200,7 @@ fn tables(result: &PointSpreadResult) -> Vec<Table> {
     let fine = table("Fine beams, free of noise".into(), &result.fine);
     let phases = result.phases.iter().map(|p| {
         let title = format!(
-            "One beam an element, point {} pitches off the nearest",
+            "One beam per element, point {} pitches off the nearest",
             p.offset_pitches
         );
         table(title, &p.beamformers)
@@ -228,7 +229,7 @@ fn comparisons(result: &PointSpreadResult) -> Vec<Comparison> {
     let mut sets = vec![("Fig. 2(d), fine beams".to_owned(), &result.fine)];
     for p in &result.phases {
         let group = format!(
-            "Fig. 2(d), one beam an element, point {} pitches off",
+            "Fig. 2(d), one beam per element, point {} pitches off",
             p.offset_pitches
         );
         sets.push((group, &p.beamformers));

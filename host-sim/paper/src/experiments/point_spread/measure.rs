@@ -1,4 +1,4 @@
-//! Profiles of the point and what is measured on them.
+//! Profiles of the point and their measures.
 
 use serde::Serialize;
 
@@ -7,32 +7,32 @@ use crate::experiments::common::variants::Variant;
 use crate::measure::point::LateralProfile;
 use bonebeam_files::BeamformedLines;
 
-/// The levels of the widths, dB: the paper's, and that of the FWHM.
+/// Levels of the widths, dB: the paper's, and that of the FWHM.
 const LEVELS: [f64; 2] = [-12.0, -6.0];
 /// Side lobes are also measured farther than this from the peak, m.
 const FAR: f64 = 2e-3;
 /// Level given to an envelope of zero, dB.
 const FLOOR_DB: f64 = -300.0;
 
-/// What came out of the point.
+/// Results of the point.
 #[derive(Clone, Debug, Serialize)]
 pub struct PointSpreadResult {
     /// Distance of the fine beams, mm.
     pub beam_spacing_mm: f64,
     /// With the fine beams, free of noise.
     pub fine: Vec<ProfileMeasure>,
-    /// With one beam an element, by where the point lies.
+    /// One beam per element, by the point's position.
     pub phases: Vec<PhaseResult>,
     /// With the fine beams, in noise.
     pub snrs: Vec<SnrResult>,
 }
 
-/// One beam an element, the point at some place between two.
+/// Results with one beam per element and the point between two beams.
 #[derive(Clone, Debug, Serialize)]
 pub struct PhaseResult {
-    /// How far right of the nearest beam, in pitches.
+    /// Distance to the right of the nearest beam, in pitches.
     pub offset_pitches: f64,
-    /// An entry a beamformer.
+    /// One entry per beamformer.
     pub beamformers: Vec<ProfileMeasure>,
 }
 
@@ -66,11 +66,11 @@ pub struct ProfileMeasure {
 pub struct SnrResult {
     /// Channel SNR, dB.
     pub snr_db: f64,
-    /// An entry a beamformer.
+    /// One entry per beamformer.
     pub beamformers: Vec<SnrMeasure>,
 }
 
-/// Mean, least and largest over the seeds; none where a seed has none.
+/// Mean, least and largest value over the seeds; `None` if a seed has none.
 #[derive(Clone, Debug, Serialize)]
 pub struct SnrMeasure {
     /// The beamformer's key.
@@ -84,7 +84,7 @@ pub struct SnrMeasure {
 }
 
 impl ProfileMeasure {
-    /// Measures the lines of a beamformer beside those of DAS; the point lies at `point`, m.
+    /// Measures the lines of a beamformer relative to DAS; the point is at `point`, m.
     pub fn new(
         variant: &Variant,
         lines: &BeamformedLines,

@@ -1,5 +1,6 @@
-//! The point scatterer of the paper's Fig. 2: images, profiles, and how widths and side lobes depend on
-//! where the point lies between the beams and on the channel SNR.
+//! The point scatterer of the paper's Fig. 2: images and profiles.
+//!
+//! Widths and side lobes depend on the point's position between the beams and on the channel SNR.
 
 mod figures;
 mod measure;
@@ -20,7 +21,7 @@ use super::outcome::View;
 use super::{Context, Covers, Experiment, Outcome, Overrides};
 use measure::{PhaseResult, PointSpreadResult, ProfileMeasure, SnrResult};
 
-/// Half the depth that is shown, and half the width, m: the paper's 3 mm × 5 mm.
+/// Half the shown depth, and half the width, m: the paper's 3 mm × 5 mm.
 const SHOWN: [f64; 2] = [1.5e-3, 2.5e-3];
 /// Pixels across the images.
 const COLUMNS: usize = 500;
@@ -31,17 +32,17 @@ const COLUMNS: usize = 500;
 pub struct PointSpread {
     /// Array, pulse, transmit. The beams follow from `phases` and `reach`.
     simulation: Settings,
-    /// Delay and beamformer.
+    /// Array, pulse, transmit. `phases` and `reach` set the beams.
     receive: Receive,
     /// The B-mode image; its size is the paper's.
     image: Image,
-    /// Beams an element: as many phases of the paper's grid of one beam an element.
+    /// Beams per element: the number of phases of a grid with one beam per element.
     phases: usize,
     /// Elements on either side of the point that have beams.
     reach: usize,
     /// Channel SNRs, dB: the largest sample over the RMS of the noise.
     snr: Vec<f64>,
-    /// How many seeds of noise at each.
+    /// Number of noise seeds at each SNR.
     seeds: u64,
 }
 
@@ -177,7 +178,7 @@ impl Experiment for PointSpread {
     }
 }
 
-/// What is shown of the noise-free point: the paper's (a) to (c), and beside them what it does not show.
+/// Beamformers shown of the noise-free point: the paper's (a) to (c), and others.
 fn shown() -> Vec<Variant> {
     vec![
         Variant::forward("das", 0),
@@ -190,7 +191,7 @@ fn shown() -> Vec<Variant> {
     ]
 }
 
-/// What is measured in noise.
+/// Beamformers measured in noise.
 fn noisy() -> Vec<Variant> {
     vec![
         Variant::forward("das", 0),
@@ -201,7 +202,7 @@ fn noisy() -> Vec<Variant> {
 }
 
 impl PointSpread {
-    /// The scanner: `phases` beams an element, the middle one on the point.
+    /// The scanner: `phases` beams per element, the middle one on the point.
     fn settings(&self, noise: Option<f64>, seed: u64) -> Settings {
         let middle = (self.simulation.elements / 2) as f64;
         Settings {
@@ -214,8 +215,9 @@ impl PointSpread {
         }
     }
 
-    /// One beam an element of the lines, as the paper has it, with the point `phase` steps to the right of
-    /// the nearest.
+    /// One beam per element, selected from the lines.
+    ///
+    /// The point is `phase` steps to the right of the nearest beam.
     fn one_an_element(&self, lines: &BeamformedLines, phase: usize) -> BeamformedLines {
         let middle = lines.beam_x.len() / 2;
         let first = (middle - phase.min(middle)) % self.phases;

@@ -1,5 +1,6 @@
-//! Stand-ins for the paper's Figs. 10 to 12, which show a volunteer: three views of a lumbar spine under
-//! layers of tissue.
+//! Stand-ins for the paper's Figs. 10 to 12, which show a volunteer.
+//!
+//! They are three views of a lumbar spine under layers of tissue.
 
 use serde::{Deserialize, Serialize};
 
@@ -21,10 +22,10 @@ use super::common::{self, Receive};
 use super::outcome::{Picture, Section, SideBySide, Table, View as Shown, data, number};
 use super::{Context, Covers, Experiment, Outcome, Overrides};
 
-/// The layers' amplitudes are those of so many scatterers per m³.
+/// Density that the layers' amplitudes refer to, scatterers per m³.
 const LAYERS_DENSITY: f64 = 60e9;
 
-/// Range of the muscle, m, laterally and in depth: its level is compared with the bone's.
+/// Range of the muscle, lateral and in depth, m, for the bone's relative level.
 const LATERAL: [f64; 2] = [-18e-3, 18e-3];
 const MUSCLE: f64 = 14e-3;
 
@@ -46,9 +47,9 @@ pub struct Spine {
     simulation: Settings,
     /// Delay and beamformer.
     receive: Receive,
-    /// The B-mode image; the dynamic range is each figure's own.
+    /// The B-mode image; each figure has its own dynamic range.
     image: Image,
-    /// The threshold of phase symmetry; the scales are each figure's own.
+    /// The threshold of phase symmetry; each figure has its own scales.
     threshold: f64,
 }
 
@@ -92,7 +93,7 @@ const SCENES: [SpineScene; 3] = [
     },
 ];
 
-/// What came out of one figure.
+/// Results of one figure.
 #[derive(Clone, Debug, Serialize)]
 struct SceneResult {
     figure: u32,
@@ -190,10 +191,10 @@ impl Experiment for Spine {
         let scenes = SCENES.iter().map(|scene| self.scene(context, scene));
         let scenes = scenes.collect::<Result<Vec<_>>>()?;
         let mut parts = vec![Section::Text(format!(
-            "The paper's Figs. 10 to 12 are of a volunteer. These are three vertebrae of the built-in model under \
-             skin, fat, fasciae and muscle: they stand in for the views, not for the man. K = {}, L = M/2, F# 1.5, \
-             3 × 3 median, dynamic range and r₀ as the paper has them for each view. An orange line stands 1 mm \
-             above the surface that a beam meets first.",
+            "The paper's Figs. 10 to 12 show a volunteer. Three vertebrae of the built-in model under skin, \
+             fat, fasciae and muscle stand in for the views, not for the person. K = {}, L = M/2, F# 1.5, 3 × \
+             3 median; dynamic range and r₀ are the paper's for each view. An orange line is drawn 1 mm above \
+             the surface that a beam meets first.",
             self.half_window
         ))];
         for (scene, result) in SCENES.iter().zip(&scenes) {
@@ -208,8 +209,8 @@ impl Experiment for Spine {
                     _ => "Fig. 12: laminae and a facet joint across the spine",
                 }));
                 parts.push(Section::Text(format!(
-                    "The bone's surface lies {} dB over the muscle's RMS in DAS (median; 10th to 90th percentile of \
-                     the columns).",
+                    "The bone's surface is {} dB above the muscle's RMS in DAS (median; 10th to 90th \
+                     percentile of the columns).",
                     Brightness::text(result.brightness.as_ref())
                 )));
                 parts.push(Section::SideBySide(SideBySide {

@@ -1,5 +1,4 @@
-//! What is shown of the vertebra: pictures, image lines, intensity by distance, tables, the paper's
-//! figures.
+//! Report of the vertebra: pictures, lines, intensity, tables, the paper's values.
 
 use crate::Result;
 use crate::experiments::Outcome;
@@ -15,19 +14,19 @@ use super::parameters::Vertebra;
 const SURFACE: &str = "Vertebra in a water bath (Table I)";
 const LINES: &str = "Image lines of the vertebra (Fig. 8)";
 
-const ERROR: &str = "Here the surface is known exactly; the paper's bias holds its registration (0.13 mm \
-     at the fiducials), sound speed and CT threshold. With DAS the noise fills region A, so that the \
-     figure is almost that of a uniform image, below.";
-const SPREAD: &str = "In B-mode, as the error: noise in region A. In phase symmetry region A begins at \
-     0.1 mm and was laid for the paper's bias; here the ridge lies on the surface, so that A holds only \
-     its inner flank. The tables below have the same measure within 1 mm on either side: in the full job \
-     rank-1 ESMV is sharper there in B-mode, but not in phase symmetry, where it shows twice as much of \
-     the surface, the weak slopes among it.";
-const NOISE: &str = "Here all noise is electronic, at an assumed -40 dB, and alike everywhere but for the \
-     growing aperture; nothing reverberates in the bath or in the bone. Phase symmetry's threshold \
-     removes such noise almost wholly.";
-const AXIAL: &str = "Here the tip is a smooth round cap that reflects like a mirror, so that every \
-     beamformer shows the length of the pulse; the paper has a real bone.";
+const ERROR: &str = "Here the surface is known exactly; the paper's bias includes its registration (0.13 mm at \
+     the fiducials), sound speed and CT threshold. With DAS, noise fills region A, so the error is almost that \
+     of a uniform image, below.";
+const SPREAD: &str = "In B-mode the cause is that of the error: noise in region A. In phase symmetry, region A \
+     begins at 0.1 mm to allow for the paper's bias. Here the ridge lies on the surface, so A holds only its \
+     inner flank. The tables below have the same measure within 1 mm on either side. In the full job, rank-1 \
+     ESMV is sharper there in B-mode, but not in phase symmetry, where it shows twice as much of the surface, \
+     including weak slopes.";
+const NOISE: &str = "Here all noise is electronic, at an assumed -40 dB, and uniform except for the growing \
+     aperture. Nothing reverberates in the bath or in the bone. The threshold of phase symmetry removes almost \
+     all of this noise.";
+const AXIAL: &str = "Here the tip is a smooth round cap that reflects like a mirror, so every beamformer shows \
+     the length of the pulse. The paper has a real bone.";
 const LATERAL: &str = "The right-hand lamina where it faces the array; the paper's sidewall is another \
      slope of another bone. A dash: the peak does not reach the level, or merges with noise above it.";
 
@@ -78,8 +77,8 @@ fn parts(result: &VertebraResult, vertebra: &Vertebra) -> Vec<Section> {
     vec![
         Section::Text(format!(
             "A lumbar vertebra seen from behind: the spinous process in the middle, laminae and articular \
-             processes beside it. Bone absorbs totally, so each element hears only what is not in its \
-             shadow. {} beams recorded at {} MHz, transmit focus {:.0} mm; B-mode over {range} dB; phase \
+             processes beside it. No sound passes through bone, so each element receives only what is not in \
+             its shadow. {} beams recorded at {} MHz, transmit focus {:.0} mm; B-mode over {range} dB; phase \
              symmetry as 255·PS/max PS. The known surface is drawn over the first row.",
             vertebra.simulation.beams,
             1e-6 * vertebra.simulation.fs,
@@ -91,23 +90,23 @@ fn parts(result: &VertebraResult, vertebra: &Vertebra) -> Vec<Section> {
         Section::Heading("Image lines"),
         Section::Text(format!(
             "The axial line goes down through the tip of the spinous process, the lateral one across the \
-             laminae at {:.1} mm. Dashed: the known surface. The curves of β = 0.001 % lie almost wholly \
-             beneath those of rank 1.",
+             laminae at {:.1} mm. Dashed lines mark the known surface. The curves of β = 0.001 % are almost \
+             hidden by those of rank 1.",
             result.lateral_depth_mm
         )),
         Section::Plots(line_plots(result)),
         Section::Heading("Intensity by signed distance from the surface"),
         Section::Text(
-            "Mean grey level of all pixels at a distance from the known surface, inside the bone \
-             positive. Region A of the paper reaches from −0.5 mm (phase symmetry: 0.1 mm) to 2.1 mm; B is \
-             outside of it, C inside."
+            "Mean grey level of all pixels by signed distance from the known surface, positive inside the \
+             bone. Region A of the paper reaches from −0.5 mm (phase symmetry: 0.1 mm) to 2.1 mm; B lies \
+             outside it, C inside."
                 .into(),
         ),
         Section::Plots(distance_plots(result)),
     ]
 }
 
-/// A measure that there is for both kinds of image, picked from one beamformer's.
+/// A measure of both kinds of image, picked from one beamformer's.
 type Pick<T> = fn(&VertebraMeasure) -> &ByImage<T>;
 
 /// The axial and the lateral line, B-mode and phase symmetry.
@@ -178,7 +177,9 @@ fn distance_plots(result: &VertebraResult) -> Vec<Plot> {
     vec![plot(0), plot(1)]
 }
 
-/// Table I for every beamformer, with the uniform image: B-mode, then phase symmetry.
+/// Table I for every beamformer and the uniform image.
+///
+/// B-mode comes first, then phase symmetry.
 fn surface_tables(result: &VertebraResult) -> Vec<Table> {
     let row = |name: &str, s: &Surface| {
         vec![

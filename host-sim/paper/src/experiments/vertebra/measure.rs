@@ -1,4 +1,4 @@
-//! The pictures of the vertebra measured against its known surface.
+//! Measures of the vertebra's pictures against its known surface.
 
 use ndarray::{Array2, Axis};
 use serde::Serialize;
@@ -14,26 +14,27 @@ use bonebeam_simulate::Outline;
 
 /// Width of a bin of signed distance, m.
 const BIN: f64 = 0.1e-3;
-/// The region around the surface that is alike on both sides, m: the known surface has no bias that
-/// the paper's regions would allow for.
+/// Region with the same reach on both sides of the surface, m.
+///
+/// The known surface has no bias that the paper's regions would allow for.
 const NEAR: Region = Region {
     outer: -1e-3,
     inner: 1e-3,
 };
-/// Half the width of the strip in which a line's peak is looked for around the surface, m.
+/// Search range for a line's peak around the surface, to either side, m.
 const SEARCH: f64 = 2.1e-3;
-/// Depths between which the noise inside the bone is averaged on the axial line, m (the paper's).
+/// Depths of the noise inside the bone on the axial line, m (the paper's).
 const NOISE_DEPTHS: [f64; 2] = [30e-3, 40e-3];
-/// Grey levels at which the paper measures the widths of the axial lines and of the lateral ones.
+/// Grey levels of the paper's widths, axial and lateral.
 const AXIAL_LEVEL: f64 = 200.0;
 const LATERAL_LEVELS: [f64; 2] = [150.0, 100.0];
 
-/// What came out of the vertebra.
+/// Results of the vertebra.
 #[derive(Clone, Debug, Serialize)]
 pub struct VertebraResult {
-    /// What an image of one grey level scores, B-mode and phase symmetry.
+    /// Scores of an image of one grey level: B-mode and phase symmetry.
     pub uniform: ByImage<Surface>,
-    /// One entry a beamformer.
+    /// One entry per beamformer.
     pub beamformers: Vec<VertebraMeasure>,
     /// Depths of the axial line's pixels.
     pub axial_depth_mm: Vec<f64>,
@@ -57,7 +58,7 @@ pub struct VertebraResult {
 }
 
 impl<T> ByImage<T> {
-    /// Both, by the paper's names and by their full ones.
+    /// Both values, with the paper's names and with full ones.
     pub fn named(&self) -> [(&'static str, &'static str, &T); 2] {
         [
             ("US", "B-mode (US)", &self.b_mode),
@@ -69,9 +70,9 @@ impl<T> ByImage<T> {
 /// A value of the B-mode image and one of its phase symmetry.
 #[derive(Clone, Debug, Serialize)]
 pub struct ByImage<T> {
-    /// Of the B-mode image ("US" in the paper).
+    /// The B-mode image ("US" in the paper).
     pub b_mode: T,
-    /// Of the phase symmetry image ("PS").
+    /// The phase symmetry image ("PS" in the paper).
     pub phase_symmetry: T,
 }
 
@@ -114,7 +115,7 @@ pub struct VertebraMeasure {
 pub struct ImageLine {
     /// Grey levels.
     pub intensity: Vec<f32>,
-    /// The peak's distance from the true surface, deeper or farther right positive.
+    /// Distance of the peak from the true surface, positive if deeper or to the right.
     pub peak_bias_mm: Option<f64>,
     /// Width of the peak at the paper's grey level.
     pub width_mm: Option<f64>,
@@ -127,7 +128,7 @@ pub struct ImageLine {
     pub noise: Option<f64>,
 }
 
-/// The image's geometry beside the bone's.
+/// Geometry of the image relative to the bone.
 pub struct View<'a> {
     bone: &'a Outline,
     grid: PixelGrid,
@@ -227,8 +228,9 @@ impl<'a> View<'a> {
         }
     }
 
-    /// Of the surface's crossings in the right half of the lateral line the one that faces the
-    /// array most: there the signed distance grows fastest with depth.
+    /// The surface crossing in the right half of the lateral line that faces the array.
+    ///
+    /// There the signed distance grows fastest with depth.
     fn facing_on_the_right(&self, x: &[f64], crossings: &[f64]) -> Option<f64> {
         let (above, below) = (
             self.row.saturating_sub(1),
@@ -293,7 +295,7 @@ fn surface(measure: impl Fn(Region) -> SurfaceMeasure, region: Region) -> Surfac
     }
 }
 
-/// The baseline without its intensities, which mean nothing.
+/// The baseline without its intensities, which have no meaning.
 fn uniform(surface: Surface) -> Surface {
     Surface {
         intensity_a: None,
@@ -323,7 +325,7 @@ fn line(intensity: Vec<f32>, at: &[f64], surface: Option<f64>, level: f64) -> Im
     }
 }
 
-/// Where the signed distance changes its sign, interpolated.
+/// Positions at which the signed distance changes sign, interpolated.
 fn crossings(at: &[f64], distance: &[f64]) -> Vec<f64> {
     let mut found = Vec::new();
     for k in 1..at.len() {

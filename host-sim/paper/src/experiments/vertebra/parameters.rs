@@ -13,8 +13,9 @@ use bonebeam_simulate::{Phantom, Settings};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Vertebra {
-    /// A closed surface as a PLY file in mm (+x towards the front, +z towards the head) in place of
-    /// the built-in vertebra.
+    /// Closed surface as a PLY file in mm in place of the built-in vertebra.
+    ///
+    /// +x towards the front, +z towards the head.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) mesh: Option<PathBuf>,
     /// Height of the slice, m, from the middle of the body towards the head.

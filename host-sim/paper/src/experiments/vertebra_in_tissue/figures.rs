@@ -1,4 +1,4 @@
-//! What is shown of the vertebra in tissue: the paper's Fig. 3 and its measures.
+//! Report of the vertebra in tissue: the paper's Fig. 3 and its measures.
 
 use crate::Result;
 use crate::experiments::Outcome;
@@ -24,12 +24,12 @@ pub fn outcome(
         pictures: m.pictures.to_vec(),
     });
     let mut parts = vec![Section::Text(format!(
-        "The built-in vertebra in soft tissue of equal scatterers, {:.0} per mm³, transmit focus {:.0} mm, \
-         L = M/2, K = {}, forward covariance; B-mode over {:.0} dB and phase symmetry (PS) of scales 2⁻⁷ to \
-         2⁻⁹ with a threshold of 15. An orange line stands 1 mm above the surface that a beam meets first. A \
-         bone that absorbs all leaves an empty shadow, so that there is clutter: region C of DAS lies {} dB \
-         below the peak, where the paper's Table I implies −36 to −45 dB for its water bath. The bone's surface lies \
-         {} dB over the tissue's RMS in DAS (median; 10th to 90th percentile of the columns).",
+        "The built-in vertebra in soft tissue of equal scatterers, {:.0} per mm³, transmit focus {:.0} mm, L = \
+         M/2, K = {}, forward covariance; B-mode over {:.0} dB and phase symmetry (PS) with scales 2⁻⁷ to 2⁻⁹ \
+         and a threshold of 15. An orange line is drawn 1 mm above the surface that a beam meets first. Bone \
+         that absorbs all sound leaves an empty shadow, so clutter is added: region C of DAS lies {} dB below \
+         the peak; the paper's Table I implies −36 to −45 dB for its water bath. The bone's surface is {} dB \
+         above the tissue's RMS in DAS (median; 10th to 90th percentile of the columns).",
         settings.tissue_density,
         1e3 * settings.simulation.focus,
         settings.half_window,
@@ -94,8 +94,8 @@ fn tables(result: &TissueResult) -> Vec<Table> {
         }
     };
     let boxes = Table {
-        title: "Surface found by phase symmetry (grey 64 within 0.5 mm), and its thickness".into(),
-        head: vec!["", "all", "mm", "box A", "mm", "box B", "mm"],
+        title: "Share of the surface found by phase symmetry (grey 64 within 0.5 mm), and its thickness".into(),
+        head: vec!["", "all", "thickness, mm", "box A", "thickness, mm", "box B", "thickness, mm"],
         rows: result
             .beamformers
             .iter()

@@ -14,19 +14,21 @@ use crate::measure::signed_distance::Region;
 use bonebeam_drive::image::b_mode;
 use bonebeam_files::BeamformedLines;
 
-/// The boxes of the paper: their side, left or right of the middle, and their depths, m.
+/// The paper's boxes: side of the middle, and depths, m.
 const BOXES: [(&str, f64, [f64; 2]); 2] = [("A", -1.0, [26e-3, 29e-3]), ("B", 1.0, [23e-3, 26e-3])];
 
-/// What came out of it.
+/// Results of the vertebra in tissue.
 #[derive(Clone, Debug, Serialize)]
 pub struct TissueResult {
-    /// Level of region C of DAS, dB of the image's peak: the mean grey level over the dynamic range.
+    /// Level of region C of DAS, dB relative to the image's peak.
+    ///
+    /// It is the mean grey level times the dynamic range.
     pub(super) das_c_db: Option<f64>,
     /// The bone over the tissue, DAS.
     pub(super) brightness: Option<Brightness>,
-    /// What an image of one grey level scores, B-mode and phase symmetry.
+    /// Scores of an image of one grey level: B-mode and phase symmetry.
     pub(super) uniform: [BoneMeasure; 2],
-    /// An entry a beamformer.
+    /// One entry per beamformer.
     pub(super) beamformers: Vec<TissueMeasure>,
 }
 
@@ -39,11 +41,11 @@ pub struct TissueMeasure {
     pub(super) b_mode: BoneMeasure,
     /// Its phase symmetry.
     pub(super) phase_symmetry: BoneMeasure,
-    /// The share of the surface that phase symmetry finds in each of the paper's boxes, and its thickness.
+    /// Share of the surface found, and its thickness, in each of the paper's boxes.
     pub(super) boxes: Vec<BoxMeasure>,
     /// gCNR of tissue and shadow, in grey levels.
     pub(super) gcnr: Option<f64>,
-    /// CNR of the same, as CUBDL has it.
+    /// CNR of the same, as in CUBDL.
     pub(super) cnr: Option<f64>,
     /// Mean over standard deviation of the tissue's envelope.
     pub(super) speckle_snr: Option<f64>,

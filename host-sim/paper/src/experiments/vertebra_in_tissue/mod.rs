@@ -31,7 +31,7 @@ impl Experiment for VertebraInTissue {
 
     const FLAGS: &'static [&'static str] = &["--mesh", "--keep"];
 
-    /// Half the beams at 40 MHz, a slab of fewer scatterers.
+    /// Half the beams at 40 MHz, and a slab of fewer scatterers.
     fn quick() -> Self {
         let full = VertebraInTissue::default();
         VertebraInTissue {
@@ -89,7 +89,7 @@ impl Experiment for VertebraInTissue {
             }
             measures.push(self.measure(&variant, &lines, view)?);
         }
-        let view = view.ok_or_else(|| Error::Data("no beamformer was asked for".into()))?;
+        let view = view.ok_or_else(|| Error::Data("no beamformer was selected".into()))?;
         let regions = [Region::B_MODE, Region::PHASE_SYMMETRY];
         let range = self.image.dynamic_range;
         let das = measures.first().and_then(|m| m.b_mode.intensity_c);
@@ -103,7 +103,7 @@ impl Experiment for VertebraInTissue {
     }
 }
 
-/// The paper's (a) to (d), and beside them what it does not show.
+/// Beamformers shown: the paper's (a) to (d), and others.
 fn variants(half_window: usize) -> Vec<Variant> {
     vec![
         Variant::forward("das", half_window),

@@ -11,7 +11,7 @@ use bonebeam_simulate::{
     Block, Bone, BoneSurface, Clutter, DiffuseClutter, Layers, PAPER_DENSITY, Phantom, Settings,
 };
 
-/// The block of tissue: from and to, lateral and in depth, m.
+/// Block of tissue: from and to, lateral and in depth, m.
 pub const TISSUE: [[f64; 2]; 2] = [[-15e-3, 15e-3], [12e-3, 37e-3]];
 
 /// Section `[vertebra_in_tissue]`.
@@ -31,10 +31,10 @@ pub struct VertebraInTissue {
     pub(super) tissue_density: f64,
     /// How the bone's surface scatters.
     pub(super) bone: BoneSurface,
-    /// Amplitude of the bone's image at twice its depth, dB; none without it.
+    /// Amplitude of the bone's image at twice its depth, dB; `None` leaves it out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) reverberation: Option<f64>,
-    /// Diffuse clutter in the bone's shadow; none without it.
+    /// Diffuse clutter in the bone's shadow; `None` leaves it out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) clutter: Option<DiffuseClutter>,
     /// Array, pulse, transmit, noise.

@@ -1,5 +1,6 @@
-//! Clutter in the two slices: its level, which is fitted to one number of the paper, and what follows from its
-//! coherence over the aperture.
+//! Clutter in the two slices: its fitted level and its coherence.
+//!
+//! The level is fitted to one number of the paper.
 
 use ndarray::{Array2, Zip};
 use serde::Serialize;
@@ -23,34 +24,38 @@ use super::specimen::Specimen;
 
 /// Scatterers on bone in the two slices, per m²: the paper's.
 const ON_BONE: f64 = 200e6;
-/// Levels between which the fitted one lies, dB, and how well it is found.
+/// Range of the fitted level, dB, and its tolerance.
 const LEVELS: [f64; 2] = [-40.0, 60.0];
 const PRECISION: f64 = 0.01;
-/// A fit takes every second pixel of a row and of a column: enough for the mean of a region.
+/// Step of rows and columns in a fit.
+///
+/// Every second pixel is enough for the mean of a region.
 const THINNED: usize = 2;
 
-/// What is recorded of a slice, free of noise: the bone with its reverberation, and clutter of 0 dB that focuses
-/// perfectly.
+/// Recordings of a slice, free of noise.
+///
+/// The bone with its reverberation, and clutter of 0 dB that focuses perfectly.
 pub struct Recorded {
     slice: usize,
     bone: ChannelData,
     clutter: ChannelData,
 }
 
-/// A shadow, the level of clutter that gives region C of DAS in slice 1 its grey level, and the measures of
-/// [`FEATURED`].
+/// A shadow, its fitted level of clutter, and the measures of [`FEATURED`].
+///
+/// The level gives region C of DAS in slice 1 its grey level.
 #[derive(Clone, Debug, Serialize)]
 pub struct Tried {
-    /// Clutter's coherence and noise.
+    /// Coherence of the clutter, and noise.
     pub shadow: Shadow,
-    /// Level, dB of a scatterer of bone.
+    /// Level, dB relative to a scatterer of bone.
     pub level: f64,
     /// By slice and beamformer: B-mode, then phase symmetry.
     pub slices: Vec<Vec<[Row; 2]>>,
 }
 
 impl WaterBath {
-    /// Settings of a slice: the scanner as it is in water.
+    /// Settings of a slice: those of the scanner in water.
     pub(super) fn scanner_of(&self, k: usize) -> Settings {
         Settings {
             seed: self.simulation.seed.wrapping_add(k as u64),
@@ -121,10 +126,10 @@ impl WaterBath {
         Ok(clutter)
     }
 
-    /// A slice as it is recorded with clutter of a law, and with noise.
+    /// A slice with clutter of a law, and with noise.
     ///
     /// # Errors
-    /// I/Q.
+    /// The recording is I/Q.
     pub fn mixed(
         &self,
         recorded: &Recorded,
@@ -143,9 +148,11 @@ impl WaterBath {
         Ok(data)
     }
 
-    /// The level of the clutter, dB: that at which region C of DAS has the grey level `fitted_c`, in the recording of
-    /// slice 1 with the distances of its pixels from the contour, for a coherence length, m, and the noise of `scanner`.
-    /// Without a fit that of the parameters.
+    /// The fitted level of the clutter, dB.
+    ///
+    /// At this level, region C of DAS has the grey level `fitted_c` in the recording of slice 1. `distance` is the
+    /// distance of its pixels from the contour. Coherence length, m, and noise of `scanner` are given. Without a
+    /// fit it is the level in the parameters.
     ///
     /// # Errors
     /// A grey level that no clutter gives.
@@ -213,8 +220,9 @@ impl WaterBath {
         })
     }
 
-    /// Measures a slice with every shadow that is tried: the first slice fits the levels, but for the images' own, whose
-    /// law is known.
+    /// Measures a slice with every shadow to try.
+    ///
+    /// The first slice fits the levels, except that of the images, whose law is known.
     ///
     /// # Errors
     /// A slice that cannot be beamformed.
@@ -300,7 +308,7 @@ impl Shadow {
     }
 }
 
-/// What was fitted, and what each shadow predicts.
+/// Section on the fit, and on the prediction of each shadow.
 pub fn sections(bath: &WaterBath, law: &DiffuseClutter, rows: &[Tried]) -> Vec<Section> {
     let fitted = match bath.fitted_c {
         0.0 => format!(
@@ -308,8 +316,8 @@ pub fn sections(bath: &WaterBath, law: &DiffuseClutter, rows: &[Tried]) -> Vec<S
             law.level
         ),
         c => format!(
-            "One number is fitted: the level of the clutter, {:.1} dB of a scatterer of bone, gives region C of DAS in \
-             slice 1 the grey level {c:.0} of the paper. All else is predicted, slice 2 included.",
+            "One number is fitted: a clutter level of {:.1} dB relative to a scatterer of bone gives region C \
+             of DAS in slice 1 the paper's grey level {c:.0}. Everything else is predicted, including slice 2.",
             law.level
         ),
     };
@@ -322,8 +330,8 @@ pub fn sections(bath: &WaterBath, law: &DiffuseClutter, rows: &[Tried]) -> Vec<S
         ),
     };
     let text = format!(
-        "{fitted} The clutter of the images {coherence}. The table has other shadows, each with its own fitted level: \
-         mean grey level of region C, all pixels."
+        "{fitted} The clutter of the images {coherence}. The table gives the mean grey level of region C, all \
+         pixels, for other shadows too, each with its own fitted level."
     );
     vec![
         Section::Heading("What fills the shadow"),
@@ -354,7 +362,7 @@ fn table(rows: &[Tried]) -> Table {
         cells.push(line);
     }
     Table {
-        title: "Region C by the clutter's coherence and the noise; US 1, DAS is fitted".into(),
+        title: "Region C by coherence of the clutter and noise (DAS in US 1 is fitted)".into(),
         head: vec![
             "coherence length, mm",
             "noise, dB",

@@ -9,12 +9,14 @@ use super::measures::Measured;
 use super::parameters::{KINDS, METHODS};
 use super::profiles::{Line, Profile};
 
-const BATH: &str = "With all sources of error on, the fiducials picked at their brightest voxel. Another \
-     bone, with another array of the same kind, in a bath whose noise is assumed.";
-const LINES: &str = "Another bone. A dash: the peak does not reach the level, or merges with what is above \
-     it. The paper's text on Fig. 9 repeats two figures of Fig. 8.";
+const BATH: &str = "All sources of error are on; fiducials are picked at their brightest voxel. Bone and bath \
+     differ from the paper's, the array is of the same kind, and the noise is assumed.";
+const LINES: &str = "Another bone. A dash: the peak does not reach the level, or merges with what is above it. \
+     The paper's text on Fig. 9 repeats two numbers of Fig. 8.";
 
-/// Table I of the paper: of a kind of image and a slice DAS and ESMV, each with error, STD, B and C.
+/// Table I of the paper, by kind of image, slice and beamformer (DAS, ESMV).
+///
+/// Each entry has error, STD, B and C.
 pub const PAPER: [[[[f64; 4]; 2]; 2]; 2] = [
     [
         [[0.70, 0.72, 27.18, 92.41], [0.66, 0.65, 4.71, 16.81]],
@@ -60,38 +62,40 @@ pub fn table_one(measured: &[Measured]) -> Vec<Comparison> {
     all
 }
 
-/// The row of a beamformer by its place in [`COMPARED`].
+/// The row of a beamformer by its index in [`COMPARED`].
 fn row_of(slice: &Measured, index: usize) -> Option<&[Row; 2]> {
     slice.table.get(distance_index(index)?)
 }
 
-/// The place in [`METHODS`] of a beamformer by its place in [`COMPARED`].
+/// The index in [`METHODS`] of a beamformer by its index in [`COMPARED`].
 fn distance_index(index: usize) -> Option<usize> {
     METHODS.iter().position(|key| *key == COMPARED[index].key)
 }
 
-/// A figure of one profile.
+/// A value of one profile.
 #[derive(Clone, Copy)]
 enum Quantity {
-    /// The peak's depth below the contour, mm.
+    /// Depth of the peak below the contour, mm.
     Bias,
-    /// How far the grey falls within 0.55 mm below the peak.
+    /// Decrease of the grey level within 0.55 mm below the peak.
     Fall,
-    /// The mean grey from 30 to 40 mm.
+    /// Mean grey level from 30 to 40 mm.
     Noise,
-    /// The peak's width at a grey level, mm.
+    /// Width of the peak at a grey level, mm.
     Width(f64),
-    /// The grey of a sidewall, the left one or the right one.
+    /// Grey level of the left or the right sidewall.
     Sidewall(usize),
-    /// Its width at a grey level, mm.
+    /// Width of a sidewall at a grey level, mm.
     SidewallWidth(usize, f64),
 }
 
 const LEFT: usize = 0;
 const RIGHT: usize = 1;
 
-/// A quantity of Figs. 8 and 9: the figure's letter, the quantity's name, and the paper's two values. Fig. 8 is the
-/// first slice, 9 the second; a and b are of the first kind of image, c and d of the second; b and d go across.
+/// A value of Figs. 8 and 9: figure, name, quantity, and the paper's two values.
+///
+/// Fig. 8 is the first slice, Fig. 9 the second; a and b are of the first kind of image, c and d of the second; b
+/// and d go across.
 type Entry = (&'static str, &'static str, Quantity, Paper);
 
 const FIGURES: [Entry; 14] = {
@@ -159,7 +163,7 @@ impl Quantity {
     }
 }
 
-/// The figures of Figs. 8 and 9 beside the paper's.
+/// Values of Figs. 8 and 9 beside the paper's.
 pub fn line_comparisons(measured: &[Measured]) -> Vec<Comparison> {
     let compared = FIGURES.iter().map(|(figure, name, quantity, paper)| {
         let slice = &measured[usize::from(figure.starts_with('9'))];

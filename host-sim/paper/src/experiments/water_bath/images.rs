@@ -1,4 +1,4 @@
-//! The recordings of the water bath and their images: the sweep, and the two slices.
+//! Recordings of the water bath and their images: the sweep and the two slices.
 
 use ndarray::{Array2, Axis, Slice};
 use rayon::prelude::*;
@@ -22,28 +22,28 @@ use super::parameters::{FEATURED, METHODS, WaterBath};
 use super::specimen::Specimen;
 use super::sweep::Volume;
 
-/// Beams that are delayed at a time.
+/// Number of beams delayed at a time.
 const BEAMS: usize = 64;
 
 /// The images of a slice.
 pub struct Images {
     pub grid: PixelGrid,
-    /// With the speed of sound that the scanner takes for granted.
+    /// Images at the speed of sound that the scanner assumes.
     pub pairs: Vec<Pair>,
-    /// With the water's.
+    /// Images at the water's speed of sound.
     pub true_speed: Vec<Pair>,
-    /// The core against its references, where it was compared.
+    /// Comparisons of the core with its references, if done.
     pub checks: Vec<Check>,
 }
 
-/// Rows of [`COMPARED`] by their keys.
+/// Rows of [`COMPARED`] with these keys.
 pub fn methods(keys: &[&str]) -> Vec<&'static ComparedMethod> {
     let wanted = |key: &&str| COMPARED.iter().find(|row| row.key == *key);
     keys.iter().filter_map(wanted).collect()
 }
 
 impl WaterBath {
-    /// The paper's pixels: as far across as the array, 39.4 mm.
+    /// The paper's pixels: as wide as the array, 39.4 mm.
     pub(super) fn grid(&self) -> PixelGrid {
         let [rows, columns] = [self.image.rows, self.image.columns].map(|n| n.unwrap_or(512));
         let pixel = 0.077e-3 * 512.0 / columns as f64;
@@ -79,8 +79,9 @@ impl WaterBath {
         }
     }
 
-    /// The scanner as it is in water: its delays are those of the speed that it takes for granted, so that the
-    /// wave meets deeper than it means to.
+    /// The scanner in water.
+    ///
+    /// Its delays are those of the speed that it assumes, so the wave meets deeper than intended.
     pub(super) fn scanner(&self) -> Settings {
         let ratio = self.ratio(true);
         Settings {
@@ -90,10 +91,10 @@ impl WaterBath {
         }
     }
 
-    /// The volumes with the water's speed of sound, around the fiducials alone, and with the scanner's.
+    /// Volumes around the fiducials at the water's speed of sound and at the scanner's.
     ///
-    /// One plane wave a slice: of the volume the places of the balls and a look at the whole are wanted, and a
-    /// focused sweep would take as long as everything else together.
+    /// Each slice is one plane wave. The volume serves only to find the balls and for an overview, and a focused
+    /// sweep would take as long as everything else together.
     pub fn volumes(&self, specimen: &Specimen, context: &Context<'_>) -> Result<[Volume; 2]> {
         let all = specimen.scatterers(self.sweep_density * 1e6, None)?;
         let plane = Settings {
@@ -149,8 +150,9 @@ impl WaterBath {
         ])
     }
 
-    /// The lines of some beamformers, and how the beams in the middle compare with the references where that
-    /// is asked for by the checks' name and extent.
+    /// Lines of some beamformers, and checks of the beams in the middle.
+    ///
+    /// Checks are made if their name and extent are given.
     pub(super) fn lines_of(
         &self,
         data: &ChannelData,

@@ -1,5 +1,6 @@
-//! What is measured of the two slices: Table I under every combination of sources, curves by distance, image
-//! lines, and registrations that are repeated.
+//! Measures of the two slices.
+//!
+//! Table I under every combination of sources, curves by distance, image lines, and repeated registrations.
 
 use ndarray::Array2;
 use rand::SeedableRng;
@@ -21,25 +22,26 @@ use super::registration::{Ct, Registrations};
 use super::specimen::Specimen;
 use super::sweep::{self, Tip, Volume};
 
-/// Draws of the picking error, and every how-many-th pixel they are measured at.
+/// Number of draws of the picking error, and step of the measured pixels.
 const DRAWS: usize = 40;
 const THINNED: usize = 4;
 /// Width of a bin of the intensity by distance, m.
 const BIN: f64 = 0.25e-3;
 
-/// A slice's figures.
+/// Measures of a slice.
 #[derive(Serialize)]
 pub struct Measured {
-    /// By combination of sources: of the image of one grey level, then of each of [`FEATURED`]; B-mode, then
-    /// phase symmetry.
+    /// By combination of sources: the image of one grey level, then [`FEATURED`].
+    ///
+    /// Each has B-mode, then phase symmetry.
     pub sources: Vec<SourcesMeasured>,
-    /// With all sources on, the rows of [`METHODS`].
+    /// With all sources on: the rows of [`METHODS`].
     pub table: Vec<[Row; 2]>,
     /// The image of one grey level there.
     pub uniform: [Row; 2],
     /// Grey levels by distance, by method; B-mode, then phase symmetry.
     pub by_distance: Vec<[ByDistance; 2]>,
-    /// The bins' middles, mm.
+    /// Centres of the bins, mm.
     pub distance_mm: Vec<f64>,
     pub down: Line,
     pub across: Line,
@@ -66,12 +68,15 @@ pub struct SourcesMeasured {
     pub sources: String,
     pub uniform: [Row; 2],
     pub featured: Vec<[Row; 2]>,
-    /// How far the peak of B-mode lies below the contour on the line down (Fig. 8a), mm, of each of [`FEATURED`].
+    /// Depth of the B-mode peak below the contour on the line down (Fig. 8a), mm.
+    ///
+    /// One for each of [`FEATURED`].
     pub peak_mm: Vec<Option<f64>>,
 }
 
-/// Localisation errors over repeated registrations, mm: of each slice, B-mode and phase symmetry of each of
-/// [`FEATURED`].
+/// Localisation errors over repeated registrations, mm.
+///
+/// By slice, then B-mode and phase symmetry of each of [`FEATURED`].
 #[derive(Serialize)]
 pub struct Draws {
     pub fre_mm: Vec<f64>,
@@ -169,7 +174,7 @@ impl WaterBath {
         })
     }
 
-    /// Registrations repeated with a further error of every pick, and Table I's errors with each.
+    /// Repeats registrations with an extra error of every pick; Table I's errors each.
     pub fn draws(
         &self,
         slices: &[Images; 2],

@@ -1,8 +1,8 @@
-//! The registration of a vertebra in a water bath (the paper's Figs. 4 to 9 and Table I).
+//! Registration of a vertebra in a water bath (the paper's Figs. 4 to 9, Table I).
 //!
-//! A specimen with four balls glued on is scanned by CT and by ultrasound. The balls are picked in both
-//! volumes, the CT volume is registered to the ultrasound one, and its surface at −524 HU is what the images
-//! are measured against. Every step is simulated, so that each source of error can be taken out.
+//! A specimen with four balls glued on is scanned by CT and by ultrasound. The balls are picked in both volumes,
+//! the CT volume is registered to the ultrasound volume, and the images are measured against its surface at −524
+//! HU. Every step is simulated, so each source of error can be switched off.
 
 mod clutter;
 mod comparisons;
@@ -39,6 +39,8 @@ impl Experiment for WaterBath {
 
     const FLAGS: &'static [&'static str] = &["--mesh", "--keep"];
 
+    /// Coarse parameters for a first run.
+    ///
     /// Every fourth beam, half the volume's slices, pixels and voxels of twice the size, a thin slab.
     fn quick() -> Self {
         let mut quick = WaterBath::default();

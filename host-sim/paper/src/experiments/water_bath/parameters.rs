@@ -11,22 +11,24 @@ use bonebeam_simulate::{BoneSurface, DiffuseClutter, Settings};
 
 /// The paper's threshold, HU.
 pub const THRESHOLD: f64 = -524.0;
-/// Where the specimen lies on the CT scanner's table: angles in radians and a shift in m. Any would do.
+/// Pose of the specimen on the CT scanner's table: angles in rad and a shift in m.
+///
+/// Its values are arbitrary.
 pub const POSE: ([f64; 3], Point) = ([0.09, -0.14, 0.05], [12e-3, -7e-3, 31e-3]);
-/// The beamformers, as the paper has them: its rank 1 by β = 0.001 %, and exactly.
+/// Beamformers of the paper: its rank 1 is β = 0.001 %, beside the exact one.
 pub const METHODS: [&str; 3] = ["das", "esmv-0.001", "esmv-rank1"];
-/// Those that are measured under every combination of sources.
+/// Beamformers that are measured under every combination of sources.
 pub const FEATURED: [&str; 2] = ["das", "esmv-rank1"];
 /// The kinds of image.
 pub const KINDS: [&str; 2] = ["US", "PS"];
 
-/// What a bone's shadow is filled with, in a table `[[water_bath.tried]]`.
+/// Content of a bone's shadow, in a table `[[water_bath.tried]]`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Shadow {
     /// Coherence length of the clutter, m; infinite for clutter that focuses perfectly.
     pub coherence: f64,
-    /// Noise at depth 0, dB of the largest sample.
+    /// Noise at depth 0, dB relative to the largest sample.
     pub noise: f64,
     /// Increase of the noise with depth, dB per m.
     pub noise_rise: f64,
@@ -72,11 +74,14 @@ impl Shadow {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct WaterBath {
-    /// A closed surface as a PLY, STL or OBJ file in mm (+x towards the front, +z towards the head) in place of
-    /// the built-in vertebra.
+    /// Closed surface (PLY, STL or OBJ file) in place of the built-in vertebra.
+    ///
+    /// In mm, +x towards the front, +z towards the head.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) mesh: Option<PathBuf>,
-    /// The vertebra's height at the middle of the sweep, m from the middle of its body towards the head.
+    /// Height of the vertebra at the middle of the sweep, m.
+    ///
+    /// It counts from the middle of its body towards the head.
     pub(super) height: f64,
     /// Depth of its shallowest point, m.
     pub(super) depth: f64,
@@ -88,11 +93,13 @@ pub struct WaterBath {
     pub(super) sweep: usize,
     /// Distance between them, m.
     pub(super) sweep_step: f64,
-    /// Scatterers on bone in the sweep, per mm² (assumed: fewer than in the two slices, for time).
+    /// Scatterers on bone in the sweep, per mm² (assumed).
+    ///
+    /// There are fewer than in the two slices, to save time.
     pub(super) sweep_density: f64,
-    /// Thickness of the slab around a slice that has scatterers, m.
+    /// Thickness of the slab with scatterers around a slice, m.
     pub(super) thickness: f64,
-    /// Speed of sound that the scanner takes for granted, m/s; the water's is `simulation.c`.
+    /// Speed of sound that the scanner assumes, m/s; the water's is `simulation.c`.
     pub(super) assumed_sound_speed: f64,
     /// The CT scanner's voxels, m.
     pub(super) ct_voxel: [f64; 3],
@@ -111,16 +118,21 @@ pub struct WaterBath {
     /// A delay of trigger and lens that the scanner does not know, s, in the table of the bias of Fig. 8a (assumed: 1 mm
     /// of a lens of 1000 m/s, there and back).
     pub(super) delay_error: f64,
-    /// How the bone's surface scatters in the two slices. In the sweep it is smooth.
+    /// Scattering of the bone's surface in the two slices.
+    ///
+    /// In the sweep it is smooth.
     pub(super) bone: BoneSurface,
-    /// Amplitude of the bone's echo that the array throws back, dB (assumed).
+    /// Level of the bone's echo that the array reflects, dB (assumed).
     pub(super) reverberation: f64,
-    /// Mean grey level of region C of DAS in slice 1, B-mode, that the level of the clutter is fitted to; 0 for the
-    /// level of `clutter` as it stands.
+    /// Grey level to which the clutter is fitted; 0 keeps the level of `clutter`.
+    ///
+    /// It is the mean of region C of DAS in slice 1, B-mode.
     pub(super) fitted_c: f64,
     /// Diffuse clutter in the bone's shadow, in both slices.
     pub(super) clutter: DiffuseClutter,
-    /// Shadows that are tried beside that of `clutter` and `simulation`, each with its own fitted level.
+    /// Shadows to try beside that of `clutter` and `simulation`.
+    ///
+    /// Each has its own fitted level.
     pub(super) tried: Vec<Shadow>,
     /// Array, pulse, transmit, noise.
     pub(super) simulation: Settings,

@@ -8,7 +8,7 @@ use super::images::Images;
 use super::measures::{ByDistance, Measured};
 use super::parameters::{FEATURED, KINDS, METHODS, WaterBath};
 
-/// How far the colour maps and curves reach from the contour, mm.
+/// Reach of colour maps and curves from the contour, mm.
 const REACH: f64 = 10.0;
 
 pub fn name(key: &str) -> &'static str {
@@ -106,7 +106,7 @@ pub fn line_plots(k: usize, measured: &Measured) -> Vec<Plot> {
     plots
 }
 
-/// Images of a slice in the colours of the signed distance, the B-mode images before phase symmetry.
+/// Images of a slice coloured by the signed distance; B-mode, then phase symmetry.
 pub fn distance_maps(k: usize, slice: &Images, measured: &Measured) -> Vec<Coloured> {
     let mut all = Vec::new();
     for image in 0..2 {

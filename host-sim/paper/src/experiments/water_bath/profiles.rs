@@ -1,4 +1,4 @@
-//! Image lines down through the spinous process and across its sidewalls (the paper's Figs. 8 and 9).
+//! Image lines through spinous process and sidewalls (the paper's Figs. 8 and 9).
 
 use ndarray::{Array2, ArrayView1};
 use serde::Serialize;
@@ -6,21 +6,23 @@ use serde::Serialize;
 use crate::measure::profile::{largest, width};
 use bonebeam_drive::image::PixelGrid;
 
-/// How far from the contour a peak is looked for, mm.
+/// Search range for a peak around the contour, mm.
 const SEARCH: f64 = 2.5;
-/// Depths between which the paper measures noise, mm.
+/// Depths of the paper's noise measure, mm.
 const NOISE: [f64; 2] = [30.0, 40.0];
-/// Below the peak, the distance over which the paper tells by how much the level drops, mm.
+/// Distance below the peak at which the paper gives the decrease of the level, mm.
 const DROP: f64 = 0.55;
 
 /// A line through the images of a slice.
 #[derive(Clone, Debug, Serialize)]
 pub struct Line {
-    /// The place of the line: lateral for one that goes down, depth for one that goes across, mm.
+    /// Position of the line, mm.
+    ///
+    /// It is lateral for a line that goes down, and a depth for one that goes across.
     pub place_mm: f64,
-    /// The pixels' places along it, mm.
+    /// Positions of the pixels along the line, mm.
     pub at_mm: Vec<f64>,
-    /// Where the contour crosses it, mm.
+    /// Positions at which the contour crosses the line, mm.
     pub contour_mm: Vec<f64>,
 }
 
@@ -31,18 +33,18 @@ pub struct Profile {
     pub grey: Vec<f32>,
 }
 
-/// The peak nearest to a place.
+/// The peak nearest to a position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Peak {
     index: usize,
-    /// Where it is, mm.
+    /// Its position, mm.
     pub at_mm: f64,
     /// Its grey level.
     pub grey: f64,
 }
 
 impl Line {
-    /// The column nearest to the lateral place, m, down the image.
+    /// The column nearest to lateral position `x`, m, down the image.
     pub fn down(grid: &PixelGrid, distance: &Array2<f64>, x: f64) -> (Self, usize) {
         let column = nearest((x - grid.x0) / grid.pixel, grid.columns);
         let place = grid.x0 + column as f64 * grid.pixel;
@@ -50,7 +52,7 @@ impl Line {
         (Self::new(place, grid.z0, grid.pixel, distance), column)
     }
 
-    /// The row nearest to the depth, m, across the image.
+    /// The row nearest to depth `z`, m, across the image.
     pub fn across(grid: &PixelGrid, distance: &Array2<f64>, z: f64) -> (Self, usize) {
         let row = nearest((z - grid.z0) / grid.pixel, grid.rows);
         let place = grid.z0 + row as f64 * grid.pixel;
@@ -58,7 +60,7 @@ impl Line {
         (Self::new(place, grid.x0, grid.pixel, distance), row)
     }
 
-    /// The line at a place, by the distances of its pixels, of which the first lies at `first`, m.
+    /// The line at a position, from its pixels' distances; the first is at `first`, m.
     fn new(place: f64, first: f64, pixel: f64, distance: ArrayView1<f64>) -> Self {
         let at_mm: Vec<f64> = (0..distance.len())
             .map(|k| 1e3 * (first + k as f64 * pixel))
@@ -84,7 +86,7 @@ impl Line {
         ]
     }
 
-    /// The brightest pixel near a place.
+    /// The brightest pixel near a position.
     pub fn peak(&self, profile: &Profile, near: Option<f64>) -> Option<Peak> {
         let near = near?;
         let within = |k: &usize| (self.at_mm[*k] - near).abs() <= SEARCH;
@@ -104,7 +106,7 @@ impl Line {
         width(&self.at_mm, &values, peak?.index, level)
     }
 
-    /// By how much the grey level is lower [`DROP`] below the peak.
+    /// Decrease of the grey level from the peak to [`DROP`] below it.
     pub fn drop_below(&self, profile: &Profile, peak: Option<Peak>) -> Option<f64> {
         let peak = peak?;
         let k = self.at_mm.partition_point(|&at| at < peak.at_mm + DROP);
@@ -126,7 +128,7 @@ fn nearest(place: f64, count: usize) -> usize {
     (place.round().max(0.0) as usize).min(count - 1)
 }
 
-/// Where the signed distance changes its sign, interpolated.
+/// Positions at which the signed distance changes sign, interpolated.
 fn crossings(at: &[f64], distance: &[f64]) -> Vec<f64> {
     let mut found = Vec::new();
     for k in 1..at.len() {

@@ -1,4 +1,4 @@
-//! The CT volume, and the ways from its coordinates to the image's.
+//! The CT volume, and transforms from its coordinates to the image's.
 
 use crate::Result;
 use crate::measure::registration::{Point, Rigid};
@@ -40,7 +40,9 @@ impl Ct {
     }
 }
 
-/// The ways from the CT scanner's coordinates to the image's, by speed of sound and way of picking.
+/// Transforms from the CT scanner's coordinates to the image's.
+///
+/// By speed of sound and way of picking.
 pub struct Registrations {
     all: Vec<(Registration, bool, Registered)>,
 }

@@ -1,4 +1,4 @@
-//! The vertebra with its fiducials, as the array and as the CT scanner see it.
+//! The vertebra with its fiducials, as seen by the array and the CT scanner.
 
 use std::path::Path;
 
@@ -8,7 +8,9 @@ use bonebeam_simulate::{Bone, BoneSurface, CtScanner, CtVolume, Scatterer, Surfa
 
 /// Radius of the plastic balls, m: the paper's.
 pub const RADIUS: f64 = 1e-3;
-/// Where they are glued on, x and y in m: two on the spinous process, two on the laminae.
+/// Positions of the balls, x and y in m.
+///
+/// Two are glued on the spinous process, two on the laminae.
 const GLUED: [[f64; 2]; 4] = [
     [0.0, 3.5e-3],
     [0.0, -8.5e-3],
@@ -17,10 +19,12 @@ const GLUED: [[f64; 2]; 4] = [
 ];
 /// Scatterers on the balls, per m²: the paper's on bone.
 const ON_BALLS: f64 = 200e6;
-/// How far the scatterers reach across, m.
+/// Lateral reach of the scatterers, m.
 const ACROSS: f64 = 25e-3;
 
-/// A bone with four balls, in the array's coordinates, the middle of the sweep at elevation 0.
+/// A bone with four balls, in the array's coordinates.
+///
+/// The middle of the sweep is at elevation 0.
 pub struct Specimen {
     /// The bone alone.
     pub bone: Surface,
@@ -28,16 +32,18 @@ pub struct Specimen {
     balls: Vec<Surface>,
     /// The balls' centres.
     pub centres: Vec<Point>,
-    /// All of it.
+    /// Bone and balls.
     whole: Surface,
 }
 
 impl Specimen {
-    /// The bone of a mesh, or without one the built-in vertebra, with the plane of height `height` in the
-    /// middle of the sweep and its shallowest point at `depth`, m; and what is probably not meant.
+    /// The bone of a mesh, or the built-in vertebra; with warnings.
+    ///
+    /// The plane of height `height` is in the middle of the sweep, and the shallowest point at `depth`, m. Warnings
+    /// name values that are probably a mistake.
     ///
     /// # Errors
-    /// A mesh that cannot be read or is not closed, or no bone where a ball is to be.
+    /// A mesh that cannot be read or is not closed, or no bone where a ball is glued on.
     pub fn new(
         mesh: Option<&Path>,
         height: f64,
@@ -79,19 +85,20 @@ impl Specimen {
         ))
     }
 
-    /// The balls' tips: their points nearest to the array.
+    /// Tips of the balls: their points nearest to the array.
     pub fn tips(&self) -> Vec<Point> {
         let tip = |c: &Point| [c[0], c[1], c[2] - RADIUS];
         self.centres.iter().map(tip).collect()
     }
 
-    /// All that casts shadows.
+    /// The surface that casts shadows.
     pub fn surface(&self) -> &Surface {
         &self.whole
     }
 
-    /// Scatterers on the bone, `density` per m², as `rough` has them with its seed or of amplitude 1, and on the balls; each
-    /// with the point where it has to be seen to be heard.
+    /// Scatterers on bone and balls, each with the point that must be visible.
+    ///
+    /// The bone has `density` per m², with the amplitudes of `rough` and its seed, or of amplitude 1.
     ///
     /// # Errors
     /// More than any machine holds.
@@ -118,10 +125,12 @@ impl Specimen {
         Ok(all)
     }
 
-    /// The specimen on the CT scanner's table, `pose` from the array's coordinates to the scanner's.
+    /// The specimen on the CT scanner's table.
+    ///
+    /// `pose` maps the array's coordinates to the scanner's.
     ///
     /// # Errors
-    /// A volume beyond memory.
+    /// A volume larger than the memory.
     pub fn scan(
         &self,
         pose: &Rigid,
@@ -137,8 +146,9 @@ impl Specimen {
     }
 }
 
-/// The tips as they are picked in the CT volume: of the surface around each ball the point farthest towards
-/// the array, to the nearest voxel.
+/// The tips, as picked in the CT volume to the nearest voxel.
+///
+/// Each is the point of the surface around a ball that is nearest to the array.
 ///
 /// # Errors
 /// A ball that the surface does not show.

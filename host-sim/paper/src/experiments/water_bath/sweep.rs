@@ -1,4 +1,4 @@
-//! The ultrasound volume: images one beside the other in elevation, and the fiducials picked in it.
+//! The ultrasound volume: images stacked in elevation, and fiducials picked in it.
 
 use ndarray::{Array2, Array3};
 use rayon::prelude::*;
@@ -7,32 +7,34 @@ use crate::measure::registration::Point;
 use crate::{Error, Result};
 use bonebeam_drive::image::PixelGrid;
 
-/// Where in a ball's echo its tip is taken to be.
+/// Where the tip is picked in a ball's echo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tip {
     /// The brightest voxel.
     Brightest,
-    /// Above that, where the echo begins to be seen: the first voxel of half its grey level.
+    /// The first voxel of half its grey level, above it: the beginning of the echo.
     Front,
 }
 
-/// How far around its true position a ball is looked for across and along the sweep, and in depth, m. The bone
-/// begins a diameter below the tip.
+/// Search range for a ball around its true position, m: across and along, depth.
+///
+/// The bone begins a diameter below the tip.
 const SEARCH: [f64; 2] = [1.0e-3, 0.8e-3];
 
-/// Grey levels in space.
+/// Grey levels of a volume.
 pub struct Volume {
     /// The pixels of every slice.
     pub grid: PixelGrid,
     /// The slices' elevations, m, evenly spaced.
     pub elevations: Vec<f64>,
-    /// Their grey levels, 255 the volume's brightest voxel.
+    /// Grey levels of the slices; 255 is the volume's brightest voxel.
     pub slices: Vec<Array2<f32>>,
 }
 
 impl Volume {
-    /// The volume of images that each have 255 for their own brightest: `peaks` are those, `range` dB lie
-    /// between 0 and 255.
+    /// The volume of images whose brightest pixels are 255 each.
+    ///
+    /// `peaks` are their peaks; `range` dB lie between 0 and 255.
     pub fn new(
         grid: PixelGrid,
         elevations: Vec<f64>,
@@ -52,7 +54,9 @@ impl Volume {
         }
     }
 
-    /// The balls' tips as they are picked, to the voxel; `tips` are where they would be seen.
+    /// Tips of the balls, as picked, to the voxel.
+    ///
+    /// `tips` are their apparent positions.
     ///
     /// # Errors
     /// A ball outside the volume, or one that is black.
@@ -106,7 +110,7 @@ impl Volume {
     }
 }
 
-/// Where the tips would be seen by a scanner that takes the speed of sound for `ratio` times what it is.
+/// Apparent positions of the tips if the scanner assumes `ratio` times the speed.
 pub fn seen(tips: &[Point], ratio: f64) -> Vec<Point> {
     tips.iter().map(|[x, y, z]| [*x, *y, z * ratio]).collect()
 }
