@@ -20,33 +20,40 @@ use bonebeam_files::terminal::print;
 
 /// Find the bone surface: a depth in each line, or none.
 ///
-/// FILE is a recording, which is beamformed first, by das unless --method or --config has another; lines (`z` …) as .npz; or a picture, PNG or .npy, whose lines are its
-/// columns, or of a curved array or a sector the beams of its fan. Bone is a bright echo with a shadow below it, continuous from line to line. The configuration used is
-/// written beside the surface as SURFACE.csv.config.toml.
+/// FILE is a recording, lines, or a picture. A recording is beamformed first, by das unless --method or --config names
+/// another method. Lines are an .npz file with `z`. A picture is a PNG or .npy file; its lines are its columns, or the
+/// beams of its fan for a curved array or a sector. Bone is a bright echo with a shadow below it, continuous from line to
+/// line. The configuration used is written beside the surface as SURFACE.csv.config.toml.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES, allow_negative_numbers = true)]
 pub struct Arguments {
-    /// The recording, the lines, or the picture
+    /// Recording, lines, or picture
     #[arg(value_name = "FILE")]
     input: PathBuf,
 
-    /// The points, .csv: line, x and z in m, confidence, piece; .json: the same by pieces; .ply: x, 0, z in mm with
-    /// confidence, and edges between neighbours; of several frames with the frame
+    /// Points of the surface, written as .csv, .json or .ply
+    ///
+    /// .csv: line, x and z in m, confidence, piece. .json: the same, grouped by piece. .ply: x, 0, z in mm with
+    /// confidence, and edges between neighbours. For several frames, points have the frame as well.
     #[arg(short, long, value_name = "SURFACE.csv")]
     output: PathBuf,
 
-    /// Also the picture, of the first frame, with the surface drawn over it
+    /// Also write the picture of the first frame with the surface drawn over it
     #[arg(long, value_name = "OVERLAY.png")]
     image: Option<PathBuf>,
 
-    /// Of a picture: the part that is the image, without a screen's text and rulers, in pixels from the top left
+    /// Part of the picture to use, in pixels from the top left [default: all]
+    ///
+    /// It leaves out the text and rulers of a screen.
     #[arg(long, value_name = "X,Y,WIDTH,HEIGHT", value_parser = parse_crop, help_heading = "Picture")]
     crop: Option<Crop>,
 
     #[command(flatten)]
     picture: SurfacePictureFlags,
 
-    /// The frames A to B−1 of a recording or of lines of many, or frame A alone: A..B or A [default: all]
+    /// Frames A to B−1, or frame A alone: A..B or A [default: all]
+    ///
+    /// For a recording, or for lines of several frames.
     #[arg(long, value_name = "A..B", value_parser = parse_frames)]
     frames: Option<FrameRange>,
 
@@ -130,7 +137,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
         let points = found.frames.first().map_or(&[][..], |frame| &frame.points);
         Overlay::of(picture, found.fan.as_ref(), points).add_to(path, &mut outputs)?;
     }
-    // The configuration tells which fan was found, and so repeats it.
+    // The written configuration has the fan that was found, so that it repeats the run.
     config.surface.fan = found.fan;
     let inputs = [snapshot.hashed(true)?];
     config.add_to(&command_line(), &inputs, &config_path, &mut outputs)?;
@@ -138,7 +145,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     print(&format!("{}\n", summary(&found)))
 }
 
-/// How much of the lines have bone, and where.
+/// One line for the terminal: the share of the lines with bone, and the fan.
 fn summary(found: &Found) -> String {
     let fan = found.fan.map_or(String::new(), |fan| {
         let degrees = fan.angles.map(f64::to_degrees);

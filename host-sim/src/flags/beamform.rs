@@ -11,86 +11,91 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use super::core::CoreFlags;
 
-/// The flags that go over the section.
+/// Flags that override the section of the beamformer.
 #[derive(Debug, Args)]
 pub struct BeamformFlags {
-    /// Values for a purpose; other flags go over them
+    /// Preset of several values, which other flags override
     #[arg(long, value_enum, help_heading = "Beamformer")]
     preset: Option<Preset>,
 
-    /// The beamformer [default: esmv-rank1; by the command surface, das]
+    /// Beamformer [default: esmv-rank1; das for the command surface]
     #[arg(long, value_enum, help_heading = "Beamformer")]
     method: Option<MethodName>,
 
-    /// With esmv: the share of the power that the signal subspace keeps (Eq. 8), above 0 and at
-    /// most 1 [default: 0.01]
+    /// Share of the power in the signal subspace of esmv (Eq. 8), above 0 to 1 [default: 0.01]
     #[arg(long, help_heading = "Beamformer")]
     beta: Option<f64>,
 
-    /// With esmv: a fixed rank of the signal subspace instead of --beta
+    /// Fixed rank of the signal subspace of esmv, in place of --beta
     #[arg(long, help_heading = "Beamformer")]
     rank: Option<usize>,
 
-    /// With esmv-rank1: all eigenvectors but the first, as in Fig. 2c of the paper
+    /// Use all eigenvectors but the first in esmv-rank1, as in Fig. 2c of the paper
     #[arg(long, help_heading = "Beamformer")]
     exclude_first: bool,
 
-    /// With esmv-rank1: the eigenvector by N steps of power iteration, 1 to 64, which take the same time
-    /// whatever the data are [default: as many Lanczos steps as it takes]
+    /// Steps of power iteration for the eigenvector of esmv-rank1, 1 to 64 [default: Lanczos steps]
+    ///
+    /// Power iteration takes the same time for all data. Lanczos steps go on until they converge.
     #[arg(long, value_name = "N", help_heading = "Beamformer")]
     power_steps: Option<usize>,
 
     #[command(flatten)]
     core: CoreFlags,
 
-    /// Covariance of Eq. 2 or of Eq. 3 [default: forward-backward]
+    /// Covariance estimate [default: forward-backward]
     #[arg(long, value_parser = covariances(), help_heading = "Beamformer")]
     covariance: Option<Covariance>,
 
-    /// Delay and sum above this depth, m [default: the beamformer from the first sample on]
+    /// Depth above which delay and sum replaces the beamformer, m [default: none]
     #[arg(long, value_name = "M", help_heading = "Beamformer")]
     adaptive_depth_start: Option<f64>,
 
-    /// Delay and sum below this depth, m [default: the beamformer to the last sample]
+    /// Depth below which delay and sum replaces the beamformer, m [default: none]
     #[arg(long, value_name = "M", help_heading = "Beamformer")]
     adaptive_depth_end: Option<f64>,
 
-    /// Receive f-number, depth over aperture [default: 1.5]
+    /// Receive f-number: depth over aperture [default: 1.5]
     #[arg(long, help_heading = "Delay (channel data only)")]
     f_number: Option<f64>,
 
-    /// Active elements at the least [default: 8]
+    /// Minimum number of active elements [default: 8]
     #[arg(long, value_name = "N", help_heading = "Delay (channel data only)")]
     min_elements: Option<usize>,
 
-    /// Sampling rate of the lines, Hz [default: four times the centre frequency, at most the
-    /// record's]
+    /// Sampling rate of the lines, Hz [default: 4 x centre frequency]
+    ///
+    /// The default does not exceed the sampling rate of the recording.
     #[arg(long, value_name = "HZ", help_heading = "Delay (channel data only)")]
     output_rate: Option<f64>,
 
-    /// Which way the lines go, for transmits that are compounded [default: what fits the array]
+    /// Direction of the lines of compounded transmits [default: by the array]
+    ///
+    /// The default is straight down for linear arrays, and radial for curved and phased arrays.
     #[arg(long, value_enum, help_heading = "Delay (channel data only)")]
     lines: Option<LineKind>,
 
-    /// How many lines, for transmits that are compounded [default: two an element]
+    /// Number of lines of compounded transmits [default: two per element]
     #[arg(long, value_name = "N", help_heading = "Delay (channel data only)")]
     line_count: Option<usize>,
 
-    /// Distance between lines straight down, for transmits that are compounded, m [default: half the elements']
+    /// Spacing of parallel lines of compounded transmits, m [default: half the pitch]
     #[arg(long, value_name = "M", help_heading = "Delay (channel data only)")]
     line_spacing: Option<f64>,
 
-    /// Lateral position of the first line straight down, m [default: the first element's]
+    /// Lateral position of the first parallel line, m [default: that of the first element]
     #[arg(long, value_name = "M", help_heading = "Delay (channel data only)")]
     lateral_start: Option<f64>,
 
-    /// Lateral position beyond which there is no line straight down, m [default: the last element's]
+    /// Largest lateral position of a parallel line, m [default: that of the last element]
     #[arg(long, value_name = "M", help_heading = "Delay (channel data only)")]
     lateral_end: Option<f64>,
 
-    /// Sub-lines of each line: directions within its cell, half way to its neighbours, from the line's one covariance:
-    /// 1, 2, 4, 8, 16 or 32, each put out [default: das 1; others as many as keep a point between two lines within
-    /// 2.5 dB, and each line is the largest of its own]
+    /// Sub-lines of each line: 1, 2, 4, 8, 16 or 32 [default: 1 for das, else by the recording]
+    ///
+    /// Sub-lines are directions within the cell of a line, which reaches half way to its neighbours. They share the
+    /// covariance of the line. Each is written. By default their number keeps a point between two lines within 2.5 dB,
+    /// and the line written is the largest of its sub-lines.
     #[arg(long, value_name = "N", help_heading = "Delay (channel data only)")]
     sub_lines: Option<usize>,
 
@@ -98,32 +103,35 @@ pub struct BeamformFlags {
     #[arg(long, value_name = "RAD", help_heading = "Delay (channel data only)")]
     sector: Option<f64>,
 
-    /// Weights of compounded transmits: one each, as 0.5,1,0.5, or a window over them, as hann; lines are the weighted
-    /// sum over the sum of the weights' magnitudes [default: equal ones]
+    /// Weights of compounded transmits: a number each, or a window [default: equal]
+    ///
+    /// For example 0.5,1,0.5 or hann. Lines are the weighted sum, divided by the sum of the weights' magnitudes.
     #[arg(long, value_name = "W,…", value_parser = transmit_weights, help_heading = "Delay (channel data only)")]
     transmit_weights: Option<TransmitWeights>,
 
-    /// How RF is read where transmits are compounded [default: filtered]
+    /// Interpolation of RF for compounded transmits [default: filtered]
     #[arg(long, value_enum, help_heading = "Delay (channel data only)")]
     rf_interpolation: Option<RfInterpolation>,
 
-    /// How I/Q is read between its samples [default: the cheapest within 1e-3 of a pulse's peak]
+    /// Interpolation of I/Q between its samples [default: by the sampling rate]
+    ///
+    /// The default is the cheapest one with errors within 1e-3 of a pulse's peak.
     #[arg(long, value_enum, help_heading = "Delay (channel data only)")]
     iq_interpolation: Option<Interpolation>,
 
-    /// Shallowest depth of the lines, m [default: where the record begins]
+    /// Shallowest depth of the lines, m [default: the start of the recording]
     #[arg(long, value_name = "M", help_heading = "Delay (channel data only)")]
     depth_start: Option<f64>,
 
-    /// Greatest depth of the lines, m [default: where the record ends]
+    /// Greatest depth of the lines, m [default: the end of the recording]
     #[arg(long, value_name = "M", help_heading = "Delay (channel data only)")]
     depth_end: Option<f64>,
 
-    /// Speed of sound, m/s [default: the file's; 1540 for aligned data]
+    /// Speed of sound, m/s [default: that of the file; 1540 for aligned data]
     #[arg(long, value_name = "M/S")]
     sound_speed: Option<f64>,
 
-    /// Distance between the beams of aligned data that do not tell `beam_x`, m [default: 0.308e-3]
+    /// Beam spacing of aligned data without `beam_x`, m [default: 0.308e-3]
     #[arg(long, value_name = "M")]
     beam_spacing: Option<f64>,
 }
@@ -138,7 +146,7 @@ fn covariances() -> impl TypedValueParser<Value = Covariance> {
         ),
         (
             "forward-backward",
-            "`R_FB` of Eq. 3, the product's default",
+            "`R_FB` of Eq. 3, the default",
             Covariance::ForwardBackward,
         ),
     ];
@@ -149,7 +157,7 @@ fn covariances() -> impl TypedValueParser<Value = Covariance> {
     })
 }
 
-/// Weights with commas between them, or the key of a window.
+/// Parses weights separated by commas, or the key of a window.
 fn transmit_weights(text: &str) -> Result<TransmitWeights, String> {
     let windows = Apodization::EXAMPLES;
     if let Some(window) = windows.into_iter().find(|window| window.key() == text) {
@@ -161,12 +169,12 @@ fn transmit_weights(text: &str) -> Result<TransmitWeights, String> {
         .collect();
     weights.map(TransmitWeights::Each).map_err(|_| {
         let keys = windows.map(|window| window.key()).join(", ");
-        format!("expected numbers with commas between them, or one of {keys}")
+        format!("expected numbers separated by commas, or one of {keys}")
     })
 }
 
 impl BeamformFlags {
-    /// The flags that only channel data heed, and whether each was given.
+    /// The flags that only affect channel data, and whether each was given.
     pub fn of_delay(&self) -> [(&'static str, bool); 15] {
         [
             ("--f-number", self.f_number.is_some()),
@@ -187,12 +195,12 @@ impl BeamformFlags {
         ]
     }
 
-    /// The flag that only aligned data heed, and whether it was given.
+    /// The flag that only affects aligned data, and whether it was given.
     pub fn of_aligned_data(&self) -> (&'static str, bool) {
         ("--beam-spacing", self.beam_spacing.is_some())
     }
 
-    /// What the flags say in place of the section's values.
+    /// Replaces the section's values by those of the flags.
     pub fn apply(&self, section: &mut Beamform) {
         self.apply_method(section);
         section.preset = self.preset.or(section.preset);
@@ -223,8 +231,9 @@ impl BeamformFlags {
         section.beam_spacing = self.beam_spacing.unwrap_or(section.beam_spacing);
     }
 
-    /// The method and its options belong together: a flag that changes one of them takes back what
-    /// the file says about the others where both cannot hold.
+    /// Replaces the method and its options.
+    ///
+    /// A flag for one of them removes the file's values of the others that contradict it.
     fn apply_method(&self, section: &mut Beamform) {
         if let Some(method) = self.method {
             if method != section.method {

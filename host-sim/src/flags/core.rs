@@ -51,13 +51,12 @@ impl Args for CoreFlags {
             .map(|postfilter| PossibleValue::new(postfilter.key()).help(postfilter.help()));
         let parser = PossibleValuesParser::new(values).map(|key| postfilter(&key));
         let postfilter = flag(POSTFILTER, ValueParser::new(parser))
-            .help("The factor that multiplies the beamformer's output [default: none]");
+            .help("Postfilter: a factor on the beamformer's output [default: none]");
         let values = Apodization::EXAMPLES
             .map(|window| PossibleValue::new(window.key()).help(window.help()));
         let parser = PossibleValuesParser::new(values).map(|key| apodization(&key));
         let apodization = flag(APODIZATION, ValueParser::new(parser)).help(
-            "Receive weights across the active aperture: of the elements of das, of the subapertures of the other \
-             methods [default: none]",
+            "Receive weights of the elements of das, or of the subapertures of other methods [default: none]",
         );
         command.args(rows).args([postfilter, apodization])
     }

@@ -6,22 +6,24 @@ use bonebeam_drive::surface::PictureFan;
 use bonebeam_files::terminal::short;
 use clap::Args;
 
-/// The flags that go over the section.
+/// Flags that override the section of the bone surface.
 #[derive(Debug, Args)]
 pub struct SurfaceFlags {
-    /// Of lines, black lies this far below the largest envelope, dB; a picture has its own grey levels [default: 60]
+    /// Dynamic range of the lines' grey levels, dB [default: 60]
+    ///
+    /// Black is this far below the largest envelope. A picture has its own grey levels.
     #[arg(long, value_name = "DB", help_heading = "Surface")]
     grey_range: Option<f64>,
 
-    /// The depth at which the search begins, m [default: 0.005]
+    /// Depth at which the search begins, m [default: 0.005]
     #[arg(long, value_name = "M", help_heading = "Surface")]
     search_start: Option<f64>,
 
-    /// The depth at which the search ends, m [default: 6 mm above the end of the lines]
+    /// Depth at which the search ends, m [default: 6 mm above the end of the lines]
     #[arg(long, value_name = "M", help_heading = "Surface")]
     search_end: Option<f64>,
 
-    #[arg(long, value_name = "NATS", help_heading = "Surface", help = usual("Score of a line without bone, nats: a larger one finds less", |s| s.absence))]
+    #[arg(long, value_name = "NATS", help_heading = "Surface", help = usual("Score of a line without bone, nats; a larger score finds less bone", |s| s.absence))]
     absence: Option<f64>,
 
     #[arg(long, value_name = "NATS", help_heading = "Surface", help = usual("Price of each start and of each end of a surface, nats", |s| s.end))]
@@ -30,48 +32,50 @@ pub struct SurfaceFlags {
     #[arg(long, value_name = "NATS", help_heading = "Surface", help = usual("Price of a jump to another depth, nats", |s| s.jump))]
     jump_price: Option<f64>,
 
-    #[arg(long, value_name = "NATS", help_heading = "Surface", help = usual("Price of a move in depth from line to line, nats per mm", |s| 1e-3 * s.slope))]
+    #[arg(long, value_name = "NATS", help_heading = "Surface", help = usual("Price of a change in depth from line to line, nats per mm", |s| 1e-3 * s.slope))]
     slope_price: Option<f64>,
 
-    #[arg(long, value_name = "NATS", help_heading = "Surface", help = usual("Weight of the echo beside the tissue above, nats", |s| s.contrast.weight))]
+    #[arg(long, value_name = "NATS", help_heading = "Surface", help = usual("Weight of the contrast of the echo to the tissue above, nats", |s| s.contrast.weight))]
     contrast: Option<f64>,
 
-    #[arg(long, value_name = "NATS", help_heading = "Surface", help = usual("Weight of the change of level from tissue above to shadow below, nats", |s| s.level.weight))]
+    #[arg(long, value_name = "NATS", help_heading = "Surface", help = usual("Weight of the drop in level from tissue above to shadow below, nats", |s| s.level.weight))]
     level: Option<f64>,
 
-    #[arg(long, value_name = "NATS", help_heading = "Surface", help = usual("Weight of the brightest below, beside the tissue above, nats", |s| s.rest.weight))]
+    #[arg(long, value_name = "NATS", help_heading = "Surface", help = usual("Weight of the brightest level below against the tissue above, nats", |s| s.rest.weight))]
     rest: Option<f64>,
 
-    #[arg(long, value_name = "NATS", help_heading = "Surface", help = usual("Weight of the shadow down to the end of the line, nats", |s| -s.shadow.weight))]
+    #[arg(long, value_name = "NATS", help_heading = "Surface", help = usual("Weight of the shadow to the end of the line, nats", |s| -s.shadow.weight))]
     shadow: Option<f64>,
 
     #[arg(long, value_name = "X", help_heading = "Surface", help = usual(
-        "How far below an echo brighter than the tissue its shadow is judged, as a share of white; 1: only the tissue counts",
+        "Shadow reference below an echo brighter than the tissue, as a share of white; 1: the tissue alone",
         |s| s.margin,
     ))]
     margin: Option<f64>,
 
-    /// Leave out points that are less sure, 0 to 1 [default: 0]
+    /// Minimum confidence of a point, 0 to 1 [default: 0]
     #[arg(long, value_name = "P", help_heading = "Surface")]
     min_confidence: Option<f64>,
 }
 
-/// Help with the core's defaults.
+/// A help text with the core's defaults.
 fn usual(help: &str, of: fn(&Settings) -> f64) -> String {
     let [lines, picture] = [Settings::DEFAULT, Settings::PICTURE].map(|s| short(of(&s)));
-    format!("{help} [default: {lines}; of a picture {picture}]")
+    format!("{help} [default: {lines}; {picture} for a picture]")
 }
 
-/// The flags of pictures that go over the section.
+/// Flags of pictures that override the section of the bone surface.
 #[derive(Debug, Args)]
 pub struct SurfacePictureFlags {
-    /// Where the beams of a curved array or a sector go: the apex, the distance from there at which they begin and end,
-    /// in m from the centre of the picture's top left pixel, and the angles of the first and the last, in rad
-    /// [default: the fan that black corners show, if they do]
+    /// Fan of the beams of a curved array or a sector [default: found by black corners]
+    ///
+    /// X and Z are the apex, in m from the centre of the picture's top left pixel. BEGIN and END are the distances from
+    /// the apex at which the beams begin and end, in m. FIRST and LAST are the angles of the first and the last beam,
+    /// in rad.
     #[arg(long, value_name = "X,Z,BEGIN,END,FIRST,LAST", value_parser = parse_fan, help_heading = "Picture")]
     fan: Option<PictureFan>,
 
-    /// Columns are lines, also of a picture that looks like a fan
+    /// Take columns as lines, even if the picture looks like a fan
     #[arg(long, help_heading = "Picture")]
     columns_as_lines: bool,
 }
@@ -90,7 +94,7 @@ fn parse_fan(text: &str) -> Result<PictureFan, String> {
 }
 
 impl SurfacePictureFlags {
-    /// The flag that was given.
+    /// The name of the flag that was given, if any.
     pub fn given(&self) -> Option<&'static str> {
         match (self.fan, self.columns_as_lines) {
             (Some(_), _) => Some("--fan"),

@@ -8,20 +8,26 @@ use crate::{Error, Result};
 use bonebeam_files::settings::{LENGTHS, check_positive, out_of_range};
 
 const SECTION: &str = "surface";
-/// Nats.
+/// Largest magnitude of a score or a price, nats.
 const MAX_PRICE: f64 = 64.0;
-/// Weights of a term, nats: with the width of each, the core takes these.
+/// Largest weight of a term, nats; the core accepts it with the width of each term.
 const MAX_WEIGHT: f64 = 12.0;
 
-/// Section `[surface]`. What is not told is the core's, which differs between lines and pictures.
+/// Section `[surface]`.
+///
+/// Missing values are the core's defaults, which differ between lines and pictures.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Surface {
-    /// Lines: black lies this far below the largest envelope, dB. A picture has its own grey levels.
+    /// Dynamic range of lines: black is this far below the largest envelope, dB.
+    ///
+    /// A picture has its own grey levels.
     pub grey_range: f64,
     /// The depth at which the search begins, m.
     pub search_start: f64,
-    /// The depth at which it ends, m; without it, 6 mm above the line's end, where there is that much.
+    /// The depth at which the search ends, m.
+    ///
+    /// By default 6 mm above the end of the line, if the line is long enough.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub search_end: Option<f64>,
     /// The score of a line without bone, nats.
@@ -33,30 +39,33 @@ pub struct Surface {
     /// The price of a jump to another depth, nats.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub jump_price: Option<f64>,
-    /// The price of a move in depth from line to line, nats per mm.
+    /// The price of a change in depth from line to line, nats per mm.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slope_price: Option<f64>,
-    /// The weight of the echo beside the tissue above, nats.
+    /// The weight of the contrast of the echo to the tissue above, nats.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub contrast: Option<f64>,
-    /// The weight of the change of level from the tissue above to the shadow below, nats.
+    /// The weight of the drop in level from tissue above to shadow below, nats.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub level: Option<f64>,
-    /// The weight of the brightest below, beside the tissue above, nats.
+    /// The weight of the brightest level below against the tissue above, nats.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rest: Option<f64>,
-    /// The weight of the shadow down to the end of the line, nats.
+    /// The weight of the shadow to the end of the line, nats.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shadow: Option<f64>,
-    /// How far below the echo, in shares of white, its shadow is judged where the echo is brighter than the tissue; 1
-    /// for the tissue alone.
+    /// Shadow reference below an echo brighter than the tissue, as a share of white.
+    ///
+    /// With 1, the tissue alone is the reference.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub margin: Option<f64>,
-    /// Points that are less sure than this are left out, 0 to 1.
+    /// The minimum confidence of a point, 0 to 1.
     pub min_confidence: f64,
-    /// Pictures: columns are lines, also of what looks like a fan.
+    /// Pictures: columns are lines, even if the picture looks like a fan.
     pub columns_as_lines: bool,
-    /// Pictures: the fan of a curved array or a sector. Without it, the fan that the black corners show, if they do.
+    /// Pictures: the fan of a curved array or a sector.
+    ///
+    /// By default the fan is found by the picture's black corners, if it has them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fan: Option<PictureFan>,
 }
@@ -84,7 +93,7 @@ impl Default for Surface {
 }
 
 impl Surface {
-    /// The core's settings: those of lines or of pictures, but for what the section tells.
+    /// The core's settings: the section's values, and `usual` for missing ones.
     pub fn settings(&self, usual: Settings) -> Settings {
         let mut settings = Settings {
             depths: [self.search_start, self.search_end.unwrap_or(f64::INFINITY)],
@@ -98,7 +107,7 @@ impl Surface {
         settings.contrast.weight = self.contrast.unwrap_or(usual.contrast.weight);
         settings.level.weight = self.level.unwrap_or(usual.level.weight);
         settings.rest.weight = self.rest.unwrap_or(usual.rest.weight);
-        // The core's falls with the grey of the shadow.
+        // The core's weight is negative: the score falls with the grey level of the shadow.
         settings.shadow.weight = self.shadow.map_or(usual.shadow.weight, |weight| -weight);
         settings
     }
@@ -124,7 +133,7 @@ impl Surface {
                 return Err(out_of_range(SECTION, "search_end", end, &expected));
             }
         }
-        let told = [
+        let given = [
             ("absence", self.absence, [-MAX_PRICE, MAX_PRICE], " nats"),
             ("end_price", self.end_price, [0.0, MAX_PRICE], " nats"),
             ("jump_price", self.jump_price, [0.0, MAX_PRICE], " nats"),
@@ -140,7 +149,7 @@ impl Surface {
             ("shadow", self.shadow, [0.0, MAX_WEIGHT], " nats"),
             ("margin", self.margin, [0.0, 1.0], " of white"),
         ];
-        for (key, value, range, unit) in told {
+        for (key, value, range, unit) in given {
             if let Some(value) = value {
                 within(key, value, range, unit)?;
             }
@@ -155,7 +164,7 @@ impl Surface {
 fn check_fan(fan: &PictureFan, columns: bool) -> Result<()> {
     if columns {
         return Err(Error::Usage(
-            "--fan has no effect with --columns-as-lines, by which columns are lines".into(),
+            "--fan has no effect with --columns-as-lines".into(),
         ));
     }
     let refused = |value: f64, expected: &str| Err(out_of_range(SECTION, "fan", value, expected));
@@ -172,7 +181,7 @@ fn check_fan(fan: &PictureFan, columns: bool) -> Result<()> {
     if !(0.0 <= near && near < far && far <= LENGTHS[1]) {
         return refused(
             far,
-            "an end beyond the beginning, which is at least 0, in m from the apex",
+            "distances from the apex with 0 <= BEGIN < END, in m",
         );
     }
     if !(-std::f64::consts::PI < first && first < last && last < std::f64::consts::PI) {

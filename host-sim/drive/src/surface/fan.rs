@@ -1,40 +1,48 @@
-//! The fan of a picture of a curved array or a sector, found by the black around it.
+//! The fan of a picture of a curved array or a sector, found by its black corners.
 
 use std::collections::VecDeque;
 
 use ndarray::{Array2, ArrayView2};
 use serde::{Deserialize, Serialize};
 
-/// Where the beams of a picture go: out from an apex, between two arcs and two angles.
+/// Geometry of the beams of a picture, which go out from an apex.
+///
+/// They lie between two arcs and two angles.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PictureFan {
-    /// The apex, m, in the coordinates of the picture.
+    /// Lateral position of the apex, m, in the coordinates of the picture.
     pub x: f64,
-    /// Its depth, m, often above the picture.
+    /// Depth of the apex, m, often above the picture.
     pub z: f64,
-    /// From the apex to where the beams begin, and to where they end, m.
+    /// Distances from the apex at which the beams begin and end, m.
     pub radii: [f64; 2],
-    /// From the z axis to the first beam and to the last, rad, positive towards positive x.
+    /// Angles of the first and the last beam, rad.
+    ///
+    /// They count from the z axis and are positive towards positive x.
     pub angles: [f64; 2],
 }
 
-/// Grey levels up to this are black, 0 to 255: compression leaves some beside letters and edges.
+/// Largest grey level that counts as black, of 255.
+///
+/// Compression leaves some grey beside letters and edges.
 const BLACK: f32 = 8.0;
-/// Gaps of up to so many pixels do not part the picture.
+/// Side of the blocks in which connected parts are found, pixels.
+///
+/// Smaller gaps do not split the picture.
 const BLOCK: usize = 4;
-/// A side is straight to so many pixels.
+/// Largest deviation of a side from a straight line, pixels.
 const STRAIGHT: f64 = 1.5;
-/// The least part of the picture's height that a side of a fan takes.
+/// Smallest height of a side of a fan, as a share of the picture's height.
 const LEAST_SIDE: f64 = 0.25;
-/// The least angle between the sides, rad, and the largest.
+/// Smallest and largest angle between the sides, rad.
 const TURNS: [f64; 2] = [0.15, 3.0];
 
 impl PictureFan {
-    /// The fan in pixels of 1 m, from the centre of the top left one; none if the picture is not one.
+    /// The fan in pixels from the centre of the top left one; `None` if there is none.
     ///
-    /// What is not black and hangs together is the picture. Its convex hull has two straight sides that meet above it, and
-    /// the arcs are where it begins and ends on most beams.
+    /// The largest connected part that is not black is the picture. The convex hull of a fan has two straight sides that
+    /// meet above it. The arcs are at the distances at which most beams begin and end.
     pub(super) fn of(pixels: ArrayView2<f32>) -> Option<Self> {
         let lit = largest_part(pixels);
         let rows = lit.outer_iter().enumerate().filter_map(|(row, levels)| {
@@ -65,7 +73,7 @@ impl PictureFan {
         })
     }
 
-    /// The same of pixels of another size, the first of them elsewhere, m.
+    /// The fan for pixels of side `pixel`, the first of them at (x0, z0), m.
     pub(super) fn placed(self, pixel: f64, [x0, z0]: [f64; 2]) -> Self {
         Self {
             x: x0 + pixel * self.x,
@@ -75,7 +83,7 @@ impl PictureFan {
         }
     }
 
-    /// The position at a distance from the apex, m.
+    /// The position at a distance from the apex and an angle, m.
     pub fn at(&self, radius: f64, angle: f64) -> [f64; 2] {
         [self.x + radius * angle.sin(), self.z + radius * angle.cos()]
     }
@@ -146,7 +154,7 @@ fn hull(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     hull
 }
 
-/// The pixels that are not black, without letters and rulers beside the largest part that hangs together.
+/// The largest connected part that is not black, without letters and rulers.
 fn largest_part(pixels: ArrayView2<f32>) -> Array2<bool> {
     let (rows, columns) = pixels.dim();
     let mut blocks = Array2::from_elem((rows.div_ceil(BLOCK), columns.div_ceil(BLOCK)), 0usize);
@@ -185,10 +193,10 @@ fn largest_part(pixels: ArrayView2<f32>) -> Array2<bool> {
     })
 }
 
-/// Bins of angles in which the arcs are looked for.
+/// Number of bins of the angle in which the arcs are sought.
 const BINS: usize = 128;
 
-/// Where most beams begin, and where the longest end.
+/// The radii at which most beams begin, and at which the longest end.
 fn radii(lit: &Array2<bool>, [x, z]: [f64; 2], angles: [f64; 2]) -> Option<[f64; 2]> {
     let mut ends = vec![[f64::INFINITY, 0.0]; BINS];
     for ((row, column), _) in lit.indexed_iter().filter(|(_, lit)| **lit) {
@@ -206,7 +214,7 @@ fn radii(lit: &Array2<bool>, [x, z]: [f64; 2], angles: [f64; 2]) -> Option<[f64;
         sorted.sort_by(f64::total_cmp);
         sorted.get((share * sorted.len() as f64) as usize).copied()
     };
-    // Dark pixels begin later and end earlier; a picture that is cut below ends later on slanted beams.
+    // Dark tissue begins later and ends earlier; in a picture that is cut below, slanted beams end later.
     let radii = [nth(0, 0.2)?, nth(1, 0.95)?];
     (radii[1] > radii[0]).then_some(radii)
 }

@@ -22,23 +22,23 @@ pub use picture::{Picture, PictureSurface, of_picture};
 /// A point of the bone surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePoint {
-    /// The line, the beam of the picture's fan, or the column of the picture.
+    /// Index of the line, of the beam of the picture's fan, or of the picture's column.
     pub line: usize,
-    /// To the right, m, in the coordinates of the lines or of the picture.
+    /// Lateral position, m, in the coordinates of the lines or of the picture.
     pub x: f64,
-    /// Down, m.
+    /// Depth, m.
     pub z: f64,
-    /// How sure it is, from 0 to 1.
+    /// Confidence, from 0 to 1.
     pub confidence: f32,
-    /// Which piece of surface it belongs to, from 0.
+    /// Index of the piece of surface that the point belongs to.
     pub piece: usize,
 }
 
-/// The surface in lines, at most a point each, from the first line to the last.
+/// Finds the surface in lines: at most one point per line, in their order.
 ///
 /// # Errors
-/// Lines that are not from left to right or cross, and what the core refuses: a NaN or infinite sample, lines
-/// that are too short, a parameter that is out of range.
+/// Lines that cross or are not in order from left to right, a NaN or infinite sample, lines that are too short, or a
+/// parameter out of range.
 pub fn of_lines<S: Data<Elem = Complex<f32>>>(
     lines: &BeamformedLines<ArrayBase<S, Ix2>>,
     section: &config::Surface,
@@ -61,13 +61,13 @@ pub fn of_lines<S: Data<Elem = Complex<f32>>>(
     }))
 }
 
-/// Half way down a fan, from one line to the next, m.
+/// Distance between neighbouring lines of a fan at half its depth, m.
 fn spacing_of_fan(fan: &Fan, angles: &Axis, samples: &Axis) -> f64 {
     let middle = (samples.first + samples.last()) / 2.0;
     angles.step * (fan.radius + middle)
 }
 
-/// Grey levels of lines, `[line][sample]`, so many dB below the largest envelope.
+/// Grey levels of lines, `[line][sample]`, over a dynamic range in dB.
 fn grey_of_lines<S: Data<Elem = Complex<f32>>>(
     lines: &BeamformedLines<ArrayBase<S, Ix2>>,
     dynamic_range: f32,
@@ -91,14 +91,14 @@ fn grey_of_lines<S: Data<Elem = Complex<f32>>>(
     Ok(levels)
 }
 
-/// The core's detector over a whole frame.
+/// Runs the core's detector over a whole frame.
 fn detect(
     grey: &[u8],
     samples: Axis,
     spacing: f64,
     mut settings: Settings,
 ) -> Result<Vec<Option<Point>>> {
-    // Of what lies nearer to the end there is too little shadow to tell: the end of the data looks like one.
+    // Nearer to the end of the data there is too little shadow to judge, and the end itself looks like a shadow.
     let end = samples.last() - settings.far[1];
     if settings.depths[1].is_infinite() && end > settings.depths[0] + settings.far[1] {
         settings.depths[1] = end;
@@ -112,7 +112,7 @@ fn detect(
     })?;
     let need = detector.need();
     let mut real = Vec::new();
-    let refused = |_| Error::Usage("the surface takes more memory than there is".into());
+    let refused = |_| Error::Usage("not enough memory for the bone surface".into());
     real.try_reserve_exact(need.real).map_err(refused)?;
     real.resize(need.real, 0.0);
     let scratch = Scratch {
@@ -124,7 +124,9 @@ fn detect(
     Ok(points)
 }
 
-/// Points at the places `at` of their lines and depths, in pieces, but for those that are less sure.
+/// Points at the positions `at(line, depth)`, in pieces.
+///
+/// Points with a confidence below `least` are left out.
 fn placed(
     points: Vec<Option<Point>>,
     least: f64,

@@ -1,4 +1,4 @@
-//! The surface in a picture: its columns are lines, or the beams of its fan.
+//! The surface in a picture, whose lines are its columns or the beams of its fan.
 
 use bonebeam::geometry::Axis;
 use bonebeam::surface::{Settings, grey};
@@ -20,30 +20,31 @@ pub struct Picture<'a> {
     pub x0: f64,
     /// The vertical position of row 0, m.
     pub z0: f64,
-    /// How deep row 0 lies, m: columns are searched from there.
+    /// Depth of row 0, m, from which columns are searched.
     pub depth: f64,
 }
 
 /// The surface in a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PictureSurface {
-    /// From left to right.
+    /// Points of the surface, from left to right.
     pub points: Vec<SurfacePoint>,
-    /// Lines that were searched.
+    /// Number of lines that were searched.
     pub lines: usize,
-    /// The fan whose beams they are; without it, they are the columns.
+    /// The fan whose beams are the lines; if `None`, the lines are the columns.
     pub fan: Option<PictureFan>,
 }
 
-/// The longest lines and the most of them, samples.
+/// Largest number of samples per line, and largest number of lines.
 const LARGEST: [f64; 2] = [65_536.0, 4096.0];
 
-/// The surface in a picture, at most a point each line. Lines are the beams of the fan that the section has, or else of
-/// the one that the picture's black corners show; of other pictures the columns.
+/// Finds the surface in a picture: at most one point per line.
+///
+/// Lines are the beams of the section's fan, or else of the fan found by the picture's black corners. Without a fan,
+/// lines are the columns.
 ///
 /// # Errors
-/// A fan that lies beside the picture, and what the core refuses: a level that is not finite, lines that are too short, a
-/// parameter that is out of range.
+/// A fan outside the picture, a level that is not finite, lines that are too short, or a parameter out of range.
 pub fn of_picture(picture: &Picture<'_>, section: &config::Surface) -> Result<PictureSurface> {
     let found = match (section.columns_as_lines, section.fan) {
         (true, _) => None,
@@ -107,7 +108,7 @@ fn of_fan(
     let angle = |line: usize| first + step * line as f64;
     let mut levels = vec![0.0; samples * lines];
     let beams = levels.par_chunks_mut(samples).enumerate();
-    // Samples from the first that the picture has to the last.
+    // The last sample of each beam within the picture.
     let seen: Vec<Option<usize>> = beams
         .map(|(line, levels)| beam(picture, &fan, angle(line), levels))
         .collect();
@@ -124,7 +125,7 @@ fn of_fan(
     let settings = section.settings(Settings::PICTURE);
     let mut points = detect(&grey_levels, depths, step * middle, settings)?;
     for (point, seen) in points.iter_mut().zip(seen) {
-        // Where the picture is cut, there is too little shadow to tell.
+        // Where the picture is cut, there is too little shadow to judge.
         let end = seen.filter(|&seen| seen + 1 < samples);
         let end = end.map(|end| depths.position(end) - settings.far[1]);
         let beyond = |depth: f32| end.is_some_and(|end| f64::from(depth) > end);
@@ -140,8 +141,9 @@ fn of_fan(
     })
 }
 
-/// The levels of a beam, bilinear, and the last sample that the picture has. Beyond it, and before the first, they are
-/// mirrored, so that the edge of a picture is no shadow.
+/// Interpolates the levels of a beam; returns its last sample within the picture.
+///
+/// Interpolation is bilinear. Outside the picture levels are mirrored, so that its edge is no shadow.
 fn beam(picture: &Picture<'_>, fan: &PictureFan, angle: f64, levels: &mut [f32]) -> Option<usize> {
     let value = |sample: usize| -> Option<f32> {
         let [x, z] = fan.at(fan.radii[0] + sample as f64 * picture.pixel, angle);
@@ -166,7 +168,7 @@ fn beam(picture: &Picture<'_>, fan: &PictureFan, angle: f64, levels: &mut [f32])
     let last = (first..levels.len()).take_while(inside).last()?;
     let period = 2 * (last - first).max(1);
     for (sample, level) in levels.iter_mut().enumerate() {
-        // A triangle wave over the samples that there are.
+        // A triangle wave over the samples within the picture.
         let along = (sample as i64 - first as i64).rem_euclid(period as i64) as usize;
         let mirrored = first + along.min(period - along);
         *level = value(mirrored).unwrap_or(0.0);
@@ -187,12 +189,12 @@ mod tests {
         angles: [-0.55, 0.5],
     };
 
-    /// How deep the bone of a beam lies, m.
+    /// Depth of the bone on a beam, m.
     fn bone(angle: f64) -> Option<f64> {
         (angle < 0.3).then_some(30e-3 + 10e-3 * angle)
     }
 
-    /// Speckle of a fan, bone and its shadow; black beside it.
+    /// A fan of speckle with bone and its shadow, on black.
     fn drawn(rows: usize, columns: usize) -> Array2<f32> {
         let mut state = 3u64;
         Array2::from_shape_fn((rows, columns), |(row, column)| {
@@ -228,7 +230,7 @@ mod tests {
         of_picture(&picture, section).unwrap()
     }
 
-    /// Of the beams with bone nearly all have a point on it, and hardly any other.
+    /// Checks that nearly all beams with bone have a point on it, and few others a point.
     fn follows(found: &PictureSurface, share: f64) {
         let mut hits = 0;
         for point in &found.points {
@@ -256,7 +258,7 @@ mod tests {
         let fan = found.fan.unwrap();
         assert!((fan.x - FAN.x).hypot(fan.z - FAN.z) < 1e-3, "{fan:?}");
         follows(&found, 0.95);
-        // Columns are no beams.
+        // With columns as lines there is no fan.
         let columns = config::Surface {
             columns_as_lines: true,
             ..config::Surface::default()

@@ -1,4 +1,4 @@
-//! The parameters of delay and beamformer: the section, and what the core gets.
+//! Parameters of delay and beamformer: the section, and the core's parameters.
 //!
 //! The core's parameters come from its table: see [`core`](super::core). A key of the host is a field of [`Beamform`],
 //! with its range in [`Beamform::validate`] and its flag in the command's `flags`.
@@ -22,14 +22,15 @@ use crate::{Error, Result};
 use bonebeam_files::terminal::short;
 use bonebeam_files::{ChannelData, Samples};
 
-/// Samples of the lines a period of the centre frequency, where nothing else is asked for: the paper's
-/// 20 MHz at 5 MHz.
+/// Default number of samples of a line per period of the centre frequency.
+///
+/// It gives the paper's 20 MHz at 5 MHz.
 const PERIOD_SAMPLES: f64 = 4.0;
-/// Where the band of a pulse of 60 % ends, over its centre frequency.
+/// Upper band edge of a pulse of 60 % bandwidth, relative to its centre frequency.
 const UPPER_EDGE: f64 = 1.3;
-/// What the decimator keeps, over the output rate: 0.7 of its half.
+/// Band that the decimator keeps, relative to the output rate: 0.7 of its half.
 const KEPT: f64 = 0.35;
-/// Which way the lines of compounded transmits go.
+/// Direction of the lines of compounded transmits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
@@ -48,16 +49,17 @@ pub enum LineKind {
 pub enum TransmitWeights {
     /// A window over the transmits in their order.
     Window(Apodization),
-    /// One each.
+    /// One number per transmit.
     Each(Vec<f64>),
 }
 
 impl TransmitWeights {
-    /// The factor of each of so many records, so that their mean is the sum of the weighted ones over that of the
-    /// weights' magnitudes.
+    /// The factor of the record of each transmit.
+    ///
+    /// The mean of the records with these factors is their weighted sum, divided by the sum of the weights' magnitudes.
     ///
     /// # Errors
-    /// [`Error::Usage`] for another number of weights, or weights that are not finite or all zero.
+    /// [`Error::Usage`] for a wrong number of weights, or weights that are not finite or all zero.
     pub fn factors(&self, transmits: usize, tukey_taper: f32) -> Result<Vec<f32>> {
         let weights: Vec<f64> = match self {
             TransmitWeights::Window(window) => (0..transmits)
@@ -68,7 +70,7 @@ impl TransmitWeights {
         let total: f64 = weights.iter().map(|weight| weight.abs()).sum();
         if weights.len() != transmits || !(total > 0.0 && total.is_finite()) {
             return Err(Error::Usage(format!(
-                "--transmit-weights has {}; expected {transmits} numbers that are finite and not all 0, one for each \
+                "--transmit-weights has {}; expected {transmits} finite numbers, not all 0, one for each \
                  transmit, or a window",
                 weights
                     .iter()
@@ -85,28 +87,29 @@ impl TransmitWeights {
     }
 }
 
-/// How RF is read between its samples, where transmits are compounded.
+/// Interpolation of RF between its samples, for compounded transmits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum RfInterpolation {
-    /// By the delay stage's filter, for each line anew
+    /// By the delay stage's filter, separately for each line
     Filtered,
-    /// Upsampled 16 times by that filter, once for all lines, then along straight lines: within 3e-3 of the
-    /// other, for many transmits several times as fast
+    /// Upsampled 16 times by that filter, once for all lines, then linear
+    ///
+    /// Within 3e-3 of `filtered`, and several times as fast for many transmits.
     Upsampled,
 }
 
-/// How I/Q is read between its samples.
+/// Interpolation of I/Q between its samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum Interpolation {
-    /// Along straight lines
+    /// Linear interpolation
     Linear,
-    /// Along cubic polynomials
+    /// Cubic polynomials
     Cubic,
-    /// By a windowed sinc of 12 taps
+    /// Windowed sinc of 12 taps
     Sinc,
 }
 
@@ -125,13 +128,15 @@ impl From<Interpolation> for IqInterpolation {
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum Preset {
-    /// Pictures while scanning: a depth step of 4 with das and mv, of 2 with esmv and esmv-rank1; sub-lines as by default
+    /// Live images: a depth step of 4 for das and mv, 2 for esmv and esmv-rank1
     Live,
 }
 
 impl Preset {
-    /// Puts the values for the section's method in. Of [`Preset::Live`] docs/reproduction.md has the errors: below 3 grey
-    /// levels of 255 in the bright half, with the bone within 0.02 mm.
+    /// Sets the preset's values for the section's method.
+    ///
+    /// docs/reproduction.md has the errors of [`Preset::Live`]: below 3 grey levels of 255 in the bright half, with the
+    /// bone within 0.02 mm.
     pub fn apply(self, section: &mut Beamform) {
         match self {
             Preset::Live => {
@@ -151,82 +156,106 @@ impl Preset {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(remote = "Self", deny_unknown_fields, default)]
 pub struct Beamform {
-    /// Values for a purpose, over which other keys go. [`Beamform::resolve`] puts them in.
+    /// Preset of several values, which other keys override.
+    ///
+    /// [`Beamform::resolve`] sets them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub preset: Option<Preset>,
-    /// The beamformer.
+    /// Beamformer.
     pub method: MethodName,
-    /// ESMV: β of the cross-spectral rank rule (Eq. 8), above 0 and at most 1; without a rank the
-    /// default is 0.01.
+    /// ESMV: β of the cross-spectral rank rule (Eq. 8), above 0 and at most 1.
+    ///
+    /// Without a rank the default is 0.01.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub beta: Option<f64>,
-    /// ESMV: a fixed rank of the signal subspace in place of β.
+    /// ESMV: fixed rank of the signal subspace, in place of β.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rank: Option<usize>,
-    /// Rank-1 ESMV: all eigenvectors but the first instead of only the first (Fig. 2c).
+    /// Rank-1 ESMV: all eigenvectors but the first, in place of the first (Fig. 2c).
     pub exclude_first: bool,
-    /// Rank-1 ESMV: the eigenvector by so many steps of power iteration, 1 to 64, in place of one that is
-    /// right to f32's accuracy.
+    /// Rank-1 ESMV: steps of power iteration for the eigenvector, 1 to 64.
+    ///
+    /// By default the eigenvector has the accuracy of f32.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub power_steps: Option<usize>,
-    /// The parameters of the core's table, postfilter and apodization. [`Beamform::parameters`] adds the method.
+    /// The parameters of the core's table, postfilter and apodization.
+    ///
+    /// [`Beamform::parameters`] adds the method.
     #[serde(skip)]
     pub core: Parameters,
-    /// Forward only (Eq. 2), or forward-backward (Eq. 3).
+    /// Covariance estimate: forward (Eq. 2) or forward-backward (Eq. 3).
     pub covariance: Covariance,
-    /// The shallowest depth at which the beamformer is used, m; DAS above. Without it, where the lines begin.
+    /// The shallowest depth at which the beamformer is used, m; DAS above.
+    ///
+    /// By default the start of the lines.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub adaptive_depth_start: Option<f64>,
-    /// The greatest depth at which the beamformer is used, m; DAS below. Without it, where the lines end.
+    /// The greatest depth at which the beamformer is used, m; DAS below.
+    ///
+    /// By default the end of the lines.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub adaptive_depth_end: Option<f64>,
     /// The receive f-number: depth over aperture.
     pub f_number: f64,
     /// The fewest active elements at any depth.
     pub min_elements: usize,
-    /// The sampling rate of the beamformed lines, Hz; without it, [`Beamform::rate`].
+    /// The sampling rate of the beamformed lines, Hz; by default [`Beamform::rate`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub output_rate: Option<f64>,
-    /// Which way the lines of compounded transmits go; without it, what fits the array.
+    /// The direction of the lines of compounded transmits.
+    ///
+    /// By default straight down for linear arrays, and radial for curved and phased arrays.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lines: Option<LineKind>,
-    /// How many there are; without it, two an element.
+    /// The number of lines of compounded transmits; by default two per element.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub line_count: Option<usize>,
-    /// The distance between lines that go straight down, m; without it, half the distance of the elements.
+    /// The spacing of parallel lines, m; by default half the pitch of the elements.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub line_spacing: Option<f64>,
-    /// The lateral position of the first line that goes straight down, m; without it, that of the first element.
+    /// The lateral position of the first parallel line, m.
+    ///
+    /// By default that of the first element.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lateral_start: Option<f64>,
-    /// The lateral position that no line lies beyond, m; without it, that of the last element.
+    /// The largest lateral position of a parallel line, m.
+    ///
+    /// By default that of the last element.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lateral_end: Option<f64>,
-    /// Directions within the cell of each line, from the line's one covariance, each put out: 1, 2, 4, 8, 16 or 32.
-    /// Without it, as many as keep the level of a point between two, and of these the largest is put out; of DAS 1.
+    /// Sub-lines of each line, each written: 1, 2, 4, 8, 16 or 32.
+    ///
+    /// Sub-lines are directions within the cell of a line, which share its covariance. By default their number keeps the
+    /// level of a point between two lines, and only the largest is written; DAS has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sub_lines: Option<usize>,
     /// The angle of a sector from its first to its last line, rad.
     pub sector: f64,
-    /// The weights of compounded transmits; without them, equal ones.
+    /// The weights of compounded transmits; by default equal.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub transmit_weights: Option<TransmitWeights>,
-    /// How RF of compounded transmits is read; without it, by the delay stage's filter.
+    /// The interpolation of RF of compounded transmits.
+    ///
+    /// By default the delay stage's filter.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rf_interpolation: Option<RfInterpolation>,
-    /// How I/Q is read; without it, the cheapest way that is right to 10⁻³ for a pulse of 60 % bandwidth.
+    /// The interpolation of I/Q.
+    ///
+    /// By default the cheapest with errors within 10⁻³ for a pulse of 60 % bandwidth.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub iq_interpolation: Option<Interpolation>,
-    /// The shallowest depth of the lines, m; without it, where the record begins.
+    /// The shallowest depth of the lines, m; by default the start of the recording.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth_start: Option<f64>,
-    /// The greatest depth of the lines, m; without it, where the record ends.
+    /// The greatest depth of the lines, m; by default the end of the recording.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth_end: Option<f64>,
-    /// The speed of sound, m/s, in place of the file's; aligned data tell none, 1540 is assumed.
+    /// The speed of sound, m/s, in place of the file's.
+    ///
+    /// By default 1540 for aligned data, whose files do not have it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sound_speed: Option<f64>,
-    /// Aligned data that do not tell where their beams are: the distance between them, m.
+    /// Aligned data without beam positions: the distance between beams, m.
     pub beam_spacing: f64,
 }
 
@@ -272,8 +301,9 @@ impl Beamform {
         host.chain([POSTFILTER, APODIZATION]).chain(core)
     }
 
-    /// Puts the preset's values in, and β where the method needs it and has neither β nor a rank, so that the written
-    /// configuration tells them.
+    /// Sets the preset's values and a missing β, so that the written configuration has them.
+    ///
+    /// β is set if the method needs it and has neither β nor a rank.
     pub fn resolve(&mut self) {
         if let Some(preset) = self.preset.take() {
             preset.apply(self);
@@ -284,10 +314,10 @@ impl Beamform {
         }
     }
 
-    /// The samples that the beamformer makes, of lines of these depths; the others are DAS.
+    /// The samples of lines at these depths that the beamformer makes; others are DAS.
     ///
     /// # Errors
-    /// [`Error::Usage`] for depths between which there is no sample.
+    /// [`Error::Usage`] if no sample lies between the depths.
     pub fn adaptive_samples(&self, depths: &Axis) -> Result<Range<usize>> {
         let (start, end) = (self.adaptive_depth_start, self.adaptive_depth_end);
         if start.is_none() && end.is_none() {
@@ -312,17 +342,19 @@ impl Beamform {
         })
     }
 
-    /// The sampling rate of the lines of a record of centre frequency `f0` and sampling rate `fs`, Hz:
-    /// the one asked for, else 4·f0, which holds a pulse of 80 % bandwidth; at most `fs` and at least
-    /// what the decimator reaches.
+    /// The sampling rate of the lines of a recording, Hz.
+    ///
+    /// `f0` is the centre frequency and `fs` the sampling rate of the recording. The result is `output_rate`, or else
+    /// 4·f0, which holds a pulse of 80 % bandwidth, limited to `fs` and to the lowest rate of the decimator.
     pub fn rate(&self, f0: f64, fs: f64) -> f64 {
         let slowest = fs / MAX_DECIMATION as f64;
         self.output_rate
             .unwrap_or_else(|| (PERIOD_SAMPLES * f0).min(fs).max(slowest))
     }
 
-    /// [`Beamform::rate`] of a recording. I/Q tells as much as RF at twice its rate, and gives the same
-    /// lines.
+    /// [`Beamform::rate`] of a recording.
+    ///
+    /// I/Q has the information of RF at twice its rate, and gives the same lines.
     pub fn rate_of(&self, data: &ChannelData) -> f64 {
         match data.samples {
             Samples::Rf(_) => self.rate(data.f0, data.fs),
@@ -330,16 +362,17 @@ impl Beamform {
         }
     }
 
-    /// What a rate that was asked for, or that of the record, leaves out of a pulse's band: sentences for
-    /// a person.
+    /// A warning for the terminal if the sampling rates lose part of a pulse's band.
+    ///
+    /// It concerns the rate of the recording and `output_rate`.
     pub fn warnings(&self, f0: f64, fs: f64) -> Option<String> {
         let mhz = |hertz: f64| format!("{:.4} MHz", hertz / 1e6);
         let rate = self.rate(f0, fs);
         let reaches = UPPER_EDGE * f0;
         if fs < 2.0 * reaches {
             return Some(format!(
-                "`fs` of {} is {:.2} times `f0`: a pulse around {} usually reaches {}, and what lies above \
-                 {} is folded; if the record is band-sampled, make I/Q of it (`iq`, `f_demod`)",
+                "`fs` of {} is {:.2} times `f0`: a pulse around {} usually reaches {}, and frequencies \
+                 above {} are aliased; if the recording is bandpass-sampled, convert it to I/Q (`iq`, `f_demod`)",
                 mhz(fs),
                 fs / f0,
                 mhz(f0),
@@ -349,8 +382,8 @@ impl Beamform {
         }
         if KEPT * rate < reaches && rate < fs && rate > 2.0 * f0 {
             return Some(format!(
-                "--output-rate is {}: the lines keep what lies below {}, and a pulse around {} usually \
-                 reaches {}; {} and more keep it",
+                "--output-rate is {}: the lines keep frequencies below {}, but a pulse around {} \
+                 usually reaches {}; rates of {} and above keep it",
                 mhz(rate),
                 mhz(KEPT * rate),
                 mhz(f0),
@@ -361,7 +394,9 @@ impl Beamform {
         None
     }
 
-    /// The section of a beamformer; with one sub-line the recording decides how many there are.
+    /// The section of a beamformer.
+    ///
+    /// With one sub-line, the recording decides their number.
     pub fn of(core: Parameters) -> Self {
         let (method, options) = MethodName::of(core.method);
         Beamform {
@@ -385,7 +420,7 @@ impl Beamform {
         self.sub_lines.is_none() && self.method != MethodName::Das
     }
 
-    /// The core's parameters, with one sub-line where the recording decides.
+    /// The core's parameters, with one sub-line if the recording decides their number.
     pub fn parameters(&self) -> Parameters {
         Parameters {
             method: self.method.method(&Options {

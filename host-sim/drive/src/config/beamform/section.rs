@@ -1,4 +1,4 @@
-//! The section in a file: the keys of the host beside those of the core's table.
+//! The section in a file: the keys of the host and those of the core's table.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -87,11 +87,11 @@ impl<'de> Visitor<'de> for Section {
     }
 }
 
-/// The entries of a map that are not the core's; those go to `core` on the way.
+/// The entries of a map without the core's, which are stored in `core`.
 struct Others<'a, A> {
     map: A,
     core: &'a mut Parameters,
-    /// Whether the depth step is among them, which goes over that of a preset.
+    /// Whether the map has the depth step, which overrides that of a preset.
     has_depth_step: &'a mut bool,
 }
 
@@ -136,7 +136,7 @@ enum Key<T> {
     Other(T),
 }
 
-/// Reads a key; one that is not the core's by the seed within.
+/// Reads a key; the inner seed reads keys that are not the core's.
 struct KeySeed<'a, K>(&'a mut Option<K>);
 
 impl<'de, K: DeserializeSeed<'de>> DeserializeSeed<'de> for KeySeed<'_, K> {

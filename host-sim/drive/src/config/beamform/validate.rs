@@ -9,12 +9,15 @@ use bonebeam_files::settings::{LENGTHS, check_count, check_positive, out_of_rang
 use bonebeam_files::terminal::short;
 
 const SECTION: &str = "beamform";
-/// What an aperture, a rate, a medium and a spacing can be.
+/// Range of the f-number.
 const F_NUMBERS: [f64; 2] = [1e-3, 1e6];
+/// Range of sampling rates, Hz.
 const RATES: [f64; 2] = [1e3, 10e9];
+/// Range of the speed of sound, m/s.
 const SOUND_SPEEDS: [f64; 2] = [100.0, 20e3];
+/// Range of spacings, m.
 const SPACINGS: [f64; 2] = [1e-6, 1.0];
-/// How many lines there can be.
+/// Range of the number of lines.
 const LINE_COUNTS: std::ops::RangeInclusive<usize> = 2..=65536;
 
 impl Beamform {
@@ -55,8 +58,9 @@ impl Beamform {
         check_depths(keys, [self.depth_start, self.depth_end])
     }
 
-    /// Lateral positions are lengths, in order, and of first line, last line, spacing and count one follows from the
-    /// others.
+    /// Checks the lateral positions: lengths in order, and not overdetermined.
+    ///
+    /// First line, last line and spacing determine the count, and so on.
     fn validate_lateral(&self) -> Result<()> {
         let widest = LENGTHS[1];
         let ends = [self.lateral_start, self.lateral_end];
@@ -73,8 +77,8 @@ impl Beamform {
             }
             if self.line_spacing.is_some() && self.line_count.is_some() {
                 return Err(Error::Usage(
-                    "--lateral-start, --lateral-end, --line-spacing and --line-count are one too many: each follows from \
-                     the others"
+                    "--lateral-start, --lateral-end, --line-spacing and --line-count are one too many: each follows \
+                     from the others; give three of them"
                         .into(),
                 ));
             }
@@ -114,7 +118,7 @@ impl Beamform {
             return Err(Error::Usage(message.into()));
         }
         if self.exclude_first && self.power_steps.is_some() {
-            let message = "--exclude-first takes all eigenvectors but one, --power-steps finds that one only; \
+            let message = "--exclude-first uses all eigenvectors but the first, and --power-steps only finds the first; \
                            give one of them";
             return Err(Error::Usage(message.into()));
         }
@@ -122,7 +126,7 @@ impl Beamform {
     }
 }
 
-/// Depths are within what lengths may be, and in order.
+/// Checks that depths are in the range of lengths and in order.
 fn check_depths(keys: [&str; 2], [start, end]: [Option<f64>; 2]) -> Result<()> {
     let deepest = LENGTHS[1];
     let start = start.unwrap_or(0.0);
