@@ -110,6 +110,8 @@ pub struct BeamformFlags {
     transmit_weights: Option<TransmitWeights>,
 
     /// Interpolation of RF for compounded transmits [default: filtered]
+    ///
+    /// `upsampled` is within 3e-3 of `filtered`, and several times as fast for many transmits.
     #[arg(long, value_enum, help_heading = "Delay (channel data only)")]
     rf_interpolation: Option<RfInterpolation>,
 

@@ -24,7 +24,7 @@ pub struct Rigid {
 const ON_A_LINE: f64 = 1e-9;
 
 impl Rigid {
-    /// Rotations about x, then y, then z by so many radians, then a translation in m.
+    /// Rotations about x, then y, then z, in radians, then a translation in m.
     pub fn new(angles: [f64; 3], translation: Point) -> Self {
         let turn = |axis: usize, angle: f64| {
             let (s, c) = (libm::sin(angle), libm::cos(angle));
@@ -39,12 +39,12 @@ impl Rigid {
         }
     }
 
-    /// Where a point goes.
+    /// The transformed point.
     pub fn apply(&self, point: Point) -> Point {
         (self.rotation * Vector3::from(point) + self.translation).into()
     }
 
-    /// The same, then a way, m.
+    /// The transform followed by a translation, m.
     pub fn moved(&self, by: Point) -> Self {
         Rigid {
             translation: self.translation + Vector3::from(by),
@@ -52,7 +52,7 @@ impl Rigid {
         }
     }
 
-    /// The way back.
+    /// The inverse transform.
     pub fn inverse(&self) -> Self {
         let rotation = self.rotation.transpose();
         Rigid {
@@ -66,12 +66,11 @@ impl Rigid {
     /// It has the least mean square distance.
     ///
     /// # Errors
-    /// Fewer than three points, as many of one as of the other are not there, one that is not finite, or
-    /// points on one line, about which they could turn.
+    /// Fewer than three points, different numbers of points, a point that is not finite, or points on one line.
     pub fn register(from: &[Point], to: &[Point]) -> Result<Self> {
         if from.len() != to.len() || from.len() < 3 {
             return Err(Error::Data(format!(
-                "registration of {} points to {}; expected as many, and three at least",
+                "registration of {} points to {}; expected equal numbers, at least 3",
                 from.len(),
                 to.len()
             )));

@@ -120,8 +120,10 @@ fn begin_of(name: &str) -> String {
     format!("<!-- {name} -->\n")
 }
 
-/// A document with `contents` between its comments `<!-- NAME -->` and `<!-- end of NAME -->`. The second gets a hash of
-/// the lines between them, so that a change by hand is found.
+/// Replaces the lines of a document between two comments by `contents`.
+///
+/// The comments are `<!-- NAME -->` and `<!-- end of NAME -->`. The second gets a hash of the lines in between, by which
+/// manual changes are detected.
 ///
 /// # Errors
 /// A document without one of them.

@@ -45,8 +45,9 @@ impl Default for Receive {
 }
 
 impl Receive {
-    /// The output rate that fits what `scanner` records, where none is told; none where the scanner's own
-    /// rates are impossible, which is told of them.
+    /// Sets missing values, with the output rate for the recordings of `scanner`.
+    ///
+    /// Nothing is set if the result is invalid; the scanner's own check then reports its rates.
     pub fn resolve(&mut self, scanner: &Settings) {
         let mut resolved = self.0.clone();
         resolved.resolve();
@@ -95,7 +96,7 @@ impl<'de> Deserialize<'de> for Receive {
         let mut section: Beamform = given
             .try_into()
             .map_err(|e: toml::de::Error| D::Error::custom(e.message()))?;
-        // Where these are left out they are not those of `[beamform]`.
+        // The defaults of these differ from those of `[beamform]`.
         if !covariance {
             section.covariance = default.covariance;
         }

@@ -1,4 +1,4 @@
-//! The detectors that are compared: at most one answer a line.
+//! The detectors that are compared: at most one answer per line.
 
 use ndarray::{Array2, ArrayView1, Axis, Slice};
 
@@ -18,7 +18,7 @@ pub const DEPTHS: [f64; 2] = [5e-3, 40e-3];
 /// The dynamic range of the grey levels, dB.
 const RANGE: f64 = 60.0;
 
-/// A line's answer: how sure it is, in a unit of its detector, and the depth, m.
+/// A line's answer: confidence, in a unit of its detector, and depth, m.
 pub type Answer = Option<(f64, f64)>;
 
 /// A detector.
@@ -30,29 +30,31 @@ pub enum Detector {
     Onset,
     /// The largest bone probability of each line.
     Foroughi,
-    /// The path over the logarithm of that.
+    /// The path over the logarithm of the bone probability.
     ForoughiPath,
-    /// The yardstick's path over the onset and other terms.
+    /// The reference path over the onset and other terms.
     Path(Terms),
-    /// The core's, on lines of this method of [`METHODS`].
+    /// The core's detector, on lines of this method of [`METHODS`].
     Core(&'static str, usize),
 }
 
-/// Terms beside the logarithm of the onset, and the score of a line without a surface.
+/// Weights of terms other than the onset's logarithm, and the score of absence.
 #[derive(Clone, Copy, Debug)]
 pub struct Terms {
     name: &'static str,
     /// The weight of the change of level.
     level: f64,
-    /// The weight of the shadow to the end.
+    /// The weight of the shadow to the end of the line.
     shadow: f64,
     absence: f64,
 }
 
-/// The yardstick: the path over the onset of a shadow, levels in a window before it and in one behind.
+/// The reference detector: the path over shadow onset.
+///
+/// The onset is from the levels in a window above and one below.
 pub const ONSET_PATH: Detector = Detector::Path(terms("yardstick: onset, path", [0.0, 0.0], -3.0));
 
-/// All of them, as the table has them.
+/// All detectors, in the order of the table.
 pub const DETECTORS: [Detector; 13] = [
     Detector::PhaseSymmetry("phase symmetry, the paper's scales", [7, 9]),
     Detector::PhaseSymmetry("phase symmetry, finer scales", [5, 7]),
@@ -69,7 +71,7 @@ pub const DETECTORS: [Detector; 13] = [
     Detector::Core("surface on rank 1", 2),
 ];
 
-/// The keys of the beamformers; all detectors but the core's are on the first.
+/// The keys of the beamformers; detectors other than the core's use the first.
 pub const METHODS: [&str; 3] = ["das", "mv", "esmv-rank1"];
 
 const fn terms(name: &'static str, [level, shadow]: [f64; 2], absence: f64) -> Terms {
@@ -81,11 +83,11 @@ const fn terms(name: &'static str, [level, shadow]: [f64; 2], absence: f64) -> T
     }
 }
 
-/// Lines, and what several detectors ask of them.
+/// Lines, and data that several detectors share.
 pub struct Frame<'a> {
     lines: &'a BeamformedLines,
     grey: Grey,
-    /// Of the image in which phase symmetry is sought.
+    /// The image for phase symmetry.
     image: &'a Image,
     threshold: f64,
 }
@@ -184,7 +186,7 @@ impl Detector {
         }
     }
 
-    /// For people.
+    /// Name in the tables.
     pub fn name(&self) -> &'static str {
         match self {
             Detector::PhaseSymmetry(name, _) => name,
@@ -224,7 +226,9 @@ fn best_path(scores: &Array2<f64>, z0: f64, step: f64, absence: f64) -> Vec<Answ
     found.into_iter().map(answer).collect()
 }
 
-/// The answers of frames, those at or above the threshold that gives the largest F1 over all of the frames.
+/// Judges the answers of frames at the threshold with the largest F1 over all frames.
+///
+/// Answers below the threshold are left out.
 pub fn judged(frames: &[(Vec<Answer>, Known<'_>)], tolerance: f64) -> Vec<Judged> {
     let at = |threshold: f64| -> Vec<Judged> {
         let frames = frames.iter().map(|(answers, known)| {
@@ -240,7 +244,7 @@ pub fn judged(frames: &[(Vec<Answer>, Known<'_>)], tolerance: f64) -> Vec<Judged
         .collect();
     scores.sort_by(f64::total_cmp);
     scores.dedup();
-    // A hundredth of them at a time: more would change F1 by less than a hundredth.
+    // Steps of a hundredth of the answers: smaller steps change F1 by less than a hundredth.
     let step = (scores.len() / 100).max(1);
     let tried = scores.into_iter().step_by(step).map(at);
     let f1 = |frames: &Vec<Judged>| Judged::of_all(frames).f1().unwrap_or(0.0);
@@ -262,7 +266,7 @@ mod tests {
             let all = scores.iter().map(|s| Some((*s, 10.1e-3)));
             all.collect::<Vec<Answer>>()
         };
-        // From 2 on three of four hits and no false answer: F1 6/7. With all of them it is 8/10, and 6/8 from 1.9 on.
+        // Threshold 2: three of four hits and no false answer, F1 6/7. All answers: 8/10. Threshold 1.9: 6/8.
         let frames = [
             (answers([3.0, 2.0, 1.0]), truth),
             (answers([5.0, 0.5, 1.9]), truth),

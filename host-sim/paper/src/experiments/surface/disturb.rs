@@ -8,7 +8,7 @@ use crate::{Error, Result};
 use bonebeam_files::{ChannelData, Transmits};
 use bonebeam_simulate::{NoiseSpectrum, Settings, noise};
 
-/// What a scene is disturbed by.
+/// Disturbance of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Condition {
@@ -30,7 +30,7 @@ impl Condition {
         Condition::Together,
     ];
 
-    /// For people.
+    /// Name in the tables.
     pub fn name(self) -> &'static str {
         match self {
             Condition::Clean => "clean",
@@ -43,23 +43,23 @@ impl Condition {
     }
 }
 
-/// Section `[surface.disturbances]`: how strong they are.
+/// Section `[surface.disturbances]`: the strength of disturbances.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Disturbances {
     /// RMS of the delays of the elements on receive, s.
     pub aberration: f64,
-    /// Full width at half maximum of their correlation along the array, m.
+    /// Full width at half maximum of the delays' correlation along the array, m.
     pub aberration_length: f64,
-    /// Clutter of every channel, dB of the tissue's RMS.
+    /// Clutter of every channel, dB relative to the tissue's RMS.
     pub clutter: f64,
-    /// Neighbouring elements that hear the same clutter.
+    /// Number of neighbouring elements that receive the same clutter.
     pub coherent: usize,
-    /// Noise at depth 0, dB of the tissue's RMS.
+    /// Noise at depth 0, dB relative to the tissue's RMS.
     pub noise: f64,
-    /// By how much it rises, dB per m of depth.
+    /// Increase of the noise with depth, dB per m.
     pub noise_rise: f64,
-    /// The speed of sound that the beamformer takes, of the true one.
+    /// The speed of sound that the beamformer assumes, relative to the true one.
     pub sound_speed: f64,
 }
 
@@ -77,8 +77,9 @@ impl Default for Disturbances {
     }
 }
 
-/// The depths whose echoes are the tissue's, m, and how far beside its beam an element hears them, m.
+/// Depths of the tissue's echoes, m.
 const TISSUE: [f64; 2] = [4e-3, 14e-3];
+/// Largest distance of an element from its beam for the tissue's RMS, m.
 const BESIDE: f64 = 5e-3;
 
 /// A recording of one frame of RF with its disturbances, which several conditions share.
@@ -86,7 +87,7 @@ pub struct Disturbed<'a> {
     section: &'a Disturbances,
     recorded: &'a ChannelData,
     aberrated: ChannelData,
-    /// `[transmit][element][sample]`, as [`Disturbed::noise`].
+    /// `[transmit][element][sample]`, like [`Disturbed::noise`].
     clutter: Vec<f32>,
     noise: Vec<f32>,
 }
@@ -95,7 +96,7 @@ impl Disturbed<'_> {
     /// The recording in a condition.
     ///
     /// # Errors
-    /// I/Q.
+    /// A recording of I/Q.
     pub fn under(&self, condition: Condition) -> Result<ChannelData> {
         let both = |one| condition == one || condition == Condition::Together;
         let mut data = match both(Condition::Aberration) {
@@ -117,10 +118,10 @@ impl Disturbed<'_> {
 }
 
 impl Disturbances {
-    /// Those of a recording of one frame of RF by `settings`, whose seed is theirs.
+    /// Disturbs a recording of one frame of RF, with the seed of `settings`.
     ///
     /// # Errors
-    /// I/Q, or transmits without axes.
+    /// A recording of I/Q, or transmits without beam axes.
     pub fn of<'a>(
         &'a self,
         settings: &Settings,
@@ -152,7 +153,7 @@ impl Disturbances {
         })
     }
 
-    /// Each element hears what is independent, and that of its neighbours.
+    /// Adds clutter: each element receives the sum of its neighbours' independent clutter.
     fn add_clutter(&self, independent: &[f32], data: &mut ChannelData) -> Result<()> {
         let coherent = self.coherent.max(1);
         let rf = rf(data)?;

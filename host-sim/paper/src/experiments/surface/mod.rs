@@ -1,5 +1,6 @@
-//! Where is the bone surface? Detectors beside each other, on three views of a spine under layers of tissue, clean and
-//! disturbed.
+//! Comparison of detectors of the bone surface.
+//!
+//! The scenes are three views of a spine under layers of tissue, clean and disturbed.
 
 pub(super) mod detectors;
 pub(super) mod disturb;
@@ -24,7 +25,7 @@ use detectors::{Answer, DEPTHS, DETECTORS, Frame, METHODS};
 use disturb::{Condition, Disturbances};
 use show::{FAMILIES, SceneResult};
 
-/// The layers' amplitudes are those of so many scatterers per m³.
+/// Scatterers per m³ for which the layers' amplitudes hold.
 const LAYERS_DENSITY: f64 = 60e9;
 
 /// Section `[surface]`.
@@ -37,7 +38,7 @@ pub struct Surface {
     depth: f64,
     /// Thickness of the slab, m.
     thickness: f64,
-    /// Scatterers per m³; together they are as bright as 60 per mm³.
+    /// Scatterers per m³, scaled to the brightness of 60 per mm³.
     density: f64,
     /// The threshold of phase symmetry.
     threshold: f64,
@@ -45,7 +46,7 @@ pub struct Surface {
     simulation: Settings,
     /// Delay and beamformer.
     receive: Receive,
-    /// The image in which phase symmetry is sought.
+    /// The image for phase symmetry.
     image: Image,
     /// Disturbances of the recordings.
     disturbances: Disturbances,
@@ -86,7 +87,7 @@ struct Answered {
     /// Lateral positions of the lines, m.
     x: Vec<f64>,
     surface: Vec<Option<f64>>,
-    /// As [`DETECTORS`] has them.
+    /// Answers in the order of [`DETECTORS`].
     answers: Vec<Vec<Answer>>,
 }
 
@@ -217,7 +218,7 @@ impl Surface {
             let by = |key: &&str| {
                 let variant = Variant::forward(key, 0);
                 let lines = aligned.lines(&variant, &self.receive, &step, context.progress);
-                // Depths are told by the true speed.
+                // Depths are by the true speed of sound.
                 lines.map(|lines| BeamformedLines {
                     c: recorded.c,
                     ..lines
@@ -248,8 +249,9 @@ impl Surface {
     }
 }
 
-/// A bone in layers of tissue, its shallowest point at `depth`, m: a slab of a thickness, m, with a number of scatterers per
-/// m³. Without a bone, the layers alone.
+/// A slab of tissue layers with a bone whose shallowest point is at `depth`, m.
+///
+/// The slab has a thickness, m, and a number of scatterers per m³. Without a bone, it has the layers alone.
 ///
 /// # Errors
 /// A bone that does not lie below the array.

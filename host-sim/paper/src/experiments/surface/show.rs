@@ -11,7 +11,7 @@ use super::disturb::Condition;
 use bonebeam_simulate::Bone;
 use serde::Serialize;
 
-/// The views, and beside them the same layers without bone.
+/// The views, and the same layers without bone.
 pub const FAMILIES: [(&str, Option<Bone<'static>>); 4] = [
     ("spinous processes", Some(Bone::SpinousProcesses)),
     ("laminae", Some(Bone::Laminae)),
@@ -19,7 +19,7 @@ pub const FAMILIES: [(&str, Option<Bone<'static>>); 4] = [
     ("no bone", None),
 ];
 
-/// What a detector found in a scene.
+/// Result of a detector in a scene.
 #[derive(Clone, Debug, Serialize)]
 pub struct SceneResult {
     pub family: &'static str,

@@ -1,4 +1,6 @@
-//! Beamformer, image and detector of the bone surface tuned together: on some bones, judged on others.
+//! Joint tuning of beamformer, image and detector of the bone surface.
+//!
+//! They are tuned on some simulated bones and judged on others.
 
 mod scenes;
 mod search;
@@ -21,37 +23,39 @@ pub use show::Shown;
 pub use variables::Sections;
 use variables::Variable;
 
-/// Bones beyond those of the paper's experiments; of each seed its own, those that are judged after those that are tuned
-/// on.
+/// Number of the first bone, beyond those of the paper's experiments.
+///
+/// Each seed has its own bones: first those for tuning, then those for judging.
 const FIRST_BONE: u64 = 1 << 48;
+/// Largest number of bones for tuning, and for judging.
 const MOST_BONES: u64 = 1 << 10;
-/// What sections do not say of the detector.
+/// Detector settings that sections do not have.
 const DETECTOR: Settings = Settings::DEFAULT;
 /// The largest seed.
 const MOST_SEEDS: u64 = 1 << 32;
 
-/// All that a tuning depends on.
+/// All parameters of a tuning.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Tune {
     /// Methods, each tuned by itself.
     pub methods: Vec<MethodName>,
-    /// Bones that are tuned on, and as many others that are judged.
+    /// Number of bones for tuning, and of others for judging.
     pub bones: u64,
     /// Evaluations of each search.
     pub evaluations: usize,
-    /// Of the search and of the bones.
+    /// Seed of the search and of the bones.
     pub seed: u64,
-    /// Where the search begins, and what is not tuned.
+    /// Start of the search, and values that are not tuned.
     pub sections: Sections,
     /// The scenes.
     pub scenes: Scenes,
 }
 
-/// Sections that are judged.
+/// Candidate: sections that are judged.
 #[derive(Clone, Debug, Serialize)]
 struct Candidate {
     name: String,
-    /// On the bones that were tuned on.
+    /// Score on the bones for tuning.
     score: f64,
     sections: Sections,
     #[serde(skip)]
@@ -64,12 +68,12 @@ struct Candidate {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct JudgedBone {
     number: u64,
-    /// In every condition, of every candidate in their order.
+    /// Results of every candidate, in their order, in every condition.
     found: Vec<Vec<Found>>,
 }
 
 impl Tune {
-    /// The full one, or a coarse one for a first look.
+    /// The full tuning, or a coarse one for a first look.
     pub fn new(quick: bool) -> Self {
         let scanner = Scanner {
             fs: 20e6,
@@ -111,7 +115,7 @@ impl Tune {
     /// Checks every value.
     ///
     /// # Errors
-    /// [`Error::Usage`] naming the flag, the value and what would be right.
+    /// [`Error::Usage`] naming the flag, the value and the range.
     pub fn validate(&self) -> Result<()> {
         for (flag, value, [least, most]) in [
             ("bones", self.bones, [2, MOST_BONES]),
@@ -196,7 +200,7 @@ impl Tune {
         })
     }
 
-    /// What each candidate finds of bones that were not tuned on.
+    /// Judges each candidate on bones that were not used for tuning.
     fn judge(&self, context: &Context<'_>, candidates: &[Candidate]) -> Result<Vec<JudgedBone>> {
         let first = self.first_bone() + MOST_BONES;
         let sections: Vec<&Sections> = candidates.iter().map(|c| &c.sections).collect();
@@ -222,7 +226,7 @@ impl Tune {
     }
 }
 
-/// The bones that are tuned on, recorded when the first score is not a kept one.
+/// The bones for tuning, which are recorded when the first new score is needed.
 struct Bones<'a> {
     tune: &'a Tune,
     context: &'a Context<'a>,

@@ -1,4 +1,4 @@
-//! The scenes: drawn vertebrae under layers of tissue, clean and disturbed.
+//! The scenes: random vertebrae under layers of tissue, clean and disturbed.
 
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
@@ -18,7 +18,7 @@ use bonebeam_drive::surface::of_lines;
 use bonebeam_files::{BeamformedLines, ChannelData};
 use bonebeam_simulate::{Bone, Outline, Settings, VertebraShape};
 
-/// What the bones' scenes are disturbed by.
+/// Conditions of the scenes.
 pub const CONDITIONS: [Condition; 5] = [
     Condition::Clean,
     Condition::Aberration,
@@ -26,14 +26,16 @@ pub const CONDITIONS: [Condition; 5] = [
     Condition::Noise,
     Condition::Together,
 ];
-/// Depths of the bones' shallowest points, m, heights of their slices, m, and tilts, degrees.
+/// Range of the depths of the bones' shallowest points, m.
 const DEPTHS: [f64; 2] = [10e-3, 25e-3];
+/// Range of the heights of the slices, m.
 const SLICES: [f64; 2] = [-10e-3, 1e-3];
+/// Range of the tilts, degrees.
 const TILTS: [f64; 2] = [-15.0, 15.0];
-/// Above the end of the lines the detector seeks no bone, m.
+/// Length at the end of the lines in which the detector seeks no bone, m.
 const END: f64 = 6e-3;
 
-/// What the scenes are made of.
+/// Parameters of the scenes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Scenes {
     /// Array, pulse, transmit, noise.
@@ -42,7 +44,7 @@ pub struct Scenes {
     pub thickness: f64,
     /// Scatterers per m³.
     pub density: f64,
-    /// How strong the disturbances are.
+    /// Strength of the disturbances.
     pub disturbances: Disturbances,
 }
 
@@ -54,14 +56,14 @@ pub struct Recorded {
 
 /// Lines of a bone in a condition.
 pub struct Frame {
-    /// What the scene is disturbed by.
+    /// Condition of the scene.
     pub condition: Condition,
     lines: BeamformedLines,
     /// The depth at which each line meets the bone, m.
     surface: Vec<Option<f64>>,
 }
 
-/// What was found of a bone in a condition.
+/// Result of a detector for a bone in a condition.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Found {
     pub condition: Condition,
@@ -69,7 +71,7 @@ pub struct Found {
 }
 
 impl Scenes {
-    /// The recordings of the bone of a number, which is the seed of all that is drawn.
+    /// Records a bone; its number is the seed of all random values.
     ///
     /// # Errors
     /// A bone that cannot be simulated.
@@ -109,7 +111,7 @@ impl Scenes {
 }
 
 impl Recorded {
-    /// The lines in every condition; of the bone, what lies in the depths that are searched.
+    /// The lines in every condition, and the bone within the searched depths.
     ///
     /// # Errors
     /// Parameters that do not fit the recording.
@@ -147,7 +149,7 @@ impl Frame {
     }
 }
 
-/// What a detector finds in frames.
+/// Runs a detector on frames.
 ///
 /// # Errors
 /// Lines that the detector refuses.
@@ -155,7 +157,9 @@ pub fn found(frames: &[Frame], surface: &Surface) -> Result<Vec<Found>> {
     frames.par_iter().map(|f| f.found(surface)).collect()
 }
 
-/// The score: the mean of F1 over frames, 0 in one without answers and bone.
+/// The score: the mean of F1 over frames.
+///
+/// F1 is 0 in a frame without answers and without bone.
 pub fn score<'a>(found: impl IntoIterator<Item = &'a Found>) -> f64 {
     let all: Vec<f64> = found
         .into_iter()
@@ -198,8 +202,10 @@ mod tests {
         }
     }
 
-    /// Found throughout: 1. Found where there is none, or not where there is some: 0. On half of the lines that are
-    /// known: recall ½, precision 1, F1 ⅔.
+    /// Scores of known frames.
+    ///
+    /// Bone found on all lines: 1. Bone found where there is none, or missed: 0. Bone found on half of its lines: recall
+    /// ½, precision 1, F1 ⅔.
     #[test]
     fn the_score_of_known_frames_is_known() {
         let depth = |_| Some(15e-3);

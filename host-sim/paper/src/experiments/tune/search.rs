@@ -1,6 +1,7 @@
-//! The search: tree-structured Parzen estimators (Bergstra et al., Algorithms for hyper-parameter optimization, 2011) by
-//! the crate `tpe`. They take whole numbers beside real ones, and are asked and told, so that evaluations that are kept
-//! are as good as new ones.
+//! The search: tree-structured Parzen estimators, by the crate `tpe`.
+//!
+//! They are described by Bergstra et al., Algorithms for hyper-parameter optimization, 2011. They handle integers as well
+//! as real numbers. The interface is ask and tell, so that stored evaluations serve as well as new ones.
 
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
@@ -10,22 +11,26 @@ use tpe::TpeOptimizer;
 use super::variables::Variable;
 use crate::{Error, Result};
 
-/// Number of detectors tried on the lines of one beamformer: lines take long, detectors little.
+/// Number of detectors tried on the lines of one beamformer.
+///
+/// Lines take a long time, detectors a short one.
 const DETECTORS: usize = 8;
 
-/// Values, and how good they were.
+/// Evaluated values and their score.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Evaluation {
-    /// Those of the variables.
+    /// Values of the variables.
     pub values: Vec<f64>,
-    /// What is to be large.
+    /// Score, which is maximised.
     pub score: f64,
 }
 
-/// So many evaluations, the first at `start`. The first of each beamformer is with the best detector so far.
+/// Runs a number of evaluations, the first at `start`.
+///
+/// The first evaluation of each beamformer is with the best detector so far.
 ///
 /// # Errors
-/// What `score` fails with, and a score that is no number.
+/// The errors of `score`, and a score that is NaN.
 pub fn search(
     variables: &[Variable],
     start: &[f64],
@@ -80,7 +85,7 @@ pub fn search(
     Ok(all)
 }
 
-/// The first of the best; none of none.
+/// The first of the best evaluations; `None` if there is none.
 pub fn best(all: &[Evaluation]) -> Option<&Evaluation> {
     all.iter().rev().max_by(|a, b| a.score.total_cmp(&b.score))
 }
@@ -91,7 +96,7 @@ fn optimiser(variable: &Variable) -> Result<TpeOptimizer> {
     Ok(TpeOptimizer::new(tpe::parzen_estimator(), range))
 }
 
-/// The optimiser seeks what is small.
+/// Tells the optimiser a score; its sign is changed, since the optimiser minimises.
 fn tell(optimiser: &mut TpeOptimizer, variable: &Variable, value: f64, score: f64) -> Result<()> {
     optimiser
         .tell(variable.place(value), -score)
@@ -107,7 +112,7 @@ mod tests {
     use super::*;
     use bonebeam_drive::methods::MethodName;
 
-    /// A bowl whose highest point is known, in the variables' own places.
+    /// A paraboloid with a known maximum, over the variables' places.
     fn bowl(variables: &[Variable], values: &[f64]) -> f64 {
         let off = variables.iter().zip(values).map(|(variable, value)| {
             let [low, high] = variable.places();
@@ -133,7 +138,7 @@ mod tests {
         assert_eq!(found, run(7));
         assert_ne!(found, run(8));
         assert_eq!(found[0].values, start);
-        // The start is 0.25 off in each variable; less than a fifth of that sum is left.
+        // The start is off in each variable; less than a fifth of that deviation is left.
         let left = (1.0 - best(&found).unwrap().score) / (1.0 - found[0].score);
         assert!(left < 0.2, "{left}");
         for (n, pair) in found.windows(2).enumerate() {

@@ -11,16 +11,16 @@ use crate::measure::surface::Judged;
 use crate::report::tables::{markdown, text};
 use crate::report::{csv, rewritten};
 
-/// The candidate that joint tuning is compared with: DAS with the detector tuned alone.
+/// Index of DAS with the detector tuned alone, the reference for joint tuning.
 const DETECTOR_ALONE: usize = 1;
 
-/// What a tuning leaves behind.
+/// Outputs of a tuning.
 pub struct Shown {
     /// The best sections, as TOML.
     pub configuration: String,
     /// Every number.
     pub report: serde_json::Value,
-    /// Every evaluation, a line each.
+    /// Every evaluation, one per line.
     pub evaluations: String,
     tables: [Table; 2],
 }
@@ -34,7 +34,7 @@ struct Summary<'a> {
     f1: Vec<Option<Interval>>,
     /// Mean F1 of all conditions.
     mean_f1: Option<Interval>,
-    /// That less that of DAS with the detector tuned alone, bone by bone.
+    /// Gain in F1 over DAS with the detector tuned alone, paired by bone.
     gain: Option<Interval>,
     precision: Option<f64>,
     recall: Option<f64>,
@@ -74,12 +74,14 @@ impl Shown {
         })
     }
 
-    /// For the terminal.
+    /// The tables, for the terminal.
     pub fn text(&self) -> String {
         format!("{}\n{}", text(&self.tables[0]), text(&self.tables[1]))
     }
 
-    /// A document with the tables between `<!-- tune -->` and `<!-- end of tune -->`, under `head`.
+    /// Rewrites the tables in a document, under `head`.
+    ///
+    /// They are between its comments `<!-- tune -->` and `<!-- end of tune -->`.
     ///
     /// # Errors
     /// A document without those comments.
@@ -159,7 +161,7 @@ fn keys(candidates: &[Candidate]) -> Vec<&'static str> {
     keys
 }
 
-/// The value of each key; none of those that are not tuned.
+/// The value of each key; empty for keys that are not tuned.
 fn by_key(candidate: &Candidate, keys: &[&str], values: &[f64]) -> Vec<String> {
     let value = |key: &&str| {
         let place = candidate.variables.iter().position(|v| v.key == *key);

@@ -1,4 +1,4 @@
-//! What is tuned: keys of the configuration with their ranges.
+//! The tuned variables: keys of the configuration with their ranges.
 
 use bonebeam::surface::Settings;
 use serde::{Deserialize, Serialize};
@@ -8,12 +8,12 @@ use crate::{Error, Result};
 use bonebeam_drive::config::{Beamform, Image, Preset, Surface};
 use bonebeam_drive::methods::MethodName;
 
-/// The sections of a configuration that are tuned, and those that follow from them.
+/// The sections of a configuration that are tuned or follow from tuned ones.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sections {
     /// Delay and beamformer.
     pub beamform: Beamform,
-    /// The picture, over the detector's dynamic range.
+    /// The image, over the detector's dynamic range.
     pub image: Image,
     /// The detector.
     pub surface: Surface,
@@ -22,10 +22,10 @@ pub struct Sections {
 /// A key that is tuned.
 #[derive(Clone, Copy, Debug)]
 pub struct Variable {
-    /// Its section: `beamform` or `surface`.
+    /// Section of the key: `beamform` or `surface`.
     section: &'static str,
     pub key: &'static str,
-    /// The least and the largest value.
+    /// Smallest and largest value.
     range: [f64; 2],
     scale: Scale,
 }
@@ -35,7 +35,7 @@ enum Scale {
     Linear,
     Logarithmic,
     Whole,
-    /// 0 for as many as the recording asks for, pooled; n for 2ⁿ⁻¹ that are lines of their own.
+    /// 0: chosen by the recording, and pooled; n: 2ⁿ⁻¹ sub-lines, each written.
     SubLines,
 }
 
@@ -57,7 +57,9 @@ const fn of_detector(key: &'static str, range: [f64; 2]) -> Variable {
     }
 }
 
-/// All of them. The first two are of every method, the next three of those with a covariance, the sixth of β.
+/// All variables.
+///
+/// The first two apply to every method, the next three to methods with a covariance, and the sixth to those with β.
 const VARIABLES: [Variable; 16] = [
     of_beamformer("f_number", Scale::Linear, [0.8, 3.0]),
     of_beamformer("sub_lines", Scale::SubLines, [0.0, 2.0]),
@@ -78,7 +80,7 @@ const VARIABLES: [Variable; 16] = [
 ];
 
 impl Variable {
-    /// Those of a method, the beamformer's first.
+    /// The variables of a method, the beamformer's first.
     pub fn of_method(method: MethodName) -> Vec<Variable> {
         let takes = |variable: &&Variable| match variable.key {
             "temporal_half_window" | "subaperture_ratio" | "diagonal_loading" => {
@@ -90,14 +92,14 @@ impl Variable {
         VARIABLES.iter().filter(takes).copied().collect()
     }
 
-    /// Those of the detector alone.
+    /// The variables of the detector alone.
     pub fn of_detector() -> Vec<Variable> {
         let mut all = Variable::of_method(MethodName::Das);
         all.retain(|variable| !variable.needs_new_lines());
         all
     }
 
-    /// Whether another value makes other lines.
+    /// Whether a change of the value changes the lines.
     pub fn needs_new_lines(&self) -> bool {
         self.section == "beamform"
     }
@@ -112,7 +114,7 @@ impl Variable {
         }
     }
 
-    /// Where a value lies for the optimiser; one outside the range at its end.
+    /// The place of a value for the optimiser, limited to the range.
     pub fn place(&self, value: f64) -> f64 {
         let [low, high] = self.places();
         let place = match self.scale {
@@ -132,7 +134,7 @@ impl Variable {
         }
     }
 
-    /// The value of a configuration.
+    /// Reads the value from a configuration.
     fn read(&self, sections: &Table) -> f64 {
         let value = sections.get(self.section).and_then(|s| s.get(self.key));
         let number = match value {
@@ -168,8 +170,10 @@ fn three_digits(value: f64) -> f64 {
 }
 
 impl Sections {
-    /// The start of a method's search: its own parameters where they were another method's, the depth step of pictures
-    /// while scanning, and the detector's parameters told.
+    /// The start of a method's search.
+    ///
+    /// It has the method's own parameters in place of another method's, the depth step of `--preset live`, and all
+    /// parameters of the detector.
     pub fn start(&self, method: MethodName) -> Sections {
         let mut start = self.clone();
         let beamform = &mut start.beamform;
@@ -210,7 +214,7 @@ impl Sections {
         Ok(variables.iter().map(|v| v.read(&table)).collect())
     }
 
-    /// The same with other values of variables.
+    /// The sections with other values of variables.
     ///
     /// # Errors
     /// As [`Sections::values`].
@@ -224,7 +228,7 @@ impl Sections {
         Ok(sections)
     }
 
-    /// As TOML, which `--config` takes.
+    /// The sections as TOML, for `--config`.
     ///
     /// # Errors
     /// As [`Sections::values`].
@@ -241,7 +245,7 @@ fn cannot_be_written(error: impl std::fmt::Display) -> Error {
 mod tests {
     use super::*;
 
-    /// Every place of every variable is a value that the configuration takes, and is read again.
+    /// Every place of every variable is a valid value of the configuration, and is read back.
     #[test]
     fn every_value_is_one_of_the_configuration() {
         for method in MethodName::all() {
@@ -270,7 +274,7 @@ mod tests {
         }
     }
 
-    /// With the start's own values the detector is the core's.
+    /// With the values of the start, the detector has the core's settings.
     #[test]
     fn the_start_is_the_default() {
         let start = Sections::default().start(MethodName::Mv);

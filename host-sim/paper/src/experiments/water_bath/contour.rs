@@ -1,4 +1,6 @@
-//! The CT contour in the image plane under each combination of error sources, and Table I against it.
+//! The CT contour in the image plane for each combination of error sources.
+//!
+//! Table I is measured against it.
 
 use ndarray::{Array2, ArrayView2, Axis, Slice};
 use serde::Serialize;
@@ -11,19 +13,19 @@ use bonebeam_simulate::{Outline, Surface};
 
 use super::sweep::Tip;
 
-/// How the CT volume is brought to the image.
+/// Registration of the CT volume to the image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Registration {
-    /// As the specimen truly lay.
+    /// By the true position of the specimen.
     Exact,
-    /// By the fiducials, picked so in the ultrasound volume.
+    /// By the fiducials, picked in this way in the ultrasound volume.
     Picked(Tip),
-    /// By the fiducials at their brightest voxel, of a specimen that moves during the sweep.
+    /// By the fiducials' brightest voxels, with a specimen that moves in the sweep.
     Moving,
 }
 
 impl Registration {
-    /// All of them.
+    /// All registrations.
     pub const ALL: [Registration; 4] = [
         Registration::Exact,
         Registration::Picked(Tip::Brightest),
@@ -31,7 +33,7 @@ impl Registration {
         Registration::Moving,
     ];
 
-    /// For people; none of the exact one.
+    /// Name in the tables; `None` for the exact one.
     fn name(self) -> Option<&'static str> {
         match self {
             Registration::Exact => None,
@@ -42,26 +44,28 @@ impl Registration {
     }
 }
 
-/// Which sources of error are on.
+/// Active sources of error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sources {
     /// Registration.
     pub registration: Registration,
-    /// Whether the scanner takes the speed of sound for the tissue's.
+    /// Whether the scanner assumes the speed of sound of tissue.
     pub sound_speed: bool,
-    /// Whether the CT surface is the paper's threshold, in place of the middle of the step from air to bone.
+    /// Whether the CT surface is at the paper's threshold.
+    ///
+    /// Otherwise it is at the middle of the step from air to bone.
     pub threshold: bool,
 }
 
 impl Sources {
-    /// All of them, the fiducials picked at their brightest voxel.
+    /// All sources; fiducials are picked at their brightest voxel.
     pub const ALL: Sources = Sources {
         registration: Registration::Picked(Tip::Brightest),
         sound_speed: true,
         threshold: true,
     };
 
-    /// Every combination: none first, then one by one, then together.
+    /// Every combination: first none, then each alone, then several together.
     pub fn every() -> Vec<Sources> {
         let mut all = Vec::new();
         for sound_speed in [false, true] {
@@ -78,7 +82,7 @@ impl Sources {
         all
     }
 
-    /// For people.
+    /// Name in the tables.
     pub fn name(&self) -> String {
         let mut parts: Vec<&str> = self.registration.name().into_iter().collect();
         if self.sound_speed {
@@ -94,7 +98,7 @@ impl Sources {
     }
 }
 
-/// The outline that a surface leaves in the image plane at an elevation, without what lies within it.
+/// The outer outline of a surface in the image plane at an elevation.
 ///
 /// # Errors
 /// The plane does not cut the surface.
@@ -116,22 +120,22 @@ pub fn outline(surface: &Surface, way: impl Fn(Point) -> Point, elevation: f64) 
 /// A registration and its errors.
 #[derive(Clone, Debug, Serialize)]
 pub struct Registered {
-    /// From the CT scanner's coordinates to the image's.
+    /// Transform from the CT scanner's coordinates to the image's.
     #[serde(skip)]
     pub transform: Rigid,
-    /// Root of the mean square distance at the fiducials, mm.
+    /// Fiducial registration error: RMS distance at the fiducials, mm.
     pub fre_mm: f64,
-    /// The same at the true places of what is measured: points of the bone in both slices, mm.
+    /// Target registration error: RMS distance at points of the bone in both slices, mm.
     pub tre_mm: f64,
-    /// By how much the contour is moved towards the array there, in the mean, mm.
+    /// Mean displacement of the contour towards the array at those points, mm.
     pub towards_array_mm: f64,
 }
 
 impl Registered {
-    /// Registers `ct` to `us`; `targets` are places in the image and where CT has them.
+    /// Registers `ct` to `us`; `targets` are pairs of positions in the image and in CT.
     ///
     /// # Errors
-    /// Picks that do not determine it.
+    /// Picks that do not determine the transform.
     pub fn new(ct: &[Point], us: &[Point], targets: &[(Point, Point)]) -> Result<Self> {
         let transform = Rigid::register(ct, us)?;
         Ok(Registered::with(
@@ -141,7 +145,7 @@ impl Registered {
         ))
     }
 
-    /// A transform that is known.
+    /// Errors of a known transform.
     pub fn with(transform: Rigid, fre: f64, targets: &[(Point, Point)]) -> Self {
         let n = targets.len().max(1) as f64;
         let (mut square, mut shift) = (0.0, 0.0);
@@ -189,12 +193,12 @@ impl From<SurfaceMeasure> for Row {
     }
 }
 
-/// An image against the contour.
+/// Measures an image against the contour.
 pub fn row(pixels: ArrayView2<f32>, distance: &Array2<f64>, region: Region) -> Row {
     measure(pixels, distance.view(), region).into()
 }
 
-/// What an image of one grey level scores.
+/// The row of an image of uniform grey level.
 pub fn uniform(distance: &Array2<f64>, region: Region) -> Row {
     Row {
         b: None,
@@ -205,14 +209,14 @@ pub fn uniform(distance: &Array2<f64>, region: Region) -> Row {
     }
 }
 
-/// Every so-many-th pixel of an image along each axis.
+/// Every `every`-th pixel of an image along each axis.
 pub fn every<T: Copy>(image: &Array2<T>, every: usize) -> Array2<T> {
     let every = Slice::new(0, None, every as isize);
     let rows = image.slice_axis(Axis(0), every);
     rows.slice_axis(Axis(1), every).to_owned()
 }
 
-/// Every so-many-th pixel of a grid.
+/// Every `every`-th pixel of a grid.
 pub fn thinned(grid: &PixelGrid, every: usize) -> PixelGrid {
     PixelGrid {
         pixel: grid.pixel * every as f64,

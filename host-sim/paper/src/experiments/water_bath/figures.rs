@@ -1,5 +1,7 @@
-//! What is shown of the water bath: images with the contour, colour maps and curves by distance, Table I, the
-//! sources of its error, image lines, and the volumes for other programs.
+//! Figures, tables and files of the water bath.
+//!
+//! They are images with the contour, colour maps and curves by distance, Table I, its sources of error, image lines, and
+//! the volumes for other programs.
 
 use ndarray::{Array3, ShapeBuilder};
 use serde::Serialize;
@@ -22,10 +24,10 @@ use super::plots::{beside, distance_maps, distance_plots, line_plots, name};
 use super::registration::{Ct, Registrations};
 use super::sweep::{Tip, Volume};
 
-/// All that was found.
+/// All results.
 pub struct Found<'a> {
     pub bath: &'a WaterBath,
-    /// The clutter as it was fitted.
+    /// The fitted clutter.
     pub law: DiffuseClutter,
     pub tried: &'a [Tried],
     pub ct: &'a Ct,
@@ -56,10 +58,10 @@ struct NumbersOfRegistration<'a> {
     found: &'a Registered,
 }
 
-/// The level at which a pulse's front is seen, of its peak.
+/// The level at which a pulse's front is detected, relative to its peak.
 const FRONT: f64 = 0.1;
 
-/// What in the paper does not fit the rest of it.
+/// Contradictions within the paper.
 const CONTRADICTIONS: &str = "The paper contradicts itself. For PS of slice 1 its text gives errors of 0.90 and 0.79 mm \
      (STD 0.85 and 0.77 mm), where Table I has 0.94 and 0.84 mm (0.53 and 0.42 mm): the text has the row of US, slice 2. \
      The STD of 0.85 mm of that row lies above 0.75 mm, which an image of one grey level has over a flat surface. The \
@@ -101,8 +103,9 @@ pub fn outcome(found: Found<'_>) -> Result<Outcome> {
     })
 }
 
-/// The FRE that picking to whole voxels alone would leave, mm: each axis is off by its voxel over √12, in
-/// either volume.
+/// The FRE expected from picking to whole voxels alone, mm.
+///
+/// In either volume, the error along each axis is its voxel over √12.
 fn expected_fre(bath: &WaterBath) -> f64 {
     let us = [0.077e-3, bath.sweep_step, 0.077e-3];
     let all = us.iter().chain(&bath.ct_voxel);
@@ -187,7 +190,7 @@ fn parts(found: &Found<'_>) -> Vec<Section> {
     parts
 }
 
-/// The drawn errors of a slice, a beamformer of [`FEATURED`], and a kind of image.
+/// The random errors of a slice, a beamformer of [`FEATURED`], and a kind of image.
 fn drawn(draws: &Draws, slice: usize, featured: usize, image: usize) -> Vec<f64> {
     let errors = draws.error_mm.iter();
     errors.map(|e| e[slice][featured][image]).collect()
@@ -281,7 +284,7 @@ fn sources_table(found: &Found<'_>) -> Table {
     }
 }
 
-/// The peak of Fig. 8a below the contour, its sources switched on one by one.
+/// The peak of Fig. 8a below the contour, with its sources added one by one.
 fn bias_table(found: &Found<'_>) -> Table {
     let exact = Sources {
         registration: Registration::Exact,
@@ -344,7 +347,7 @@ fn bias_table(found: &Found<'_>) -> Table {
         let moved = peaks(&exact).into_iter().map(|peak| Some(peak? + below));
         let name = format!("{what}, {:.2} µs: without registration", 1e6 * delay);
         rows.push(row(name, moved.collect()));
-        // The balls are seen as much too deep as the bone.
+        // The balls appear too deep by as much as the bone.
         let name = format!("{what}: with registration by the balls");
         let back = Sources {
             registration: picked(Tip::Brightest),

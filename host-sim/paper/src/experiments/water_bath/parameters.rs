@@ -15,7 +15,7 @@ pub const THRESHOLD: f64 = -524.0;
 ///
 /// Its values are arbitrary.
 pub const POSE: ([f64; 3], Point) = ([0.09, -0.14, 0.05], [12e-3, -7e-3, 31e-3]);
-/// Beamformers of the paper: its rank 1 is β = 0.001 %, beside the exact one.
+/// Beamformers of the paper, and exact rank 1; the paper's rank 1 is β = 0.001 %.
 pub const METHODS: [&str; 3] = ["das", "esmv-0.001", "esmv-rank1"];
 /// Beamformers that are measured under every combination of sources.
 pub const FEATURED: [&str; 2] = ["das", "esmv-rank1"];
@@ -109,14 +109,17 @@ pub struct WaterBath {
     pub(super) ct_bone: f64,
     /// See `ct_bone`.
     pub(super) ct_ball: f64,
-    /// Standard deviation of a further error of picking along each axis, m, in the repeated registrations
-    /// (assumed).
+    /// Standard deviation of a further picking error along each axis, m (assumed).
+    ///
+    /// It applies to the repeated registrations.
     pub(super) picking_error: f64,
-    /// How far the specimen moves along each axis from the sweep's first slice to its last, m, in the rows with motion of
-    /// the tables of sources (assumed).
+    /// Motion of the specimen along each axis over the sweep, m (assumed).
+    ///
+    /// It applies to the rows with motion in the tables of sources.
     pub(super) motion: f64,
-    /// A delay of trigger and lens that the scanner does not know, s, in the table of the bias of Fig. 8a (assumed: 1 mm
-    /// of a lens of 1000 m/s, there and back).
+    /// Delay of trigger and lens that the scanner does not correct, s (assumed).
+    ///
+    /// It applies to the table of the bias of Fig. 8a: 1 mm of a lens of 1000 m/s, both ways.
     pub(super) delay_error: f64,
     /// Scattering of the bone's surface in the two slices.
     ///
@@ -173,7 +176,7 @@ impl Default for WaterBath {
                 fall: 0.0,
             },
             tried: Shadow::TRIED.to_vec(),
-            // Two beams an element as the paper's 256, at the rate of its receiver; water of 20 °C.
+            // Two beams per element, as the paper's 256, at the rate of its receiver; water at 20 °C.
             simulation: Settings {
                 beams: 255,
                 beam_step: 0.5,

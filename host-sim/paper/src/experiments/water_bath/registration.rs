@@ -13,9 +13,9 @@ use super::sweep::{self, Tip, Volume};
 pub struct Ct {
     pub pose: Rigid,
     pub volume: CtVolume,
-    /// At the paper's threshold.
+    /// Surface at the paper's threshold.
     pub thresholded: Surface,
-    /// At the middle of the step from air to bone.
+    /// Surface at the middle of the step from air to bone.
     pub middle: Surface,
     pub picks: Vec<Point>,
 }
@@ -78,11 +78,13 @@ impl Registrations {
         Ok(Registrations { all })
     }
 
-    /// The way from the CT scanner's coordinates to those of an image that is taken at an elevation of the sweep.
+    /// The transform from CT coordinates to those of an image in the sweep.
+    ///
+    /// The image is taken at `elevation`.
     pub fn way(&self, bath: &WaterBath, sources: Sources, elevation: f64) -> Rigid {
         let way = self.of(sources).transform;
         match sources.registration {
-            // The images are those of a specimen at rest.
+            // The images are of a specimen at rest.
             Registration::Moving => way.moved(bath.motion(elevation).map(|by| -by)),
             _ => way,
         }
@@ -96,7 +98,7 @@ impl Registrations {
 }
 
 impl WaterBath {
-    /// What a depth is stretched by.
+    /// Factor on depths in the image, from the assumed speed of sound.
     pub fn ratio(&self, sound_speed: bool) -> f64 {
         match sound_speed {
             true => self.assumed_sound_speed / self.simulation.c,
@@ -104,20 +106,23 @@ impl WaterBath {
         }
     }
 
-    /// How far the specimen is from its place in the middle of the sweep, evenly moving, m.
+    /// Displacement of the specimen from the middle of the sweep, m.
+    ///
+    /// The motion is uniform.
     fn motion(&self, elevation: f64) -> Point {
         let length = (self.sweep - 1) as f64 * self.sweep_step;
         [self.motion * elevation / length; 3]
     }
 
-    /// Where a point of the specimen at rest is seen, if it moves.
+    /// The position at which a point appears if the specimen moves.
     fn moved(&self, [x, y, z]: Point) -> Point {
         let by = self.motion(y);
         [x + by[0], y + by[1], z + by[2]]
     }
 
-    /// Points of the bone's outline in both slices that lie below the array, in the array's coordinates and
-    /// in the CT scanner's.
+    /// Points of the bone's outline in both slices that lie below the array.
+    ///
+    /// Each is given in the array's coordinates and in the CT scanner's.
     pub fn targets(&self, specimen: &Specimen, pose: &Rigid) -> Result<Vec<(Point, Point)>> {
         let mut targets = Vec::new();
         for elevation in self.slices {
@@ -147,8 +152,9 @@ impl WaterBath {
 mod tests {
     use super::*;
 
-    /// Balls at one elevation move alike: the way of an image that is taken there is exact, that of another one is off
-    /// by what the specimen has moved in between.
+    /// Balls at one elevation have equal motion.
+    ///
+    /// The transform of an image at that elevation is exact. At other elevations its error is the motion in between.
     #[test]
     fn motion_counts_between_the_balls_and_the_image() {
         let bath = WaterBath {
