@@ -16,7 +16,7 @@ use super::snapshots::{Wavefield, snapshots};
 use super::timing::side_by_side;
 use crate::{Error, Result};
 
-/// Beams: as many as the widest registers have lanes.
+/// Number of beams: the lanes of the widest registers.
 pub(super) const BEAMS: usize = 16;
 /// Samples that faer computes at a time.
 const FAER: usize = 8;
@@ -27,19 +27,19 @@ const LOADING: f32 = 0.05;
 /// One comparison at four sizes.
 struct Comparison {
     name: &'static str,
-    /// The slowest of them counts.
+    /// The slowest method counts.
     methods: &'static [Method],
     covariance: Covariance,
     wavefield: Wavefield,
     one_lane: bool,
-    /// At least so many times as fast, at each of [`SIZES`].
+    /// Smallest ratio of speeds at each of [`SIZES`].
     targets: Option<[f64; 4]>,
 }
 
 /// M, L, K.
 const SIZES: [(usize, usize, usize); 4] = [(128, 64, 10), (128, 64, 0), (64, 32, 2), (32, 16, 0)];
 
-/// Those that take all eigenvectors: the paper's β, a fixed rank, and all but the first.
+/// Methods with all eigenvectors: the paper's β, a fixed rank, all but the first.
 const ALL_EIGENVECTORS: &[Method] = &[
     Method::EsmvBeta(0.1),
     Method::EsmvBeta(0.01),
@@ -229,7 +229,7 @@ fn compare(
         for sample in [0, 1, samples / 2, samples - 1] {
             let (expected, doubtful) = one(line, sample)?;
             let error = f64::from((z[sample] - expected).norm() / largest);
-            // A NaN stays.
+            // A NaN is kept.
             if !doubtful && (error.is_nan() || error > difference) {
                 difference = error;
             }
@@ -263,7 +263,7 @@ fn compare(
         .difference(difference))
 }
 
-/// Of every comparison.
+/// Parameters of every comparison.
 pub(super) fn parameters(method: Method, temporal_half_window: usize) -> Parameters {
     Parameters {
         method,

@@ -1,4 +1,4 @@
-//! The core's beamformer as the sections use it: a beam a lane, whole lines, one thread.
+//! The core's beamformer in the sections: one beam per lane, whole lines, one thread.
 
 use bonebeam::beamform::{AlignedLine, Beamformer, Parameters, Segment};
 use bonebeam::covariance::Covariance;
@@ -12,14 +12,15 @@ use bonebeam_drive::beamform::Needs;
 /// Beamforms all lines into `z [beam, sample]`.
 pub type Core<'a> = dyn FnMut(&mut Array2<Complex<f32>>) -> Result<()> + 'a;
 
-/// What gets a beamformer with its memory made.
+/// Callback with a beamformer whose memory is allocated.
 pub type Then<'a> = dyn FnMut(&mut Core<'_>) -> Result<()> + 'a;
 
-/// Makes a beamformer of `lines [beam, sample, element]`, all elements active, over the lanes of
-/// `set`, and hands it to `then`.
+/// Makes a beamformer of `lines [beam, sample, element]` and passes it to `then`.
+///
+/// All elements are active. Beams are in the lanes of `set`.
 ///
 /// # Errors
-/// What the core refuses, and the errors of `then`.
+/// The errors of the core and of `then`.
 pub fn with_core(
     set: InstructionSet,
     parameters: Parameters,

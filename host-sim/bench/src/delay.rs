@@ -1,4 +1,4 @@
-//! The delay stage beside the beamformers of as many samples.
+//! The delay stage against the beamformers, for equal numbers of samples.
 
 use std::hint::black_box;
 
@@ -23,22 +23,25 @@ use bonebeam_drive::methods::MethodName;
 use bonebeam_drive::threads::pool;
 use bonebeam_files::{ChannelData, Samples, Transmits};
 
-/// As many as the widest registers have lanes.
+/// Number of beams: the lanes of the widest registers.
 const BEAMS: usize = 16;
-/// Of the recording, Hz; and of one that need not be decimated.
+/// Sampling rate of the recording, Hz.
 const SAMPLING_RATE: f64 = 100e6;
+/// Sampling rate of a recording that needs no decimation, Hz.
 const SLOW_RATE: f64 = 20e6;
-/// Of the lines that beamforming is timed on, as in the section of the beamformers.
+/// Samples of the lines for beamforming, as in the section of the beamformers.
 const SAMPLES: usize = 128;
-/// Beyond the deepest echo, s: the longest way to an element of the array's end.
+/// Time after the deepest echo, s: the longest path to an element at the array's end.
 const MARGIN: f64 = 10e-6;
 
-/// Beams halfway between two elements, and beside that, m from the array's axis.
+/// Position of beams halfway between two elements, m from the array's axis.
 const HALFWAY: f64 = 0.0;
+/// Position of beams beside that, m from the array's axis.
 const BESIDE: f64 = 0.1e-3;
 
-/// Noise as the elements record it, all transmits at `beam_x`, close to the array's axis, so that
-/// every element serves all of them.
+/// A recording of noise with all transmits at `beam_x`.
+///
+/// They are close to the array's axis, so that every element is active for all of them.
 fn recording(sampling_rate: f64, beam_x: f64) -> ChannelData {
     let seconds = 2.0 * InVivo::DEPTH / InVivo::SOUND_SPEED + MARGIN;
     let samples = (seconds * sampling_rate) as usize;
@@ -67,7 +70,7 @@ fn recording(sampling_rate: f64, beam_x: f64) -> ChannelData {
     }
 }
 
-/// The same recording with its numbers as I/Q.
+/// The recording with its numbers as I/Q.
 fn in_the_base_band(data: ChannelData) -> ChannelData {
     let f_demod = data.f0;
     let Samples::Rf(rf) = data.samples else {
@@ -85,7 +88,9 @@ fn in_the_base_band(data: ChannelData) -> ChannelData {
     }
 }
 
-/// Seconds an output sample of the delay stage: a recording a call, another one each time.
+/// Seconds per output sample of the delay stage.
+///
+/// Each call processes one recording, in turn.
 fn delay(
     settings: &Settings,
     data: &ChannelData,
@@ -115,19 +120,20 @@ fn delay(
     })
 }
 
-/// Plane waves and lines as PICMUS has them.
+/// Plane waves of PICMUS.
 const PLANE_WAVES: usize = 75;
 const STEEPEST: f64 = 0.28;
 const PLANE_RATE: f64 = 20.832e6;
 const LINES: usize = 255;
 const LINE_SAMPLES: usize = 1169;
-/// One line of so many is read by the filter.
+/// The filter reads every `EVERY`-th line.
 const EVERY: usize = 8;
-/// Fewer in a short look.
+/// Plane waves and lines of a quick run.
 const QUICK: (usize, usize) = (3, 16);
 
-/// A frame of compounded plane waves by delay and sum, each record upsampled once, beside the same by the
-/// filter, with one thread.
+/// Compounded plane waves by delay and sum: upsampling against the filter.
+///
+/// Each record is upsampled once. One thread.
 fn compounded(settings: &Settings) -> Result<Row> {
     let (waves, lines) = if settings.quick {
         QUICK
@@ -194,7 +200,7 @@ fn compounded(settings: &Settings) -> Result<Row> {
     })
 }
 
-/// Seconds an output sample of a beamformer of `x`.
+/// Seconds per output sample of a beamformer of `x`.
 fn beamforming(
     settings: &Settings,
     parameters: Parameters,
@@ -216,11 +222,13 @@ fn beamforming(
     Ok(seconds / z.len() as f64)
 }
 
-/// The time of the delay stage over that of MV without a time window, the cheapest of the adaptive
-/// beamformers, of the product's, and of the paper's with the cross-spectral rank rule.
+/// The time of the delay stage over that of three beamformers.
+///
+/// They are MV without a time window, which is the cheapest adaptive one, the default, and the paper's with the
+/// cross-spectral rank rule.
 ///
 /// # Errors
-/// What the core refuses.
+/// The errors of the core.
 pub fn against_beamforming(
     settings: &Settings,
     step: &mut (dyn FnMut(&str) + Send),

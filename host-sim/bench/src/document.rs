@@ -15,10 +15,10 @@ fn begin(instruction_set: &str) -> String {
     )
 }
 
-/// `document` with what stands between the two comments of the report's instruction set replaced by its tables.
+/// Replaces the text between the comments of an instruction set by the report's tables.
 ///
 /// # Errors
-/// [`Error::Data`] where the comments are missing.
+/// [`Error::Data`] if the comments are missing.
 pub fn rewrite(document: &str, report: &Report) -> Result<String> {
     let begin = begin(&report.instruction_set);
     let missing = || {
@@ -35,7 +35,9 @@ pub fn rewrite(document: &str, report: &Report) -> Result<String> {
     ))
 }
 
-/// The tables that have rows, each with its text, unless the document has that text `before`.
+/// The tables that have rows.
+///
+/// Each has its text, unless the document has that text `before`.
 fn tables(report: &Report, before: &str) -> String {
     // Writing to a String cannot fail.
     let mut text = String::new();
@@ -50,7 +52,7 @@ fn tables(report: &Report, before: &str) -> String {
     text
 }
 
-/// Without the columns that are empty throughout.
+/// The table without empty columns.
 fn markdown(table: &Table) -> String {
     let head = head(table);
     let rows: Vec<_> = table.rows.iter().map(cells).collect();

@@ -1,4 +1,4 @@
-//! Whole frames, through the host's drive of the core.
+//! Whole frames, by the host's driver of the core.
 
 use std::hint::black_box;
 use std::ops::Range;
@@ -28,13 +28,13 @@ use bonebeam_drive::threads::pool;
 use bonebeam_files::{ChannelData, FrameSamples};
 use bonebeam_simulate::demodulate;
 
-/// Frames a second of the published GPU implementation.
+/// Frames per second of the published GPU implementation.
 const GPU: f64 = 10.0;
 
-/// The frame of the GPU's paper, then the paper's own.
+/// Times the frame of the GPU implementation's paper, then that of the paper in vivo.
 ///
 /// # Errors
-/// What the core refuses.
+/// The errors of the core.
 pub fn frames(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<Table> {
     let mut rows = gpu_frame(settings, step)?;
     step("the frame in vivo: its recording");
@@ -114,16 +114,18 @@ fn gpu_frame(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result
         .collect())
 }
 
-/// A kind of the frame in vivo.
+/// A configuration of the frame in vivo.
 struct Kind {
     name: &'static str,
     beamformer: Parameters,
     threads: usize,
-    /// Frames a second, if it has a target: with registers of 512 bits, and with others.
+    /// Target in frames per second, with registers of 512 bits and with others.
     target: Option<[f64; 2]>,
 }
 
-/// From the paper's way to the preset `live`, whose depth steps are those of its table of errors.
+/// Configurations from the paper's to the preset `live`.
+///
+/// The depth steps of `live` are those of its table of errors.
 fn kinds() -> [Kind; 9] {
     let of = |method| Parameters {
         method,
@@ -178,7 +180,9 @@ fn kinds() -> [Kind; 9] {
     ]
 }
 
-/// Seconds of each stage, and of the whole by each kind, from RF, and by the first from I/Q.
+/// Seconds of each stage, and of the whole frame by each configuration.
+///
+/// The input is RF, and I/Q for the first configuration.
 fn in_vivo_frame(
     data: &ChannelData,
     settings: &Settings,
@@ -248,7 +252,7 @@ fn of_iq(data: &ChannelData, kind: &Kind, settings: &Settings) -> Result<Row> {
     })
 }
 
-/// Hands the drive of a pipeline to `then`, on as many threads as the kind has.
+/// Passes the driver of a pipeline to `then`, on the threads of the configuration.
 fn with_frames<D: Stage + Sync, T: Send>(
     kind: &Kind,
     pipeline: &Pipeline<'_, D>,
@@ -262,7 +266,7 @@ fn with_frames<D: Stage + Sync, T: Send>(
     })
 }
 
-/// Which transmit makes a line.
+/// The transmits of a line.
 fn of_line(lines: usize, transmits: usize) -> impl Fn(usize) -> Range<usize> + Sync {
     move |line| {
         let transmit = line * transmits / lines;
@@ -282,7 +286,7 @@ fn in_vivo_row(stage: &str, seconds: f64) -> Row {
     )
 }
 
-/// Each stage, and all of them from the aligned samples `x` on.
+/// Times each stage, and all of them from the aligned samples `x`.
 fn stages(
     frames: &mut Frames<'_>,
     pipeline: &Pipeline<'_>,
@@ -335,7 +339,7 @@ fn stages(
     Ok(rows)
 }
 
-/// From the recording to the bone map.
+/// Times the whole frame, from the recording to the bone map.
 fn whole(
     kind: &Kind,
     frames: &mut Frames<'_>,

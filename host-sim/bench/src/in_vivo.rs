@@ -6,12 +6,12 @@ use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
 use bonebeam::pipeline::{self, IqInput, Pipeline};
 use bonebeam_drive::phase_symmetry;
 
-/// Pixels on each side of the image that the bones are looked for in.
+/// Side of the image in which bone is sought, pixels.
 const PIXELS: usize = 512;
-/// In dB.
+/// Dynamic range, dB.
 const DYNAMIC_RANGE: f32 = 60.0;
 
-/// The paper's array, and its frame inside a living back.
+/// The paper's array and its frame of a back in vivo.
 pub(super) struct InVivo;
 
 impl InVivo {
@@ -21,9 +21,9 @@ impl InVivo {
     pub(super) const RATE: f64 = 20e6;
     pub(super) const DEPTH: f64 = 40e-3;
     pub(super) const BEAMS: usize = 256;
-    /// Of the recording, Hz.
+    /// Sampling rate of the recording, Hz.
     pub(super) const SAMPLING_RATE: f64 = 40e6;
-    /// Hz; I/Q is demodulated by it.
+    /// Centre frequency, and demodulation frequency of I/Q, Hz.
     const CENTRE_FREQUENCY: f64 = 5e6;
 
     pub(super) const PARAMETERS: Parameters = Parameters {
@@ -32,8 +32,10 @@ impl InVivo {
         ..Parameters::DEFAULT
     };
 
-    /// What its pipelines share. `beamformer` makes so many sub-lines of a line that all of them are [`InVivo::BEAMS`];
-    /// records of `record_samples` are sampled at `sampling_rate`, Hz.
+    /// Settings that its pipelines share.
+    ///
+    /// The sub-lines of `beamformer` times the lines are [`InVivo::BEAMS`]. Records have `record_samples` samples at
+    /// `sampling_rate`, Hz.
     fn parameters(
         beamformer: Parameters,
         record_samples: usize,
@@ -67,7 +69,7 @@ impl InVivo {
         }
     }
 
-    /// From RF.
+    /// The pipeline from RF.
     pub(super) fn pipeline(
         beamformer: Parameters,
         record_samples: usize,
@@ -79,7 +81,7 @@ impl InVivo {
         ))
     }
 
-    /// From I/Q, demodulated and sampled at twice the centre frequency.
+    /// The pipeline from I/Q, demodulated and sampled at twice the centre frequency.
     pub(super) fn pipeline_of_iq(
         beamformer: Parameters,
         record_samples: usize,

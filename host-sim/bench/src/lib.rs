@@ -1,8 +1,7 @@
-//! The benchmark: the core beside other ways of computing the same, in one run.
+//! The benchmark: the core against other implementations, in one run.
 //!
-//! A speed is worth something only beside another one of the same minute on the same machine, so
-//! every section times both sides in turn and keeps the fastest of many, and its targets are
-//! ratios, shares or rates of frames.
+//! Speeds are only comparable if measured together on the same machine. Every section times both sides in turn and keeps
+//! the fastest of many runs. Its targets are ratios, shares or frame rates.
 
 mod beamformers;
 mod core;
@@ -35,10 +34,12 @@ pub use text::text;
 
 use machine::Machine;
 
-/// Measures the sections by `program`, a version; `progress` hears which, and what of it, before it begins.
+/// Measures the sections; `program` is the version.
+///
+/// `progress` is called with the section and its part before each starts.
 ///
 /// # Errors
-/// What the core refuses, and results that are not those of the yardstick.
+/// The errors of the core, and results that differ from those of the reference.
 pub fn run(
     program: &str,
     settings: &Settings,

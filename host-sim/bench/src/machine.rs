@@ -9,16 +9,18 @@ use serde::{Deserialize, Serialize};
 
 use super::peak::peak;
 
-/// What a speed depends on, but for who else is using it.
+/// Properties of the machine on which speeds depend.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Machine {
-    /// The processor's name for itself.
+    /// Name of the processor.
     pub processor: String,
-    /// Threads that can run at once.
+    /// Number of threads that can run at once.
     pub threads: usize,
     /// The instruction sets that the core can use here, widest first.
     pub instruction_sets: Vec<String>,
-    /// How wide its arithmetic units are, bits, as their speed tells: a wider register is worked on in parts.
+    /// Width of the arithmetic units, bits, as measured by their speed.
+    ///
+    /// Wider registers are processed in parts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit_bits: Option<usize>,
 }
@@ -38,20 +40,22 @@ impl Machine {
     }
 }
 
-/// The instruction sets of this processor, the widest first. One lane has its own rows instead: a
-/// compiler may make vectors of it where there is nothing else to do, as at the peak.
+/// The vector instruction sets of this processor, the widest first.
+///
+/// One lane has its own rows instead, since a compiler may vectorise it, as it does for the peak.
 pub fn vector_sets() -> Vec<InstructionSet> {
     let sets = InstructionSet::available();
     sets.filter(|&set| set != InstructionSet::Scalar).collect()
 }
 
-/// A set whose peak is this many times that of the next narrower one has units as wide as its registers.
-/// Where they are not, both are equally fast.
+/// Smallest ratio of peaks at which units are as wide as the registers.
+///
+/// It is the peak of a set over that of the next narrower one. With narrower units, both are equally fast.
 const WIDER: f64 = 1.5;
-/// For the peak of a set: a few calls of it.
+/// Time for the peak of a set: a few calls.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// The width of the widest registers that are worked on as a whole.
+/// The width of the widest registers that are processed as a whole, bits.
 pub fn unit_bits() -> Option<usize> {
     let peaks: Vec<(InstructionSet, f64)> = vector_sets()
         .into_iter()
@@ -63,7 +67,7 @@ pub fn unit_bits() -> Option<usize> {
     Some(32 * lanes(*set))
 }
 
-/// How many lanes the registers of an instruction set have.
+/// The number of lanes of an instruction set's registers.
 pub fn lanes(set: InstructionSet) -> usize {
     set.dispatch(Lanes)
 }
@@ -78,7 +82,7 @@ impl Task for Lanes {
     }
 }
 
-/// The processor's name for itself; the architecture where it does not tell.
+/// The name of the processor, or its architecture if it has none.
 fn processor() -> String {
     #[cfg(target_arch = "x86_64")]
     if let Some(name) = raw_cpuid::CpuId::new().get_processor_brand_string() {

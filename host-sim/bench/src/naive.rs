@@ -1,11 +1,10 @@
-//! The adaptive beamformers as they are written straight from the equations with faer: c32, one
-//! thread, faer's own choice of instruction set at run time.
+//! The adaptive beamformers, implemented directly from the equations with faer.
 //!
-//! The snapshots of the window stand side by side in one matrix, faer multiplies it by its adjoint
-//! (the lower triangle only), factors or decomposes the result and solves. All memory is made
-//! beforehand. faer 0.24 keeps the AVX-512 form of its decompositions behind its feature `nightly`,
-//! which is off here as in any ordinary build; it makes MV at L = 64 a fifth faster. Its matrix
-//! products use AVX-512 either way.
+//! Numbers are c32. There is one thread, and faer chooses the instruction set at run time. The snapshots of the window
+//! are the columns of one matrix. faer multiplies it by its adjoint (the lower triangle only), factors or decomposes the
+//! result and solves. All memory is allocated beforehand. faer 0.24 has its decompositions for AVX-512 behind its feature
+//! `nightly`, which is off here as in any ordinary build; it makes MV at L = 64 a fifth faster. Its matrix products use
+//! AVX-512 either way.
 
 use bonebeam::beamform::Method;
 use bonebeam::covariance::Covariance;
@@ -19,14 +18,16 @@ use ndarray::ArrayView2;
 
 use crate::{Error, Result};
 
-/// Beyond this share of an eigenvalue, the next one's eigenvector is not told from its own.
+/// Ratio of neighbouring eigenvalues above which their eigenvectors are not distinct.
 const LARGEST_RATIO: f32 = 0.99;
-/// Nor where they lie closer than this share of the largest one, with f32's errors some 10⁻⁶ of that.
+/// Smallest distance of distinct eigenvalues, relative to the largest one.
+///
+/// The errors of f32 are about 10⁻⁶ of the largest one.
 const LEAST_GAP: f32 = 1e-3;
-/// So close to `β·c_L`, either neighbouring rank is right.
+/// Distance to `β·c_L` within which either neighbouring rank is correct.
 const RULE: f32 = 1e-3;
 
-/// The shape of the problem, and which covariance.
+/// The shape of the problem, and the covariance estimate.
 #[derive(Clone, Copy, Debug)]
 pub struct Shape {
     /// `M`.
@@ -44,7 +45,7 @@ pub struct Shape {
 /// A beamformer of one sample at a time, with its memory.
 pub struct Naive {
     shape: Shape,
-    /// The snapshots of the window, one a column.
+    /// The snapshots of the window, one per column.
     snapshots: Mat<c32>,
     /// The lower triangle of the covariance, then its factor.
     covariance: Mat<c32>,
@@ -60,7 +61,7 @@ pub struct Naive {
 }
 
 impl Naive {
-    /// Memory for a shape.
+    /// Allocates memory for a shape.
     pub fn new(shape: Shape) -> Self {
         let l = shape.subaperture;
         let scratch = llt::factor::cholesky_in_place_scratch::<c32>(l, Par::Seq, Spec::default())
@@ -118,7 +119,9 @@ impl Naive {
         Ok(output / gain.conj())
     }
 
-    /// Eigenspace minimum variance (Eq. 5 to 8) at one sample, and whether another answer is as right.
+    /// Eigenspace minimum variance (Eq. 5 to 8) at one sample.
+    ///
+    /// Also returns whether another result is equally correct.
     ///
     /// # Errors
     /// A decomposition that does not converge.

@@ -1,5 +1,6 @@
-//! Phase symmetry as it is written straight with rustfft: dense filters, one complex inverse
-//! transform of the whole image a filter.
+//! Phase symmetry, implemented directly with rustfft.
+//!
+//! Filters are dense, with one complex inverse transform of the whole image per filter.
 
 use std::sync::Arc;
 
@@ -16,7 +17,7 @@ const EPSILON: f32 = 1e-10;
 /// A square image's filters and transforms, with all memory.
 pub struct Naive {
     side: usize,
-    /// Transposed, with the inverse transform's 1/N² in them.
+    /// Transposed filters, which include the inverse transform's 1/N².
     filters: Vec<Vec<f32>>,
     threshold: f32,
     forward: Arc<dyn Fft<f32>>,
@@ -91,7 +92,7 @@ impl Naive {
     }
 }
 
-/// In blocks that stay in the cache.
+/// Transposes in blocks that stay in the cache.
 fn transpose(from: &[Complex<f32>], to: &mut [Complex<f32>], side: usize) {
     const BLOCK: usize = 8;
     for row in (0..side).step_by(BLOCK) {

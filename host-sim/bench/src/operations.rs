@@ -1,7 +1,8 @@
-//! What the exact route costs, in real additions and multiplications.
+//! The cost of the exact method, in real additions and multiplications.
 
-/// Flops of MV with forward-backward averaging, a sample, for `m` active elements and subapertures of
-/// `l`, with `P = m − l + 1`:
+/// Flops per sample of MV with forward-backward averaging.
+///
+/// For `m` active elements and subapertures of length `l`, with `P = m − l + 1`:
 ///
 /// - `8·l·P`: the first row of the covariance, `l` entries, each the sum of `P` products of complex
 ///   numbers (6 flops a product, 2 an addition);

@@ -1,4 +1,4 @@
-//! What the processor can do at most: multiplications and additions in registers, nothing else.
+//! Peak rate of the processor: multiplications and additions in registers alone.
 
 use std::hint::black_box;
 use std::time::Duration;
@@ -7,11 +7,12 @@ use bonebeam::simd::{InstructionSet, Task, Vector};
 
 use super::timing::fastest;
 
-/// Multiplications and as many additions a chain and call: long enough for the clock's resolution,
-/// short enough to fit between two interruptions.
+/// Multiplications per chain and call, with an addition each.
+///
+/// They take long enough for the clock's resolution, and little enough to fit between two interruptions.
 const STEPS: usize = 20_000;
 
-/// Flop/s of one core, multiplications and additions in equal number and not fused.
+/// Flop/s of one core, with equal numbers of multiplications and additions, not fused.
 pub fn peak(set: InstructionSet, budget: Duration) -> f64 {
     set.dispatch(Peak { budget: budget / 4 })
 }
@@ -35,7 +36,7 @@ impl Task for Peak {
     }
 }
 
-/// Flop/s of so many chains.
+/// Flop/s of a number of chains.
 fn rate<V: Vector, const CHAINS: usize>(zero: V, budget: Duration) -> f64 {
     let seconds = fastest(budget, || {
         let (factor, term) = black_box((0.999_999, 1e-6));
@@ -48,8 +49,9 @@ fn rate<V: Vector, const CHAINS: usize>(zero: V, budget: Duration) -> f64 {
     (2 * CHAINS * STEPS * V::LANES) as f64 / seconds
 }
 
-/// Chains that are independent of one another, each a multiplication and an addition a step: one
-/// register a chain, so that enough of them fit the sixteen of SSE2 and AVX2.
+/// Runs independent chains, each with a multiplication and an addition per step.
+///
+/// Each chain takes one register, so that enough chains fit the sixteen registers of SSE2 and AVX2.
 #[inline(always)]
 fn chains<V: Vector, const CHAINS: usize>(factor: V, term: V) -> V {
     let mut values = [term; CHAINS];

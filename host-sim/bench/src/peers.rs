@@ -1,4 +1,4 @@
-//! Beamformers of other people's Python packages, where they are installed.
+//! Beamformers of other Python packages, if they are installed.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -32,10 +32,12 @@ use bonebeam_files::{BeamformedLines, ChannelData, Transmits, npy, npz};
 const SCRIPT: &str = include_str!("peers.py");
 /// Beams, samples, elements: the frame of the GPU's paper.
 const FRAME: (usize, usize, usize) = (80, 400, 64);
-/// Largest differences between equal frames, of the largest value: f32 against f64 and f32, and a windowed
-/// sinc against linear interpolation.
+/// Largest difference between equal frames, f32 against f64 and f32.
+///
+/// It is relative to the largest value.
 const EQUAL: f64 = 1e-5;
 const EQUAL_IN_F32: f64 = 1e-3;
+/// The same, a windowed sinc against linear interpolation.
 const INTERPOLATED: f64 = 2e-3;
 
 /// One package.
@@ -63,14 +65,14 @@ const PEERS: [Peer; 3] = [
     },
 ];
 
-/// What the script tells of a package.
+/// Output of the script for a package.
 #[derive(Deserialize)]
 struct Told {
     seconds: Option<f64>,
     left_out: Option<String>,
 }
 
-/// The same frame by each package that is there.
+/// Times the same frame with each installed package.
 ///
 /// # Errors
 /// Frames of the two sides that are not equal.
@@ -120,7 +122,7 @@ fn measure(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<T
                     .into_dimensionality()
                     .map_err(|e| Error::Data(e.to_string()))?;
                 let difference = peer.equal(ours.view(), theirs.view())?;
-                // As near to Python's time as can be.
+                // As close as possible to the time of Python's run.
                 let here = fastest(settings.budget, || drop(black_box(work())));
                 rows.push(
                     Row::new(peer.row, Quantity::milliseconds(here))
@@ -140,7 +142,7 @@ fn measure(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<T
     })
 }
 
-/// What computes a frame here.
+/// Computes a frame with this project.
 type Work<'a> = Box<dyn FnMut() -> Result<Array2<Complex<f32>>> + 'a>;
 
 impl Peer {
@@ -174,7 +176,7 @@ impl Peer {
         for (a, b) in ours.iter().zip(theirs) {
             largest = largest.max(f64::from(b.norm()));
             let d = f64::from((a - b).norm());
-            // A NaN stays.
+            // A NaN is kept.
             if d.is_nan() || d > difference {
                 difference = d;
             }
@@ -190,20 +192,22 @@ impl Peer {
     }
 }
 
-/// A record of single-element transmits, whose delay law has no second reading.
+/// A recording of single-element transmits, whose delay law is unambiguous.
 struct Recording {
     data: ChannelData,
     parameters: Beamform,
     /// The analytic signal of each element, [transmit, element, sample].
     analytic: Array3<Complex<f32>>,
-    /// Where the lines are, and the first active element and how many there are of each.
+    /// The lines, with the first active element and the number of active elements.
     lines: BeamformedLines,
     active: Array2<i64>,
 }
 
 impl Recording {
-    /// Echoes of a few points, sampled so fast that linear interpolation is good to a thousandth, and so long
-    /// that every element has heard every pixel.
+    /// A recording of echoes of a few points.
+    ///
+    /// The sampling rate gives linear interpolation an accuracy of a thousandth. The recording is long enough for the
+    /// echo of every pixel at every element.
     fn new() -> Self {
         const ELEMENTS: usize = 64;
         const SAMPLES: usize = 11_200;
@@ -293,7 +297,7 @@ impl Recording {
     }
 }
 
-/// Runs the script; where it cannot run, the reason in one line.
+/// Runs the script; if it cannot run, returns the reason in one line.
 fn python(
     folder: &Path,
     x: &Array3<Complex<f32>>,

@@ -18,7 +18,7 @@ use bonebeam_drive::threads::pool;
 const SIDE: usize = 512;
 const SCALES: [f64; 3] = [1.0 / 128.0, 1.0 / 256.0, 1.0 / 512.0];
 const THRESHOLD: f32 = 15.0;
-/// The largest difference between equal maps, of 1.
+/// The largest difference between equal maps, whose values are 0 to 1.
 const EQUAL: f64 = 1e-4;
 
 /// A bright arc over speckle, 0..255.
@@ -33,7 +33,7 @@ fn image() -> Array2<f32> {
 
 fn difference(a: &Array2<f32>, b: &Array2<f32>) -> f64 {
     let differences = a.iter().zip(b).map(|(a, b)| f64::from((a - b).abs()));
-    // A NaN stays.
+    // A NaN is kept.
     differences.fold(0.0, |largest, d| {
         if d.is_nan() || d > largest {
             d
@@ -53,7 +53,7 @@ fn equal(name: &str, difference: f64) -> Result<f64> {
     )))
 }
 
-/// Frames, strips, tables, and the yardsticks.
+/// Times frames, strips and tables, and the references.
 ///
 /// # Errors
 /// Maps of the two sides that are not equal.
@@ -73,7 +73,7 @@ fn plan(strip: usize) -> Result<Plan> {
 fn measure(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<Table> {
     let image = image();
     let run = |plan: &mut Plan| plan.run(image.view(), settings.instruction_set, &mut |_, _| {});
-    // All matrices lie in memory; how many lines are worked on at a time is another matter.
+    // All matrices are in memory, whatever the number of lines processed at a time.
     let (mut core, mut at_once) = (plan(Parameters::STRIP)?, plan(SIDE)?);
     let budget = 2 * settings.budget;
     let map = run(&mut core)?;
@@ -130,7 +130,7 @@ fn measure(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<T
     match scipy(image.view(), budget) {
         Ok(python) => {
             let error = equal("scipy", difference(&map, &python.map))?;
-            // As near to Python's time as can be.
+            // As close as possible to the time of Python's run.
             let frame = fastest(settings.budget, || drop(black_box(run(&mut core))));
             for (name, seconds) in python.seconds {
                 rows.push(

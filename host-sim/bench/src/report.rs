@@ -1,21 +1,21 @@
-//! What the benchmark found: tables of rows, each with a figure, its yardstick and its target.
+//! Results of the benchmark: tables of rows with a figure, its reference and target.
 
 use serde::{Deserialize, Serialize};
 
 use super::machine::Machine;
 
-/// Everything that one run measured.
+/// All measurements of one run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Report {
     /// The version and the commit of the program.
     pub program: String,
-    /// Where.
+    /// The machine.
     pub machine: Machine,
     /// The instruction set of the core's lanes.
     pub instruction_set: String,
-    /// Whether it was a short look, whose figures are coarse.
+    /// Whether this was a quick run, whose figures are coarse.
     pub quick: bool,
-    /// One a section, in the order of the run.
+    /// One table per section, in the order of the run.
     pub tables: Vec<Table>,
 }
 
@@ -24,11 +24,11 @@ pub struct Report {
 pub struct Table {
     /// The section's name on the command line.
     pub section: String,
-    /// What it compares.
+    /// Title: the things compared.
     pub title: String,
-    /// The data and the way of measuring.
+    /// The data and the method of measuring.
     pub method: String,
-    /// What the column of the yardsticks holds.
+    /// Title of the column of the references.
     pub yardstick: String,
     /// The measurements.
     pub rows: Vec<Row>,
@@ -37,23 +37,23 @@ pub struct Table {
 /// One measurement.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Row {
-    /// The work.
+    /// The task that is measured.
     pub work: String,
-    /// What the core took or gave.
+    /// The figure of the core.
     pub here: Quantity,
-    /// The same of what it is compared with.
+    /// The figure of the reference.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub yardstick: Option<Quantity>,
-    /// What the target is about: a ratio, a share or a rate.
+    /// The quantity of the target: a ratio, a share or a rate.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub result: Option<Quantity>,
     /// The target for the result.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub target: Option<Target>,
-    /// Whether the target is met; none without a target.
+    /// Whether the target is met; `None` without a target.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub met: Option<bool>,
-    /// The largest difference between the results of the two sides, relative to the largest result.
+    /// Largest difference between both sides' results, relative to the largest result.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub difference: Option<f64>,
 }
@@ -67,13 +67,13 @@ pub struct Quantity {
     pub unit: String,
 }
 
-/// What a result should be.
+/// Target of a result.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Target {
-    /// This or more.
+    /// At least this value.
     AtLeast(f64),
-    /// This or less.
+    /// At most this value.
     AtMost(f64),
 }
 
@@ -98,7 +98,7 @@ impl Quantity {
 }
 
 impl Row {
-    /// A measurement by itself.
+    /// A measurement without a reference.
     pub fn new(work: impl Into<String>, here: Quantity) -> Self {
         Row {
             work: work.into(),
@@ -111,26 +111,26 @@ impl Row {
         }
     }
 
-    /// Beside its yardstick.
+    /// The row with its reference.
     pub fn beside(mut self, yardstick: Quantity) -> Self {
         self.yardstick = Some(yardstick);
         self
     }
 
-    /// With what follows from it.
+    /// The row with a result.
     pub fn result(mut self, value: f64, unit: &str) -> Self {
         self.result = Some(Quantity::new(value, unit));
         self
     }
 
-    /// With a target for the result.
+    /// The row with a target for the result.
     pub fn target(mut self, target: Target) -> Self {
         self.met = self.result.as_ref().map(|result| target.met(result.value));
         self.target = Some(target);
         self
     }
 
-    /// With the difference between the two sides' results.
+    /// The row with the difference between both sides' results.
     pub fn difference(mut self, difference: f64) -> Self {
         self.difference = Some(difference);
         self

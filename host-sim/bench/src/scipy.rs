@@ -1,4 +1,4 @@
-//! The same in Python, where it is installed.
+//! Phase symmetry in Python, if it is installed.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -12,7 +12,7 @@ use bonebeam_files::npy;
 
 const SCRIPT: &str = include_str!("phase_symmetry.py");
 
-/// What Python's side gave.
+/// Results of Python.
 pub struct Scipy {
     /// The map of scipy.fft.
     pub map: Array2<f32>,
@@ -20,7 +20,7 @@ pub struct Scipy {
     pub seconds: BTreeMap<String, f64>,
 }
 
-/// Runs the script; where it cannot run, the reason in one line.
+/// Runs the script; if it cannot run, returns the reason in one line.
 pub fn scipy(image: ArrayView2<'_, f32>, budget: Duration) -> Result<Scipy, String> {
     let folder = tempfile::tempdir().map_err(|e| e.to_string())?;
     let (given, taken) = (

@@ -1,4 +1,4 @@
-//! The parts of the benchmark, and how to measure.
+//! The parts of the benchmark, and settings of the measurements.
 
 use std::fmt;
 use std::time::Duration;
@@ -39,32 +39,31 @@ impl fmt::Display for Section {
     }
 }
 
-/// Samples of a line where its ends should not count for much: half a line of 40 mm.
+/// Samples of a line whose ends have little effect: half a line of 40 mm.
 pub const LINE: usize = 512;
 
-/// How to measure.
+/// Settings of the measurements.
 #[derive(Clone, Debug)]
 pub struct Settings {
-    /// A short look.
+    /// Whether this is a quick run.
     pub quick: bool,
-    /// For the core's lanes.
+    /// Instruction set of the core's lanes.
     pub instruction_set: InstructionSet,
-    /// Those whose peak is measured.
+    /// Instruction sets whose peak is measured.
     pub instruction_sets: Vec<InstructionSet>,
-    /// For one row.
+    /// Time for one row.
     pub budget: Duration,
-    /// Of a line beside faer.
+    /// Samples of a line in the comparison with faer.
     pub samples: usize,
-    /// How wide the processor's arithmetic units are, bits.
+    /// Width of the processor's arithmetic units, bits.
     pub unit_bits: Option<usize>,
 }
 
 impl Settings {
-    /// Settings for this machine: its widest instruction set and the others beside it, or `forced`
-    /// alone.
+    /// Settings for this machine, with all its instruction sets or `forced` alone.
     ///
     /// # Errors
-    /// [`Error::Usage`] where the processor does not have `forced`.
+    /// [`Error::Usage`] if the processor does not have `forced`.
     pub fn new(quick: bool, forced: Option<InstructionSet>) -> Result<Self> {
         let available = vector_sets();
         if let Some(set) = forced
@@ -90,7 +89,7 @@ impl Settings {
 }
 
 impl Settings {
-    /// Whether the core's lanes are worked on 512 bits at a time.
+    /// Whether the core's lanes are processed 512 bits at a time.
     pub fn is_wide(&self) -> bool {
         self.unit_bits == Some(512) && lanes(self.instruction_set) == 16
     }

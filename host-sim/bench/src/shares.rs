@@ -1,4 +1,4 @@
-//! The beamformer beside the peak and beside itself.
+//! The beamformer against the peak, and with and without a time window.
 
 use std::hint::black_box;
 
@@ -18,7 +18,7 @@ use super::snapshots::{Wavefield, snapshots};
 use super::timing::{fastest, side_by_side};
 use crate::Result;
 
-/// The core alone, forward-backward.
+/// Times the core alone, forward-backward.
 fn alone(
     set: InstructionSet,
     method: Method,
@@ -30,10 +30,10 @@ fn alone(
     with_core(set, parameters, Covariance::ForwardBackward, lines, then)
 }
 
-/// MV's useful operations a second over the peak of the same instruction set.
+/// MV's useful operations per second over the peak of the same instruction set.
 ///
 /// # Errors
-/// What the core refuses.
+/// The errors of the core.
 pub fn share_of_peak(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<Table> {
     let mut rows = Vec::new();
     for &set in &settings.instruction_sets {
@@ -79,10 +79,10 @@ pub fn share_of_peak(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -
     })
 }
 
-/// `K = 10` against `K = 0`.
+/// Time windows: `K = 10` against `K = 0`.
 ///
 /// # Errors
-/// What the core refuses.
+/// The errors of the core.
 pub fn time_window(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<Table> {
     let set = settings.instruction_set;
     let x = snapshots(Wavefield::Echo, (BEAMS, LINE, 128));

@@ -1,5 +1,6 @@
-//! Frames as recordings are: a simulated vertebra seen by growing apertures, and depths at which every beam
-//! has an aperture of its own.
+//! Simulated frames, and depths beyond the full aperture.
+//!
+//! A simulated vertebra is imaged with growing apertures. Beyond the full aperture, every beam has a different one.
 
 use std::hint::black_box;
 
@@ -23,21 +24,22 @@ use bonebeam_drive::threads::pool;
 use bonebeam_files::ChannelData;
 use bonebeam_simulate::{self as simulate, Phantom, Summation, Tissue, channel_data};
 
-/// The slice of the vertebra, m from the middle of its body, and its depth, m: as the main job has it.
+/// Slice of the vertebra, m from the middle of its body, as in the main job.
 const SLICE: f64 = -4e-3;
+/// Depth of the vertebra, m, as in the main job.
 const DEPTH: f64 = 15e-3;
 
-/// Whether soft tissue surrounds the bone, or water.
+/// Medium around the bone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Medium {
     Tissue,
     Water,
 }
 
-/// The vertebra as the paper's array records it: so many beams, one every so many elements.
+/// Records the vertebra with the paper's array; `beam_step` is in elements.
 ///
 /// # Errors
-/// What the simulator refuses.
+/// The errors of the simulator.
 pub(super) fn recording(medium: Medium, beams: usize, beam_step: f64) -> Result<ChannelData> {
     let scanner = simulate::Settings {
         elements: InVivo::ELEMENTS,
@@ -57,10 +59,10 @@ pub(super) fn recording(medium: Medium, beams: usize, beam_step: f64) -> Result<
     channel_data(&scanner, &phantom, Summation::Cells, &|_| {})
 }
 
-/// Simulated frames beside echo alone and noise alone, then depths beyond the full aperture.
+/// Times simulated frames against echo and noise, and depths beyond the full aperture.
 ///
 /// # Errors
-/// What the simulator and the core refuse.
+/// The errors of the simulator and the core.
 pub fn simulated(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<Table> {
     let mut rows = pool(1)?.install(|| vertebra(settings, step))?;
     rows.extend(pool(1)?.install(|| below_full_aperture(settings, step))?);
@@ -80,7 +82,7 @@ pub fn simulated(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Re
     })
 }
 
-/// Those that are timed on these frames.
+/// Methods that are timed on these frames.
 const METHODS: [(&str, Method); 2] = [
     ("rank-1 ESMV", Method::EsmvRank1),
     ("ESMV, β = 1 %", Method::EsmvBeta(0.01)),
@@ -132,7 +134,7 @@ fn vertebra(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<
     Ok(rows)
 }
 
-/// Seconds an output sample of each frame `[beam, sample, element]`, in turn.
+/// Seconds per output sample of each frame `[beam, sample, element]`, in turn.
 fn times<const FRAMES: usize>(
     settings: &Settings,
     method: Method,
@@ -154,7 +156,7 @@ fn times<const FRAMES: usize>(
     Ok(std::array::from_fn(|k| seconds[k] / samples(&frames[k])))
 }
 
-/// On as many threads as there are around this call.
+/// A plan for the threads of the current pool.
 fn plan(settings: &Settings, method: Method) -> Result<Plan> {
     let parameters = Parameters {
         method,
@@ -168,7 +170,7 @@ fn plan(settings: &Settings, method: Method) -> Result<Plan> {
     )
 }
 
-/// Numbers of active elements that beams near the array's ends have below the depth of full aperture.
+/// Active elements of beams near the array's ends, below the depth of full aperture.
 const COUNTS: [usize; 8] = [66, 74, 82, 90, 98, 106, 114, 122];
 
 fn below_full_aperture(

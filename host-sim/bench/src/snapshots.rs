@@ -1,27 +1,29 @@
-//! Aligned snapshots as behind a scanner's delay stage, the same every time.
+//! Aligned snapshots as after a scanner's delay stage, equal in every run.
 
 use ndarray::Array3;
 use num_complex::Complex;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
-/// What the elements receive.
+/// Signal that the elements receive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wavefield {
-    /// An echo from aside, of another direction in every beam, whose complex amplitude fluctuates
-    /// along the depth as speckle does, and white noise 20 dB below it.
+    /// An off-axis echo, and white noise 20 dB below it.
+    ///
+    /// The direction differs in every beam. The complex amplitude fluctuates with depth, as that of speckle.
     Echo,
-    /// White noise alone: no eigenvalue stands out.
+    /// White noise alone, without a dominant eigenvalue.
     Noise,
 }
 
-/// The pulse's length in output samples: as far apart, amplitudes have little in common.
+/// Length of the pulse in output samples, over which amplitudes decorrelate.
 const PULSE: f32 = 6.0;
-/// The largest phase from element to element, rad: some 5° from the axis at the paper's pitch.
+/// Largest phase between neighbouring elements, rad: about 5° at the paper's pitch.
 const STEEPEST: f32 = 0.5;
 
-/// Snapshots `[beam, sample, element]`. Components of the noise are uniform: what it takes to
-/// compute does not depend on their distribution.
+/// Snapshots `[beam, sample, element]`.
+///
+/// Components of the noise are uniform; the time to process them does not depend on their distribution.
 pub fn snapshots(
     wavefield: Wavefield,
     (beams, samples, elements): (usize, usize, usize),

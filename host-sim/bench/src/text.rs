@@ -1,4 +1,4 @@
-//! The report for people: the same cells on the terminal and in the documents.
+//! The report as text: the same cells on the terminal and in the documents.
 
 use std::fmt::Write;
 

@@ -1,17 +1,20 @@
-//! Times on a machine that others use too: the fastest of many, taken in turn.
+//! Times on a shared machine: the fastest of many calls, taken in turn.
 //!
-//! It is the time that passes. A thread's own processor time would leave out the others', but on a
-//! virtual machine it runs too slowly at times, and the fastest of many finds those times. So calls
-//! are kept to a few milliseconds, which others leave undisturbed often enough.
+//! Times are wall-clock times. CPU time of the thread would exclude other processes, but on a virtual machine its clock
+//! is sometimes slow, and the fastest of many calls would select those times. Calls take a few milliseconds, which
+//! are undisturbed often enough.
 
 use std::time::{Duration, Instant};
 
-/// Fewest rounds, whatever the budget: the first warms the caches, one alone could be disturbed.
+/// Minimum number of rounds, whatever the budget.
+///
+/// The first round warms the caches, and a single one could be disturbed.
 const FEWEST: usize = 3;
 
-/// How long each of `contestants` takes, s: the fastest of at least three calls, one of each in
-/// turn, until `budget` is used up. Taken in turn, a disturbance or a change of the clock rate meets
-/// all alike.
+/// Times each of `contestants`, s: the fastest of at least three calls.
+///
+/// They are called in turn until `budget` is used up, so that a disturbance or a change of the clock rate affects all
+/// equally.
 pub fn side_by_side<const N: usize>(
     budget: Duration,
     mut contestants: [&mut dyn FnMut(); N],
@@ -33,7 +36,7 @@ pub fn side_by_side<const N: usize>(
     fastest
 }
 
-/// [`side_by_side`] for one alone.
+/// [`side_by_side`] for a single contestant.
 pub fn fastest(budget: Duration, mut work: impl FnMut()) -> f64 {
     let [seconds] = side_by_side(budget, [&mut work]);
     seconds

@@ -1,8 +1,8 @@
-//! What the core's results are compared with: the same kernels written a second time.
+//! References for the core's results: independent implementations of its kernels.
 //!
-//! [`reference`](mod@reference) has them plainly in f32, to the bit, and in f64 from the equations. [`verify`] compares the
-//! core with both. [`golden`] writes vectors of every stage for other implementations. [`surface`] has the yardsticks of
-//! the bone surface.
+//! [`reference`](mod@reference) has plain ones in f32, equal to the bit, and ones in f64 from the equations. [`verify`]
+//! compares the core with both. [`golden`] writes vectors of every stage for other implementations. [`surface`] has
+//! reference detectors of the bone surface.
 
 pub mod golden;
 pub mod reference;

@@ -1,4 +1,4 @@
-//! Another implementation's vectors beside the golden ones.
+//! Comparison of another implementation's vectors with the golden ones.
 
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
@@ -10,22 +10,23 @@ use super::stages::{Stage, Values, stages};
 use crate::{Error, Result};
 use bonebeam_files::{input, read_array};
 
-/// What a file holds beside what it should.
+/// Comparison of a file with the golden one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
     /// The file's name.
     pub file: String,
-    /// Whether it is the same to the bit.
+    /// Whether the file is equal to the bit.
     pub same: bool,
-    /// What differs, in one line.
+    /// The difference, in one line.
     pub detail: String,
 }
 
-/// Compares every stage's `.npy` file in `folder`, and every file of words that is there, with the golden
-/// ones: the first word that differs, and the largest error of the stage.
+/// Compares the `.npy` files and files of words in `folder` with the golden ones.
+///
+/// It finds the first word that differs, and the largest error of each stage.
 ///
 /// # Errors
-/// [`Error::File`] where the folder holds none of them.
+/// [`Error::File`] if the folder has none of them.
 pub fn check(folder: &Path) -> Result<Vec<Verdict>> {
     let stages = stages()?;
     let mut verdicts = Vec::new();
@@ -124,7 +125,7 @@ fn position(stage: &Stage, i: usize) -> String {
     format!("[{}]{part}", named.join(", "))
 }
 
-/// Of the largest number; infinite where a word is NaN.
+/// The largest error relative to the largest number; infinite if a word is NaN.
 fn largest_error(expected: &[f32], found: &[f32]) -> f64 {
     let largest = expected
         .iter()
@@ -168,7 +169,7 @@ fn words(path: &Path, name: &str, text: &str) -> Result<Verdict> {
         .filter(|&i| expected.get(i).copied() != found.get(i).map(String::as_str))
         .collect();
     let word = |word: Option<&str>| match word {
-        // What another program wrote may be anything.
+        // A file of another program may have any contents.
         Some(word) => word
             .chars()
             .take(40)

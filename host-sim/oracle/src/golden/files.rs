@@ -18,10 +18,10 @@ use crate::{Error, Result};
 use bonebeam_files::atomic::Outputs;
 use bonebeam_files::npy;
 
-/// What is in the folder.
+/// Contents of the folder.
 #[derive(Clone, Debug, Serialize)]
 pub struct Manifest {
-    /// How to read it.
+    /// Instructions for reading the files.
     pub conventions: &'static [&'static str],
     /// The stages, in their order.
     pub stages: Vec<Entry>,
@@ -34,7 +34,7 @@ pub struct Manifest {
 pub struct Entry {
     /// `NAME.npy`, `NAME.f32.hex`, `NAME.q15.hex`.
     pub name: String,
-    /// What it holds.
+    /// Contents of the files.
     pub what: &'static str,
     /// The meaning of each axis.
     pub axes: &'static [&'static str],
@@ -46,22 +46,22 @@ pub struct Entry {
     pub hash: String,
     /// A number is `word·2^(exponent − 15)`.
     pub exponent: i32,
-    /// The largest error of the words, of the stage's largest number.
+    /// The largest error of the words, relative to the stage's largest number.
     pub largest_error: f64,
-    /// Its root mean square.
+    /// The RMS error of the words, relative to the same number.
     pub rms_error: f64,
-    /// Words that saturate.
+    /// Number of words that saturate.
     pub saturated: usize,
 }
 
-/// Vectors from integers to integers.
+/// Vectors of a computation on integers.
 #[derive(Clone, Debug, Serialize)]
 pub struct Integer {
     /// The files, input and output.
     pub files: [&'static str; 2],
-    /// What is computed.
+    /// The computation.
     pub what: &'static str,
-    /// How many vectors, and of these at the end, corner cases.
+    /// Number of vectors, and of corner cases at their end.
     pub vectors: [usize; 2],
     /// The largest error of the integer result to the f32 stage's, of the stage's largest number, where the
     /// stage has that number.
@@ -142,7 +142,7 @@ fn entry(stage: &Stage, words: &[f32], block: &FixedPoint) -> Entry {
     }
 }
 
-/// A line a word, with a comment at each index of the first axis.
+/// One line per word, with a comment at each index of the first axis.
 fn marked(stage: &Stage, count: usize, words: impl Iterator<Item = String>) -> String {
     let frame = count / stage.shape[0].max(1);
     let mut text = format!("// {}: {}\n", stage.name, stage.what);
@@ -198,7 +198,7 @@ fn integer_vectors(stages: &[Stage], texts: &mut Vec<Text>) -> Result<Vec<Intege
             }
         }
     }
-    // What the integers cost DAS.
+    // Error of DAS from the integers.
     let z = words_of("line-das")?;
     let exact = TRACED
         .iter()
@@ -236,7 +236,7 @@ fn integer_vectors(stages: &[Stage], texts: &mut Vec<Text>) -> Result<Vec<Intege
     ])
 }
 
-/// Writes all files into `folder`, which is made.
+/// Writes all files into `folder`, which is created.
 ///
 /// # Errors
 /// A folder or a file that cannot be written.

@@ -1,33 +1,32 @@
-//! A stage as integers: block floating point, and what that costs.
+//! A stage as integers: block floating point, and its errors.
 
 /// Numbers as signed words of 16 bits: `word·2^(exponent − 15)` each.
 ///
-/// Rounded to nearest, ties to even; beyond ±(2¹⁵ − 1) words saturate, which the exponent's choice
-/// prevents but for the largest number itself.
+/// They are rounded to nearest, ties to even. Words saturate beyond ±(2¹⁵ − 1); with the chosen exponent this only
+/// affects the largest number.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FixedPoint {
-    /// Of the block: the least power of two that no number's magnitude exceeds.
+    /// Exponent of the block: the smallest power of two that no magnitude exceeds.
     pub exponent: i32,
     /// The words.
     pub words: Vec<i16>,
-    /// The largest difference to the f32 numbers, and their root mean square, as shares of the largest
-    /// number.
+    /// The largest difference to the f32 numbers, relative to the largest number.
     pub largest_error: f64,
-    /// See `largest_error`.
+    /// The RMS difference to the f32 numbers, relative to the largest number.
     pub rms_error: f64,
-    /// How many words saturate.
+    /// Number of words that saturate.
     pub saturated: usize,
 }
 
-/// The largest word, and less its sign the smallest.
+/// The largest magnitude of a word.
 const LARGEST: f64 = i16::MAX as f64;
 
-/// Rounds to nearest, ties to even, and saturates alike on both sides.
+/// Rounds to nearest, ties to even, and saturates symmetrically.
 pub fn word(value: f64) -> i16 {
     value.round_ties_even().clamp(-LARGEST, LARGEST) as i16
 }
 
-/// Numbers as words with one exponent for all.
+/// Converts numbers to words with a common exponent.
 pub fn quantise(values: &[f32]) -> FixedPoint {
     let largest = values
         .iter()

@@ -1,11 +1,13 @@
-//! Two stages computed from integers to integers, which hardware can meet to the bit: the sum of DAS and
-//! the multiplications and additions of the covariance.
+//! Two stages on integers, which hardware can match to the bit.
+//!
+//! They are the sum of DAS, and the multiplications and additions of the covariance.
 
 /// Complex words.
 pub type Word = [i16; 2];
 
-/// Delay and sum of 16 words: their sum in 20 bits, plus 8, shifted by 4 to the right, arithmetically: the
-/// mean, halves rounded up.
+/// Delay and sum of 16 words: their mean, with halves rounded up.
+///
+/// It is the sum in 20 bits, plus 8, with an arithmetic shift by 4 to the right.
 pub fn das(snapshot: &[Word; 16]) -> Word {
     let part = |k: usize| {
         let sum: i32 = snapshot.iter().map(|x| i32::from(x[k])).sum();
@@ -14,8 +16,9 @@ pub fn das(snapshot: &[Word; 16]) -> Word {
     [part(0), part(1)]
 }
 
-/// An entry of the forward covariance of 16 words: `Σ_l x[l + i]·conj(x[l + j])` over the 9 subapertures of
-/// length 8, exact in 40 bits.
+/// An entry of the forward covariance of 16 words: `Σ_l x[l + i]·conj(x[l + j])`.
+///
+/// The sum is over the 9 subapertures of length 8, and exact in 40 bits.
 pub fn covariance(snapshot: &[Word; 16], i: usize, j: usize) -> [i64; 2] {
     let mut sum = [0; 2];
     for l in 0..9 {
@@ -29,8 +32,9 @@ pub fn covariance(snapshot: &[Word; 16], i: usize, j: usize) -> [i64; 2] {
     sum
 }
 
-/// Snapshots at the corners of the range: all largest, all smallest, alternating, one alone, halves to be
-/// rounded either way, and nothing.
+/// Corner cases of snapshots.
+///
+/// All largest, all smallest, alternating, a single one, halves that are rounded either way, and zeros.
 pub fn corners() -> Vec<[Word; 16]> {
     let largest = i16::MAX;
     let mut corners = vec![

@@ -1,8 +1,8 @@
-//! Golden vectors for other implementations of the core: inputs, every intermediate and outputs of a small
-//! scene, as `.npy` and as words for Verilog's `$readmemh`.
+//! Golden vectors for other implementations of the core.
 //!
-//! The scene has the same bits on every machine (`scene`), and so has all that follows from it
-//! ([`stages`]). Each stage is also given as integers, with what that costs (`fixed_point`).
+//! They are inputs, every intermediate value and outputs of a small scene, as `.npy` and as words for Verilog's
+//! `$readmemh`. The scene (`scene`) and all values computed from it ([`stages`]) have the same bits on every machine. Each
+//! stage is also given as integers, with their errors (`fixed_point`).
 
 mod check;
 mod files;

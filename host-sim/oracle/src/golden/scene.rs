@@ -1,4 +1,6 @@
-//! The scene of the golden vectors: lines of 16 elements each, cut out of the recording that `verify` makes.
+//! The scene of the golden vectors: lines of 16 elements each.
+//!
+//! They are parts of the recording of `verify`.
 
 use bonebeam::beamform::{Method, Parameters};
 use bonebeam::delay::{DelayParameters, hilbert_taps};
@@ -7,8 +9,9 @@ use ndarray::Axis;
 use crate::verify::recording::recording;
 use bonebeam_files::{ChannelData, Transmits};
 
-/// Lines, and elements of each.
+/// Number of lines.
 pub const LINES: usize = 12;
+/// Elements of each line.
 pub const ELEMENTS: usize = 16;
 /// L: half of the elements.
 pub const SUBAPERTURE: usize = 8;
@@ -17,17 +20,18 @@ pub const SAMPLES: usize = 96;
 pub const OUTPUT_RATE: f64 = 20e6;
 /// The depth of a line's first sample, m.
 const START: f64 = 7.2e-3;
-/// Lines whose intermediates are given, the middle ones.
+/// Lines whose intermediate values are given: the middle ones.
 pub const TRACED: [usize; 2] = [5, 6];
-/// Of the image.
+/// Side of the image, pixels.
 pub const SIDE: usize = 64;
+/// Dynamic range of the image, dB.
 pub const DYNAMIC_RANGE: f32 = 50.0;
-/// Of phase symmetry.
+/// Scales of phase symmetry.
 pub const SCALES: [f64; 2] = [1.0 / 8.0, 1.0 / 16.0];
 pub const THRESHOLD: f32 = 3.0;
 pub const STRIP: usize = 16;
 
-/// K = 2 and Δ = 0.05.
+/// Parameters of a method, with K = 2 and Δ = 0.05.
 pub fn parameters(method: Method) -> Parameters {
     Parameters {
         method,
@@ -37,11 +41,11 @@ pub fn parameters(method: Method) -> Parameters {
     }
 }
 
-/// What the elements of one line recorded.
+/// Recording of the elements of one line.
 pub struct LineRecord {
     /// Lateral position of the line, m.
     pub x: f64,
-    /// Of its elements, m.
+    /// Lateral positions of its elements, m.
     pub element_x: Vec<f64>,
     /// `[element][sample]`.
     pub rf: Vec<f32>,

@@ -1,5 +1,6 @@
-//! Every stage's numbers, by the core and, for what the core keeps to itself, by the f32 reference, which
-//! has the same bits.
+//! Numbers of every stage, by the core or by the f32 reference.
+//!
+//! The reference gives values that the core does not expose; its bits are the same.
 
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Segment};
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
@@ -29,7 +30,7 @@ pub enum Values {
 }
 
 impl Values {
-    /// As words in the order of the file: a complex number is its real part, then its imaginary one.
+    /// The words in the order of the file; complex numbers are real part, imaginary part.
     pub fn words(&self) -> Vec<f32> {
         match self {
             Values::Real(values) => values.clone(),
@@ -51,9 +52,9 @@ impl Values {
 pub struct Stage {
     /// The name of its files.
     pub name: String,
-    /// What it holds, for people.
+    /// Description of the contents.
     pub what: &'static str,
-    /// The meaning of each axis, the first first.
+    /// The meaning of each axis, in order.
     pub axes: &'static [&'static str],
     /// The length of each axis.
     pub shape: Vec<usize>,
@@ -61,14 +62,14 @@ pub struct Stage {
     pub values: Values,
 }
 
-/// All stages of the scene, in the order in which they follow from each other.
+/// All stages of the scene, each after its inputs.
 ///
 /// # Errors
 /// A value that the core rejects.
 pub fn stages() -> Result<Vec<Stage>> {
     let mut stages = Stages(Vec::new());
     let focused = focus(&mut stages)?;
-    // The forward-backward lines of rank-1 ESMV, of which the image is made.
+    // The forward-backward lines of rank-1 ESMV, from which the image is made.
     let mut rank1 = Vec::new();
     for covariance in [Covariance::Forward, Covariance::ForwardBackward] {
         decompositions(&mut stages, &focused, covariance);
@@ -324,7 +325,7 @@ fn image(stages: &mut Stages, z: &[Complex<f32>]) -> Result<Vec<f32>> {
     Ok(image)
 }
 
-/// Phase symmetry of an image, and two numbers on the way to it.
+/// Phase symmetry of an image, and two intermediate values.
 fn ridges(stages: &mut Stages, image: &[f32]) -> Result<()> {
     let (spectrum, filtered) = reference::phase_symmetry::filtered(image, SIDE, SIDE, SCALES[0], 0);
     let sides = [SIDE, SIDE];

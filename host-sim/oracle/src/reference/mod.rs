@@ -1,5 +1,6 @@
-//! Two references that share no computation with the core or with each other: what they have in
-//! common are the data that name a method, its parameters and a covariance.
+//! Two references that share no computation with the core or with each other.
+//!
+//! They only share the data types of a method, its parameters and a covariance.
 
 /// Plain scalar loops in f32, in the order of operations that the core documents: equal to the bit.
 pub mod f32;

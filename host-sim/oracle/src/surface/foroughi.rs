@@ -1,5 +1,7 @@
-//! Bone probability of Foroughi et al. (2007), "Ultrasound bone segmentation using dynamic programming", with the
-//! terms and constants of open implementations of it.
+//! Bone probability of Foroughi et al. (2007).
+//!
+//! The paper is "Ultrasound bone segmentation using dynamic programming". Terms and constants are those of open
+//! implementations.
 
 use ndarray::{Array2, ArrayView1, ArrayViewMut1, Axis};
 
@@ -9,13 +11,13 @@ use super::Grey;
 const PIXEL: f64 = 0.1e-3;
 /// Standard deviation of the blur, pixels.
 const BLUR: f64 = 5.0;
-/// The blur's kernel is cut beyond so many standard deviations.
+/// Standard deviations beyond which the kernel of the blur is cut.
 const CUT: f64 = 4.0;
-/// Pixels that are darker than this share of the brightest are no bone.
+/// Grey level below which pixels are no bone, relative to the brightest.
 const LEAST: f64 = 0.4;
 /// The Laplacian of the blurred image is divided by this.
 const CURVATURE: f64 = 0.005;
-/// Width of the echo that the shadow spares, pixels.
+/// Width of the echo that the shadow excludes, pixels.
 const SPARED: f64 = 6.0;
 
 /// Bone probability at the lines, on rows of 0.1 mm.
@@ -25,11 +27,11 @@ pub struct Foroughi {
     pub probability: Array2<f64>,
     /// The depth of the first row, m.
     pub z0: f64,
-    /// From one row to the next, m.
+    /// Distance between rows, m.
     pub step: f64,
 }
 
-/// The probability of grey levels: `(b³ + (−∇²b)₊/0.005)·(1 − s)⁵` where `b ≥ 0.4`, else 0.
+/// The bone probability: `(b³ + (−∇²b)₊/0.005)·(1 − s)⁵` where `b ≥ 0.4`, else 0.
 ///
 /// `b` is the image on square pixels of 0.1 mm, blurred by a Gaussian of 5 pixels and scaled to its maximum; `s` the
 /// mean of `b` over the `i ≥ 1` pixels below with weights `1 − exp(−(i² − 1)/(2·6²))`, scaled to the frame's maximum.
@@ -63,7 +65,9 @@ pub fn foroughi(grey: &Grey) -> Foroughi {
     }
 }
 
-/// The image `[row, column]` by bilinear interpolation, and the column that is nearest to each line.
+/// The image `[row, column]`, and the column that is nearest to each line.
+///
+/// Interpolation is bilinear.
 fn pixels(grey: &Grey) -> (Array2<f64>, Vec<usize>) {
     let (lines, samples) = grey.levels.dim();
     let count = |length: f64| (length / PIXEL + 1e-9) as usize + 1;
@@ -90,7 +94,7 @@ fn pixels(grey: &Grey) -> (Array2<f64>, Vec<usize>) {
     (image, (0..lines).map(nearest).collect())
 }
 
-/// Gaussian blur along both axes; pixels at the border go on beyond it.
+/// Gaussian blur along both axes; border pixels are repeated outside.
 fn blur(image: &mut Array2<f64>) {
     let reach = (CUT * BLUR).round() as i64;
     let weight = |k: i64| (-0.5 * (k as f64 / BLUR).powi(2)).exp();
@@ -130,7 +134,7 @@ fn shadow(image: &Array2<f64>) -> Array2<f64> {
     found
 }
 
-/// Divides by the largest value, where it is above 0.
+/// Divides by the largest value, if it is above 0.
 fn scale(values: &mut Array2<f64>) {
     let largest = values.iter().copied().fold(0.0, f64::max);
     if largest > 0.0 {

@@ -1,7 +1,7 @@
-//! Yardsticks of the bone surface, in f64 and from their definitions: what the core's detector is measured beside.
+//! Reference detectors of the bone surface, in f64 and from their definitions.
 //!
-//! Scores, such as [`log_onset()`], say how likely each sample of a line is the surface. [`path()`] chooses at most one sample a
-//! line. [`foroughi()`] is the published detector that users have.
+//! Scores, such as [`log_onset()`], are a measure of the likelihood of each sample of a line to be the surface. [`path()`]
+//! chooses at most one sample per line. [`foroughi()`] is a published detector.
 
 mod foroughi;
 mod path;
@@ -21,16 +21,18 @@ pub struct Grey {
     pub levels: Array2<f64>,
     /// The lateral position of the first line, m.
     pub x0: f64,
-    /// From one line to the next, m.
+    /// Distance between lines, m.
     pub spacing: f64,
     /// The depth of the first sample, m.
     pub z0: f64,
-    /// From one sample to the next, m.
+    /// Distance between samples, m.
     pub step: f64,
 }
 
 impl Grey {
-    /// Envelopes in decibels of the frame's largest, over `dynamic_range` dB. A frame without echoes is black.
+    /// Grey levels from envelopes relative to the frame's largest, over `dynamic_range` dB.
+    ///
+    /// A frame without echoes is black.
     pub fn of(lines: &BeamformedLines, dynamic_range: f64) -> Self {
         let envelope = lines.z.mapv(|z| f64::from(z.re).hypot(f64::from(z.im)));
         let largest = envelope.iter().copied().fold(0.0, f64::max);

@@ -1,24 +1,24 @@
-//! At most one sample a line, by the best sum of scores over the lines less what moves cost.
+//! The path of at most one sample per line with the best sum of scores less prices.
 
 use ndarray::ArrayView2;
 
-/// What a path costs, in the scores' unit.
+/// Prices of a path, in the unit of the scores.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prices {
     /// The score of a line without a surface.
     pub absence: f64,
-    /// Of each start, and of each end, within the frame.
+    /// Price of each start and of each end within the frame.
     pub end: f64,
-    /// Of a jump to any other depth.
+    /// Price of a jump to any other depth.
     pub jump: f64,
-    /// Of a move in depth, per m.
+    /// Price of a change in depth, per m.
     pub slope: f64,
-    /// The farthest move that is none, m.
+    /// Largest change in depth that is free, m.
     pub reach: f64,
 }
 
 impl Prices {
-    /// Those of the yardstick.
+    /// Prices of the reference detector.
     pub const YARDSTICK: Prices = Prices {
         absence: -3.0,
         end: 3.0,
@@ -28,8 +28,10 @@ impl Prices {
     };
 }
 
-/// The best path (Viterbi): a sample or none for each line of `scores` `[line, sample]`, whose samples are `step` m
-/// apart. Surfaces that reach beyond the first and the last line have no start and no end there.
+/// The best path (Viterbi): a sample or `None` for each line.
+///
+/// `scores` is `[line, sample]`, with samples `step` m apart. Surfaces that reach the first or the last line have no start
+/// or end there.
 pub fn path(scores: ArrayView2<f64>, step: f64, prices: &Prices) -> Vec<Option<usize>> {
     let (lines, samples) = scores.dim();
     if lines == 0 || samples == 0 {
@@ -99,7 +101,7 @@ mod tests {
         reach: 2.0,
     };
 
-    /// The sum of a path's scores less its prices, straight from the definition.
+    /// The sum of a path's scores less its prices, by the definition.
     fn value(scores: &Array2<f64>, path: &[Option<usize>]) -> f64 {
         let own = |(line, at): (usize, &Option<usize>)| match at {
             Some(n) => scores[[line, *n]],
@@ -135,7 +137,7 @@ mod tests {
                 move || score(())
             });
             let found = value(&scores, &path(scores.view(), 1.0, &PRICES));
-            // All paths there are: none and every sample, for each line.
+            // All paths: none or any sample for each line.
             let choices = samples + 1;
             let best = (0..choices.pow(lines as u32))
                 .map(|mut code| {

@@ -1,4 +1,4 @@
-//! Scores of a sample being the surface: shadow onset, change of level, shadow to the end of the line.
+//! Scores of samples: shadow onset, change of level, shadow to the end of the line.
 
 use ndarray::{Array2, ArrayView1};
 
@@ -8,19 +8,23 @@ use super::Grey;
 const ECHO: f64 = 0.3e-3;
 /// The windows of the shadow below the echo, m.
 const SHADOWS: [[f64; 2]; 2] = [[0.5e-3, 2e-3], [1.5e-3, 6e-3]];
-/// The tissue above and the shadow below of the change of level, m.
+/// The window of the tissue above, for the change of level, m.
 const ABOVE: [f64; 2] = [0.3e-3, 5e-3];
+/// The window of the shadow below, for the change of level, m.
 const BELOW: [f64; 2] = [0.6e-3, 10e-3];
-/// So far below the echo the shadow begins that reaches to the end of the line, m.
+/// Distance below the echo at which the shadow to the end of the line begins, m.
 const END: f64 = 1.5e-3;
-/// What is added to the onset before its logarithm.
+/// Constant that is added to the onset before its logarithm.
 const FLOOR: f64 = 1e-4;
-/// Shares of the frame that are darker than its shadow (0) and its tissue (1).
+/// Share of the frame that is darker than its shadow (0).
 const DARK: f64 = 0.02;
+/// Share of the frame that is darker than its tissue (1).
 const TISSUE: f64 = 0.6;
 
-/// Shadow onset: `(B − S₁)₊·(B − S₂)₊` with `B` the mean grey within ±0.3 mm, `S₁` that of 0.5 to 2 mm and `S₂` that of
-/// 1.5 to 6 mm below. Windows are cut at the ends of the line; one that lies beyond has a mean of 0.
+/// Shadow onset: `(B − S₁)₊·(B − S₂)₊`.
+///
+/// `B` is the mean grey within ±0.3 mm, `S₁` that of 0.5 to 2 mm and `S₂` that of 1.5 to 6 mm below. Windows are cut at
+/// the ends of the line; the mean of a window outside is 0.
 pub fn onset(grey: &Grey) -> Array2<f64> {
     each(grey, |line, n| {
         let echo = mean(line, grey.step, n, [-ECHO, ECHO]);
@@ -42,8 +46,10 @@ pub fn change_of_level(grey: &Grey) -> Array2<f64> {
     })
 }
 
-/// The mean grey from 1.5 mm below to the end of the line, taken between its own 2nd percentile over the frame (0) and
-/// the 60th percentile of grey (1), both over samples within `depths`, m.
+/// Shadow to the end of the line: the mean grey from 1.5 mm below the sample.
+///
+/// It is relative to its own 2nd percentile over the frame (0) and the 60th percentile of grey (1), both over samples
+/// within `depths`, m.
 pub fn shadow_to_end(grey: &Grey, depths: [f64; 2]) -> Array2<f64> {
     let end = each(grey, |line, n| {
         let from = (n + samples(END, grey.step)).min(line.len().saturating_sub(1));
@@ -56,7 +62,7 @@ pub fn shadow_to_end(grey: &Grey, depths: [f64; 2]) -> Array2<f64> {
         values.map(|(_, &value)| value).collect::<Vec<f64>>()
     };
     let dark = percentile(within(&end), DARK);
-    // A grey level of 255 at the least.
+    // At least one grey level of 255.
     let range = (percentile(within(&grey.levels), TISSUE) - dark).max(1.0 / 255.0);
     end.mapv(|mean| (mean - dark) / range)
 }
@@ -77,7 +83,7 @@ fn samples(length: f64, step: f64) -> usize {
     (length / step).round() as usize
 }
 
-/// The mean of a line from one distance below a sample to another, m, both included.
+/// The mean of a line between two distances below a sample, m, both included.
 fn mean(line: ArrayView1<f64>, step: f64, sample: usize, window: [f64; 2]) -> f64 {
     let [from, to] = window.map(|length| sample as i64 + (length / step).round() as i64);
     let from = from.max(0) as usize;
@@ -88,7 +94,7 @@ fn mean(line: ArrayView1<f64>, step: f64, sample: usize, window: [f64; 2]) -> f6
     line.iter().take(to).skip(from).sum::<f64>() / (to - from) as f64
 }
 
-/// The value that a share of all lies below, 0 of none.
+/// The quantile of values at a share; 0 without values.
 fn percentile(mut values: Vec<f64>, share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     let at = (share * values.len().saturating_sub(1) as f64).round() as usize;
@@ -128,7 +134,7 @@ mod tests {
         let level = change_of_level(&line)[[0, 204]];
         let above = (46.0 * 0.5 + 2.0 * 0.9) / 48.0;
         assert!((level - (above - 0.1)).abs() < 1e-12, "{level}");
-        // From 1.5 mm below on there is shadow alone: the frame's dark. Its 60th percentile is tissue.
+        // From 1.5 mm below there is only shadow, the frame's dark level. Its 60th percentile is tissue.
         let end = shadow_to_end(&line, [0.0, 40e-3]);
         assert!(end[[0, 204]].abs() < 1e-12);
         let mean = (100.0 * 0.5 + 5.0 * 0.9 + 195.0 * 0.1) / 300.0;

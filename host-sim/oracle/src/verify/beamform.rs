@@ -1,4 +1,4 @@
-//! Beamformed lines against the f32 and the f64 reference: the one oracle, with its exemptions.
+//! Beamformed lines against both references, with the exemptions of the f64 one.
 
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Segment};
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
@@ -19,10 +19,10 @@ use bonebeam_drive::beamform::Memory;
 use super::tolerances::{BEAMFORMED, CLOSE, RANK_RULE, RAYLEIGH, ROUNDING};
 use super::{Bits, Bound};
 
-/// How many changes of R by rounding are tried.
+/// Number of random perturbations of R by rounding.
 const TRIALS: u64 = 4;
 
-/// Aligned lines, their active elements and the covariance that they were beamformed with.
+/// Aligned lines, their active elements and the covariance estimate.
 pub struct AlignedFrame<'a, A> {
     /// Aligned samples, `[beam, sample, element]`.
     pub x: &'a Array3<Complex<f32>>,
@@ -32,30 +32,31 @@ pub struct AlignedFrame<'a, A> {
     pub covariance: Covariance,
 }
 
-/// How one value of the core compares with the f64 reference.
+/// Comparison of one value of the core with the f64 reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Judgement {
-    /// |z − the nearest right value|, of the largest |z|.
+    /// Distance of z from the nearest correct value, relative to the largest |z|.
     pub error: f64,
-    /// Why the bound on the error does not apply, where it does not.
+    /// The reason if the bound on the error does not apply.
     pub exemption: Option<Exemption>,
 }
 
-/// Why a value is ill-conditioned.
+/// Reason for which a value is ill-conditioned.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Exemption {
-    /// It is made of e₁ alone, or of all that e₁ leaves, and λ₂ > 0.99 λ₁. The core's e₁ is held to
-    /// e₁ᴴRe₁ ≥ (1 − 10⁻³) λ₁ instead.
+    /// It depends on e₁ alone, or on its complement, and λ₂ > 0.99 λ₁.
+    ///
+    /// In place of the error, e₁ of the core is bounded by e₁ᴴRe₁ ≥ (1 − 10⁻³) λ₁.
     FirstEigenvector {
         /// 1 − e₁ᴴRe₁/λ₁.
         shortfall: f64,
     },
-    /// Its error is beyond the bound, and rounding R as f32 does moves it beyond the bound, too.
+    /// Its error exceeds the bound, as does the effect of rounding R to f32.
     Rounding,
 }
 
 impl Judgement {
-    /// Whether the value is as right as the contract asks.
+    /// Whether the value meets the contract.
     pub fn holds(&self) -> bool {
         match self.exemption {
             None => self.error <= BEAMFORMED,
@@ -81,11 +82,12 @@ impl<A: Fn(usize, usize) -> Active + Sync> AlignedFrame<'_, A> {
         compared.reduce(Bits::default, Bits::add)
     }
 
-    /// Compares lines by several methods with the f64 reference, every `step`-th beam, one [`Bound`]
-    /// a method: see [`AlignedFrame::judge`]. What is exempt is counted as ill-conditioned.
+    /// Compares lines by several methods with the f64 reference, every `step`-th beam.
+    ///
+    /// Returns one [`Bound`] per method; see [`AlignedFrame::judge`]. Exempt values count as ill-conditioned.
     ///
     /// # Errors
-    /// As [`AlignedFrame::judge`].
+    /// Those of [`AlignedFrame::judge`].
     pub fn errors(
         &self,
         lines: &[(&Array2<Complex<f32>>, Parameters)],
@@ -124,11 +126,12 @@ impl<A: Fn(usize, usize) -> Active + Sync> AlignedFrame<'_, A> {
         Ok((0..lines.len()).map(bound).collect())
     }
 
-    /// Judges the computed ones of the `samples` of one beam's lines by several methods, which share all parameters but
-    /// the method: a list a method. Errors are relative to the largest |z| of the method's samples.
+    /// Judges the computed ones among `samples` of one beam: a list per method.
+    ///
+    /// Methods share all other parameters. Errors are relative to the largest |z| of the method's samples.
     ///
     /// # Errors
-    /// A covariance that is singular in f64; what the core refuses.
+    /// A covariance that is singular in f64, and the errors of the core.
     pub fn judge(
         &self,
         lines: &[(&Array2<Complex<f32>>, Parameters)],
@@ -154,7 +157,7 @@ impl<A: Fn(usize, usize) -> Active + Sync> AlignedFrame<'_, A> {
             for (k, &(z, parameters)) in lines.iter().enumerate() {
                 let z = wide(z[[beam, n / step]]);
                 judgements[k].push(match &exact {
-                    // Where there is no power, z is 0.
+                    // Without power, z is 0.
                     None => Judgement {
                         error: z.norm() / scales[k],
                         exemption: None,
@@ -179,11 +182,11 @@ impl<A: Fn(usize, usize) -> Active + Sync> AlignedFrame<'_, A> {
         let method = parameters.method;
         let right = sample.answers(eigenspace, method, RANK_RULE);
         let errors = right.iter().map(|answer| (z - answer.z).norm() / scale);
-        // A NaN is not less than anything.
+        // Comparisons with a NaN are false.
         let error = errors.fold(f64::INFINITY, |least, e| if e < least { e } else { least });
         let exact = sample.answers(eigenspace, method, 0.0)[0];
         let close = eigenspace.second_to_first() > CLOSE;
-        // Where the rank is undecided, either value is right, and e₁ counts if neither is met.
+        // If the rank is undecided, either value is correct, and e₁ counts if neither is met.
         let any = |right: &[Answer]| right.iter().any(|answer| answer.by_first_eigenvector);
         let by_first = exact.by_first_eigenvector || error > BEAMFORMED && any(&right);
         let exemption = if close && by_first {
@@ -206,7 +209,7 @@ impl<A: Fn(usize, usize) -> Active + Sync> AlignedFrame<'_, A> {
         Ok(Judgement { error, exemption })
     }
 
-    /// 1 − e₁ᴴRe₁/λ₁ for the core's e₁, which is where its w_p points with rank 1.
+    /// 1 − e₁ᴴRe₁/λ₁ for the core's e₁, the direction of its w_p with rank 1.
     fn eigenvector_shortfall(
         &self,
         sample: &Sample,
@@ -220,7 +223,7 @@ impl<A: Fn(usize, usize) -> Active + Sync> AlignedFrame<'_, A> {
         let active = (self.active)(beam, n);
         let weights = core_weights(line, active, n, parameters, self.covariance)?;
         let weights = DVector::from_iterator(weights.len(), weights.into_iter().map(wide));
-        // Where e₁ is at a right angle to a, w_p is 0 and points nowhere.
+        // If e₁ is orthogonal to a, w_p is 0 and has no direction.
         let Some(e1) = weights.try_normalize(0.0) else {
             return Ok(0.0);
         };
@@ -236,7 +239,7 @@ impl<A: Fn(usize, usize) -> Active + Sync> AlignedFrame<'_, A> {
 /// The core's weights of one sample.
 ///
 /// # Errors
-/// What the core refuses.
+/// The errors of the core.
 pub fn core_weights(
     line: AlignedLine<'_>,
     active: Active,
@@ -269,8 +272,9 @@ fn weights<A: Averaging<f32>>(
     Ok(weights)
 }
 
-/// How far z moves where the entries of R are off by [`ROUNDING`]: the most of some trials, each
-/// with the rank that R itself has.
+/// Largest change of z in some trials with errors of [`ROUNDING`] in the entries of R.
+///
+/// Each trial has the rank of R itself.
 fn moved_by_rounding(sample: &Sample, eigenspace: &Eigenspace, method: Method) -> f64 {
     let method = match method {
         Method::EsmvBeta(beta) => {

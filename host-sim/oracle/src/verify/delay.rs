@@ -12,8 +12,9 @@ use bonebeam_files::ChannelData;
 
 use super::Bits;
 
-/// Compares the aligned samples `x` `[beam, sample, element]` of every `step`-th beam; the first of them is
-/// the stage's beam `first`. The transmits must be focused: one a beam.
+/// Compares the aligned samples `x` `[beam, sample, element]` of every `step`-th beam.
+///
+/// The first beam of `x` is the stage's beam `first`. Transmits must be focused, one per beam.
 pub fn check(
     data: &ChannelData,
     stage: &DelayStage<'_>,

@@ -9,7 +9,9 @@ use bonebeam_files::BeamformedLines;
 use super::tolerances::{EDGE, GREY_LEVEL_AT_60_DB};
 use super::{Bits, Bound, largest};
 
-/// Compares `image`, made of `lines` on `grid`, with both references; the error is in grey levels.
+/// Compares `image`, made from `lines` on `grid`, with both references.
+///
+/// The error is in grey levels.
 pub fn check(
     image: &BModeImage,
     lines: &BeamformedLines,

@@ -27,7 +27,9 @@ use bonebeam_drive::phase_symmetry::{self, phase_symmetry};
 use bonebeam_drive::threads::pool;
 use bonebeam_files::{BeamformedLines, ChannelData};
 
-/// The methods that are not compared elsewhere: a rank that is fixed and not 1, and rank 1 in constant time.
+/// Methods that are not compared elsewhere.
+///
+/// They are a fixed rank other than 1, and rank 1 in constant time.
 const OTHERS: [(&str, Method); 2] = [
     ("ESMV rank 3", Method::EsmvRank(3)),
     ("ESMV rank 1, 8 steps", Method::EsmvRank1Steps(8)),
@@ -36,13 +38,13 @@ const OTHERS: [(&str, Method); 2] = [
 /// One thing that was verified.
 #[derive(Clone, Debug)]
 pub struct Verdict {
-    /// What was computed, and what it was compared with.
+    /// Name of the result and of its reference.
     pub name: String,
-    /// FNV-1a, 64 bits, of the bits of the core's result, little endian; none for a bound.
+    /// FNV-1a, 64 bits, of the core's result in little endian; `None` for a bound.
     pub hash: Option<u64>,
-    /// Whether it holds.
+    /// Whether the check passed.
     pub holds: bool,
-    /// How many values were compared, and how they differ.
+    /// Number of values compared, and their differences.
     pub detail: String,
 }
 
@@ -73,11 +75,10 @@ impl Verdict {
     }
 }
 
-/// Runs every check; `progress` hears how many are done.
+/// Runs every check; `progress` is called with the number of finished ones.
 ///
 /// # Errors
-/// Something could not be computed at all. What was computed and is wrong is a [`Verdict`] that
-/// does not hold.
+/// A result that could not be computed. A wrong result is a failed [`Verdict`] instead.
 pub fn verify(mut progress: impl FnMut(usize)) -> Result<Vec<Verdict>> {
     let data = recording();
     let mut verdicts = delay_laws(&data)?;
@@ -109,8 +110,9 @@ fn parts<'a>(z: impl IntoIterator<Item = &'a Complex<f32>>) -> Vec<f32> {
     z.into_iter().flat_map(|z| [z.re, z.im]).collect()
 }
 
-/// Every delay law against the f32 reference. The law only decides where the record is read, so
-/// one transmit's record serves all three.
+/// Every delay law against the f32 reference.
+///
+/// The law only sets the positions at which the record is read, so one transmit's record serves all three.
 fn delay_laws(data: &ChannelData) -> Result<Vec<Verdict>> {
     const RATE: f64 = 20e6;
     let (_, _, elements, record_samples) = data.samples.dim();
@@ -169,8 +171,9 @@ fn delay_laws(data: &ChannelData) -> Result<Vec<Verdict>> {
     verdicts.into_iter().collect()
 }
 
-/// Records upsampled and compounded, against the f32 reference: the recording's numbers at another rate,
-/// as two plane waves.
+/// Records upsampled and compounded, against the f32 reference.
+///
+/// The recording's numbers are taken at another rate, as two plane waves.
 fn upsampled(data: &ChannelData) -> Result<Verdict> {
     const RATE: f64 = 20e6;
     let (_, _, elements, record_samples) = data.samples.dim();
@@ -243,8 +246,9 @@ fn upsampled(data: &ChannelData) -> Result<Verdict> {
     ))
 }
 
-/// Every reading of I/Q against the f32 reference, along a ray of a sector, from a diverging wave: the
-/// recording's numbers, not its scene.
+/// Every interpolation of I/Q against the f32 reference.
+///
+/// The line is a ray of a sector, and the wave diverging. Only the recording's numbers are used, not its scene.
 fn iq_readings(data: &ChannelData) -> Result<Vec<Verdict>> {
     let (_, _, elements, record_samples) = data.samples.dim();
     let rf = data.samples.rf(0).expect("a recording of RF");
@@ -299,7 +303,7 @@ fn iq_readings(data: &ChannelData) -> Result<Vec<Verdict>> {
     verdicts.into_iter().collect()
 }
 
-/// The recording, delayed, with an aperture that grows and is cut at the array's ends.
+/// The delayed recording, with a growing aperture that is cut at the array's ends.
 struct AlignedRecording<'a> {
     stage: DelayStage<'a>,
     x: Array3<Complex<f32>>,
@@ -330,7 +334,7 @@ impl<'a> AlignedRecording<'a> {
         beamform(self.x.view(), &active, parameters, covariance, &|_| {})
     }
 
-    /// One beamformer: against both references, on one lane, on other numbers of threads.
+    /// One beamformer against both references, with one lane and other thread counts.
     fn verify(
         &self,
         name: &str,

@@ -1,5 +1,6 @@
-//! The core's results held against the two references: the same bits as the f32 one, and within
-//! the contract's bounds of the f64 one.
+//! Comparison of the core's results with the two references.
+//!
+//! They have the same bits as the f32 reference, and are within the contract's bounds of the f64 one.
 
 pub mod beamform;
 pub mod delay;
@@ -12,14 +13,14 @@ pub mod tolerances;
 use num_complex::Complex;
 use serde::Serialize;
 
-/// How one result of the core compares with its references.
+/// Comparison of one result of the core with its references.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Check {
-    /// What was computed.
+    /// Name of the result.
     pub what: String,
     /// The comparison with the f32 reference.
     pub bits: Bits,
-    /// The comparison with the f64 reference, where there is one.
+    /// The comparison with the f64 reference, if there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<Bound>,
 }
@@ -29,7 +30,7 @@ pub struct Check {
 pub struct Bits {
     /// How many values were compared.
     pub compared: usize,
-    /// How many of them differ.
+    /// Number of values that differ.
     pub different: usize,
 }
 
@@ -38,21 +39,22 @@ pub struct Bits {
 pub struct Bound {
     /// How many values were compared.
     pub compared: usize,
-    /// The largest error, relative to what `bound` is relative to.
+    /// The largest error, relative to the same value as `bound`.
     pub largest_error: f64,
     /// The error allowed.
     pub bound: f64,
-    /// How many values were left out because their problem is ill-conditioned.
+    /// Number of values left out as ill-conditioned.
     pub ill_conditioned: usize,
-    /// The largest error of these.
+    /// The largest error of the values left out.
     pub ill_conditioned_error: f64,
-    /// The largest 1 − e₁ᴴRe₁/λ₁ of those that hang on the first eigenvector, which is bounded in
-    /// place of their error.
+    /// The largest 1 − e₁ᴴRe₁/λ₁ of values that depend on the first eigenvector.
+    ///
+    /// It is bounded in place of their error.
     pub eigenvector_shortfall: f64,
 }
 
 impl Check {
-    /// Whether every bit is the same and every error within its bound.
+    /// Whether all bits are equal and all errors within their bounds.
     pub fn passed(&self) -> bool {
         let holds = self.error.as_ref().is_none_or(Bound::holds);
         self.bits.compared > 0 && self.bits.different == 0 && holds
@@ -82,7 +84,7 @@ impl Bits {
         })
     }
 
-    /// What one of the two lacks differs.
+    /// Values that one of the two lacks count as different.
     fn count<'a, T: 'a>(
         pairs: impl Iterator<Item = (&'a T, &'a T)>,
         compared: usize,
@@ -103,7 +105,7 @@ impl Bits {
     }
 }
 
-/// The largest of some errors; one that is not a number is larger than any.
+/// The largest of some errors; a NaN counts as the largest.
 fn largest(errors: impl Iterator<Item = f64>) -> f64 {
     let errors = errors.map(|e| if e.is_nan() { f64::INFINITY } else { e });
     errors.fold(0.0, f64::max)

@@ -1,8 +1,7 @@
-//! The recording that is verified with: a curved surface under a small array.
+//! The recording for verification: a curved surface under a small array.
 //!
-//! Not the simulator's, whose transforms pick their instructions by machine: with + − × ÷ √ in a fixed
-//! order and `libm` for the rest, a recording has the same bits everywhere, and so has what is
-//! computed from it.
+//! It is not made by the simulator, whose transforms choose their instructions by the machine. It uses + − × ÷ √ in a
+//! fixed order, and `libm` for other functions. So the recording and all results have the same bits on every machine.
 
 use std::f64::consts::PI;
 
@@ -20,18 +19,22 @@ const SOUND_SPEED: f64 = 1540.0;
 const SAMPLING_RATE: f64 = 40e6;
 const CENTRE_FREQUENCY: f64 = 5e6;
 const FOCUS: f64 = 9e-3;
-/// Half the width of the transmitted beam, m, and of the pulse, s, at 1/e.
+/// Half the width of the transmitted beam at 1/e, m.
 const BEAM_WIDTH: f64 = 0.6e-3;
+/// Half the width of the pulse at 1/e, s.
 const PULSE_WIDTH: f64 = 0.09e-6;
-/// The time of the first sample.
+/// The time of the first sample, s.
 const START: f64 = 2.0 * 5e-3 / SOUND_SPEED - 0.5e-6;
-/// Scatterers on the surface, their lateral distance, m, and the noise beside an echo.
+/// Number of scatterers on the surface.
 const SCATTERERS: usize = 141;
+/// Lateral distance of the scatterers, m.
 const SPACING: f64 = 0.1e-3;
+/// Noise relative to an echo.
 const NOISE: f64 = 0.02;
 
-/// 48 elements and 12 focused beams, at the paper's pitch and frequency; a surface 8 to 10 mm deep, and
-/// noise.
+/// A recording of a surface at 8 to 10 mm of depth, with noise.
+///
+/// The array has 48 elements and 12 focused beams, at the paper's pitch and frequency.
 pub fn recording() -> ChannelData {
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let centred = |k: usize, count: usize| k as f64 - (count - 1) as f64 / 2.0;
