@@ -1,4 +1,4 @@
-//! The core's beamformer in the sections: one beam per lane, whole lines, one thread.
+//! The core's beamformer in the sections: one beam per lane, one thread.
 
 use bonebeam::beamform::{AlignedLine, Beamformer, Parameters, Segment};
 use bonebeam::covariance::Covariance;

@@ -15,7 +15,7 @@ fn begin(instruction_set: &str) -> String {
     )
 }
 
-/// Replaces the text between the comments of an instruction set by the report's tables.
+/// Replaces the text between an instruction set's comments by the report's tables.
 ///
 /// # Errors
 /// [`Error::Data`] if the comments are missing.

@@ -31,7 +31,7 @@ use bonebeam_simulate::demodulate;
 /// Frames per second of the published GPU implementation.
 const GPU: f64 = 10.0;
 
-/// Times the frame of the GPU implementation's paper, then that of the paper in vivo.
+/// Times the frame of the GPU implementation, then the paper's frame in vivo.
 ///
 /// # Errors
 /// The errors of the core.

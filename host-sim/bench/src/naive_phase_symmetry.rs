@@ -29,7 +29,9 @@ pub struct Naive {
 }
 
 impl Naive {
-    /// Filters for scales `r₀` in cycles per pixel; `rustfft` picks the instruction set.
+    /// Filters for scales `r₀` in cycles per pixel.
+    ///
+    /// `rustfft` chooses the instruction set.
     pub fn new(side: usize, scales: &[f64], threshold: f32) -> Self {
         let scale = (side * side) as f64;
         let filters = scales.iter().flat_map(|&r0| {

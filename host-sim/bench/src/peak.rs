@@ -12,7 +12,7 @@ use super::timing::fastest;
 /// They take long enough for the clock's resolution, and little enough to fit between two interruptions.
 const STEPS: usize = 20_000;
 
-/// Flop/s of one core, with equal numbers of multiplications and additions, not fused.
+/// Flop/s of one core, with as many multiplications as additions, not fused.
 pub fn peak(set: InstructionSet, budget: Duration) -> f64 {
     set.dispatch(Peak { budget: budget / 4 })
 }

@@ -1,4 +1,4 @@
-//! Results of the benchmark: tables of rows with a figure, its reference and target.
+//! Results of the benchmark: rows with a figure, its reference and target.
 
 use serde::{Deserialize, Serialize};
 

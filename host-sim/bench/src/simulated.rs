@@ -59,7 +59,7 @@ pub(super) fn recording(medium: Medium, beams: usize, beam_step: f64) -> Result<
     channel_data(&scanner, &phantom, Summation::Cells, &|_| {})
 }
 
-/// Times simulated frames against echo and noise, and depths beyond the full aperture.
+/// Times simulated frames against echo and noise, and beyond the full aperture.
 ///
 /// # Errors
 /// The errors of the simulator and the core.

@@ -63,8 +63,9 @@ pub struct Integer {
     pub what: &'static str,
     /// Number of vectors, and of corner cases at their end.
     pub vectors: [usize; 2],
-    /// The largest error of the integer result to the f32 stage's, of the stage's largest number, where the
-    /// stage has that number.
+    /// The largest error against the f32 stage, if the stage has that result.
+    ///
+    /// It is relative to the stage's largest number.
     pub largest_error: Option<f64>,
 }
 

@@ -30,7 +30,9 @@ pub enum Values {
 }
 
 impl Values {
-    /// The words in the order of the file; complex numbers are real part, imaginary part.
+    /// The words in the order of the file.
+    ///
+    /// A complex number is its real part, then its imaginary part.
     pub fn words(&self) -> Vec<f32> {
         match self {
             Values::Real(values) => values.clone(),

@@ -2,7 +2,9 @@
 //!
 //! They only share the data types of a method, its parameters and a covariance.
 
-/// Plain scalar loops in f32, in the order of operations that the core documents: equal to the bit.
+/// Plain scalar loops in f32, equal to the core to the bit.
+///
+/// They have the order of operations that the core documents.
 pub mod f32;
-/// Straight from the equations in f64, on library linear algebra: bounds the error.
+/// The equations in f64 with library linear algebra, to bound the error.
 pub mod f64;

@@ -30,9 +30,9 @@ pub struct Grey {
 }
 
 impl Grey {
-    /// Grey levels from envelopes relative to the frame's largest, over `dynamic_range` dB.
+    /// Grey levels from envelopes, over `dynamic_range` dB.
     ///
-    /// A frame without echoes is black.
+    /// White is the frame's largest envelope. A frame without echoes is black.
     pub fn of(lines: &BeamformedLines, dynamic_range: f64) -> Self {
         let envelope = lines.z.mapv(|z| f64::from(z.re).hypot(f64::from(z.im)));
         let largest = envelope.iter().copied().fold(0.0, f64::max);

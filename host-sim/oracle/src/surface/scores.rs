@@ -38,7 +38,7 @@ pub fn log_onset(grey: &Grey) -> Array2<f64> {
     onset(grey).mapv(|onset| (onset + FLOOR).ln())
 }
 
-/// Change of level: the mean grey of 0.3 to 5 mm above less that of 0.6 to 10 mm below.
+/// Change of level: mean grey of 0.3 to 5 mm above less that of 0.6 to 10 mm below.
 pub fn change_of_level(grey: &Grey) -> Array2<f64> {
     each(grey, |line, n| {
         let tissue = mean(line, grey.step, n, [-ABOVE[1], -ABOVE[0]]);

@@ -67,7 +67,7 @@ impl Judgement {
 }
 
 impl<A: Fn(usize, usize) -> Active + Sync> AlignedFrame<'_, A> {
-    /// Compares the lines `z` `[beam, sample]` of every `step`-th beam with the f32 reference.
+    /// Compares every `step`-th line of `z` `[beam, sample]` with the f32 reference.
     pub fn bits(&self, z: &Array2<Complex<f32>>, parameters: Parameters, step: usize) -> Bits {
         let compared = self.beams(step).into_par_iter().map(|beam| {
             let line = self.x.index_axis(Axis(0), beam);

@@ -12,7 +12,7 @@ use bonebeam_files::ChannelData;
 
 use super::Bits;
 
-/// Compares the aligned samples `x` `[beam, sample, element]` of every `step`-th beam.
+/// Compares every `step`-th beam of the samples `x` `[beam, sample, element]`.
 ///
 /// The first beam of `x` is the stage's beam `first`. Transmits must be focused, one per beam.
 pub fn check(

@@ -1,4 +1,4 @@
-//! All bit-for-bit checks, with hashes: every kernel of the core on a small recording.
+//! All bit-for-bit checks, with hashes: every kernel on a small recording.
 
 use std::hash::Hasher;
 

@@ -23,8 +23,8 @@ pub const PHASE_SYMMETRY: f64 = 1e-5;
 
 /// The error of a B-mode image in grey levels of 255 at 60 dB.
 ///
-/// It is 1e-4 from envelope and logarithm, and six roundings of 1.5e-5 in the bilinear sum. The former is inversely
-/// proportional to the dynamic range.
+/// It is 1e-4 from envelope and logarithm, and six roundings of 1.5e-5 in the bilinear sum. The former grows as the
+/// dynamic range shrinks.
 pub const GREY_LEVEL_AT_60_DB: f64 = 2e-4;
 /// Distance outside the lines that counts as on their edge, in samples or beams.
 ///

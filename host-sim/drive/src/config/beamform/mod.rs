@@ -301,9 +301,9 @@ impl Beamform {
         host.chain([POSTFILTER, APODIZATION]).chain(core)
     }
 
-    /// Sets the preset's values and a missing β, so that the written configuration has them.
+    /// Sets the preset's values and a missing β.
     ///
-    /// β is set if the method needs it and has neither β nor a rank.
+    /// The written configuration then has them. β is set if the method needs it and has neither β nor a rank.
     pub fn resolve(&mut self) {
         if let Some(preset) = self.preset.take() {
             preset.apply(self);

@@ -1,5 +1,6 @@
-//! DAS, MV and ESMV of one line in plain loops, in the order of operations of
-//! `bonebeam::beamform`.
+//! DAS, MV and ESMV of one line in plain loops.
+//!
+//! The order of operations is that of `bonebeam::beamform`.
 
 use bonebeam::beamform::{Apodization, Method, Parameters, Postfilter};
 use bonebeam::covariance::Covariance;
@@ -12,11 +13,12 @@ use super::covariance::{
 use super::dominant_eigenpair::{dominant_eigenpair, power_iteration};
 use super::linalg::{FLOOR, Number, cholesky, eigen, factor, partial_sums, row_times};
 
-/// z of every computed sample of a line, each `depth_step`-th. `x[n]` holds the elements of sample `n`; `active[n]` its first
-/// active element and the number of them.
+/// z of every computed sample of a line, each `depth_step`-th.
 ///
-/// The line is scaled by a power of two so that its largest component lies in [1, 2) ([2, 4) for
-/// the largest floats), and its output scaled back; for DAS only where that is beyond 2^±64.
+/// `x[n]` has the elements of sample `n`, and `active[n]` its first active element and the number of active elements.
+///
+/// The line is scaled by a power of two so that its largest component is in [1, 2) ([2, 4) for the largest floats), and
+/// its output is scaled back. DAS is only scaled if the power is beyond 2^±64.
 pub fn beamform(
     x: &[Vec<Complex<f32>>],
     active: &[(usize, usize)],
@@ -99,7 +101,9 @@ fn postfilter(x: &[Complex<f32>], parameters: &Parameters) -> f32 {
     postfilter_of(&ascending, power, parameters)
 }
 
-/// The same of elements with their indices, in the order in which they are summed up, and their power.
+/// The postfilter's factor for elements with their indices, and their power.
+///
+/// Elements are in the order of summation.
 pub(super) fn postfilter_of(
     x: &[(usize, Complex<f32>)],
     power: f32,
@@ -137,22 +141,27 @@ pub(super) fn postfilter_of(
     }
 }
 
-/// What an adaptive beamformer computes on the way to one sample, at the line's working scale.
+/// Intermediate values of an adaptive beamformer at one sample.
+///
+/// They are at the line's working scale.
 #[derive(Clone, Debug)]
 pub struct Intermediates {
-    /// The loaded covariance, row-major `[L][L]`; real, in the coordinates of docs/numerics.md, with
-    /// forward-backward averaging.
+    /// The loaded covariance, row-major `[L][L]`.
+    ///
+    /// With forward-backward averaging it is real, in the coordinates of docs/numerics.md.
     pub matrix: Vec<Complex<f32>>,
-    /// Its Cholesky factor below the diagonal and `1/G(j,j)` on it, 0 above.
+    /// Its Cholesky factor below the diagonal, `1/G(j,j)` on it, 0 above.
     pub factor: Vec<Complex<f32>>,
     /// Its largest eigenvalue.
     pub eigenvalue: f32,
-    /// The unit eigenvector to it.
+    /// Its unit eigenvector.
     pub eigenvector: Vec<Complex<f32>>,
 }
 
-/// The intermediates of every sample of a line whose elements are all active, and the exponent `e` of its
-/// working scale: samples are multiplied by `2^-e` first. `None` for a sample without power.
+/// Intermediate values of every sample of a line with all elements active.
+///
+/// Also returns the exponent `e` of the line's working scale: samples are multiplied by `2^-e` first. `None` for a sample
+/// without power.
 pub fn intermediates(
     x: &[Vec<Complex<f32>>],
     parameters: &Parameters,
@@ -281,7 +290,7 @@ fn run_forward(elements: &[Vec<Complex<f32>>], parameters: &Parameters) -> Vec<C
     })
 }
 
-/// The same in the real coordinates of forward-backward averaging.
+/// The samples of a run in the real coordinates of forward-backward averaging.
 fn run_forward_backward(
     elements: &[Vec<Complex<f32>>],
     parameters: &Parameters,
@@ -306,8 +315,9 @@ pub(super) fn with_diagonal<T: Number>(mut a: Vec<Vec<T>>, added: f32) -> Vec<Ve
     a
 }
 
-/// DAS, or what `adaptive` makes of the sums over each sample's window and of its elements; 0 where
-/// there is no power.
+/// DAS, or the result of `adaptive` for the sums over each sample's window and its elements.
+///
+/// It is 0 without power.
 fn outputs(
     elements: &[Vec<Complex<f32>>],
     sums: &[Vec<Vec<Complex<f32>>>],
@@ -351,7 +361,7 @@ fn response<T: Number>(
     )
 }
 
-/// The same by a way of minimum variance, one of rank 1, and all eigenvectors for the rest.
+/// `wᴴs` or `w_pᴴs` by functions for minimum variance, for rank 1, and for other ranks.
 pub(super) fn response_by<T: Number>(
     (a, steering, s): (&[Vec<T>], &[T], &[Complex<f32>]),
     method: Method,
@@ -372,7 +382,7 @@ pub(super) fn response_by<T: Number>(
         .unwrap_or_else(|| eigenspace(a, steering, s, method))
 }
 
-/// `aᴴR⁻¹a` and `aᴴR⁻¹s` by Cholesky, where `a` is not singular.
+/// `aᴴR⁻¹a` and `aᴴR⁻¹s` by Cholesky, if `a` is not singular.
 fn whitened<T: Number>(
     a: &[Vec<T>],
     steering: &[T],
@@ -390,7 +400,7 @@ fn whitened<T: Number>(
     Some((power, product))
 }
 
-/// `wᴴs` by Cholesky, where `a` is not singular.
+/// `wᴴs` by Cholesky, if `a` is not singular.
 fn minimum_variance<T: Number>(
     a: &[Vec<T>],
     steering: &[T],
@@ -400,7 +410,7 @@ fn minimum_variance<T: Number>(
     Some(product / power)
 }
 
-/// `w_pᴴs` of one eigenpair, where `a` is not singular.
+/// `w_pᴴs` of one eigenpair, if `a` is not singular.
 fn rank1<T: Number>(
     a: &[Vec<T>],
     steering: &[T],

@@ -1,5 +1,6 @@
-//! The covariance and the data of one sample in the solver's coordinates, in plain loops, in the
-//! order of operations of `bonebeam::covariance`.
+//! The covariance and the data of one sample in the solver's coordinates.
+//!
+//! The order of operations is that of `bonebeam::covariance`, in plain loops.
 
 use std::f32::consts::{FRAC_1_SQRT_2, SQRT_2};
 
@@ -43,8 +44,9 @@ pub(super) fn subaperture_sum(x: &[Complex<f32>], subaperture: usize) -> Vec<Com
     sums
 }
 
-/// What is kept of the forward sums for forward-backward averaging: each entry on or below the
-/// diagonal plus its mirror image along the diagonal (which is the same again); half of them repeat.
+/// Mirrored forward sums for forward-backward averaging.
+///
+/// They are each entry on or below the diagonal plus its mirror image along the diagonal. Half of them repeat.
 pub(super) fn mirrored(r: &[Vec<Complex<f32>>]) -> Vec<Vec<Complex<f32>>> {
     let last = r.len() - 1;
     let mut f = r.to_vec();
@@ -61,8 +63,9 @@ pub(super) fn mirrored(r: &[Vec<Complex<f32>>]) -> Vec<Vec<Complex<f32>>> {
     f
 }
 
-/// Forward-backward averaging: twice the real matrix `QᴴR_FB Q`, lower triangle, from the mirrored
-/// sums.
+/// Forward-backward averaging: the lower triangle of twice `QᴴR_FB Q`, which is real.
+///
+/// It is computed from the mirrored sums.
 pub(super) fn real_form(f: &[Vec<Complex<f32>>], factor: f32) -> Vec<Vec<f32>> {
     let n = f.len();
     let last = n - 1;
@@ -137,8 +140,10 @@ pub(super) fn real_form_of_steering(n: usize) -> Vec<f32> {
     steering
 }
 
-/// Sum over a time window of matrices: those before `block` from the newest to the oldest, those
-/// from `block` on from the oldest to the newest, then the one plus the other.
+/// Sum of matrices over a time window.
+///
+/// Matrices before `block` are summed from the newest to the oldest, those from `block` from the oldest to the newest.
+/// Then both sums are added.
 pub(super) fn window_sum<T: Number>(matrices: &[Vec<Vec<T>>], block: usize) -> Vec<Vec<T>> {
     let mut newer = matrices[block].clone();
     for matrix in &matrices[block + 1..] {
@@ -184,8 +189,9 @@ pub(super) fn scaled(r: &[Vec<Complex<f32>>], factor: f32) -> Vec<Vec<Complex<f3
     a
 }
 
-/// The power of two that brings a trace into [1, 2), and what is then added to the diagonal of `n`
-/// entries; `None` for no power.
+/// The power of two that scales a trace into [1, 2), and the diagonal loading.
+///
+/// The loading is for a diagonal of `n` entries. `None` without power.
 pub(super) fn loading(trace: f32, n: usize, parameters: &Parameters) -> Option<(f32, f32)> {
     if trace < libm::ldexpf(1.0, -100) {
         return None;

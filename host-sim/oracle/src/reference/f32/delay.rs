@@ -1,4 +1,6 @@
-//! The delay stage: RF of one transmit → aligned analytic samples of one scan line, plain loops.
+//! The delay stage of RF in plain loops.
+//!
+//! It turns RF of one transmit into aligned analytic samples of one scan line.
 
 use bonebeam::delay::{Compounding, DelayParameters, ScanLine};
 use bonebeam::geometry::{Array, Ray, TransmitLaw};
@@ -7,8 +9,9 @@ use std::f64::consts::PI;
 
 use super::filter::{ElementRecord, Filter, kaiser};
 
-/// The line of `bonebeam::delay::Delay::line`. `rf`: row-major `[element][sample]`. `out`: row-major
-/// `[output sample][element]`. The caller's sizes must fit.
+/// The line of `bonebeam::delay::Delay::line`.
+///
+/// `rf` is row-major `[element][sample]`, and `out` row-major `[output sample][element]`. The sizes must fit.
 pub fn line(
     parameters: &DelayParameters,
     scan_line: &ScanLine,
@@ -97,7 +100,7 @@ fn line_by(
     }
 }
 
-/// Where an element is, m.
+/// The position of an element, m.
 pub fn element_position(array: &Array, m: usize) -> [f64; 2] {
     match array {
         Array::Linear { elements, pitch } => {
@@ -109,14 +112,14 @@ pub fn element_position(array: &Array, m: usize) -> [f64; 2] {
     }
 }
 
-/// How far to the right of a line a position lies, and how far along it.
+/// The distance of a position to the right of a line, and along it.
 pub fn beside(ray: &Ray, [x, z]: [f64; 2]) -> [f64; 2] {
     let (sine, cosine) = (libm::sin(ray.angle()), libm::cos(ray.angle()));
     let (x, z) = (x - ray.x(), z - ray.z());
     [x * cosine - z * sine, x * sine + z * cosine]
 }
 
-/// When the transmitted wave is at the distance `r` along the line, s.
+/// The time at which the transmitted wave is at the distance `r` along the line, s.
 pub fn transmit(scan_line: &ScanLine, c: f64, r: f64) -> f64 {
     let ray = &scan_line.ray;
     let distance = |position: [f64; 2]| {
@@ -154,16 +157,18 @@ pub fn transmit(scan_line: &ScanLine, c: f64, r: f64) -> f64 {
     }
 }
 
-/// How much later an element hears the echo than one on the line's beginning, samples at `fs`.
+/// Receive delay of an element relative to one at the start of the line.
+///
+/// It is in samples at `fs`.
 pub struct Path {
     square: f32,
     scaled: f32,
     along: f32,
     rate: f32,
-    /// Whole samples that it may be earlier.
+    /// Largest lead, in whole samples.
     pub ahead: f32,
     part: f32,
-    /// Whether the element lies beside the line's beginning.
+    /// Whether the element is beside the start of the line.
     level: bool,
 }
 
@@ -197,8 +202,9 @@ impl Path {
     }
 }
 
-/// The line of `bonebeam::delay::Upsampled`, of one scan line and record a transmit. `rf` and `out` as in
-/// [`line()`].
+/// The line of `bonebeam::delay::Upsampled`.
+///
+/// There is one scan line and record per transmit. `rf` and `out` are as in [`line()`].
 pub fn upsampled(
     parameters: &DelayParameters,
     transmits: &[(ScanLine, &[f32])],
@@ -282,7 +288,7 @@ fn half_band(count: usize, beta: f64) -> Vec<f32> {
     taps
 }
 
-/// Half the rate, with all that the filter reaches.
+/// Halves the rate, including all samples that the filter reaches.
 fn decimated(record: &ElementRecord, taps: &[f32]) -> ElementRecord {
     let reach = 2 * taps.len() as i64 - 1;
     let first = (-record.zero - reach) / 2;

@@ -1,5 +1,6 @@
-//! Lines with a depth step at every sample, in plain loops, in the order of operations of
-//! `bonebeam::image::DepthInterpolation`.
+//! Interpolation of lines with a depth step, in plain loops.
+//!
+//! The order of operations is that of `bonebeam::image::DepthInterpolation`.
 
 use std::f32::consts::TAU;
 use std::f64::consts::PI;
@@ -8,7 +9,7 @@ use num_complex::Complex;
 
 use super::filter::kaiser;
 
-/// The taps of the sample `between` two of the line, of `depth_step` each.
+/// The taps for the sample `between` two samples of the line, `depth_step` apart.
 fn taps(between: usize, depth_step: usize) -> Vec<f32> {
     let mut values = Vec::new();
     for tap in 0..8 {
@@ -22,13 +23,15 @@ fn taps(between: usize, depth_step: usize) -> Vec<f32> {
     values.iter().map(|value| (value / sum) as f32).collect()
 }
 
-/// `e^{j2πx}` of what is left of `cycles` below one, rounded to f32.
+/// `e^{j2πx}` of the fractional part of `cycles`, rounded to f32.
 fn phasor(cycles: f64) -> Complex<f32> {
     let angle = 2.0 * PI * cycles.rem_euclid(1.0);
     Complex::new(libm::sin(angle + PI / 2.0) as f32, libm::sin(angle) as f32)
 }
 
-/// `e^{−jφ}` of the carrier at each sample of a line: of every 16th from its phase in 2⁻³² cycles.
+/// `e^{−jφ}` of the carrier at each sample of a line.
+///
+/// Every 16th is computed from its phase in 2⁻³² cycles.
 fn phases(samples: usize, cycles: f64) -> Vec<Complex<f32>> {
     let turn = (cycles.rem_euclid(1.0) * 4_294_967_296.0 + 0.5) as u64 as u32;
     let mut phases: Vec<Complex<f32>> = Vec::new();
@@ -43,8 +46,10 @@ fn phases(samples: usize, cycles: f64) -> Vec<Complex<f32>> {
     phases
 }
 
-/// All `samples` of a line from every `depth_step`-th, `z`, in baseband: each with the sample of the line before it, and
-/// how many samples behind that it lies. Between two of the line a filter makes it.
+/// All `samples` of a line in baseband, from every `depth_step`-th, `z`.
+///
+/// Each comes with the preceding sample of `z`, and its distance from it in samples. A filter makes the samples between
+/// those of `z`.
 fn baseband(
     z: &[Complex<f32>],
     (samples, depth_step, cycles): (usize, usize, f64),
@@ -68,7 +73,7 @@ fn baseband(
     out
 }
 
-/// The line with its carrier, at all samples; `cycles` of the carrier from one to the next.
+/// The line with its carrier at all samples; `cycles` of the carrier per sample.
 pub fn line(
     z: &[Complex<f32>],
     (samples, depth_step, cycles): (usize, usize, f64),
@@ -85,7 +90,7 @@ pub fn line(
     out
 }
 
-/// What the envelope is taken of: the line's own samples, and the baseband between them.
+/// The input of the envelope: the line's own samples, and the baseband in between.
 pub fn for_envelope(
     z: &[Complex<f32>],
     (samples, depth_step, cycles): (usize, usize, f64),

@@ -1,5 +1,7 @@
-//! The largest eigenvalue and its eigenvector in plain loops, in the order of operations of
-//! `bonebeam::linalg`: by Lanczos steps, or directly; and what steps of power iteration make of it.
+//! The largest eigenvalue and its eigenvector in plain loops.
+//!
+//! They are computed by Lanczos steps, directly, or by power iteration. The order of operations is that of
+//! `bonebeam::linalg`.
 
 use super::linalg::{FLOOR, Number, Reflection, partial_sums, power, reduce, row_times, trace};
 
@@ -8,7 +10,7 @@ pub(super) fn dominant_eigenpair<T: Number>(a: &[Vec<T>]) -> (f32, Vec<T>) {
     lanczos(a).unwrap_or_else(|| direct(a))
 }
 
-/// So many steps of power iteration: the last product's length, and its direction.
+/// Steps of power iteration: the last product's length, and its direction.
 pub(super) fn power_iteration<T: Number>(a: &[Vec<T>], steps: usize) -> (f32, Vec<T>) {
     let n = a.len();
     let start = usize::from(n > 1 && a[0][0].re() < a[1][1].re());
@@ -33,7 +35,7 @@ pub(super) fn power_iteration<T: Number>(a: &[Vec<T>], steps: usize) -> (f32, Ve
     unreachable!("there is a last step")
 }
 
-/// The Lanczos iteration, or `None` where it does not arrive.
+/// The Lanczos iteration; `None` if it does not converge.
 fn lanczos<T: Number>(a: &[Vec<T>]) -> Option<(f32, Vec<T>)> {
     let n = a.len();
     let steps = match n {
@@ -103,7 +105,9 @@ fn lanczos<T: Number>(a: &[Vec<T>]) -> Option<(f32, Vec<T>)> {
     None
 }
 
-/// How far the eigenvalue `bound` is from all others, by the sum of the squared deviations.
+/// The distance of the eigenvalue `bound` from all others.
+///
+/// It is by the sum of the squared deviations.
 fn gap_by_squares<T: Number>(a: &[Vec<T>], mean: f32, bound: f32) -> f32 {
     let (mut diagonal, mut rest) = (0.0, [0.0; 4]);
     for i in 0..a.len() {
@@ -118,8 +122,9 @@ fn gap_by_squares<T: Number>(a: &[Vec<T>], mean: f32, bound: f32) -> f32 {
     deviation - if others > 0.0 { others.sqrt() } else { 0.0 }
 }
 
-/// Takes from `w` its components along the basis, all found before the first is taken; returns the
-/// real part of the last.
+/// Subtracts from `w` its components along the basis; returns the real part of the last.
+///
+/// All components are computed before the first is subtracted.
 fn orthogonalise<T: Number>(basis: &[Vec<T>], w: &mut [T]) -> f32 {
     let mut components = Vec::new();
     for v in basis {
@@ -145,7 +150,7 @@ fn combine<T: Number>(basis: &[Vec<T>], y: &[f32], start: usize, n: usize) -> Ve
     sum
 }
 
-/// The eigenvector to `theta` from its last entry on, and what is left of the first row.
+/// The eigenvector to `theta` from its last entry, and the residual of the first row.
 fn eigenvector_upwards(
     alpha: &[f32],
     beta: &[f32],
@@ -200,7 +205,7 @@ fn direct<T: Number>(a: &[Vec<T>]) -> (f32, Vec<T>) {
     (theta, x)
 }
 
-/// The larger eigenvalue of the matrix of two rows that a bound and a further row make.
+/// The larger eigenvalue of the 2 × 2 matrix of a bound and a further row.
 fn upper_bound(bound: f32, alpha: f32, coupling: f32) -> f32 {
     let (mean, difference) = ((bound + alpha) * 0.5, (bound - alpha) * 0.5);
     mean + (difference * difference + coupling * coupling).sqrt()
@@ -242,8 +247,9 @@ fn largest(alpha: &[f32], beta: &[f32], bound: f32, enough: f32) -> f32 {
     theta
 }
 
-/// The unit eigenvector to `theta`: ratios of entries from the top and from the bottom, meeting where
-/// they differ least.
+/// The unit eigenvector to `theta`.
+///
+/// It is from ratios of entries from the top and from the bottom, which meet where they differ least.
 fn eigenvector(alpha: &[f32], beta: &[f32], theta: f32) -> Vec<f32> {
     let last = alpha.len() - 1;
     let positive = |pivot: f32| if pivot > FLOOR { pivot } else { FLOOR };

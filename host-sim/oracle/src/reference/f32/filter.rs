@@ -1,13 +1,13 @@
-//! The windowed sinc that reads a record between its samples, tabulated in f64 or in f32.
+//! The windowed sinc that interpolates a record, tabulated in f64 or in f32.
 
 use bonebeam::delay::DelayParameters;
 use std::f64::consts::PI;
 
-/// An element's record: sample 0 is `values[zero]`, what is not there is 0.
+/// An element's record: sample 0 is `values[zero]`; missing samples are 0.
 pub struct ElementRecord {
     /// All of them.
     pub values: Vec<f32>,
-    /// Where sample 0 is.
+    /// Index of sample 0.
     pub zero: i64,
 }
 
@@ -26,7 +26,7 @@ impl ElementRecord {
 /// The windowed sinc, tabulated.
 pub struct Filter {
     rows: Vec<Vec<f32>>,
-    /// How many taps it has.
+    /// Number of taps.
     pub taps: usize,
 }
 
@@ -58,7 +58,7 @@ impl Filter {
         Filter { rows, taps }
     }
 
-    /// The same worked out in f32: the first half of the rows, and their mirror images.
+    /// The filter computed in f32: the first half of the rows, and their mirror images.
     pub fn in_f32(p: &DelayParameters, fs: f64) -> Self {
         let Design {
             taps,
@@ -195,7 +195,7 @@ fn bessel_i0_in_f32(square: f32) -> f32 {
     sum
 }
 
-/// sin πx: the odd powers up to the 11th of what is left of x beside a whole number.
+/// sin πx: odd powers up to the 11th of the distance of x from an integer.
 fn sine_in_f32(x: f32) -> f32 {
     let whole = x.round_ties_even();
     let left = x - whole;

@@ -52,7 +52,7 @@ pub struct Positions {
     pub count: usize,
 }
 
-/// Bilinear interpolation of `data`, `[beam][sample]`, at rows × columns; 0 outside.
+/// Bilinear interpolation of `data`, `[beam][sample]`, on a grid; 0 outside.
 pub fn resample(
     data: &[f32],
     beams: Positions,

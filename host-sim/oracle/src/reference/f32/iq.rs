@@ -1,5 +1,6 @@
-//! The delay stage of I/Q: baseband samples of one transmit → aligned analytic samples of one scan line,
-//! plain loops.
+//! The delay stage of I/Q in plain loops.
+//!
+//! It turns baseband samples of one transmit into aligned analytic samples of one scan line.
 
 use bonebeam::delay::{Compounding, IqInterpolation, IqParameters, ScanLine};
 use bonebeam::geometry::{Array, TransmitLaw};
@@ -9,9 +10,10 @@ use std::f64::consts::PI;
 use super::delay::{Path, element_position, transmit};
 use super::filter::kaiser;
 
-/// The line of `bonebeam::delay::IqDelay::line`. `iq`: row-major `[element][sample]`, to be multiplied by
-/// `scale`; `phase`: of the demodulator, rad. `out`: row-major `[output sample][element]`. The caller's
-/// sizes must fit.
+/// The line of `bonebeam::delay::IqDelay::line`.
+///
+/// `iq` is row-major `[element][sample]`, to be multiplied by `scale`. `phase` is that of the demodulator, rad. `out` is
+/// row-major `[output sample][element]`. The sizes must fit.
 pub fn line(
     parameters: &IqParameters,
     scan_line: &ScanLine,
@@ -88,8 +90,9 @@ fn delayed(
     ))
 }
 
-/// Depth, position in 2⁻³² samples and cycles in 2⁻⁴⁴ of an element straight above the line at output sample `n`,
-/// from f64.
+/// Depth, position and cycles of an element straight above the line.
+///
+/// They are at output sample `n`, from f64. The position is in 2⁻³² samples, and the cycles in 2⁻⁴⁴.
 fn fixed_centre(
     p: &IqParameters,
     scan_line: &ScanLine,
@@ -118,7 +121,7 @@ fn scaled_down(x: f64, bits: i32) -> i64 {
     libm::floor(x * 2f64.powi(bits)) as i64
 }
 
-/// `IqInterpolation::LinearFixed`: `record` holds counts, which are whole numbers.
+/// `IqInterpolation::LinearFixed`: `record` has counts, which are integers.
 fn fixed(
     p: &IqParameters,
     scan_line: &ScanLine,

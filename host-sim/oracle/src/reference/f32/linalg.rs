@@ -1,5 +1,6 @@
-//! Cholesky and the full eigensolver in plain loops, in the order of operations
-//! of `bonebeam::linalg`. Matrices are lower triangles, `a[i][j]` for `j ≤ i`.
+//! Cholesky and the full eigensolver in plain loops.
+//!
+//! The order of operations is that of `bonebeam::linalg`. Matrices are lower triangles, `a[i][j]` for `j ≤ i`.
 
 use std::ops::Mul;
 
@@ -120,8 +121,9 @@ pub(super) fn row_times<T: Number>(mut sum: T, a: &[Vec<T>], start: usize, i: us
     sum
 }
 
-/// `rows` divided by the factor of `A = G·Gᴴ`: `b*` becomes `(G⁻¹b)*`. `None` where `A` is singular
-/// in f32.
+/// `rows` divided by the factor of `A = G·Gᴴ`: `b*` becomes `(G⁻¹b)*`.
+///
+/// `None` if `A` is singular in f32.
 pub(super) fn cholesky<T: Number>(a: &[Vec<T>], rows: &[Vec<T>]) -> Option<Vec<Vec<T>>> {
     let mut g = factor(a, rows)?;
     Some(g.split_off(a.len()))
@@ -186,7 +188,7 @@ pub(super) struct Reduced<T> {
     pub(super) mean: f32,
     pub(super) alpha: Vec<f32>,
     pub(super) beta: Vec<f32>,
-    /// Of row `m` at `m − 1`.
+    /// The off-diagonal entry of row `m` at `m − 1`.
     pub(super) reflections: Vec<Reflection<T>>,
 }
 

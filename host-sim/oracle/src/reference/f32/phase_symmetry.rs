@@ -44,8 +44,10 @@ pub fn phase_symmetry(
     symmetry
 }
 
-/// A real image's spectrum, and the image that the filter of scale `r0` and orientation `orientation`
-/// makes of it: `e` and `o` are its real and imaginary parts. Row-major.
+/// A real image's spectrum and its image after a filter, row-major.
+///
+/// The filter has scale `r0` and orientation `orientation`. `e` and `o` are the real and imaginary parts of the filtered
+/// image.
 pub fn filtered(
     image: &[f32],
     rows: usize,
@@ -128,7 +130,7 @@ fn transform(line: &mut [Complex<f32>], inverse: bool) {
 
 /// The two factors of Eq. 9, each as cubics over segments.
 struct Tables {
-    /// Over `m = (r/r0)²`, 16 segments an octave from 2⁻¹⁸ on.
+    /// Over `m = (r/r0)²`, 16 segments per octave from 2⁻¹⁸.
     radial: Vec<Cubic>,
     /// For orientations 0 and −π/6: over `t` from −1 to 1, 64 segments, for each of four faces.
     angular: [[Vec<Cubic>; 4]; 2],

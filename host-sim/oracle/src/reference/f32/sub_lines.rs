@@ -1,4 +1,6 @@
-//! The sub-lines of one line in plain loops, in the order of operations of `bonebeam::beamform`.
+//! The sub-lines of one line in plain loops.
+//!
+//! The order of operations is that of `bonebeam::beamform`.
 
 use bonebeam::beamform::{Method, Parameters, Postfilter};
 use bonebeam::covariance::Covariance;
@@ -16,10 +18,12 @@ use super::linalg::{Number, factor, power, row_times};
 /// `e^{js/2}` and `e^{−jφ_c}`.
 pub type Direction = [Complex<f32>; 2];
 
-/// z of every sub-line of every computed sample of a line, each `depth_step`-th. `x[n]` holds the elements of sample `n`; `active[n]` its first
-/// active element and the number of them; `directions[n]` those of its sub-lines.
+/// z of every sub-line of every computed sample of a line, each `depth_step`-th.
 ///
-/// The line is scaled as by [`beamform`](super::beamform::beamform), for DAS, too.
+/// `x[n]` has the elements of sample `n`, `active[n]` its first active element and the number of active elements, and
+/// `directions[n]` the directions of its sub-lines.
+///
+/// The line is scaled as by [`beamform`](super::beamform::beamform), also for DAS.
 pub fn sub_lines(
     x: &[Vec<Complex<f32>>],
     active: &[(usize, usize)],
@@ -65,7 +69,7 @@ pub fn sub_lines(
     z.into_iter().step_by(parameters.depth_step).collect()
 }
 
-/// The powers of `e^{js}` from the middle outwards, for so many elements.
+/// The powers of `e^{js}` from the middle outwards, for a number of elements.
 fn powers(half: Complex<f32>, elements: usize) -> Vec<Complex<f32>> {
     let step = half * half;
     let square = step * step;
@@ -98,7 +102,9 @@ fn rotated(x: &[Complex<f32>], half: Complex<f32>) -> Vec<Complex<f32>> {
     x.iter().zip(a).map(|(x, a)| x * a.conj()).collect()
 }
 
-/// `e^{−jφ_c}` times the postfilter's factor, for the samples with phases in the order in which they are summed up.
+/// `e^{−jφ_c}` times the postfilter's factor, for the samples with phases.
+///
+/// Samples are in the order of summation.
 fn phase(
     x: &[Complex<f32>],
     y: &[(usize, Complex<f32>)],
@@ -190,8 +196,10 @@ fn run_forward_backward(
     })
 }
 
-/// What a covariance makes of each direction: `covariance(sample, block, length)` of the run's window gives the
-/// response to a steering vector and data, or nothing where there is no power.
+/// The response of a covariance in each direction.
+///
+/// `covariance(sample, block, length)` of the run's window gives the response to a steering vector and data, or `None`
+/// without power.
 fn outputs<R: Fn(&[Complex<f32>], &[Complex<f32>]) -> Complex<f32>>(
     elements: &[Vec<Complex<f32>>],
     directions: &[Vec<Direction>],
@@ -234,7 +242,7 @@ fn response<T: Number>(
     )
 }
 
-/// The factor of `a`, the row `(G⁻¹b)*` below it, and `‖G⁻¹b‖²`; `None` where `a` is singular.
+/// The factor of `a`, the row `(G⁻¹b)*` below it, and `‖G⁻¹b‖²`; `None` if `a` is singular.
 fn whitened<T: Number>(a: &[Vec<T>], b: &[T]) -> Option<(Vec<Vec<T>>, f32)> {
     let row: Vec<T> = b.iter().map(|b| b.conj()).collect();
     let g = factor(a, &[row])?;

@@ -1,8 +1,10 @@
-//! The bone surface once more, plainly: every mean by its own sum, every path by trying all cells before.
+//! The bone surface in plain loops.
+//!
+//! Every mean is a separate sum, and every path is found by trying all preceding cells.
 
 use bonebeam::surface::{Levels, Parameters, Point, Ramp};
 
-/// A thing that is searched in: cells of a line, and where each of them lies.
+/// The searched cells of a line, and their positions.
 struct Cells {
     stride: usize,
     length: f64,
@@ -31,7 +33,7 @@ fn cells(p: &Parameters) -> Cells {
     }
 }
 
-/// Sum of the grey levels of cells `from..end`, as far as they exist, and how many samples these are.
+/// Sum of the grey levels of the existing cells of `from..end`, and their samples' number.
 fn sum(line: &[u8], cells: &Cells, from: i64, end: i64) -> (i64, i64) {
     let count = cells.count as i64;
     let (from, end) = (from.clamp(0, count) as usize, end.clamp(0, count) as usize);
@@ -40,7 +42,7 @@ fn sum(line: &[u8], cells: &Cells, from: i64, end: i64) -> (i64, i64) {
     (line[samples].iter().map(|&g| i64::from(g)).sum(), length)
 }
 
-/// `⌊1024·ln(value)⌉`, but for the table's step.
+/// `⌊1024·ln(value)⌉`, apart from the table's step.
 fn ln(value: i64) -> i64 {
     let exponent = 63 - i64::from(value.leading_zeros());
     let sixtyfourths = (((value << 24) >> exponent) >> 18) & 63;
@@ -52,7 +54,7 @@ fn ramp(x: i64, centre: i64, gain: i64, limit: i64) -> i64 {
     (((x - centre) * gain) >> 12).clamp(-limit, limit)
 }
 
-/// 2⁻¹² scores for the whole range of `x` from 0 to 1.
+/// Slope of a ramp, in 2⁻¹² of a score over the range of `x` from 0 to 1.
 fn slope(ramp: &Ramp) -> f64 {
     ramp.weight / ramp.width * 1024.0 * 4096.0
 }
@@ -61,7 +63,7 @@ fn nats(value: f64) -> i64 {
     (1024.0 * value).round() as i64
 }
 
-/// The scores of a line's cells, from the first that is searched on, in 1/1024 nat.
+/// The scores of a line's cells from the first searched one, in 1/1024 nat.
 pub fn scores(p: &Parameters, line: &[u8], levels: Levels) -> Vec<i64> {
     let s = &p.settings;
     let cells = cells(p);
@@ -157,7 +159,7 @@ pub fn levels(p: &Parameters, frame: &[u8]) -> Levels {
     }
 }
 
-/// Where a path comes from.
+/// The predecessor of a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum From {
     Cell(usize),
@@ -230,7 +232,7 @@ fn paths(p: &Parameters, scores: &[Vec<i64>]) -> Vec<Best> {
     lines
 }
 
-/// The best path that ends in the last of some lines: cell, and whether a piece begins there.
+/// The best path to the last of some lines: cell, and whether a piece begins there.
 fn trace(lines: &[Best]) -> Vec<Option<(usize, bool)>> {
     let mut path = vec![None; lines.len()];
     let Some(last) = lines.last() else {
@@ -253,7 +255,9 @@ fn trace(lines: &[Best]) -> Vec<Option<(usize, bool)>> {
     path
 }
 
-/// The surface of a frame, by scores: each line is decided by the lines up to `latency` after it.
+/// The surface of a frame, by scores.
+///
+/// Each line is decided by the lines up to `latency` after it.
 pub fn of_scores(p: &Parameters, scores: &[Vec<i64>]) -> Vec<Option<Point>> {
     let lines = paths(p, scores);
     // As they are kept: in 1/32 nat, from −10 to below 6.

@@ -1,5 +1,6 @@
-//! DAS, MV and ESMV in f64, as Eq. 1–8 are written: snapshots, outer products, a library's
-//! factorisations.
+//! DAS, MV and ESMV in f64, directly from Eq. 1–8.
+//!
+//! They use snapshots, outer products and a library's factorisations.
 
 use std::ops::{Range, RangeInclusive};
 
@@ -13,8 +14,9 @@ use crate::{Error, Result};
 type Vector = DVector<Complex<f64>>;
 type Matrix = DMatrix<Complex<f64>>;
 
-/// z of every computed sample of a line, each `depth_step`-th. `x` is [sample, element]; `active` holds, for each sample, the
-/// first active element and the number of them.
+/// z of every computed sample of a line, each `depth_step`-th.
+///
+/// `x` is [sample, element]. `active` has the first active element and the number of active elements of each sample.
 pub fn beamform(
     x: ArrayView2<Complex<f32>>,
     active: &[(usize, usize)],
@@ -58,22 +60,23 @@ pub struct Sample {
     pub covariance: Matrix,
     /// w of Eq. 1.
     pub minimum_variance: Vector,
-    /// What the covariance is averaged by.
+    /// Averaging of the covariance.
     pub averaging: Covariance,
     /// The postfilter's factor.
     pub factor: f64,
-    /// The weights of the elements, of a sum of 1.
+    /// The weights of the elements, which sum to 1.
     element_weights: DVector<f64>,
-    /// Those of the subapertures.
+    /// The weights of the subapertures.
     subaperture_weights: DVector<f64>,
 }
 
 impl Sample {
     /// Sample `n` of `x` [sample, element] over the elements `active` (first, count).
-    /// `None` where the covariance has zero trace, or no element is active: the output is then 0.
+    ///
+    /// `None` if the covariance has zero trace, or no element is active; the output is then 0.
     ///
     /// # Errors
-    /// The loaded covariance is not positive definite, which takes Δ = 0.
+    /// The loaded covariance is not positive definite, which needs Δ = 0.
     pub fn new(
         x: ArrayView2<Complex<f32>>,
         n: usize,
@@ -118,7 +121,9 @@ impl Sample {
         }))
     }
 
-    /// The same data with another loaded covariance; `None` where it is not positive definite.
+    /// The same data with another loaded covariance.
+    ///
+    /// `None` if it is not positive definite.
     pub fn with_covariance(&self, covariance: Matrix) -> Option<Self> {
         let (elements, snapshots) = (self.elements.clone(), self.snapshots.clone());
         let steering = (self.steering.clone(), covariance);
@@ -131,9 +136,10 @@ impl Sample {
         })
     }
 
-    /// The same covariance in the direction of a sub-line: the phase `slope` from element to element, and `constant` at
-    /// the centre, rad. Its data have the phases of e^{−jφ_c} and of the subapertures' places. `None` where the
-    /// covariance is not positive definite.
+    /// The same covariance in the direction of a sub-line.
+    ///
+    /// The phase is `slope` from element to element, and `constant` at the centre, rad. Its data have the phases of
+    /// e^{−jφ_c} and of the subapertures' positions. `None` if the covariance is not positive definite.
     pub fn towards(&self, slope: f64, constant: f64, parameters: &Parameters) -> Option<Self> {
         let offset = |i: usize, of: usize| i as f64 - (of - 1) as f64 / 2.0;
         let turn = |i: usize, of: usize| Complex::new(0.0, slope * offset(i, of)).exp();
@@ -202,9 +208,11 @@ impl Sample {
         }
     }
 
-    /// What a method gives for this sample, whose `eigenspace` it is: one value, or one for each rank
-    /// that Eq. 8 may choose where c_j lies within `tolerance` of β·c_L, or for each start of a power
-    /// iteration where their diagonal entries lie within `tolerance` of each other.
+    /// The correct values of a method for this sample with its `eigenspace`.
+    ///
+    /// There is one value, with two exceptions. If c_j is within `tolerance` of β·c_L, there is one for each rank that
+    /// Eq. 8 may choose. If the diagonal entries of the starts of a power iteration are within `tolerance` of each other,
+    /// there is one for each start.
     pub fn answers(&self, eigenspace: &Eigenspace, method: Method, tolerance: f64) -> Vec<Answer> {
         let mut answers = self.without_postfilter(eigenspace, method, tolerance);
         for answer in &mut answers {
@@ -249,10 +257,11 @@ impl Sample {
         vec![answer(kept)]
     }
 
-    /// Where a power iteration begins: the unit vector of element 0 or 1, whichever has the larger
-    /// diagonal entry; after forward-backward averaging of the sum or the difference of the first and the
-    /// last element, as docs/numerics.md has them. The other one, too, where the two entries lie within
-    /// `tolerance` of each other.
+    /// The starts of a power iteration.
+    ///
+    /// The start is the unit vector of element 0 or 1, whichever has the larger diagonal entry. After forward-backward
+    /// averaging it is the sum or the difference of the first and the last element, as in docs/numerics.md. The other one
+    /// is a start as well if the two entries are within `tolerance` of each other.
     fn starts(&self, tolerance: f64) -> Vec<Vector> {
         let size = self.covariance.nrows();
         let mut first = Vector::zeros(size);
@@ -281,8 +290,9 @@ impl Sample {
         order.into_iter().take(if both { 2 } else { 1 }).collect()
     }
 
-    /// w_p of the eigenpair that so many steps of power iteration make of `start`:
-    /// e·(eᴴRa)/(θ²·aᴴR⁻¹a) with θ, the last product's length, for λ₁.
+    /// w_p of the eigenpair by steps of power iteration from `start`.
+    ///
+    /// It is e·(eᴴRa)/(θ²·aᴴR⁻¹a) with θ, the last product's length, for λ₁.
     fn power_iteration(&self, start: Vector, steps: usize) -> Vector {
         let (mut e, mut theta) = (start, 0.0);
         for _ in 0..steps {
@@ -343,13 +353,14 @@ fn apodization(count: usize, parameters: &Parameters) -> DVector<f64> {
     &window / window.sum()
 }
 
-/// A right value of z.
+/// A correct value of z.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Answer {
     /// The value.
     pub z: Complex<f64>,
-    /// Whether it is made of e₁ alone, or of all that e₁ leaves: e₁ is ill-conditioned where λ₂ is
-    /// close to λ₁.
+    /// Whether the value depends on e₁ alone, or on its complement.
+    ///
+    /// e₁ is ill-conditioned if λ₂ is close to λ₁.
     pub by_first_eigenvector: bool,
 }
 
@@ -410,7 +421,9 @@ impl Eigenspace {
         signal * (signal.adjoint() * w)
     }
 
-    /// Eq. 8, summed up: c_j = Σ_{k≤j} ρ_k²/λ_k with ρ = Eᴴa, for j = 1..L, for the steering vector a.
+    /// The sums of Eq. 8 for the steering vector a: c_j = Σ_{k≤j} ρ_k²/λ_k.
+    ///
+    /// ρ = Eᴴa, and j = 1..L.
     pub fn cross_spectral_sums(&self, steering: &Vector) -> Vec<f64> {
         let metric = self.vectors.column_iter().zip(self.values.iter());
         metric
@@ -426,8 +439,9 @@ impl Eigenspace {
         *self.ranks(steering, beta, 0.0).start()
     }
 
-    /// The ranks that arithmetic of less precision may choose: from the first j with
-    /// c_j ≥ (1 − tolerance)·β·c_L to the first with c_j ≥ (1 + tolerance)·β·c_L.
+    /// The ranks that arithmetic of lower precision may choose.
+    ///
+    /// They go from the first j with c_j ≥ (1 − tolerance)·β·c_L to the first with c_j ≥ (1 + tolerance)·β·c_L.
     pub fn ranks(&self, steering: &Vector, beta: f64, tolerance: f64) -> RangeInclusive<usize> {
         let sums = self.cross_spectral_sums(steering);
         let threshold = beta * sums[sums.len() - 1];
@@ -439,7 +453,7 @@ impl Eigenspace {
         first_above((1.0 - tolerance) * threshold)..=first_above((1.0 + tolerance) * threshold)
     }
 
-    /// λ₂/λ₁, 0 where L = 1.
+    /// λ₂/λ₁; 0 if L = 1.
     pub fn second_to_first(&self) -> f64 {
         if self.values.len() < 2 {
             0.0

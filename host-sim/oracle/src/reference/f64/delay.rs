@@ -1,5 +1,6 @@
-//! The delay stage from its definition: geometry in f64, a sinc four times as long as the core's
-//! evaluated where it is needed, and the analytic signal by the DFT.
+//! The delay stage in f64, directly from its definition.
+//!
+//! The sinc is four times as long as the core's and is not tabulated. The analytic signal is by the DFT.
 
 use bonebeam::delay::{DelayParameters, ScanLine};
 use bonebeam::geometry::{Array, TransmitLaw};
@@ -11,9 +12,10 @@ use std::f64::consts::PI;
 const LOBES: f64 = 32.0;
 const MARGIN: usize = 256;
 
-/// The aligned analytic samples of one scan line, row-major `[output sample][element]`; elements that
-/// are not active are 0. Compounding does not matter. `rf`: row-major `[element][sample]`. The
-/// caller's sizes must fit.
+/// The aligned analytic samples of one scan line.
+///
+/// They are row-major `[output sample][element]`. Elements that are not active are 0. Compounding has no effect. `rf` is row-major `[element][sample]`. The sizes must
+/// fit.
 pub fn line(parameters: &DelayParameters, scan_line: &ScanLine, rf: &[f32]) -> Vec<Complex<f64>> {
     let p = parameters;
     let mut out = vec![Complex::new(0.0, 0.0); p.output_samples * p.elements];
@@ -40,14 +42,17 @@ pub fn line(parameters: &DelayParameters, scan_line: &ScanLine, rf: &[f32]) -> V
     out
 }
 
-/// When element `m` hears the echo of the line's pixel at two-way time `t`, in record samples.
+/// The arrival time of the echo of the line's pixel at element `m`, in record samples.
+///
+/// The pixel is at two-way time `t`.
 fn arrival(p: &DelayParameters, scan_line: &ScanLine, m: usize, t: f64) -> f64 {
     let (_, flight) = flight(scan_line, m, p.sound_speed, t);
     (flight - scan_line.transmit.t0) * p.sampling_rate
 }
 
-/// The line's pixel (x, z) at two-way time `t`, m, and how long the wave takes to it and back to element
-/// `m`, s.
+/// The line's pixel (x, z) at two-way time `t`, m, and the time of flight, s.
+///
+/// The time of flight is to the pixel and back to element `m`.
 pub fn flight(scan_line: &ScanLine, m: usize, c: f64, t: f64) -> ([f64; 2], f64) {
     let r = c * t / 2.0;
     let ray = &scan_line.ray;
@@ -82,7 +87,7 @@ pub fn flight(scan_line: &ScanLine, m: usize, c: f64, t: f64) -> ([f64; 2], f64)
     ([x, z], (transmit + (x - ex).hypot(z - ez)) / c)
 }
 
-/// Where an element is, m.
+/// The position of an element, m.
 fn position(array: &Array, m: usize) -> (f64, f64) {
     match array {
         Array::Linear { elements, pitch } => {
@@ -94,8 +99,9 @@ fn position(array: &Array, m: usize) -> (f64, f64) {
     }
 }
 
-/// The record, band-limited to the lower of its own and the output's Nyquist frequency, at
-/// `position`; 0 at depths of 0 and less.
+/// The band-limited record at `position`; 0 at depths of 0 and less.
+///
+/// The band ends at the lower of the Nyquist frequencies of the record and the output.
 fn read(p: &DelayParameters, record: &[f32], position: f64, t: f64) -> f64 {
     if t <= 0.0 {
         return 0.0;

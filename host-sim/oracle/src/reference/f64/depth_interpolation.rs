@@ -1,12 +1,14 @@
-//! Lines with a depth step at every sample, in f64, as the definition stands.
+//! Interpolation of lines with a depth step in f64, directly from its definition.
 
 use std::f64::consts::PI;
 
 use num_complex::Complex;
 
-/// All `samples` of a line from every `depth_step`-th, `z`, with a carrier of so many `cycles` from one sample to the next:
-/// `y(n) = e^{jωn}·Σ_k h(n/step − k)·e^{−jω·step·k}·z[k]` over the eight nearest samples of the line, `h` a sinc under a
-/// Kaiser window of shape 4, of a sum of 1. Beyond the line's ends its baseband goes on as it is there.
+/// All `samples` of a line from every `depth_step`-th, `z`.
+///
+/// The carrier has `cycles` per sample. The result is `y(n) = e^{jωn}·Σ_k h(n/step − k)·e^{−jω·step·k}·z[k]` over the eight
+/// nearest samples of the line. `h` is a sinc with a Kaiser window of shape 4, and sums to 1. Beyond the line's ends its
+/// baseband is constant.
 pub fn line(
     z: &[Complex<f32>],
     (samples, depth_step, cycles): (usize, usize, f64),

@@ -1,4 +1,4 @@
-//! The image stage as its definitions stand, in f64.
+//! The image stage in f64, directly from its definitions.
 
 use ndarray::{Array2, ArrayView2};
 use num_complex::Complex;
@@ -8,7 +8,9 @@ pub fn envelope(z: ArrayView2<Complex<f32>>) -> Array2<f64> {
     z.mapv(|z| f64::from(z.re).hypot(f64::from(z.im)))
 }
 
-/// Decibels relative to the largest value, `[−dynamic_range, 0]` mapped to `0..255`.
+/// Log compression relative to the largest value.
+///
+/// Decibels `[−dynamic_range, 0]` are mapped to `0..255`.
 pub fn log_compression(envelope: ArrayView2<f64>, dynamic_range: f64) -> Array2<f64> {
     let largest = envelope.iter().copied().fold(0.0, f64::max);
     envelope.mapv(|e| {

@@ -1,5 +1,6 @@
-//! The delay stage of I/Q from its definition: geometry in f64, a sinc of 32 lobes a side evaluated where
-//! it is needed, and the exponential function.
+//! The delay stage of I/Q in f64, directly from its definition.
+//!
+//! The sinc has 32 lobes per side and is not tabulated. Phases are by the exponential function.
 
 use bonebeam::delay::{IqParameters, ScanLine};
 use num_complex::Complex;
@@ -10,9 +11,10 @@ use super::delay::{flight, hann, sinc};
 /// Sinc lobes on either side of a sample.
 const LOBES: f64 = 32.0;
 
-/// The aligned analytic samples of one scan line, row-major `[output sample][element]`; elements that
-/// are not active are 0. Compounding does not matter. `iq`: row-major `[element][sample]`. The
-/// caller's sizes must fit.
+/// The aligned analytic samples of one scan line.
+///
+/// They are row-major `[output sample][element]`. Elements that are not active are 0. Compounding has no effect. `iq` is row-major `[element][sample]`. The sizes must
+/// fit.
 pub fn line(
     parameters: &IqParameters,
     scan_line: &ScanLine,

@@ -1,4 +1,4 @@
-//! Phase symmetry straight from Eq. 9 and 10: dense filters, whole transforms.
+//! Phase symmetry directly from Eq. 9 and 10: dense filters, whole transforms.
 
 use std::f64::consts::PI;
 

@@ -1,11 +1,12 @@
-//! The direction of a sub-line in f64, straight from its definition.
+//! The direction of a sub-line in f64, directly from its definition.
 
 use bonebeam::geometry::{Active, Array};
 use nalgebra::{Matrix2, Vector2};
 
-/// The slope `s` and the constant `φ_c` of the least-squares line, over the element index from the centre, through
-/// `φ_m = 2πf₀(‖e_m − q‖ − ‖e_m − q_δ‖)/c` for the focus points `q` of the line and `q_δ` of the sub-line; `wave` is
-/// `2πf₀/c`. For one element the slope is 0.
+/// The slope `s` and the constant `φ_c` of a sub-line's phases, by least squares.
+///
+/// The straight line over the element index from the centre is fitted to `φ_m = 2πf₀(‖e_m − q‖ − ‖e_m − q_δ‖)/c`, for the
+/// focus points `q` of the line and `q_δ` of the sub-line. `wave` is `2πf₀/c`. For one element the slope is 0.
 pub fn direction(
     array: &Array<'_>,
     active: Active,

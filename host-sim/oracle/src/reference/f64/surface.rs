@@ -1,8 +1,8 @@
-//! The score of a cell as its definition stands, in f64.
+//! The score of a cell in f64, directly from its definition.
 
 use bonebeam::surface::{Ramp, Settings};
 
-/// The mean of `grey`, 0 to 1, from sample `from` to before `end`, as far as they exist; 0 of none.
+/// The mean of `grey`, 0 to 1, over the existing samples of `from..end`; 0 without any.
 fn mean(grey: &[f64], from: i64, end: i64) -> f64 {
     let count = grey.len() as i64;
     let (from, end) = (from.clamp(0, count) as usize, end.clamp(0, count) as usize);
@@ -16,8 +16,9 @@ fn ramp(ramp: &Ramp, x: f64) -> f64 {
     ramp.weight * ((x - ramp.centre) / ramp.width).clamp(-1.0, 1.0)
 }
 
-/// The score of the cell of samples `stride·cell` on, in nats, in a line of grey levels from 0 to 1, whose windows
-/// reach over whole cells of `length` m; with the means from which its onset is.
+/// The score of a cell, in nats, with the means that give its onset.
+///
+/// The cell's samples begin at `stride·cell`, in a line of grey levels from 0 to 1. Windows have whole cells of `length` m.
 pub fn score(
     settings: &Settings,
     grey: &[f64],

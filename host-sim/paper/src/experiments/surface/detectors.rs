@@ -226,7 +226,7 @@ fn best_path(scores: &Array2<f64>, z0: f64, step: f64, absence: f64) -> Vec<Answ
     found.into_iter().map(answer).collect()
 }
 
-/// Judges the answers of frames at the threshold with the largest F1 over all frames.
+/// Judges answers of frames at the threshold with the largest F1 over all frames.
 ///
 /// Answers below the threshold are left out.
 pub fn judged(frames: &[(Vec<Answer>, Known<'_>)], tolerance: f64) -> Vec<Judged> {

@@ -82,7 +82,7 @@ const TISSUE: [f64; 2] = [4e-3, 14e-3];
 /// Largest distance of an element from its beam for the tissue's RMS, m.
 const BESIDE: f64 = 5e-3;
 
-/// A recording of one frame of RF with its disturbances, which several conditions share.
+/// A recording of one frame of RF with the disturbances of all conditions.
 pub struct Disturbed<'a> {
     section: &'a Disturbances,
     recorded: &'a ChannelData,

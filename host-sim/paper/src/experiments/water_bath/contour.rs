@@ -125,7 +125,7 @@ pub struct Registered {
     pub transform: Rigid,
     /// Fiducial registration error: RMS distance at the fiducials, mm.
     pub fre_mm: f64,
-    /// Target registration error: RMS distance at points of the bone in both slices, mm.
+    /// Target registration error: RMS distance at the bone in both slices, mm.
     pub tre_mm: f64,
     /// Mean displacement of the contour towards the array at those points, mm.
     pub towards_array_mm: f64,
