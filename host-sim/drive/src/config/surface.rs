@@ -179,10 +179,7 @@ fn check_fan(fan: &PictureFan, columns: bool) -> Result<()> {
         return refused(place, "an apex within 10 m");
     }
     if !(0.0 <= near && near < far && far <= LENGTHS[1]) {
-        return refused(
-            far,
-            "distances from the apex with 0 <= BEGIN < END, in m",
-        );
+        return refused(far, "distances from the apex with 0 <= BEGIN < END, in m");
     }
     if !(-std::f64::consts::PI < first && first < last && last < std::f64::consts::PI) {
         return refused(last, "a last angle above the first, in rad");
