@@ -42,7 +42,7 @@ pub struct Arguments {
     #[arg(long, value_name = "N")]
     bones: Option<u64>,
 
-    /// Evaluations per search [default: 240; with --quick 24]
+    /// Evaluations per method; the detector alone gets eight times as many [default: 240; with --quick 24]
     #[arg(long, value_name = "N")]
     evaluations: Option<usize>,
 

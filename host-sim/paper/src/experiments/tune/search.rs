@@ -11,7 +11,7 @@ use super::variables::Variable;
 use crate::{Error, Result};
 
 /// Number of detectors tried on the lines of one beamformer: lines take long, detectors little.
-const DETECTORS: usize = 8;
+pub const DETECTORS: usize = 8;
 
 /// Values, and how good they were.
 #[derive(Clone, Debug, PartialEq, Serialize)]
