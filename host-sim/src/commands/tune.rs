@@ -42,7 +42,9 @@ pub struct Arguments {
     #[arg(long, value_name = "N")]
     bones: Option<u64>,
 
-    /// Evaluations per search [default: 240; with --quick 24]
+    /// Evaluations per method [default: 240; with --quick 24]
+    ///
+    /// The detector alone gets eight times as many.
     #[arg(long, value_name = "N")]
     evaluations: Option<usize>,
 

@@ -18,7 +18,7 @@ use bonebeam_drive::config::Beamform;
 use bonebeam_drive::methods::MethodName;
 use bonebeam_simulate::Settings as Scanner;
 use scenes::{Found, Frame, Recorded, Scenes, found, score};
-use search::{Evaluation, best, search};
+use search::{DETECTORS, Evaluation, best, search};
 pub use show::Shown;
 pub use variables::Sections;
 use variables::Variable;
@@ -162,12 +162,21 @@ impl Tune {
         };
         let detector = Variable::of_detector();
         let mut candidates = vec![default];
-        candidates.push(self.tuned(&mut bones, "DAS, detector tuned", &das, detector)?);
+        // Detectors take much less time than lines.
+        let many = self.evaluations.saturating_mul(DETECTORS);
+        let name = "DAS, detector tuned";
+        let tuned = self.tuned(&mut bones, name, &das, detector, many)?;
+        let surface = tuned.sections.surface.clone();
+        candidates.push(tuned);
         for method in &self.methods {
-            let start = self.sections.start(*method);
+            // Joint tuning starts from the result of the detector alone.
+            let start = Sections {
+                surface: surface.clone(),
+                ..self.sections.start(*method)
+            };
             let name = format!("{method}, tuned together");
             let variables = Variable::of_method(*method);
-            candidates.push(self.tuned(&mut bones, &name, &start, variables)?);
+            candidates.push(self.tuned(&mut bones, &name, &start, variables, self.evaluations)?);
         }
         drop(bones);
         let judged = self.judge(context, &candidates)?;
@@ -180,12 +189,13 @@ impl Tune {
         name: &str,
         start: &Sections,
         variables: Vec<Variable>,
+        count: usize,
     ) -> Result<Candidate> {
         let progress = bones.context.progress;
         let values = start.values(&variables)?;
         let mut n = 0;
-        let evaluations = search(&variables, &values, self.evaluations, self.seed, |values| {
-            progress(name, n as f64 / self.evaluations as f64);
+        let evaluations = search(&variables, &values, count, self.seed, |values| {
+            progress(name, n as f64 / count as f64);
             n += 1;
             bones.score(&start.with(&variables, values)?)
         })?;

@@ -14,7 +14,7 @@ use crate::{Error, Result};
 /// Number of detectors tried on the lines of one beamformer.
 ///
 /// Lines take a long time, detectors a short one.
-const DETECTORS: usize = 8;
+pub const DETECTORS: usize = 8;
 
 /// Evaluated values and their score.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::scenes::{CONDITIONS, Found, score};
+use super::search::DETECTORS;
 use super::{Candidate, JudgedBone, Tune};
 use crate::Result;
 use crate::experiments::common::interval::Interval;
@@ -129,8 +130,13 @@ fn judged(summaries: &[Summary<'_>], tune: &Tune) -> Table {
     };
     Table {
         title: format!(
-            "F1 of the bone surface, %, on {} bones that no tuning saw; tuned on {} others by {} evaluations, seed {}",
-            tune.bones, tune.bones, tune.evaluations, tune.seed
+            "F1 of the bone surface, %, on {} bones that no tuning saw; tuned on {} others by {} evaluations for each \
+             method, {} for the detector alone, seed {}",
+            tune.bones,
+            tune.bones,
+            tune.evaluations,
+            tune.evaluations.saturating_mul(DETECTORS),
+            tune.seed
         ),
         head: vec![
             "",

@@ -284,6 +284,6 @@ mod tests {
         assert_eq!(again, start);
         let settings = again.surface.settings(Settings::DEFAULT);
         assert_eq!(settings, Surface::default().settings(Settings::DEFAULT));
-        assert_eq!(Variable::of_detector().len(), 9);
+        assert_eq!(Variable::of_detector().len(), 10);
     }
 }
