@@ -22,7 +22,7 @@ pub struct BeamformFlags {
     #[arg(long, value_enum, help_heading = "Beamformer")]
     method: Option<MethodName>,
 
-    /// Share of the power in the signal subspace of esmv (Eq. 8), above 0 to 1 [default: 0.01]
+    /// Share of the power in the signal subspace of esmv (Eq. 8), above 0, at most 1 [default: 0.01]
     #[arg(long, help_heading = "Beamformer")]
     beta: Option<f64>,
 
