@@ -64,7 +64,7 @@ pub struct Settings {
     pub above: [f64; 2],
     /// Nearest and farthest distance of the shadow window below the cell, m.
     pub below: [f64; 2],
-    /// Margin below the echo, 0 to 1, at which the shadow of an echo brighter than the tissue is judged.
+    /// Margin of an echo above its own reference `R`, 0 to 1.
     ///
     /// 1 disables it: only the tissue counts.
     pub margin: f64,
