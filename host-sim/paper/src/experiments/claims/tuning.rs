@@ -30,7 +30,7 @@ const SCALES: [[i32; 2]; 12] = [
 ];
 const THRESHOLDS: [f64; 8] = [0.0, 2.5, 5.0, 10.0, 15.0, 30.0, 60.0, 120.0];
 /// Dynamic ranges to try, dB relative to the paper's.
-const RANGES: [f64; 4] = [-15.0, 0.0, 20.0, 40.0];
+const RANGES: [f64; 6] = [-30.0, -15.0, 0.0, 20.0, 40.0, 80.0];
 /// Key of DAS with a threshold for each direction.
 ///
 /// Its thresholds are standard deviations of the noise.
