@@ -293,7 +293,7 @@ fn the_water_bath_goes_from_ct_to_table_one() {
     assert_eq!(slices.len(), 2);
     for slice in slices {
         assert_eq!(slice["table"].as_array().unwrap().len(), 3);
-        assert_eq!(slice["sources"].as_array().unwrap().len(), 12);
+        assert_eq!(slice["sources"].as_array().unwrap().len(), 16);
         let uniform = &slice["uniform"][0];
         // Region A of the B-mode image reaches from -0.5 mm to 2.1 mm.
         let mean = uniform["error_mm"].as_f64().unwrap();

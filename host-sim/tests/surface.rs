@@ -328,7 +328,7 @@ fn what_is_wrong_is_told() {
         ),
         (
             format!("{sized} -o a.csv --fan 0,0,0.2,0.1,0,1"),
-            &["--fan", "end beyond the beginning"],
+            &["--fan", "0 <= BEGIN < END"],
         ),
         (
             format!("{sized} -o a.csv --fan 0,0,0.01,0.1,0,1 --columns-as-lines"),
