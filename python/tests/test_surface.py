@@ -109,7 +109,7 @@ def test_what_is_refused_is_told(picture, lines):
     ridges = bonebeam.Image(picture, 0.0, 0.0, PIXEL, quantity="phase symmetry")
     for arguments, words in [
         ({"source": ridges}, "no shadows"),
-        ({"source": picture}, "`pixel_size`, in m"),
+        ({"source": picture}, "`pixel_size` in m"),
         ({"source": picture, "pixel_size": 1.0}, "`pixel_size` is 1.0"),
         ({"source": lines, "pixel_size": PIXEL}, "`source` is lines"),
         ({"source": polar}, "polar grid"),
