@@ -110,7 +110,11 @@ fn a_record_of_few_samples_a_period_is_reported() {
         let [_, warned] = run(&folder, "beamform data.npz -o lines.npz --method das");
         let lines = BeamformedLines::read(&folder.path().join("lines.npz")).unwrap();
         assert_eq!(lines.fs, rate * 6e6);
-        assert_eq!(warned.contains("bandpass-sampled"), folded, "{rate}: {warned}");
+        assert_eq!(
+            warned.contains("bandpass-sampled"),
+            folded,
+            "{rate}: {warned}"
+        );
     }
 }
 
