@@ -93,11 +93,12 @@ fn mhz(hertz: f64) -> String {
 
 /// Least and greatest value in `unit`, or the one value.
 fn range(values: &[f64], scale: f64, unit: &str) -> String {
-    let least = values.iter().copied().fold(f64::INFINITY, f64::min) * scale;
-    let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max) * scale;
+    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let [least, most] = [least, most].map(|value| format!("{:.4}", value * scale));
     match least == most {
-        true => format!("{least:.4} {unit}"),
-        false => format!("{least:.4} to {most:.4} {unit}"),
+        true => format!("{least} {unit}"),
+        false => format!("{least} to {most} {unit}"),
     }
 }
 
