@@ -136,21 +136,22 @@ fn line_is_segments<A: Averaging<f32>>(lines: LinesTask<'_>) {
         count,
     };
     let mut memory = Memory::<A, f32>::new(0.0, beamformer.sizes(count), f32::NAN);
-    let mut z = vec![Complex::ZERO; samples];
+    let outputs = |samples| beamformer.parameters().line_samples(samples);
+    let mut z = vec![Complex::ZERO; outputs(samples)];
     if beamformer
         .line(&mut memory.view(), line, active, &mut z)
         .is_err()
     {
         return;
     }
-    let mut by_runs = vec![Complex::ZERO; samples];
+    let mut by_runs = vec![Complex::ZERO; outputs(samples)];
     for (first_sample, samples, active) in constant_segments(samples, active) {
         let segment = Segment {
             line,
             first_element: active.first,
             first_sample,
         };
-        let z = &mut by_runs[first_sample..first_sample + samples];
+        let z = &mut by_runs[outputs(first_sample)..outputs(first_sample + samples)];
         let segments = beamformer.segments(&mut memory.view(), &[segment], active.count, &mut [z]);
         segments.expect("what a line takes");
     }
@@ -228,7 +229,11 @@ impl LinesTask<'_> {
         for segments in segments.chunks(V::LANES) {
             let mut z: Vec<Vec<_>> = segments
                 .iter()
-                .map(|segment| vec![Complex::ZERO; self.samples - segment.first_sample])
+                .map(|segment| {
+                    let outputs = |samples| self.beamformer.parameters().line_samples(samples);
+                    let before = outputs(segment.first_sample);
+                    vec![Complex::ZERO; outputs(self.samples) - before]
+                })
                 .collect();
             let mut slices: Vec<_> = z.iter_mut().map(|z| z.as_mut_slice()).collect();
             self.beamformer
