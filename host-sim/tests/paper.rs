@@ -2,11 +2,9 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
-use std::thread::sleep;
-use std::time::{Duration, Instant};
+use std::process::{Command, Output};
 
-use crate::common::program::loads_nothing;
+use crate::common::program::{kill_after, loads_nothing};
 use serde_json::Value;
 use tempfile::tempdir;
 
@@ -200,26 +198,14 @@ fn a_run_that_was_killed_goes_on_to_the_same_bytes() {
         ["paper", "--figure", "4", "--config", &config, "-o", &out].map(String::from)
     };
     let killed = place("killed");
-    let mut child = Command::new(env!("CARGO_BIN_EXE_host-sim"))
-        .args(arguments(&killed))
-        .stderr(Stdio::null())
-        .stdout(Stdio::null())
-        .spawn()
-        .unwrap();
     let kept = killed.join(".kept");
     let recordings = || {
         let all = fs::read_dir(&kept).into_iter().flatten().flatten();
         let done = all.filter(|entry| entry.path().extension().is_some_and(|e| e == "npz"));
         done.count()
     };
-    let begin = Instant::now();
-    while recordings() < 3 {
-        assert!(begin.elapsed() < Duration::from_secs(300), "no recordings");
-        assert!(child.try_wait().unwrap().is_none(), "it ended too early");
-        sleep(Duration::from_millis(5));
-    }
-    child.kill().unwrap();
-    child.wait().unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_host-sim"));
+    kill_after(command.args(arguments(&killed)), recordings, 3);
     assert!(!killed.join("report.json").exists());
     let finished = |out: &Path| {
         let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))

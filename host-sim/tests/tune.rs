@@ -2,10 +2,9 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
-use std::thread::sleep;
-use std::time::{Duration, Instant};
+use std::process::{Command, Output};
 
+use crate::common::program::kill_after;
 use host_sim::config::Config;
 use serde_json::Value;
 use tempfile::tempdir;
@@ -52,11 +51,6 @@ fn a_run_that_was_killed_goes_on_to_the_same_bytes() {
     fs::write(at("scanner.toml"), SCANNER).unwrap();
     let common = "--quick --config scanner.toml --methods das,mv --evaluations 10";
     let arguments = |out: &str| format!("{common} -o {out}");
-    let mut child = tune(folder.path(), &arguments("killed"))
-        .stderr(Stdio::null())
-        .stdout(Stdio::null())
-        .spawn()
-        .unwrap();
     let kept = at("killed/.kept");
     let scores = || {
         let all = fs::read_dir(&kept).into_iter().flatten().flatten();
@@ -64,14 +58,8 @@ fn a_run_that_was_killed_goes_on_to_the_same_bytes() {
         all.filter(|entry| named(&entry.file_name().to_string_lossy()))
             .count()
     };
-    let begin = Instant::now();
-    while scores() < 4 {
-        assert!(begin.elapsed() < Duration::from_secs(300), "no scores");
-        assert!(child.try_wait().unwrap().is_none(), "it ended too early");
-        sleep(Duration::from_millis(5));
-    }
-    child.kill().unwrap();
-    child.wait().unwrap();
+    let mut command = tune(folder.path(), &arguments("killed"));
+    kill_after(&mut command, scores, 4);
     assert!(!at("killed/report.json").exists());
     let output = finished(folder.path(), &arguments("killed"));
     assert!(!kept.exists(), "what was kept goes when the run is done");

@@ -2,7 +2,9 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
 
 use tempfile::{TempDir, tempdir};
 
@@ -24,6 +26,23 @@ pub fn run(folder: &TempDir, arguments: &str) -> (i32, String) {
         output.status.code().expect("ended by a signal"),
         String::from_utf8(output.stderr).unwrap(),
     )
+}
+
+/// Kills a run of the program once it has `kept` this number of files, within five minutes.
+pub fn kill_after(command: &mut Command, kept: impl Fn() -> usize, files: usize) {
+    let mut child = command
+        .stderr(Stdio::null())
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap();
+    let begin = Instant::now();
+    while kept() < files {
+        assert!(begin.elapsed() < Duration::from_secs(300), "nothing kept");
+        assert!(child.try_wait().unwrap().is_none(), "it ended too early");
+        sleep(Duration::from_millis(5));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
 }
 
 /// A page may load nothing but its own style and pictures.

@@ -63,14 +63,16 @@ impl Registrations {
                 .collect();
             let exact = Registered::with(ct.pose.inverse(), 0.0, &seen);
             all.push((Registration::Exact, sound_speed, exact));
-            for tip in [Tip::Brightest, Tip::Front] {
-                let picks = volume.pick(&sweep::seen(&specimen.tips(), ratio), tip)?;
-                let found = Registered::new(&ct.picks, &picks, &seen)?;
+            let tips = sweep::seen(&specimen.tips(), ratio);
+            let [brightest, front] =
+                [Tip::Brightest, Tip::Front].map(|tip| volume.pick(&tips, tip));
+            let brightest = brightest?;
+            for (tip, picks) in [(Tip::Brightest, &brightest), (Tip::Front, &front?)] {
+                let found = Registered::new(&ct.picks, picks, &seen)?;
                 all.push((Registration::Picked(tip), sound_speed, found));
             }
-            let picks = volume.pick(&sweep::seen(&specimen.tips(), ratio), Tip::Brightest)?;
             let moved = |p: &Point| bath.moved(*p);
-            let picks: Vec<Point> = picks.iter().map(moved).collect();
+            let picks: Vec<Point> = brightest.iter().map(moved).collect();
             let seen: Vec<_> = seen.iter().map(|(p, there)| (moved(p), *there)).collect();
             let found = Registered::new(&ct.picks, &picks, &seen)?;
             all.push((Registration::Moving, sound_speed, found));
