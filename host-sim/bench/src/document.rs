@@ -4,44 +4,27 @@ use std::fmt::Write;
 
 use super::report::{Report, Table};
 use super::text::{cells, head, machine};
-use crate::{Error, Result};
+use crate::Result;
+use bonebeam_files::document::rewritten;
 
-const END: &str = "<!-- end of speed -->";
-
-/// The comment before the tables of an instruction set.
-fn begin(instruction_set: &str) -> String {
-    format!(
-        "<!-- speed, {instruction_set}: written by `host-sim bench --docs docs/benchmarks.md` -->\n"
-    )
-}
-
-/// Replaces the text between an instruction set's comments by the report's tables.
+/// Replaces the tables of an instruction set in a document by the report's.
+///
+/// They are between its comments `<!-- speed, SET -->` and `<!-- end of speed, SET -->`. A table has the text of its
+/// method unless the document has that text above.
 ///
 /// # Errors
-/// [`Error::Data`] if the comments are missing.
+/// A document without those comments.
 pub fn rewrite(document: &str, report: &Report) -> Result<String> {
-    let begin = begin(&report.instruction_set);
-    let missing = || {
-        Error::Data(format!(
-            "has no lines `{}` and `{END}`, between which the tables belong",
-            begin.trim_end()
-        ))
-    };
-    let (before, rest) = document.split_once(&begin).ok_or_else(missing)?;
-    let (_, after) = rest.split_once(END).ok_or_else(missing)?;
-    Ok(format!(
-        "{before}{begin}{}{END}{after}",
-        tables(report, before)
-    ))
+    let name = format!("speed, {}", report.instruction_set);
+    let before = document.split(&format!("<!-- {name} -->")).next();
+    rewritten(document, &name, &tables(report, before.unwrap_or_default()))
 }
 
 /// The tables that have rows.
-///
-/// Each has its text, unless the document has that text `before`.
 fn tables(report: &Report, before: &str) -> String {
     // Writing to a String cannot fail.
     let mut text = String::new();
-    let _ = writeln!(text, "\nVersion {}. {}\n", report.program, machine(report));
+    let _ = writeln!(text, "Version {}. {}\n", report.program, machine(report));
     for table in report.tables.iter().filter(|table| !table.rows.is_empty()) {
         let _ = match before.contains(&table.method) {
             true => writeln!(text, "**{}.**\n", table.title),

@@ -8,6 +8,7 @@
 mod aligned;
 pub mod atomic;
 mod channel_data;
+pub mod document;
 mod error;
 #[cfg(feature = "png")]
 pub mod image;

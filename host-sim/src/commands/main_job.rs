@@ -30,6 +30,12 @@ pub struct Arguments {
     #[command(flatten)]
     overrides: Overrides,
 
+    /// Rewrite the tables of the main job in this document, such as docs/results.md
+    ///
+    /// They are between its comments `<!-- NAME -->` and `<!-- end of NAME -->`, for `point` and `vertebra`.
+    #[arg(long, value_name = "FILE.md")]
+    docs: Option<PathBuf>,
+
     /// TOML file with the main job's parameters, such as the one in its folder
     #[arg(long, value_name = "FILE.toml", conflicts_with = "quick")]
     config: Option<PathBuf>,
@@ -44,6 +50,7 @@ impl Arguments {
         let own = [
             ("--quick", self.quick),
             ("--out", self.out.is_some()),
+            ("--docs", self.docs.is_some()),
             ("--config", self.config.is_some()),
         ];
         let mut all = own.into_iter().chain(self.overrides.given());
@@ -69,7 +76,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     job.apply(&arguments.overrides);
     job.validate()?;
     let folder = arguments.out.as_deref().unwrap_or(Path::new("out"));
-    run_in(&job, folder, Page::MainJob, None)
+    run_in(&job, folder, Page::MainJob, arguments.docs.as_deref())
 }
 
 /// Runs a job, prints its tables and writes its folder.

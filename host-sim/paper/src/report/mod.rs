@@ -17,7 +17,6 @@ mod plot;
 mod print;
 pub(crate) mod tables;
 
-pub(crate) use contents::rewritten;
 pub use contents::{Page, Report};
 pub use figure::figure;
 pub(crate) use numbers::csv;

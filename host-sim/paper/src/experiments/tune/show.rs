@@ -9,8 +9,9 @@ use crate::Result;
 use crate::experiments::common::interval::Interval;
 use crate::experiments::outcome::{Table, data, number};
 use crate::measure::surface::Judged;
+use crate::report::csv;
 use crate::report::tables::{markdown, text};
-use crate::report::{csv, rewritten};
+use bonebeam_files::document::rewritten;
 
 /// Index of DAS with the detector tuned alone, the reference for joint tuning.
 const DETECTOR_ALONE: usize = 1;
