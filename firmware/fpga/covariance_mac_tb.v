@@ -23,6 +23,8 @@ module covariance_mac_tb;
         enable = !chance(gaps / 4);
     end
 
+    always @(posedge clock) if (!enable && in_ready) errors = errors + 1;
+
     always @(posedge clock) if (!reset && out_valid && out_ready) begin
         if ({re, im} !== expected[entry]) begin
             if (errors == 0) $display("entry %0d: %h, expected %h", entry, {re, im}, expected[entry]);

@@ -24,6 +24,8 @@ module das_tree_tb;
         enable = !chance(gaps / 4);
     end
 
+    always @(posedge clock) if (!enable && in_ready) errors = errors + 1;
+
     always @(posedge clock) if (!reset && out_valid && out_ready) begin
         re = 0;
         im = 0;
