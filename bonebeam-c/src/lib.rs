@@ -17,6 +17,7 @@ mod memory;
 mod phase_symmetry;
 mod scan_line;
 mod status;
+mod version;
 mod workspace;
 
 pub use beamformer::*;
@@ -28,6 +29,7 @@ pub use memory::BONEBEAM_ALIGN;
 pub use phase_symmetry::*;
 pub use scan_line::*;
 pub use status::*;
+pub use version::*;
 
 /// A complex number.
 #[repr(C)]

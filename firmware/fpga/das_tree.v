@@ -1,46 +1,52 @@
-// Delay and sum of 16 complex words: a tree of adders, a vector a clock, five clocks deep.
-// The mean is (sum + 8) >>> 4: halves are rounded up. See docs/fpga.md.
-module das_tree (
+// Delay and sum of complex words: a tree of adders, a vector a clock.
+// The mean is (sum + ELEMENTS/2) >>> log2(ELEMENTS): halves are rounded up. See docs/fpga.md.
+module das_tree #(
+    parameter ELEMENTS = 16,       // a power of two, from 2 on
+    parameter BITS = 16            // of a real part
+) (
     input wire clock,
-    input wire valid_in,
-    input wire [16*32-1:0] words,  // {re, im} of element 15, ..., element 0
-    output reg valid_out,
-    output reg [31:0] mean         // {re, im}
+    input wire reset,
+    input wire enable,             // low: no vector is taken
+    input wire in_valid,
+    output wire in_ready,
+    input wire [ELEMENTS*2*BITS-1:0] words,  // {re, im} of the last element, ..., the first
+    output reg out_valid,
+    input wire out_ready,
+    output reg [2*BITS-1:0] mean   // {re, im}
 );
-    genvar k;
-    wire signed [15:0] re [0:15], im [0:15];
+    localparam LEVELS = $clog2(ELEMENTS);
+    localparam [BITS+LEVELS:0] HALF = 1 << (LEVELS - 1);
+    wire advance = !out_valid || out_ready;
+    assign in_ready = enable && advance;
+    reg [LEVELS-1:0] valid;
+
+    genvar level, k;
     generate
-        for (k = 0; k < 16; k = k + 1) begin : split
-            assign re[k] = words[32*k+16 +: 16];
-            assign im[k] = words[32*k +: 16];
+        // Sums of 2^level elements, two a word.
+        for (level = 0; level <= LEVELS; level = level + 1) begin : tree
+            localparam W = BITS + level;
+            reg [2*(ELEMENTS>>level)*W-1:0] sums;
+            if (level == 0) begin : leaves
+                always @* sums = words;
+            end else begin : sum
+                for (k = 0; k < 2 * (ELEMENTS >> level); k = k + 1) begin : number
+                    wire [W-2:0] a = tree[level-1].sums[(k/2*4 + k%2)*(W-1) +: W-1];
+                    wire [W-2:0] b = tree[level-1].sums[(k/2*4 + k%2 + 2)*(W-1) +: W-1];
+                    always @(posedge clock) if (advance) sums[k*W +: W] <= {a[W-2], a} + {b[W-2], b};
+                end
+            end
+        end
+        for (k = 0; k < 2; k = k + 1) begin : root
+            localparam W = BITS + LEVELS;
+            wire [W-1:0] sum = tree[LEVELS].sums[k*W +: W];
+            wire [W:0] rounded = {sum[W-1], sum} + HALF;
+            wire unused = &{rounded[W], rounded[LEVELS-1:0]};
+            always @(posedge clock) if (advance) mean[k*BITS +: BITS] <= rounded[LEVELS +: BITS];
         end
     endgenerate
 
-    reg signed [16:0] re8 [0:7], im8 [0:7];
-    reg signed [17:0] re4 [0:3], im4 [0:3];
-    reg signed [18:0] re2 [0:1], im2 [0:1];
-    reg signed [19:0] re1, im1;
-    reg [3:0] valid;
-    wire signed [20:0] rounded_re = re1 + 21'sd8, rounded_im = im1 + 21'sd8;
-
-    integer i;
     always @(posedge clock) begin
-        for (i = 0; i < 8; i = i + 1) begin
-            re8[i] <= re[2*i] + re[2*i+1];
-            im8[i] <= im[2*i] + im[2*i+1];
-        end
-        for (i = 0; i < 4; i = i + 1) begin
-            re4[i] <= re8[2*i] + re8[2*i+1];
-            im4[i] <= im8[2*i] + im8[2*i+1];
-        end
-        for (i = 0; i < 2; i = i + 1) begin
-            re2[i] <= re4[2*i] + re4[2*i+1];
-            im2[i] <= im4[2*i] + im4[2*i+1];
-        end
-        re1 <= re2[0] + re2[1];
-        im1 <= im2[0] + im2[1];
-        mean <= {rounded_re[19:4], rounded_im[19:4]};
-        valid <= {valid[2:0], valid_in};
-        valid_out <= valid[3];
+        if (advance) {out_valid, valid} <= {valid, in_valid && enable};
+        if (reset) {out_valid, valid} <= 0;
     end
 endmodule
