@@ -31,74 +31,44 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/**
- * Maximum number of transmits compounded in a line.
- */
+/// Maximum number of transmits compounded in a line.
 #define BONEBEAM_IQ_WAVES 16
 
-/**
- * Alignment, bytes, of the memory of every object.
- */
+/// Alignment, bytes, of the memory of every object.
 #define BONEBEAM_ALIGN 64
 
-/**
- * Major version of the header.
- */
+/// Major version of the header.
 #define BONEBEAM_VERSION_MAJOR 0
 
-/**
- * Minor version of the header.
- */
+/// Minor version of the header.
 #define BONEBEAM_VERSION_MINOR 1
 
-/**
- * Patch version of the header.
- */
+/// Patch version of the header.
 #define BONEBEAM_VERSION_PATCH 0
 
-/**
- * The result of a call.
- */
+/// The result of a call.
 enum bonebeam_status
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : int32_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
-  /**
-   * Done.
-   */
+  /// Done.
   BONEBEAM_STATUS_OK = 0,
-  /**
-   * A parameter is outside its range.
-   */
+  /// A parameter is outside its range.
   BONEBEAM_STATUS_PARAMETER = 1,
-  /**
-   * An array's length differs from the shapes.
-   */
+  /// An array's length differs from the shapes.
   BONEBEAM_STATUS_LENGTH = 2,
-  /**
-   * A size exceeds a capacity.
-   */
+  /// A size exceeds a capacity.
   BONEBEAM_STATUS_CAPACITY = 3,
-  /**
-   * An input sample is NaN or infinite.
-   */
+  /// An input sample is NaN or infinite.
   BONEBEAM_STATUS_NON_FINITE = 4,
-  /**
-   * External memory could not be read or written.
-   */
+  /// External memory could not be read or written.
   BONEBEAM_STATUS_MEMORY = 5,
-  /**
-   * A pointer is null or not aligned, or an output overlaps an input.
-   */
+  /// A pointer is null or not aligned, or an output overlaps an input.
   BONEBEAM_STATUS_POINTER = 6,
-  /**
-   * The object's memory is smaller than the result of its `_bytes` function.
-   */
+  /// The object's memory is smaller than the result of its `_bytes` function.
   BONEBEAM_STATUS_STORAGE = 7,
-  /**
-   * An error without a number in this version.
-   */
+  /// An error without a number in this version.
   BONEBEAM_STATUS_OTHER = 8,
 };
 #ifndef __cplusplus
@@ -109,491 +79,283 @@ typedef int32_t bonebeam_status;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-/**
- * The covariance that adaptive methods use.
- */
+/// The covariance that adaptive methods use.
 typedef enum {
-  /**
-   * Forward-backward averaging: real arithmetic, the faster.
-   */
+  /// Forward-backward averaging: real arithmetic, the faster.
   BONEBEAM_COVARIANCE_FORWARD_BACKWARD = 0,
-  /**
-   * Forward averaging, unless the library was built without its feature `forward`.
-   */
+  /// Forward averaging, unless the library was built without its feature `forward`.
   BONEBEAM_COVARIANCE_FORWARD = 1,
 } bonebeam_covariance;
 
-/**
- * The transmitted waves.
- */
+/// The transmitted waves.
 typedef enum {
-  /**
-   * A beam focused along the line.
-   */
+  /// A beam focused along the line.
   BONEBEAM_LAW_FOCUSED = 0,
-  /**
-   * A plane wave at `angle`.
-   */
+  /// A plane wave at `angle`.
   BONEBEAM_LAW_PLANE = 1,
-  /**
-   * A single element at `x`, `z`.
-   */
+  /// A single element at `x`, `z`.
   BONEBEAM_LAW_ELEMENT = 2,
-  /**
-   * A virtual source at `x`, `z`.
-   *
-   * `z` ≤ 0: diverging. `z` > 0: converging on the source, then diverging.
-   */
+  /// A virtual source at `x`, `z`.
+  ///
+  /// `z` ≤ 0: diverging. `z` > 0: converging on the source, then diverging.
   BONEBEAM_LAW_SOURCE = 3,
-  /**
-   * The first arrival from elements that fire at `delays`.
-   */
+  /// The first arrival from elements that fire at `delays`.
   BONEBEAM_LAW_DELAYS = 4,
 } bonebeam_law;
 
-/**
- * The order of the samples of I/Q.
- */
+/// The order of the samples of I/Q.
 typedef enum {
-  /**
-   * `[element][sample]`, as in recordings.
-   */
+  /// `[element][sample]`, as in recordings.
   BONEBEAM_LAYOUT_PLANAR = 0,
-  /**
-   * `[sample][element]`, as from a front end.
-   */
+  /// `[sample][element]`, as from a front end.
   BONEBEAM_LAYOUT_INTERLEAVED = 1,
 } bonebeam_layout;
 
-/**
- * The computation of decibels.
- */
+/// The computation of decibels.
 typedef enum {
-  /**
-   * libm's logarithm.
-   */
+  /// libm's logarithm.
   BONEBEAM_LOGARITHM_EXACT = 0,
-  /**
-   * A polynomial, at a third of the instructions.
-   *
-   * `Logarithm::Polynomial` in the core's documentation gives the error.
-   */
+  /// A polynomial, at a third of the instructions.
+  ///
+  /// `Logarithm::Polynomial` in the core's documentation gives the error.
   BONEBEAM_LOGARITHM_POLYNOMIAL = 1,
 } bonebeam_logarithm;
 
-/**
- * Interpolation of I/Q.
- *
- * `IqInterpolation::for_band` in the core's documentation gives the cheapest for a bandwidth.
- */
+/// Interpolation of I/Q.
+///
+/// `IqInterpolation::for_band` in the core's documentation gives the cheapest for a bandwidth.
 typedef enum {
-  /**
-   * Linear interpolation.
-   */
+  /// Linear interpolation.
   BONEBEAM_INTERPOLATION_LINEAR = 0,
-  /**
-   * Cubic interpolation through four samples.
-   */
+  /// Cubic interpolation through four samples.
   BONEBEAM_INTERPOLATION_CUBIC = 1,
-  /**
-   * A windowed sinc of 12 taps.
-   */
+  /// A windowed sinc of 12 taps.
   BONEBEAM_INTERPOLATION_SINC = 2,
-  /**
-   * Linear interpolation in fixed point, for counts only.
-   *
-   * `IqInterpolation::LinearFixed` in the core's documentation gives the limits.
-   */
+  /// Linear interpolation in fixed point, for counts only.
+  ///
+  /// `IqInterpolation::LinearFixed` in the core's documentation gives the limits.
   BONEBEAM_INTERPOLATION_LINEAR_FIXED = 3,
 } bonebeam_interpolation;
 
-/**
- * A beamformer of aligned samples.
- */
+/// A beamformer of aligned samples.
 typedef struct bonebeam_beamformer bonebeam_beamformer;
 
-/**
- * A delay stage for RF.
- */
+/// A delay stage for RF.
 typedef struct bonebeam_delay bonebeam_delay;
 
-/**
- * The lines of a scan of I/Q: delay stage, apertures and beamformer.
- */
+/// The lines of a scan of I/Q: delay stage, apertures and beamformer.
 typedef struct bonebeam_iq_lines bonebeam_iq_lines;
 
-/**
- * A delay stage for I/Q.
- */
+/// A delay stage for I/Q.
 typedef struct bonebeam_iq bonebeam_iq;
 
-/**
- * Phase symmetry of images of one size.
- */
+/// Phase symmetry of images of one size.
 typedef struct bonebeam_phase_symmetry bonebeam_phase_symmetry;
 
-/**
- * An aperture that grows with depth.
- */
+/// An aperture that grows with depth.
 typedef struct {
-  /**
-   * Elements of the array.
-   */
+  /// Elements of the array.
   size_t elements;
-  /**
-   * Distance of neighbouring elements, m.
-   */
+  /// Distance of neighbouring elements, m.
   double pitch;
-  /**
-   * Depth over width.
-   */
+  /// Depth over width.
   double f_number;
-  /**
-   * Minimum number of active elements.
-   */
+  /// Minimum number of active elements.
   size_t min_elements;
 } bonebeam_aperture;
 
-/**
- * Consecutive elements or samples.
- */
+/// Consecutive elements or samples.
 typedef struct {
-  /**
-   * Index of the first one.
-   */
+  /// Index of the first one.
   size_t first;
-  /**
-   * Number of them.
-   */
+  /// Number of them.
   size_t count;
 } bonebeam_range;
 
-/**
- * A parameter by its name in the tables of docs/numerics.md.
- *
- * For instance "temporal_half_window", "diagonal_loading" or "subaperture_ratio". The last of several with one
- * name counts.
- */
+/// A parameter by its name in the tables of docs/numerics.md.
+///
+/// For instance "temporal_half_window", "diagonal_loading" or "subaperture_ratio". The last of several with one
+/// name counts.
 typedef struct {
-  /**
-   * The name.
-   */
+  /// The name.
   const char *name;
-  /**
-   * The value.
-   */
+  /// The value.
   double value;
 } bonebeam_number;
 
-/**
- * The parameters of a beamformer.
- */
+/// The parameters of a beamformer.
 typedef struct {
-  /**
-   * Key of the method: "das", "mv", "esmv-rank1" and others.
-   *
-   * docs/numerics.md has the tables of all keys.
-   */
+  /// Key of the method: "das", "mv", "esmv-rank1" and others.
+  ///
+  /// docs/numerics.md has the tables of all keys.
   const char *method;
-  /**
-   * Key of the postfilter in the same tables, or null for none.
-   *
-   * For instance "coherence-factor".
-   */
+  /// Key of the postfilter in the same tables, or null for none.
+  ///
+  /// For instance "coherence-factor".
   const char *postfilter;
-  /**
-   * Key of the apodization in the same tables, or null for none.
-   *
-   * For instance "hann".
-   */
+  /// Key of the apodization in the same tables, or null for none.
+  ///
+  /// For instance "hann".
   const char *apodization;
-  /**
-   * Argument of the method, if the tables give one.
-   *
-   * β, a rank, or a number of steps.
-   */
+  /// Argument of the method, if the tables give one.
+  ///
+  /// β, a rank, or a number of steps.
   double argument;
-  /**
-   * One of `bonebeam_covariance`.
-   */
+  /// One of `bonebeam_covariance`.
   int32_t covariance;
-  /**
-   * Parameters other than their defaults, `count` of them; null for none.
-   */
+  /// Parameters other than their defaults, `count` of them; null for none.
   const bonebeam_number *numbers;
-  /**
-   * Number of `numbers`.
-   */
+  /// Number of `numbers`.
   size_t count;
 } bonebeam_beamform_parameters;
 
-/**
- * A complex number.
- */
+/// A complex number.
 typedef struct {
-  /**
-   * Real part.
-   */
+  /// Real part.
   float re;
-  /**
-   * Imaginary part.
-   */
+  /// Imaginary part.
   float im;
 } bonebeam_complex;
 
-/**
- * Parameters of a delay stage for RF or for I/Q. SI units.
- */
+/// Parameters of a delay stage for RF or for I/Q. SI units.
 typedef struct {
-  /**
-   * Speed of sound, m/s.
-   */
+  /// Speed of sound, m/s.
   double sound_speed;
-  /**
-   * Sampling rate of the record, Hz; for I/Q complex samples a second.
-   */
+  /// Sampling rate of the record, Hz; for I/Q complex samples a second.
   double sampling_rate;
-  /**
-   * RF: centre frequency of the pulse, Hz. I/Q: demodulation frequency, Hz.
-   */
+  /// RF: centre frequency of the pulse, Hz. I/Q: demodulation frequency, Hz.
   double frequency;
-  /**
-   * Output rate, Hz; for RF at least a sixteenth of the sampling rate.
-   */
+  /// Output rate, Hz; for RF at least a sixteenth of the sampling rate.
   double output_rate;
-  /**
-   * Two-way time of output sample 0, s.
-   */
+  /// Two-way time of output sample 0, s.
   double output_start;
-  /**
-   * Output samples of a line.
-   */
+  /// Output samples of a line.
   size_t output_samples;
-  /**
-   * Elements of the array.
-   */
+  /// Elements of the array.
   size_t elements;
-  /**
-   * Samples of each element's record.
-   */
+  /// Samples of each element's record.
   size_t record_samples;
-  /**
-   * RF: non-zero taps on one side of the Hilbert transformer, for instance 8.
-   */
+  /// RF: non-zero taps on one side of the Hilbert transformer, for instance 8.
   size_t hilbert_taps;
-  /**
-   * RF: not 0 computes the filters in single precision.
-   *
-   * For processors with doubles in software: a fiftieth of the instructions. Lines have other bits.
-   */
+  /// RF: not 0 computes the filters in single precision.
+  ///
+  /// For processors with doubles in software: a fiftieth of the instructions. Lines have other bits.
   int32_t single_precision;
-  /**
-   * I/Q: one of `bonebeam_interpolation`.
-   */
+  /// I/Q: one of `bonebeam_interpolation`.
   int32_t interpolation;
 } bonebeam_delay_parameters;
 
-/**
- * One transmit.
- */
+/// One transmit.
 typedef struct {
-  /**
-   * One of `bonebeam_law`.
-   */
+  /// One of `bonebeam_law`.
   int32_t law;
-  /**
-   * `PLANE`: angle from straight down, rad; positive towards positive x.
-   */
+  /// `PLANE`: angle from straight down, rad; positive towards positive x.
   double angle;
-  /**
-   * `ELEMENT`, `SOURCE`: lateral position, m.
-   */
+  /// `ELEMENT`, `SOURCE`: lateral position, m.
   double x;
-  /**
-   * `ELEMENT`, `SOURCE`: depth, m.
-   */
+  /// `ELEMENT`, `SOURCE`: depth, m.
   double z;
-  /**
-   * `DELAYS`: the time at which each element fires, s; NaN for a silent element.
-   */
+  /// `DELAYS`: the time at which each element fires, s; NaN for a silent element.
   const double *delays;
-  /**
-   * Time of record sample 0 after the wave passes the law's origin, s.
-   */
+  /// Time of record sample 0 after the wave passes the law's origin, s.
   double t0;
 } bonebeam_wave;
 
-/**
- * A position and a direction, of an element or of a line's origin.
- */
+/// A position and a direction, of an element or of a line's origin.
 typedef struct {
-  /**
-   * Lateral position, m.
-   */
+  /// Lateral position, m.
   double x;
-  /**
-   * Depth, m.
-   */
+  /// Depth, m.
   double z;
-  /**
-   * Angle from straight down, rad; positive towards positive x.
-   *
-   * For an element the angle of its normal.
-   */
+  /// Angle from straight down, rad; positive towards positive x.
+  ///
+  /// For an element the angle of its normal.
   double angle;
 } bonebeam_element;
 
-/**
- * One scan line of one transmit.
- */
+/// One scan line of one transmit.
 typedef struct {
-  /**
-   * The transmit.
-   */
+  /// The transmit.
   bonebeam_wave wave;
-  /**
-   * Origin and direction of the line.
-   */
+  /// Origin and direction of the line.
   bonebeam_element origin;
-  /**
-   * Linear array: lateral positions of all elements, m. Null for other arrays.
-   *
-   * Ascending and evenly spaced.
-   */
+  /// Linear array: lateral positions of all elements, m. Null for other arrays.
+  ///
+  /// Ascending and evenly spaced.
   const double *element_x;
-  /**
-   * Other arrays: all elements along a line or an arc, from left to right.
-   */
+  /// Other arrays: all elements along a line or an arc, from left to right.
   const bonebeam_element *elements;
-  /**
-   * Other arrays: the distance of neighbouring elements along the array, m.
-   */
+  /// Other arrays: the distance of neighbouring elements along the array, m.
   double pitch;
-  /**
-   * The elements to compute.
-   */
+  /// The elements to compute.
   bonebeam_range active;
-  /**
-   * Not 0 adds to the output, for transmits after the first.
-   */
+  /// Not 0 adds to the output, for transmits after the first.
   int32_t add;
 } bonebeam_scan_line;
 
-/**
- * Evenly spaced positions: `first + k·step` for `k` below `count`.
- */
+/// Evenly spaced positions: `first + k·step` for `k` below `count`.
 typedef struct {
-  /**
-   * Position of index 0, m.
-   */
+  /// Position of index 0, m.
   double first;
-  /**
-   * Distance of neighbours, m; positive.
-   */
+  /// Distance of neighbours, m; positive.
   double step;
-  /**
-   * Number of positions.
-   */
+  /// Number of positions.
   size_t count;
 } bonebeam_axis;
 
-/**
- * The I/Q of one transmit: complex numbers, or counts of 16 bits.
- */
+/// The I/Q of one transmit: complex numbers, or counts of 16 bits.
 typedef struct {
-  /**
-   * Complex numbers; null for counts.
-   */
+  /// Complex numbers; null for counts.
   const bonebeam_complex *samples;
-  /**
-   * I and Q in turn, if `samples` is null.
-   */
+  /// I and Q in turn, if `samples` is null.
   const int16_t *counts;
-  /**
-   * The value of one count.
-   */
+  /// The value of one count.
   float scale;
-  /**
-   * One of `bonebeam_layout`.
-   */
+  /// One of `bonebeam_layout`.
   int32_t layout;
 } bonebeam_iq_record;
 
-/**
- * A scan of I/Q by a linear array that is centred on 0. SI units.
- */
+/// A scan of I/Q by a linear array that is centred on 0. SI units.
 typedef struct {
-  /**
-   * The delay stage.
-   */
+  /// The delay stage.
   bonebeam_delay_parameters delay;
-  /**
-   * The receive aperture, with the same number of elements.
-   */
+  /// The receive aperture, with the same number of elements.
   bonebeam_aperture aperture;
-  /**
-   * Lateral positions of the lines, which go straight down.
-   */
+  /// Lateral positions of the lines, which go straight down.
   bonebeam_axis lines;
-  /**
-   * Least depth of the depth gate, m; 0 for both depths means no gate.
-   */
+  /// Least depth of the depth gate, m; 0 for both depths means no gate.
   double gate_from;
-  /**
-   * Greatest depth of the depth gate, m. Samples outside the gate are DAS.
-   */
+  /// Greatest depth of the depth gate, m. Samples outside the gate are DAS.
   double gate_to;
-  /**
-   * Number of output samples in a block of alignment and beamforming.
-   *
-   * It changes memory and time, never a line.
-   */
+  /// Number of output samples in a block of alignment and beamforming.
+  ///
+  /// It changes memory and time, never a line.
   size_t block;
 } bonebeam_iq_scan;
 
-/**
- * One transmit of a scan of I/Q.
- */
+/// One transmit of a scan of I/Q.
 typedef struct {
-  /**
-   * The transmitted wave.
-   */
+  /// The transmitted wave.
   bonebeam_wave wave;
-  /**
-   * Its record.
-   */
+  /// Its record.
   bonebeam_iq_record record;
 } bonebeam_iq_wave;
 
-/**
- * The parameters of phase symmetry.
- */
+/// The parameters of phase symmetry.
 typedef struct {
-  /**
-   * Rows of the image: 64, 128, 256, 512 or 1024.
-   */
+  /// Rows of the image: 64, 128, 256, 512 or 1024.
   size_t rows;
-  /**
-   * Columns of the image: 64, 128, 256, 512 or 1024.
-   */
+  /// Columns of the image: 64, 128, 256, 512 or 1024.
   size_t columns;
-  /**
-   * Number of rows or columns that are transformed at a time.
-   *
-   * It changes memory and time, never the map.
-   */
+  /// Number of rows or columns that are transformed at a time.
+  ///
+  /// It changes memory and time, never the map.
   size_t strip;
-  /**
-   * Centre frequencies r₀ of the filters, cycles a pixel.
-   */
+  /// Centre frequencies r₀ of the filters, cycles a pixel.
   const double *scales;
-  /**
-   * Number of scales, 1 to 8.
-   */
+  /// Number of scales, 1 to 8.
   size_t scale_count;
-  /**
-   * Noise threshold T_n, grey levels.
-   */
+  /// Noise threshold T_n, grey levels.
   float threshold;
 } bonebeam_phase_symmetry_parameters;
 
@@ -601,40 +363,32 @@ typedef struct {
 extern "C" {
 #endif // __cplusplus
 
-/**
- * Computes the active elements at each of `count` depths, m.
- *
- * `beam` is the lateral position, in pitches from element 0.
- */
+/// Computes the active elements at each of `count` depths, m.
+///
+/// `beam` is the lateral position, in pitches from element 0.
 bonebeam_status bonebeam_active_elements(const bonebeam_aperture *aperture,
                                          double beam,
                                          const double *depths,
                                          size_t count,
                                          bonebeam_range *active);
 
-/**
- * Returns the bytes of a beamformer for up to `elements` active elements.
- */
+/// Returns the bytes of a beamformer for up to `elements` active elements.
 size_t bonebeam_beamformer_bytes(const bonebeam_beamform_parameters *parameters, size_t elements);
 
-/**
- * Places a beamformer in `memory`.
- */
+/// Places a beamformer in `memory`.
 bonebeam_status bonebeam_beamformer_new(void *memory,
                                         size_t bytes,
                                         const bonebeam_beamform_parameters *parameters,
                                         size_t elements,
                                         bonebeam_beamformer **beamformer);
 
-/**
- * Beamforms a line: `z[n]` from aligned samples.
- *
- * Sample n is `x[n·elements]` to `x[n·elements + elements - 1]`, of which `active[n]` are used. `z` has the scale
- * of `x`. With a `depth_step` of s, `z[i]` is sample `n = i·s`, and there are `samples/s` of them, rounded up.
- *
- * `adaptive`: a depth gate. Samples outside are DAS, and need not fit the beamformer's number of elements. Null:
- * all samples are adaptive.
- */
+/// Beamforms a line: `z[n]` from aligned samples.
+///
+/// Sample n is `x[n·elements]` to `x[n·elements + elements - 1]`, of which `active[n]` are used. `z` has the scale
+/// of `x`. With a `depth_step` of s, `z[i]` is sample `n = i·s`, and there are `samples/s` of them, rounded up.
+///
+/// `adaptive`: a depth gate. Samples outside are DAS, and need not fit the beamformer's number of elements. Null:
+/// all samples are adaptive.
 bonebeam_status bonebeam_beamformer_line(bonebeam_beamformer *beamformer,
                                          const bonebeam_complex *x,
                                          size_t samples,
@@ -643,54 +397,40 @@ bonebeam_status bonebeam_beamformer_line(bonebeam_beamformer *beamformer,
                                          const bonebeam_range *adaptive,
                                          bonebeam_complex *z);
 
-/**
- * Returns the bytes of a delay stage for RF.
- */
+/// Returns the bytes of a delay stage for RF.
 size_t bonebeam_delay_bytes(const bonebeam_delay_parameters *parameters);
 
-/**
- * Places a delay stage for RF in `memory`.
- */
+/// Places a delay stage for RF in `memory`.
 bonebeam_status bonebeam_delay_new(void *memory,
                                    size_t bytes,
                                    const bonebeam_delay_parameters *parameters,
                                    bonebeam_delay **delay);
 
-/**
- * Changes the parameters of a stage.
- *
- * The filters are kept if rates, frequency, taps and precision stay the same; a change of other parameters is
- * cheap. The stage's memory limits the new sizes: for the largest ones, give `bonebeam_delay_new` the bytes that
- * they need. If the parameters are refused, the stage stays unchanged.
- */
+/// Changes the parameters of a stage.
+///
+/// The filters are kept if rates, frequency, taps and precision stay the same; a change of other parameters is
+/// cheap. The stage's memory limits the new sizes: for the largest ones, give `bonebeam_delay_new` the bytes that
+/// they need. If the parameters are refused, the stage stays unchanged.
 bonebeam_status bonebeam_delay_set(bonebeam_delay *delay, const bonebeam_delay_parameters *parameters);
 
-/**
- * Aligns one scan line of one transmit.
- *
- * `out[n·elements + m]` is the analytic sample of element `m` at output sample `n`. `rf` is `[element][record
- * sample]`.
- */
+/// Aligns one scan line of one transmit.
+///
+/// `out[n·elements + m]` is the analytic sample of element `m` at output sample `n`. `rf` is `[element][record
+/// sample]`.
 bonebeam_status bonebeam_delay_line(bonebeam_delay *delay,
                                     const bonebeam_scan_line *line,
                                     const float *rf,
                                     bonebeam_complex *out);
 
-/**
- * Computes `|z|` of `length` samples.
- */
+/// Computes `|z|` of `length` samples.
 bonebeam_status bonebeam_envelope(const bonebeam_complex *z, size_t length, float *out);
 
-/**
- * Returns the largest of `length` envelopes; 0 for a null pointer.
- */
+/// Returns the largest of `length` envelopes; 0 for a null pointer.
 float bonebeam_largest(const float *envelopes, size_t length);
 
-/**
- * Computes grey levels 0 to 255 from envelopes.
- *
- * They show `dynamic_range` dB below `reference`. `logarithm` is one of `bonebeam_logarithm`.
- */
+/// Computes grey levels 0 to 255 from envelopes.
+///
+/// They show `dynamic_range` dB below `reference`. `logarithm` is one of `bonebeam_logarithm`.
 bonebeam_status bonebeam_log_compression(int32_t logarithm,
                                          const float *envelopes,
                                          size_t length,
@@ -698,11 +438,9 @@ bonebeam_status bonebeam_log_compression(int32_t logarithm,
                                          float dynamic_range,
                                          float *out);
 
-/**
- * Resamples grey levels of lines to pixels.
- *
- * Input `[beam][sample]`, output `[row][column]`, 0 beyond the lines.
- */
+/// Resamples grey levels of lines to pixels.
+///
+/// Input `[beam][sample]`, output `[row][column]`, 0 beyond the lines.
 bonebeam_status bonebeam_resample(const float *levels,
                                   const bonebeam_axis *beams,
                                   const bonebeam_axis *samples,
@@ -710,75 +448,55 @@ bonebeam_status bonebeam_resample(const float *levels,
                                   const bonebeam_axis *columns,
                                   float *out);
 
-/**
- * Computes the median of 3 × 3 pixels, for an image `[row][column]`.
- */
+/// Computes the median of 3 × 3 pixels, for an image `[row][column]`.
 bonebeam_status bonebeam_median(const float *image, size_t rows, size_t columns, float *out);
 
-/**
- * Returns the bytes of a delay stage for I/Q.
- */
+/// Returns the bytes of a delay stage for I/Q.
 size_t bonebeam_iq_bytes(const bonebeam_delay_parameters *parameters);
 
-/**
- * Places a delay stage for I/Q in `memory`.
- */
+/// Places a delay stage for I/Q in `memory`.
 bonebeam_status bonebeam_iq_new(void *memory,
                                 size_t bytes,
                                 const bonebeam_delay_parameters *parameters,
                                 bonebeam_iq **iq);
 
-/**
- * Aligns one scan line of I/Q: `out` as of `bonebeam_delay_line`.
- */
+/// Aligns one scan line of I/Q: `out` as of `bonebeam_delay_line`.
 bonebeam_status bonebeam_iq_line(bonebeam_iq *iq,
                                  const bonebeam_scan_line *line,
                                  const bonebeam_iq_record *record,
                                  bonebeam_complex *out);
 
-/**
- * Returns the bytes of the lines of a scan of I/Q.
- */
+/// Returns the bytes of the lines of a scan of I/Q.
 size_t bonebeam_iq_lines_bytes(const bonebeam_iq_scan *scan, const bonebeam_beamform_parameters *beamformer);
 
-/**
- * Places the lines of a scan of I/Q in `memory`.
- */
+/// Places the lines of a scan of I/Q in `memory`.
 bonebeam_status bonebeam_iq_lines_new(void *memory,
                                       size_t bytes,
                                       const bonebeam_iq_scan *scan,
                                       const bonebeam_beamform_parameters *beamformer,
                                       bonebeam_iq_lines **lines);
 
-/**
- * Computes line `index`, the mean over `count` transmits.
- *
- * `z` has `output_samples` numbers; with a `depth_step`, their number over the step, rounded up. An error may
- * leave them changed in part.
- */
+/// Computes line `index`, the mean over `count` transmits.
+///
+/// `z` has `output_samples` numbers; with a `depth_step`, their number over the step, rounded up. An error may
+/// leave them changed in part.
 bonebeam_status bonebeam_iq_lines_line(bonebeam_iq_lines *lines,
                                        size_t index,
                                        const bonebeam_iq_wave *waves,
                                        size_t count,
                                        bonebeam_complex *z);
 
-/**
- * Returns the bytes of phase symmetry for fast memory; they grow with the strip.
- */
+/// Returns the bytes of phase symmetry for fast memory; they grow with the strip.
 size_t bonebeam_phase_symmetry_bytes(const bonebeam_phase_symmetry_parameters *parameters);
 
-/**
- * Returns the bytes of phase symmetry for slow memory.
- *
- * They grow with the image.
- */
+/// Returns the bytes of phase symmetry for slow memory.
+///
+/// They grow with the image.
 size_t bonebeam_phase_symmetry_slow_bytes(const bonebeam_phase_symmetry_parameters *parameters);
 
-/**
- * Places phase symmetry in `memory` and `slow`.
- *
- * The scales are not used afterwards.
- */
+/// Places phase symmetry in `memory` and `slow`.
+///
+/// The scales are not used afterwards.
 bonebeam_status bonebeam_phase_symmetry_new(void *memory,
                                             size_t bytes,
                                             void *slow,
@@ -786,43 +504,33 @@ bonebeam_status bonebeam_phase_symmetry_new(void *memory,
                                             const bonebeam_phase_symmetry_parameters *parameters,
                                             bonebeam_phase_symmetry **phase_symmetry);
 
-/**
- * Computes the map of an image of grey levels 0 to 255.
- *
- * The map is at least 0 and below 1. Both are `[row][column]`.
- */
+/// Computes the map of an image of grey levels 0 to 255.
+///
+/// The map is at least 0 and below 1. Both are `[row][column]`.
 bonebeam_status bonebeam_phase_symmetry_map(bonebeam_phase_symmetry *phase_symmetry, const float *image, float *map);
 
-/**
- * Computes the elements of a convex array.
- *
- * They are `pitch` m apart along an arc of `radius` m with its middle at x = 0, z = 0.
- */
+/// Computes the elements of a convex array.
+///
+/// They are `pitch` m apart along an arc of `radius` m with its middle at x = 0, z = 0.
 bonebeam_status bonebeam_convex_array(double pitch, double radius, bonebeam_element *elements, size_t count);
 
-/**
- * Computes the origin of a line along the array's normal.
- *
- * `position` is in elements from element 0. The array has `count` elements, `pitch` m apart.
- */
+/// Computes the origin of a line along the array's normal.
+///
+/// `position` is in elements from element 0. The array has `count` elements, `pitch` m apart.
 bonebeam_status bonebeam_normal(const bonebeam_element *elements,
                                 size_t count,
                                 double pitch,
                                 double position,
                                 bonebeam_element *origin);
 
-/**
- * Returns the meaning of a status in English, for logs.
- *
- * `status` may be any number.
- */
+/// Returns the meaning of a status in English, for logs.
+///
+/// `status` may be any number.
 const char *bonebeam_status_text(int32_t status);
 
-/**
- * Returns the version of the library, for instance "0.1.0".
- *
- * It differs from the header's if the program was compiled with the header of another version.
- */
+/// Returns the version of the library, for instance "0.1.0".
+///
+/// It differs from the header's if the program was compiled with the header of another version.
 const char *bonebeam_version(void);
 
 #ifdef __cplusplus
