@@ -451,17 +451,15 @@ fn form_beams(
                 }
                 plan.inverse(&mut x, &mut scratch);
                 let (a, b) = rows.split_at_mut(samples);
-                // What hears nothing stays zero; the other's roundings are none of its.
-                let is_zero = |sum: &[Complex<f64>]| sum.iter().all(|v| *v == Complex::default());
-                if !is_zero(&first) {
-                    for (sample, value) in a.iter_mut().zip(&x[window.lead..]) {
-                        *sample = value.re as f32;
-                    }
+                // A row without echoes stays zero: it has no part in the rounding of the other.
+                let has_echoes =
+                    |sum: &[Complex<f64>]| sum.iter().any(|v| *v != Complex::default());
+                let values = &x[window.lead..];
+                if has_echoes(&first) {
+                    a.iter_mut().zip(values).for_each(|(r, v)| *r = v.re as f32);
                 }
-                if !is_zero(&second) {
-                    for (sample, value) in b.iter_mut().zip(&x[window.lead..]) {
-                        *sample = value.im as f32;
-                    }
+                if has_echoes(&second) {
+                    b.iter_mut().zip(values).for_each(|(r, v)| *r = v.im as f32);
                 }
             }
             tick();
