@@ -95,7 +95,7 @@ pub fn with_source<T>(pipeline: &Pipeline, run: impl FnOnce(&LineSource<'_>) -> 
 }
 
 pub const DEMODULATION: f64 = 5.2e6;
-/// The scan of `PARAMETERS` by a front end that demodulates.
+/// The scan of `PARAMETERS` by a front end with a demodulator.
 pub fn iq_parameters(block: usize) -> Parameters<'static> {
     Parameters {
         scan: ScanParameters {
