@@ -1,5 +1,6 @@
-//! Hands the linker the script of the architecture's start-up crate, and the memory of the machine that
-//! `MACHINE` names.
+//! Gives the linker the start-up crate's script and the machine's memory.
+//!
+//! `MACHINE` names the machine.
 
 use std::path::{Path, PathBuf};
 use std::{env, fs};
