@@ -77,7 +77,7 @@ impl IqRecord {
     /// The core's record, which `out` does not overlap.
     ///
     /// # Safety
-    /// The samples or the counts are at least as many as a stage of these parameters reads, and nobody writes them
+    /// `samples` or `counts` points to as many as a stage of these parameters reads, and nobody writes them
     /// meanwhile.
     pub(crate) unsafe fn core<'a>(
         &self,

@@ -84,7 +84,7 @@ impl Wave {
     /// The core's transmit.
     ///
     /// # Safety
-    /// If the law needs delays, they are as many as the elements, and nobody writes them meanwhile.
+    /// If the law needs delays, `delays` points to `elements` of them, and nobody writes them meanwhile.
     pub(crate) unsafe fn core<'a>(&self, elements: usize) -> Result<Transmit<'a>, Status> {
         let (x, z) = (self.x, self.z);
         let law = match self.law {
@@ -106,7 +106,7 @@ impl ScanLine {
     /// The core's line.
     ///
     /// # Safety
-    /// As [`Wave::core`]; the array has all elements, and nobody writes them meanwhile.
+    /// As [`Wave::core`]; the array's pointer leads to `elements` of them, and nobody writes them meanwhile.
     pub(crate) unsafe fn core<'a>(&self, elements: usize) -> Result<CoreLine<'a>, Status> {
         // SAFETY: by the caller's promise.
         let (transmit, array) = unsafe {

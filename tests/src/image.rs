@@ -27,13 +27,13 @@ pub const DEPTHS: Axis = Axis {
     step: 1.0 / (SAMPLES as f64 - 1.0),
     count: SAMPLES,
 };
-/// The rows; the last ones lie beyond the data.
+/// The rows; the last ones are beyond the data.
 pub const ROWS: Axis = Axis {
     first: 0.0,
     step: 1.0 / 60.0,
     count: SIDE,
 };
-/// The columns; the first one lies beyond the data.
+/// The columns; the first one is beyond the data.
 pub const COLUMNS: Axis = Axis {
     first: -0.01,
     step: 1.0 / 63.0,

@@ -14,7 +14,7 @@ use num_complex::Complex;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
-/// Pixels of 0.1 mm over a flat bone below s = 0: row r lies at s = (r − 100.5)·0.1 mm.
+/// Pixels of 0.1 mm over flat bone below s = 0: row r is at s = (r − 100.5)·0.1 mm.
 fn flat() -> Array2<f64> {
     Array2::from_shape_fn((201, 8), |(row, _)| (row as f64 - 100.5) * 0.1e-3)
 }
@@ -179,7 +179,7 @@ fn point_with_a_squared_sinc_profile() {
     // Linear interpolation over a step h of a curve with |d²L/dx²| below 50 dB/mm² and a slope of
     // 40 dB/mm: h²/8·50/40 or 0.4 µm at either end.
     close(profile.width(-12.0), 2.0 * inner * 1e-3, 0.8e-6);
-    // The lobe's top lies within half a step of a beam.
+    // The lobe's top is within half a step of a beam.
     close(profile.side_lobe(), -26.52, 0.1);
     close(
         profile.level_beyond(2.2e-3),

@@ -63,7 +63,9 @@ impl Beamformer {
         self.segments_within(workspace, workspace.sizes, group, z)
     }
 
-    /// [`Beamformer::segments`] with the workspace's sizes as a value of its own: see `fitting_segments`.
+    /// [`Beamformer::segments`] with the workspace's sizes as an argument.
+    ///
+    /// See `fitting_segments`.
     #[inline(always)]
     pub(super) fn segments_within<A: Averaging<V>, V: Vector>(
         &self,

@@ -448,7 +448,7 @@ mod tests {
                         }
                     }
                     let block = all.block(&d, &e);
-                    // Of no lanes.
+                    // An empty range of rows.
                     let mut rows = std::ops::Range {
                         start: ROWS,
                         end: 0,

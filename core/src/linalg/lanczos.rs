@@ -116,7 +116,7 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
         first[0].real().less(next[1].real())
     };
     let mut done = never;
-    // The lanes in which the iteration goes on.
+    // The lanes in which the iteration continues.
     let mut open = !ignored;
     let mut eigenvalue = zero;
     let mut bound = V::select(second, next[1].real(), first[0].real());

@@ -154,7 +154,7 @@ struct Means {
     below: i32,
     /// To the end of the line, in 1/16.
     shadow: i32,
-    /// The brightest below, likewise.
+    /// The brightest below, in 1/16.
     rest: i32,
 }
 

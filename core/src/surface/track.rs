@@ -257,7 +257,7 @@ impl<'p, 'm> Tracker<'p, 'm> {
         let pointers = pointers.get_mut(..searched).unwrap_or_default();
         from_below(self.values, prices.step, self.below);
         let Best { value, cell } = self.best;
-        // At the first line a surface is there without a start.
+        // At the first line a surface exists without a start.
         let started = match self.lines {
             0 => 0,
             _ => self.absent - prices.end,

@@ -281,7 +281,7 @@ pub(crate) async fn wake(was: &mut Power, power: Power, delay: &mut impl DelayNs
     *was = power;
 }
 
-/// Refuses what the demodulator has no room for.
+/// Refuses a setup beyond the demodulator's memories.
 fn check(setup: &Demodulator<'_>) -> Result<(), Error> {
     let range = |name, value, expected| {
         Err(Error::Range {

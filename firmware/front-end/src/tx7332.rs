@@ -55,7 +55,7 @@ const POSITIVE: u8 = 0b010;
 const NEGATIVE: u8 = 0b001;
 const GROUND: u8 = 0b011;
 const END: u8 = 0b111;
-/// The most that a supply may be above the voltage asked for, as a factor.
+/// Maximum ratio of a supply to the requested voltage.
 const SUPPLY_TOLERANCE: f64 = 1.05;
 
 /// The board around the pulser: its rails and its trigger.

@@ -22,7 +22,7 @@ use std::fs;
 use std::process::Command;
 use tempfile::{TempDir, tempdir};
 
-/// Runs the program in a folder of its own; it must succeed.
+/// Runs the program in a folder; it must succeed.
 fn run(folder: &TempDir, arguments: &str) {
     let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
         .args(arguments.split(' '))

@@ -48,7 +48,7 @@ fn a_threshold_below_the_middle_of_a_blurred_step_lies_outside_it() {
 
 #[test]
 fn a_scanned_ball_has_the_radius_that_its_blur_leaves() {
-    // Of a ball in a Gaussian blur, by radius: ½(erf((R−r)/√2σ) + erf((R+r)/√2σ)) − (σ/r√2π)·(e^… − e^…).
+    // A ball in a Gaussian blur, by radius: ½(erf((R−r)/√2σ) + erf((R+r)/√2σ)) − (σ/r√2π)·(e^… − e^…).
     let (radius, sigma) = (1.0, 1e3 * CT.sigma());
     let phi = |x: f64| 0.5 * libm::erf(x / 2f64.sqrt());
     let bell = |x: f64| (-0.5 * x * x).exp() / (2.0 * std::f64::consts::PI).sqrt();

@@ -130,7 +130,7 @@ fn of_groups<A: Averaging<V>, V: Vector, const N: usize>(
     );
 }
 
-/// Runs a kernel: a function of its own for each (see `segments`).
+/// Runs a kernel, each as a separate function (see `segments`).
 #[inline(never)]
 fn stage<S: Scalar<V>, V: Vector, R>(
     zero: V,

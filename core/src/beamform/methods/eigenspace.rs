@@ -285,7 +285,7 @@ pub(super) fn subspace_sum<V: Vector>(
 }
 
 /// Orders each lane's eigenvalues: `order` gets their indices, largest first, equal ones in the order
-/// found. Of the `metrics` `|e_kᴴa|²/λ_k` `values` become the cross-spectral metric (Eq. 8)
+/// found. From the `metrics` `|e_kᴴa|²/λ_k`, `values` receives the cross-spectral metric (Eq. 8)
 /// `c_j = Σ_{k≤j} |e_kᴴa|²/λ_k`. Returns `c_L`.
 #[inline(always)]
 pub(in crate::beamform) fn rank_order<V: Vector>(

@@ -184,7 +184,9 @@ pub(super) fn weighted_sum<A: Averaging<V>, V: Vector>(
     ComplexVector::select(solved, sum, exact)
 }
 
-/// Runs a kernel on the loaded matrix and the data: a function of its own for each (see `segments`).
+/// Runs a kernel on the loaded matrix and the data, as a separate function.
+///
+/// See `segments`.
 #[inline(never)]
 fn solve<S: Scalar<V>, V: Vector, R>(
     zero: V,

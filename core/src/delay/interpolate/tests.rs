@@ -1,4 +1,4 @@
-//! Interpolation beside its documented errors, and its filters beside their design.
+//! Interpolation against its documented errors, and filters against their design.
 
 use super::super::decimator::{DecimatorMemory, decimated_len, streams_len};
 use super::*;
@@ -59,7 +59,7 @@ fn a_filter_in_f32_has_the_documented_error() {
     assert!(worst < 5e-7, "{worst}");
 }
 
-/// The value at `position` of a record, decimated as it is to be.
+/// The value at `position` of a record, decimated if necessary.
 fn at(filter: &Interpolator, record: &[f32], position: f64) -> f32 {
     let decimator = filter.decimator();
     let (mut decimated, mut streams) = ([0.0; 620], [0.0; 1200]);

@@ -36,7 +36,7 @@ pub struct IqRecord<'a> {
     layout: IqLayout,
     elements: NonZeroUsize,
     length: usize,
-    /// Of the demodulator's phase.
+    /// Phase of the demodulator.
     cycles: f64,
     /// The largest magnitude.
     largest: f32,

@@ -38,7 +38,7 @@ const LAGS: usize = IqParameters::of(&SCAN, INPUT.demodulation_frequency)
     .need(1)
     .real;
 
-/// Half of the scan's depth, 4.6 to 24.3 mm: the middle, where the surface lies.
+/// Half of the scan's depth, 4.6 to 24.3 mm: the middle, with the surface.
 const GATE: DepthGate = DepthGate {
     from: 10e-3,
     to: 19.82e-3,
