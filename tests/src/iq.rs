@@ -96,7 +96,7 @@ pub(crate) fn run(
     rays(0.0f32, scratch, x, report)
 }
 
-/// I/Q by each reading, and counts. `scratch` is long enough for the vector's lanes.
+/// I/Q by each reading, and counts. `scratch` has the length for the lanes of `V`.
 pub(crate) fn lines<V: Vector>(
     zero: V,
     scratch: &mut [f32],

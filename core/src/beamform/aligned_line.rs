@@ -109,7 +109,7 @@ impl<'a> AlignedLine<'a> {
         self.samples
     }
 
-    /// Whether it has all of these samples, since a block has only some of a line.
+    /// Whether it has all of these samples; a block has only some of a line's.
     pub(super) fn holds(&self, samples: Range<usize>) -> bool {
         let end = self.first + self.x.len() / self.elements;
         self.first <= samples.start && samples.end <= end

@@ -100,7 +100,7 @@ impl HilbertTransformer {
 
     /// The imaginary parts of a group of `rows`, which begins at row [`Self::reach`].
     ///
-    /// As many rows follow after the last.
+    /// As many rows follow the last one.
     ///
     /// Order, f32: from 0, in ascending j, `y += h_j · (earlier − later)`. Cost: N MACs and N
     /// subtractions a sample.

@@ -92,7 +92,7 @@ impl<V: Vector> Fft<V> for LaneFft {
             return;
         }
         let bits = length.trailing_zeros();
-        // Two levels without products. The input is read at four consecutive ranges of indices, as memory is read
+        // Two levels without products. The input is read in four runs of consecutive indices, as memory is read
         // fastest; the output is in bit-reversed order.
         for at in 0..length / 4 {
             // A quarter of the longest line is counted by eight bits.

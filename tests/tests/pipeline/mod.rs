@@ -46,7 +46,7 @@ fn frame_of(pipeline: &Pipeline) -> (Vec<Complex<f32>>, Vec<f32>, Vec<f32>) {
         z.extend_from_slice(frame.line(line, [(focused(), &record)]).unwrap());
     }
     let image = frame.image().unwrap().to_vec();
-    // Once more: the first run has not changed the input.
+    // Second calls give the same, since the first ones consume nothing.
     assert_eq!(frame.image().unwrap(), image);
     let map = frame.bone_map().unwrap().to_vec();
     assert_eq!(frame.bone_map().unwrap(), map);

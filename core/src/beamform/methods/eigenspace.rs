@@ -284,9 +284,10 @@ pub(super) fn subspace_sum<V: Vector>(
     sum
 }
 
-/// Orders each lane's eigenvalues: `order` gets their indices, largest first, equal ones in the order
-/// found. From the `metrics` `|e_kᴴa|²/λ_k`, `values` receives the cross-spectral metric (Eq. 8)
-/// `c_j = Σ_{k≤j} |e_kᴴa|²/λ_k`. Returns `c_L`.
+/// Orders each lane's eigenvalues: `order` gets their indices, largest first.
+///
+/// Equal ones keep their order. From the `metrics` `|e_kᴴa|²/λ_k`, `values` receives the cross-spectral metric (Eq.
+/// 8) `c_j = Σ_{k≤j} |e_kᴴa|²/λ_k`. Returns `c_L`.
 #[inline(always)]
 pub(in crate::beamform) fn rank_order<V: Vector>(
     zero: V,

@@ -36,7 +36,7 @@ pub struct IqRecord<'a> {
     layout: IqLayout,
     elements: NonZeroUsize,
     length: usize,
-    /// Phase of the demodulator.
+    /// Phase of the demodulator, in cycles.
     cycles: f64,
     /// The largest magnitude.
     largest: f32,

@@ -24,7 +24,7 @@ const PERIOD: u32 = 4001;
 static SUM: AtomicU32 = AtomicU32::new(0);
 static INTERRUPTS: AtomicU32 = AtomicU32::new(0);
 
-/// Uses the floating-point unit, so that interrupted code has its registers stacked.
+/// Uses the floating-point unit, so that the interrupted code's state is stacked.
 #[exception]
 fn SysTick() {
     let mut sum = f32::from_bits(SUM.load(Ordering::Relaxed));
