@@ -1,8 +1,8 @@
 //! Maximum stack of each public entry of the core: bytes below the caller's frame.
 //!
-//! The stack is painted, the entry runs, and the overwritten bytes are counted. Prints a line for each entry, `stack
-//! NAME BYTES`. The stages work on noise, which also takes the adaptive methods' slow paths, and on records that end
-//! before the line does. Sizes have little effect, since all arrays are the caller's.
+//! The stack is painted, the entry runs, and the overwritten bytes are counted. Prints a line for each entry,
+//! `stack NAME BYTES`. The stages work on noise, which also takes the adaptive methods' slow paths, and on records
+//! that end before the line does. Sizes have little effect, since all arrays are the caller's.
 
 #![no_std]
 #![no_main]

@@ -1,9 +1,8 @@
 //! Counts the instructions that the core takes on a Cortex-M7, per output sample and per pixel.
 //!
-//! Prints one line for each case, `count NAME SIZE INSTRUCTIONS OUTPUTS BYTES STACK`, after lines `value NAME SIZE
-//! INDEX RE IM` with the results. `firmware/count` compares both with the same work in plain C. Ends with a failure
-//! if a case takes more instructions than its bound.
-//! work in plain C. Ends with a failure where a case takes more instructions than its bound.
+//! Prints one line for each case, `count NAME SIZE INSTRUCTIONS OUTPUTS BYTES STACK`, after lines
+//! `value NAME SIZE INDEX RE IM` with the results. `firmware/count` compares both with the same work in plain C.
+//! Ends with a failure if a case takes more instructions than its bound.
 
 #![no_std]
 #![no_main]
