@@ -1,5 +1,7 @@
-//! Hands the linker cortex-m-rt's script and the memory map: the one at the root of the repository, which is
-//! QEMU's, or that of the part that the environment variable BOARD names, of `firmware/boards`; and makes the recording that the image `stream` has compiled in.
+//! Gives the linker cortex-m-rt's script and the memory map.
+//!
+//! The map is QEMU's, at the root of the repository, or that of the part that the environment variable BOARD names,
+//! in `firmware/boards`. Also makes the recording that is compiled into the image `stream`.
 
 use std::path::PathBuf;
 use std::{env, fs};

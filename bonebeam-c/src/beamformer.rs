@@ -110,7 +110,9 @@ impl BeamformParameters {
         }
     }
 
-    /// The beamformer, and the bytes of its workspace for up to so many active elements.
+    /// The beamformer, and the bytes of its workspace.
+    ///
+    /// The workspace serves up to `elements` active elements.
     ///
     /// # Safety
     /// As [`BeamformParameters::core`].

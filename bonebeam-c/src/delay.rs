@@ -76,7 +76,9 @@ pub struct DelayStage {
     scratch: &'static mut [f32],
 }
 
-/// The stage that a new one is copied from, and then set: one that is made elsewhere would pass over the stack.
+/// The stage that each new stage is copied from, and that is then set.
+///
+/// A stage made elsewhere would pass over the stack.
 static ANY: Delay = match Delay::new(Rf {
     sound_speed: 1540.0,
     sampling_rate: 20e6,

@@ -53,7 +53,7 @@ pub struct IqRecord {
 }
 
 impl Interpolation {
-    /// The core's reading.
+    /// The core's interpolation.
     pub(crate) fn core(number: i32) -> Result<IqInterpolation, Status> {
         match number {
             interpolation if interpolation == Interpolation::Linear as i32 => {
@@ -77,7 +77,7 @@ impl IqRecord {
     /// The core's record, which `out` does not overlap.
     ///
     /// # Safety
-    /// The samples or the counts lead to as many as a stage of these parameters reads, which nobody writes
+    /// `samples` or `counts` points to as many as a stage of these parameters reads, and nobody writes them
     /// meanwhile.
     pub(crate) unsafe fn core<'a>(
         &self,

@@ -70,13 +70,13 @@ impl IqScan {
         if self.aperture.elements != delay.elements {
             return Err(Status::Parameter);
         }
-        // Half a sample behind the last one, so that no rounding takes it away.
+        // Half a sample behind the last one, so that rounding does not exclude it.
         let duration = (delay.output_samples as f64 - 0.5) / delay.output_rate;
         let scan = Scan::of_iq(ScanParameters {
             array: Array::linear(delay.elements, self.aperture.pitch),
             lines: Lines::Even(self.lines.core()),
             sound_speed: delay.sound_speed,
-            // A reading would follow from it, which is given.
+            // The frequency only serves to choose an interpolation, which the caller gives.
             centre_frequency: 1.0,
             sampling_rate: delay.sampling_rate,
             record_samples: delay.record_samples,
@@ -86,7 +86,7 @@ impl IqScan {
             f_number: self.aperture.f_number,
             min_elements: self.aperture.min_elements,
         })?;
-        // The caller counts on it: a line is written to so many.
+        // The caller's array for a line has `output_samples` numbers.
         if scan.samples() != delay.output_samples {
             return Err(Status::Parameter);
         }

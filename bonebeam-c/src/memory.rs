@@ -118,13 +118,13 @@ pub fn bytes_of<T>(count: usize) -> usize {
         .unwrap_or(usize::MAX)
 }
 
-/// The sum; saturates at `usize::MAX`.
+/// Returns the sum, or `usize::MAX` on overflow.
 pub fn sum(parts: &[usize]) -> usize {
     let add = |sum: usize, &part: &usize| sum.saturating_add(part);
     parts.iter().fold(0, add)
 }
 
-/// A type for which zeros are a value.
+/// A type whose value may be all zeros.
 ///
 /// # Safety
 /// It consists of floats alone.
@@ -149,7 +149,7 @@ pub unsafe fn new<T>(
         let (handle, mut bytes) = unsafe { (one_mut(handle)?, Bytes::new(memory, bytes)?) };
         let place: *mut T = bytes.place(1)?;
         let object = object(&mut bytes)?;
-        // SAFETY: a place for it.
+        // SAFETY: memory reserved for it.
         unsafe { place.write(object) };
         *handle = place;
         Ok(())
@@ -181,7 +181,7 @@ impl Bytes {
         })
     }
 
-    /// A place for so many values: aligned, and of nobody else.
+    /// Reserves memory for `count` values: aligned, and not shared.
     fn place<T>(&mut self, count: usize) -> Result<*mut T, Status> {
         const { assert!(align_of::<T>() <= BONEBEAM_ALIGN) };
         let bytes = bytes_of::<T>(count);
@@ -198,7 +198,7 @@ impl Bytes {
     /// Takes `count` zeros.
     pub fn zeros<T: Zeros>(&mut self, count: usize) -> Result<&'static mut [T], Status> {
         let place: *mut T = self.place(count)?;
-        // SAFETY: a place of its own; zeros are values.
+        // SAFETY: memory of its own; zeros are valid values.
         unsafe {
             place.write_bytes(0, count);
             Ok(slice::from_raw_parts_mut(place, count))
@@ -209,7 +209,7 @@ impl Bytes {
     pub fn copy<T>(&mut self, value: &T) -> Result<&'static mut T, Status> {
         const { assert!(!core::mem::needs_drop::<T>()) };
         let place: *mut T = self.place(1)?;
-        // SAFETY: a place of its own; two of what has nothing to drop are as good as one.
+        // SAFETY: memory of its own; without a destructor a second copy is valid.
         unsafe {
             place.copy_from_nonoverlapping(value, 1);
             Ok(&mut *place)

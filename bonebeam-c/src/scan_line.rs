@@ -84,7 +84,7 @@ impl Wave {
     /// The core's transmit.
     ///
     /// # Safety
-    /// The delays, where the law asks for them, lead to so many elements', which nobody writes meanwhile.
+    /// If the law needs delays, `delays` points to `elements` of them, and nobody writes them meanwhile.
     pub(crate) unsafe fn core<'a>(&self, elements: usize) -> Result<Transmit<'a>, Status> {
         let (x, z) = (self.x, self.z);
         let law = match self.law {
@@ -106,7 +106,7 @@ impl ScanLine {
     /// The core's line.
     ///
     /// # Safety
-    /// As [`Wave::core`]; the array leads to so many elements, which nobody writes meanwhile.
+    /// As [`Wave::core`]; the array's pointer leads to `elements` of them, and nobody writes them meanwhile.
     pub(crate) unsafe fn core<'a>(&self, elements: usize) -> Result<CoreLine<'a>, Status> {
         // SAFETY: by the caller's promise.
         let (transmit, array) = unsafe {
@@ -130,7 +130,7 @@ impl ScanLine {
 }
 
 /// # Safety
-/// `elements` leads to `count` of them, which nobody writes meanwhile.
+/// `elements` points to `count` elements, and nobody writes them meanwhile.
 unsafe fn any_array<'a>(
     elements: *const Element,
     count: usize,

@@ -40,7 +40,7 @@ impl From<Error> for Status {
     }
 }
 
-/// The result of `work`, as C sees it.
+/// Converts the result of `work` to a status.
 pub(crate) fn status(work: impl FnOnce() -> Result<(), Status>) -> Status {
     match work() {
         Ok(()) => Status::Ok,

@@ -3,7 +3,7 @@ use bonebeam::prelude::*;
 
 /// Elements of the array.
 const ELEMENTS: usize = 16;
-/// A scan of 16 elements, and what becomes of it.
+/// A scan of 16 elements, with its beamformer and image.
 pub const PARAMETERS: Parameters = Parameters {
     scan: ScanParameters {
         array: Array::linear(ELEMENTS, 0.3e-3),
@@ -51,7 +51,9 @@ pub fn bone_map(memory: &mut FrameMemory) -> Result<u64, Error> {
     Ok(map.iter().fold(0xcbf2_9ce4_8422_2325, fnv))
 }
 
-/// In place of a scanner: to each element a pulse from every point of a bent surface near the line.
+/// Replaces a scanner: echoes from a bent surface near the line.
+///
+/// Each element receives a pulse from every point of it.
 fn echoes(line_x: f64) -> [f32; ELEMENTS * PARAMETERS.scan.record_samples] {
     let scan = &PARAMETERS.scan;
     let mut rf = [0.0; ELEMENTS * PARAMETERS.scan.record_samples];

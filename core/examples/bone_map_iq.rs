@@ -1,5 +1,6 @@
-//! I/Q to bone map in fixed memory: 16-bit counts as a front end sends them, read where they lie. As
-//! `bone_map.rs`, which starts from RF.
+//! I/Q to bone map in fixed memory.
+//!
+//! The input is 16-bit counts as a front end sends them, read in place. `bone_map.rs` starts from RF.
 use bonebeam::prelude::*;
 
 const ELEMENTS: usize = 16;
@@ -58,8 +59,9 @@ fn main() -> Result<(), Error> {
     Ok(())
 }
 
-/// In place of a scanner: to each element a pulse from every point of a bent surface near the line,
-/// demodulated, `[sample][element]`.
+/// Replaces a scanner: demodulated echoes of a bent surface, `[sample][element]`.
+///
+/// Each element receives a pulse from every point of the surface near the line.
 fn echoes(line_x: f64) -> [[[i16; 2]; ELEMENTS]; SAMPLES] {
     let scan = &PARAMETERS.scan;
     let mut sums = [[[0.0f64; 2]; ELEMENTS]; SAMPLES];

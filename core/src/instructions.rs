@@ -5,7 +5,7 @@
 //! - [`sqrt`]: `libm::sqrtf` is one instruction if the compiler's target promises it (x86-64, AArch64). On a
 //!   Cortex-M it takes about a hundred, although the FPU has the instruction. Both round correctly, so the bits do
 //!   not depend on the choice: the golden hash `sqrt` holds on a workstation and on a Cortex-M7.
-//! - [`prefetch`]: requests the next sample's cache lines while a sample is computed. Lanes of beams lie far apart
+//! - [`prefetch`]: requests the next sample's cache lines while a sample is computed. Lanes of beams are far apart
 //!   in memory, which no hardware prefetcher detects. This saves some 5 % of the time of the in-vivo frame's lines,
 //!   and changes no bit.
 //! - [`vectors`]: a caller's complex memory is one slice of `num_complex` numbers for all stages. Arithmetic over
@@ -86,7 +86,7 @@ pub(crate) fn sqrt(x: f32) -> f32 {
 #[cfg(target_arch = "x86_64")]
 const CACHE_LINE: usize = 64;
 
-/// Has the cache lines of `values` brought near, where there is an instruction for it.
+/// Prefetches the cache lines of `values`, if there is an instruction for it.
 #[cfg(target_arch = "x86_64")]
 #[inline(always)]
 #[allow(unsafe_code)]
@@ -94,12 +94,12 @@ pub(crate) fn prefetch(values: &[Complex<f32>]) {
     use core::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
     for line in values.chunks(CACHE_LINE / size_of::<Complex<f32>>()) {
         // SAFETY: the instruction is part of every x86-64, writes nothing, and faults at no address;
-        // this one lies within the slice besides.
+        // this address is within the slice besides.
         unsafe { _mm_prefetch::<_MM_HINT_T0>(line.as_ptr().cast()) }
     }
 }
 
-/// Has the cache lines of `values` brought near, where there is an instruction for it.
+/// Prefetches the cache lines of `values`, if there is an instruction for it.
 #[cfg(not(target_arch = "x86_64"))]
 #[inline(always)]
 pub(crate) fn prefetch(_: &[Complex<f32>]) {}

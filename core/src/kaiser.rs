@@ -18,7 +18,7 @@ const COEFFICIENTS: [f64; TERMS] = {
 pub(crate) struct Kaiser {
     /// (β/2)².
     square: f64,
-    /// Terms that its largest value takes.
+    /// Number of terms for its largest value.
     terms: usize,
     /// 1/I₀(β).
     scale: f64,
@@ -29,7 +29,7 @@ impl Kaiser {
         let square = (beta / 2.0) * (beta / 2.0);
         let mut terms = 1;
         let mut power = 1.0;
-        // What is left out is less than a 2⁵⁶th of I₀ ≥ 1.
+        // The omitted terms are less than a 2⁵⁶th of I₀ ≥ 1.
         while terms < TERMS && COEFFICIENTS[terms - 1] * power > f64::EPSILON / 16.0 {
             power *= square;
             terms += 1;
@@ -88,7 +88,7 @@ pub(crate) mod tests {
         assert_eq!(window.at(1.001), 0.0);
     }
 
-    /// The window as it stands in books, with libm's root and 40 terms of the series in ascending order.
+    /// The textbook window, with libm's root and 40 terms in ascending order.
     pub(crate) fn plain(position: f64, beta: f64) -> f64 {
         let bessel_i0 = |x: f64| {
             let square = (x / 2.0) * (x / 2.0);

@@ -50,8 +50,8 @@ const CASES: [(Method, i32, u32); 5] = [
 ///
 /// # Errors
 /// The name of the first method with wrong bits, for instance `MV`.
-// All inline: built where it is called. In the core itself it would have the kernels built once for it, and the compiler
-// inlined less of them elsewhere: rank 1 took 8 % more instructions on the Cortex-M7.
+// Inline, and so built in the caller. In the core the kernels would be built once for it, and the compiler inlined
+// less of them elsewhere: rank 1 took 8 % more instructions on the Cortex-M7.
 #[inline]
 pub fn self_test() -> Result<(), &'static str> {
     of_samples(&samples())

@@ -128,7 +128,7 @@ mod tests {
         ] {
             same(angle);
         }
-        // Around the multiples of π/2, where bits cancel. Halfway between them either may be taken off.
+        // Around the multiples of π/2, where bits cancel. Halfway between them either may be subtracted.
         for quarter in (-80..=80).step_by(crate::step(16)) {
             let at = f64::from(quarter) * PI / 2.0;
             for ulp in 0..4 {

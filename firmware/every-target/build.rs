@@ -1,5 +1,6 @@
-//! Hands the linker the script of the architecture's start-up crate, and the memory of the machine that
-//! `MACHINE` names.
+//! Gives the linker the start-up crate's script and the machine's memory.
+//!
+//! `MACHINE` names the machine.
 
 use std::path::{Path, PathBuf};
 use std::{env, fs};
@@ -13,7 +14,7 @@ fn main() {
     fs::copy(&memory, out.join("memory.x"))
         .unwrap_or_else(|error| panic!("{}: {error}", memory.display()));
     println!("cargo::rustc-link-search={}", out.display());
-    // Of cortex-m-rt and riscv-rt, and of aarch64-rt.
+    // The scripts of cortex-m-rt, of riscv-rt, and of aarch64-rt.
     let scripts: &[&str] = match env::var("CARGO_CFG_TARGET_ARCH").as_deref() {
         Ok("aarch64") => &["image.ld", "memory.x"],
         Ok("riscv32") => &["memory.x", "link.x"],

@@ -1,5 +1,6 @@
-//! A stack that overflows is a fault, and what becomes of a fault: a line that tells it, and the end of the
-//! emulation. A product would reset.
+//! A stack overflow becomes a fault; a fault prints a line and ends the emulation.
+//!
+//! A product would reset.
 #![allow(
     unsafe_code,
     reason = "a fault leaves a stack that no function may use"
@@ -13,11 +14,14 @@ use cortex_m_semihosting::hprintln;
 
 use crate::exit;
 
-/// Bytes below the stack's end that are guarded: more than any frame has. The end is a multiple of it.
+/// Number of guarded bytes below the stack's end: more than any frame has.
+///
+/// The end is a multiple of it.
 const GUARD: usize = 64 << 10;
 
-/// Makes what lies below the stack a region that nothing may access: an overflow is a fault at once, whether
-/// or not there is memory. It takes none.
+/// Forbids all access below the stack: an overflow is a fault at once.
+///
+/// That holds with and without memory there. The guard needs no memory itself.
 pub fn guard_stack(mpu: &mut MPU) {
     const NUMBER: u32 = 0;
     const VALID: u32 = 1 << 4;
@@ -26,8 +30,7 @@ pub fn guard_stack(mpu: &mut MPU) {
     const REST_AS_WITHOUT: u32 = 1 << 2;
     let size = GUARD.trailing_zeros() - 1;
     let begin = cortex_m_stack::stack().end.addr() - GUARD;
-    // SAFETY: nothing of the program lies below the stack, which the memory maps say; no access is its
-    // permission 0.
+    // SAFETY: the memory maps keep the program out of the region below the stack; its permission 0 is no access.
     unsafe {
         mpu.rbar.write(begin as u32 | VALID | NUMBER);
         mpu.rasr.write(NEVER_EXECUTED | size << 1 | ENABLED);
@@ -37,8 +40,7 @@ pub fn guard_stack(mpu: &mut MPU) {
     cortex_m::asm::isb();
 }
 
-/// Takes the stack from its beginning on, since what is left of it may be nothing, and goes on to
-/// [`faulted`].
+/// Resets the stack pointer, since no stack may be left, and calls [`faulted`].
 #[unsafe(no_mangle)]
 #[unsafe(naked)]
 unsafe extern "C" fn HardFault() -> ! {
@@ -52,7 +54,7 @@ unsafe extern "C" fn HardFault() -> ! {
     )
 }
 
-/// Tells of a fault at which the stack reached down to `pointer`.
+/// Reports a fault with the stack down to `pointer`.
 extern "C" fn faulted(pointer: usize) -> ! {
     let end = cortex_m_stack::stack().end.addr();
     match end.checked_sub(pointer) {

@@ -1,4 +1,4 @@
-//! What the images share: output and exit status go to the host by semihosting.
+//! Shared code of the images: output and exit status by semihosting.
 
 #![no_std]
 
@@ -18,7 +18,7 @@ use cortex_m_semihosting::hprintln;
 /// Ends the emulation with this status.
 pub fn exit(status: ExitStatus) -> ! {
     debug::exit(status);
-    // Without a debugger nobody takes the exit.
+    // Without a debugger the exit has no effect.
     loop {
         cortex_m::asm::wfi();
     }

@@ -1,5 +1,6 @@
-//! The bonebeam core on a Cortex-M7: runs the golden cases and prints their hashes, then what RAM
-//! the core's workspaces take.
+//! The bonebeam core on a Cortex-M7: prints the golden hashes and the RAM needs.
+//!
+//! The RAM needs are those of the core's workspaces.
 
 #![no_std]
 #![no_main]

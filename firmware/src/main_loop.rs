@@ -1,4 +1,4 @@
-//! What the main loop does with a block, under either executor.
+//! Work of the main loop on a block, under either executor.
 
 use bonebeam::Error;
 use bonebeam::delay::IqDelay;
@@ -10,16 +10,18 @@ use stream::{Chain, Probe, Received, Sequence, Stamp};
 pub struct Maps {
     /// The frame's number.
     pub frame: u32,
-    /// Lines that did not come.
+    /// Number of missing lines.
     pub missing: usize,
     /// A hash of the bone map.
     pub hash: u64,
 }
 
-/// Prints the faults of a block and makes its line; behind a frame's last block, if all of them came, its maps.
+/// Prints the faults of a block, makes its line, and completes the frame.
+///
+/// After a frame's last block it makes the frame's maps, if all blocks came.
 ///
 /// # Errors
-/// Those of the chain.
+/// Errors of the chain.
 pub fn process<P: Probe<Stage = IqDelay>>(
     chain: &mut Chain<'_, P, BEAMS>,
     sequence: &mut Sequence,

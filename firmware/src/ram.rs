@@ -1,4 +1,4 @@
-//! What RAM the core takes in typical configurations.
+//! RAM of the core in typical configurations.
 
 use bonebeam::Complex;
 use bonebeam::beamform::Sizes;
@@ -9,7 +9,7 @@ use bonebeam::phase_symmetry::{self, LogGaborTables};
 use bonebeam_tests::Workspaces;
 use cortex_m_semihosting::hprintln;
 
-/// A beamformer's bytes forward-backward and forward, one line at a time.
+/// Bytes of a beamformer, forward-backward and forward, one line at a time.
 const fn beamformer(
     elements: usize,
     subaperture: usize,
@@ -40,8 +40,9 @@ const fn bytes(need: Need) -> usize {
     need.real * size_of::<f32>() + need.complex * size_of::<Complex<f32>>()
 }
 
-/// Bytes of a line of 64 elements, focused and beamformed so many samples at a time with K = 2: from RF of
-/// 20 MHz, from RF of 100 MHz, and from I/Q.
+/// Bytes of a line of 64 elements, in blocks of `block` samples with K = 2.
+///
+/// The line is focused and beamformed from RF at 20 MHz, from RF at 100 MHz, and from I/Q.
 const fn line(block: usize) -> [usize; 3] {
     const ELEMENTS: usize = 64;
     const LENGTH: usize = 1024;
@@ -58,7 +59,7 @@ const fn line(block: usize) -> [usize; 3] {
     ]
 }
 
-/// A delay stage from so many times 20 MHz.
+/// A delay stage for a record at `ratio` times 20 MHz.
 const fn rf(ratio: usize, samples: usize) -> DelayParameters {
     DelayParameters {
         sound_speed: 1540.0,
@@ -73,7 +74,7 @@ const fn rf(ratio: usize, samples: usize) -> DelayParameters {
     }
 }
 
-/// Prints one line a configuration: `RAM`, its name, bytes.
+/// Prints one line for each configuration: `RAM`, its name, bytes.
 pub fn print() {
     for (sizes, [both_bytes, forward_bytes]) in [
         ("M=16 L=8 K=0", beamformer(16, 8, 0)),

@@ -1,6 +1,6 @@
-//! In place of a scanner: acquisitions from the recording that is compiled in.
+//! Replaces a scanner: acquisitions from the compiled-in recording.
 //!
-//! What DMA would do, [`Scanner::acquire`] does, in an interrupt. Some acquisitions go wrong: [`event`] says which.
+//! [`Scanner::acquire`] does the work of DMA, in an interrupt. Some acquisitions go wrong: [`event`] lists them.
 
 use stream::scan::{BEAMS, ELEMENTS, SAMPLES, ScanBlock};
 use stream::{Overflow, Source};
@@ -11,7 +11,7 @@ static RECORDING: &[u8; BEAMS * BLOCK] = include_bytes!(concat!(env!("OUT_DIR"),
 /// Bytes of a block's samples.
 const BLOCK: usize = SAMPLES * ELEMENTS * 4;
 
-/// Puts the recording of a beam into a block, as DMA would.
+/// Writes the recording of a beam into a block, as DMA would.
 pub fn load(block: &mut ScanBlock, beam: usize) {
     let bytes = RECORDING.chunks_exact(BLOCK).nth(beam).unwrap_or_default();
     let pairs = bytes.as_chunks::<4>().0.iter();
@@ -28,7 +28,7 @@ pub struct Scanner {
     repeated: bool,
 }
 
-/// What happens to an acquisition.
+/// Outcome of an acquisition.
 #[derive(PartialEq)]
 enum Event {
     Good,

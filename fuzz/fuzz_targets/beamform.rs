@@ -1,5 +1,7 @@
-//! Every beamformer, postfilter and covariance: the lanes of every instruction set, in memory that was used, have the
-//! bits of one lane in new memory, and finite samples give finite lines.
+//! Every beamformer, postfilter and covariance.
+//!
+//! The lanes of every instruction set, in used memory, have the bits of one lane in new memory. Finite samples give
+//! finite lines.
 
 #![no_main]
 
@@ -19,7 +21,7 @@ use std::marker::PhantomData;
 
 #[derive(Arbitrary, Debug)]
 struct Input {
-    /// Whether the numbers that follow are taken as they are, or as parts of what is usual.
+    /// Whether to take the next numbers directly, or as fractions of usual ranges.
     wild: bool,
     argument: f32,
     values: [f32; Parameters::TABLE.len()],
@@ -107,7 +109,7 @@ fuzz_target!(|input: Input| {
     }
 });
 
-/// How many lanes there are.
+/// Number of lanes.
 struct Width;
 
 impl Task for Width {
@@ -118,7 +120,7 @@ impl Task for Width {
     }
 }
 
-/// A whole line, whose elements change half-way, has the bits of its segments.
+/// A whole line whose elements change half-way has the bits of its segments.
 fn line_is_segments<A: Averaging<f32>>(lines: LinesTask<'_>) {
     let LinesTask {
         beamformer,
@@ -162,13 +164,13 @@ fn line_is_segments<A: Averaging<f32>>(lines: LinesTask<'_>) {
     );
 }
 
-/// An error may hold a NaN, which differs from itself.
+/// Compares errors as text, since a NaN in an error differs from itself.
 fn bits(lines: &Result<Vec<Complex<f32>>, Error>) -> Result<Vec<u32>, String> {
     let bits = lines.as_ref().map(|lines| finite_complex_bits(lines));
     bits.map_err(|error| format!("{error:?}"))
 }
 
-/// What memory holds before it is worked in. It does not matter.
+/// Contents of memory before use, which must have no effect.
 #[derive(Clone, Copy)]
 enum Content {
     New,
@@ -176,7 +178,7 @@ enum Content {
     OfOtherRuns,
 }
 
-/// As many segments at a time as there are lanes.
+/// One segment for each lane at a time.
 #[derive(Clone, Copy)]
 struct LinesTask<'a> {
     beamformer: Beamformer,
@@ -212,7 +214,7 @@ impl LinesTask<'_> {
             Content::NaN | Content::OfOtherRuns => Memory::new(zero, larger, f32::NAN),
         };
         if let Content::OfOtherRuns = self.memory {
-            // In another order, so that every lane had other data.
+            // In another order, so that every lane has other data.
             let mut others = self.segments.to_vec();
             others.reverse();
             self.pass(&mut memory, &others)?;
@@ -244,7 +246,7 @@ impl LinesTask<'_> {
     }
 }
 
-/// A beamformer's memory, full of one number.
+/// A beamformer's memory, filled with one number.
 struct Memory<A: Averaging<V>, V: Vector> {
     zero: V,
     sizes: Sizes,

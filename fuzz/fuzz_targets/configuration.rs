@@ -1,4 +1,4 @@
-//! The command line and the configuration: what they let through, the stages run with.
+//! The command line and the configuration: every valid one runs through the stages.
 //!
 //! An input is text: the words of a command line, or with `[` somewhere a configuration.
 
@@ -43,11 +43,11 @@ enum Command {
 }
 
 thread_local! {
-    /// The flags, of which clap makes a table once.
+    /// The flags; clap builds their table once.
     static COMMAND: RefCell<clap::Command> = RefCell::new(Command::command());
 }
 
-/// Beyond this many samples a line a run only takes time.
+/// Beyond this number of samples a line, a run only takes time.
 const MOST_SAMPLES: usize = 60;
 
 fuzz_target!(init: one_thread(), |text: &str| {
@@ -83,17 +83,17 @@ fuzz_target!(init: one_thread(), |text: &str| {
     if config.validate().is_err() {
         return;
     }
-    // What was written is what is read.
+    // The written configuration is read back unchanged.
     let written = toml::to_string(&config).expect("a valid configuration is written");
     let read: Config = toml::from_str(&written).expect("what was written is read");
     assert_eq!(config, read);
-    // A line takes as long as many configurations.
+    // A line takes as long as many configurations, so only some inputs run one.
     if text.bytes().fold(0, u8::wrapping_add).is_multiple_of(16) {
         run(config);
     }
 });
 
-/// Work that is shared out stays on this thread.
+/// Keeps parallel work on this thread.
 fn one_thread() {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(1)

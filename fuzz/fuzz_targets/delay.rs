@@ -1,5 +1,6 @@
-//! The delay stage with any parameters: it refuses them, or puts out finite samples whose bits do not
-//! depend on the instruction set.
+//! The delay stage with any parameters.
+//!
+//! It refuses them, or outputs finite samples with the same bits for every instruction set.
 
 #![no_main]
 
@@ -15,7 +16,7 @@ use libfuzzer_sys::fuzz_target;
 
 #[derive(Arbitrary, Debug)]
 struct Input {
-    /// Whether the numbers that follow are taken as they are, or as parts of what is usual.
+    /// Whether to take the next numbers directly, or as fractions of usual ranges.
     wild: bool,
     sound_speed: f64,
     sampling_rate: f64,
@@ -30,7 +31,7 @@ struct Input {
     output_samples: u8,
     elements: u8,
     record_samples: u8,
-    /// Chooses a stage that is there, or one of the numbers.
+    /// Chooses a prepared stage, or one of the numbers.
     filter: u8,
     hilbert_taps: u8,
     first: u8,
@@ -54,7 +55,7 @@ const FILTERS: [[f64; 3]; 6] = [
 ];
 
 thread_local! {
-    /// A stage for each of them, since filters take longer than lines. It is set to the other parameters.
+    /// A stage for each of them, since filters take longer than lines.
     static STAGES: RefCell<Vec<Delay>> = RefCell::new(FILTERS.map(stage).into());
 }
 
@@ -186,7 +187,7 @@ impl Task for Lined<'_> {
 
     fn run<V: Vector>(self, zero: V) -> Self::Output {
         let parameters = self.delay.parameters();
-        // What is in the memory does not matter.
+        // The former contents of the memory have no effect.
         let mut scratch = vec![f32::NAN; parameters.need(V::LANES).real];
         let mut x =
             vec![Complex::new(f32::NAN, f32::NAN); parameters.output_samples * parameters.elements];

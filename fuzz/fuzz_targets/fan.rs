@@ -1,4 +1,6 @@
-//! From lines of a fan to pixels: finite grey levels of 0 to 255 whose bits do not depend on the instruction set.
+//! From lines of a fan to pixels.
+//!
+//! Grey levels are finite, 0 to 255, with the same bits for every instruction set.
 
 #![no_main]
 
@@ -12,7 +14,7 @@ use libfuzzer_sys::fuzz_target;
 
 #[derive(Arbitrary, Debug)]
 struct Input {
-    /// Whether the numbers that follow are taken as they are, or as parts of what is usual.
+    /// Whether to take the next numbers directly, or as fractions of usual ranges.
     wild: bool,
     numbers: [f64; 10],
     counts: [u8; 4],
@@ -25,7 +27,9 @@ struct Input {
     data: Vec<u8>,
 }
 
-/// What is usual: first angle and step, first depth and step, corner and pixel, the fan's centre and radius.
+/// Usual ranges of the numbers.
+///
+/// In order: first angle, angle step, first depth, depth step, corner and pixel, the fan's centre and radius.
 const USUAL: [[f64; 2]; 10] = [
     [-0.8, 0.0],
     [1e-3, 0.2],

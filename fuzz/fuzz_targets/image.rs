@@ -1,4 +1,6 @@
-//! From lines to pixels: finite grey levels of 0 to 255 whose bits do not depend on the instruction set.
+//! From lines to pixels.
+//!
+//! Grey levels are finite, 0 to 255, with the same bits for every instruction set.
 
 #![no_main]
 
@@ -26,7 +28,7 @@ struct Input {
     data: Vec<u8>,
 }
 
-/// Few, or up to 39 for one choice in four.
+/// A small number, or one up to 39 for one choice in four.
 fn count_of(choice: u8) -> usize {
     match usize::from(choice) {
         choice @ ..192 => choice % 12,
@@ -77,7 +79,7 @@ fuzz_target!(|input: Input| {
         samples,
         grid,
         dynamic_range: input.dynamic_range,
-        // Not of a field of its own, which would move what the seeds hold.
+        // No field of its own, because a new field would change the meaning of the seeds.
         logarithm: match input.exponent % 2 == 0 {
             true => Logarithm::Exact,
             false => Logarithm::Polynomial,

@@ -1,5 +1,6 @@
-//! The delay stage of I/Q with any parameters: it refuses them, or puts out finite samples whose bits do not
-//! depend on the instruction set.
+//! The delay stage of I/Q with any parameters.
+//!
+//! It refuses them, or outputs finite samples with the same bits for every instruction set.
 
 #![no_main]
 
@@ -16,7 +17,7 @@ use libfuzzer_sys::fuzz_target;
 
 #[derive(Arbitrary, Debug)]
 struct Input {
-    /// Whether the numbers that follow are taken as they are, or as parts of what is usual.
+    /// Whether to take the next numbers directly, or as fractions of usual ranges.
     wild: bool,
     numbers: [f64; 9],
     interpolation: u8,
@@ -31,7 +32,9 @@ struct Input {
     data: Vec<u8>,
 }
 
-/// What is usual: speed of sound, rates, demodulation frequency, start, `t0`, line, pitch, angle and phase.
+/// Usual ranges of the numbers.
+///
+/// In order: sound speed, rates, demodulation frequency, start, `t0`, line, pitch, angle and phase.
 const USUAL: [[f64; 2]; 9] = [
     [300.0, 4000.0],
     [2e6, 40e6],
@@ -146,7 +149,7 @@ impl Task for Lined<'_> {
 
     fn run<V: Vector>(self, zero: V) -> Self::Output {
         let parameters = self.delay.parameters();
-        // What is in the memory does not matter.
+        // The former contents of the memory have no effect.
         let mut scratch = vec![f32::NAN; parameters.need(V::LANES).real];
         let nan = Complex::new(f32::NAN, f32::NAN);
         let mut x = vec![nan; parameters.output_samples * parameters.elements];

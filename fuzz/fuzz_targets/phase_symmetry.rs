@@ -1,5 +1,7 @@
-//! Phase symmetry, a strip at a time and as whole maps: finite results, maps from 0 to below 1, and bits
-//! that depend neither on the instruction set nor on what memory held, nor a map's on the strip.
+//! Phase symmetry, a strip at a time and as whole maps.
+//!
+//! Results are finite, and maps are from 0 to below 1. Bits do not depend on the instruction set or on the memory's
+//! former contents, and a map's bits do not depend on the strip.
 
 #![no_main]
 
@@ -49,7 +51,7 @@ fuzz_target!(|input: Input| {
         })
     };
     let set = instruction_set(input.set);
-    // A map takes as long as a hundred strips.
+    // A map takes as long as a hundred strips, so it is rare.
     if input.whole < 254 {
         let Ok(bank) = bank(input.strips[0] % 9) else {
             return;
@@ -80,7 +82,7 @@ fuzz_target!(|input: Input| {
     assert_eq!(expected, found, "{}", set.name());
 });
 
-/// Numbers that an image may have.
+/// Numbers that are valid in an image.
 fn numbers(input: &Input, count: usize) -> Vec<f32> {
     let mut numbers = samples(&input.data, count, input.any_bits, input.exponent);
     for number in &mut numbers {
@@ -98,8 +100,9 @@ fn check_range(map: &[f32]) {
     );
 }
 
-/// The steps of a filter for one strip of columns and one of rows, of any spectrum and sums: the bits that
-/// are written.
+/// The steps of a filter for one strip of columns and one of rows.
+///
+/// Spectrum and sums are arbitrary. Returns the written bits.
 #[derive(Clone, Copy)]
 struct Strip<'a> {
     bank: &'a PhaseSymmetry,
@@ -135,7 +138,7 @@ impl Task for Strip<'_> {
         let spectrum = &mut Repeated::of(numbers);
         bank.filter_columns(&kernels, filter, columns, spectrum, &mut filtered, memory)
             .expect("a strip of the bank");
-        // Sums that may be: the numerator grows by less than the denominator.
+        // Valid sums: the numerator grows by less than the denominator.
         let sums: Vec<f32> = numbers.iter().map(|number| number.abs()).collect();
         let (mut above, mut below) = (Repeated::of(&sums), Repeated::of(&sums));
         let both: [&mut dyn WriteAt; 2] = [&mut above, &mut below];
@@ -149,8 +152,9 @@ impl Task for Strip<'_> {
     }
 }
 
-/// External memory of any size that repeats some numbers. What is written is kept apart, in the order of
-/// its writing.
+/// External memory of any size that repeats some numbers.
+///
+/// Written numbers are kept separately, in the order of writing.
 struct Repeated<'a> {
     numbers: &'a [f32],
     written: Vec<f32>,

@@ -41,7 +41,7 @@ struct Input {
 const LINES: usize = 3;
 
 thread_local! {
-    /// Its filter takes longer to make than a line: it is kept.
+    /// The stage, kept because its filter takes longer to make than a line.
     static STAGE: RefCell<Option<Delay>> = const { RefCell::new(None) };
 }
 
@@ -74,7 +74,7 @@ fuzz_target!(|input: Input| {
         f_number,
         min_elements: 1,
     };
-    // A line takes as long as it is.
+    // The time of a line grows with its length.
     let Ok(scan) = Scan::new(parameters) else {
         return;
     };

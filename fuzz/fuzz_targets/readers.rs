@@ -1,4 +1,4 @@
-//! The readers on any file: they refuse it, or what they made of it is written and read again alike.
+//! The readers on any file: an error, or data that are written and read back alike.
 
 #![no_main]
 
@@ -11,7 +11,7 @@ use bonebeam_simulate::slice_mesh;
 use host_sim::config::Config;
 use libfuzzer_sys::fuzz_target;
 
-/// What a file is called: the first byte of an input chooses.
+/// Endings of the file's name; the first byte of an input chooses one.
 const ENDINGS: [&str; 7] = ["npz", "npy", "png", "ply", "toml", "h5", "mat"];
 
 fuzz_target!(|input: &[u8]| {
@@ -33,7 +33,9 @@ fuzz_target!(|input: &[u8]| {
     }
 });
 
-/// In memory where the system has such a folder; a process has its own.
+/// Path of the file, in memory if the system has such a folder.
+///
+/// Each process has its own.
 fn place(name: &str) -> PathBuf {
     let memory = Path::new("/dev/shm");
     let folder = if memory.is_dir() {
@@ -71,7 +73,7 @@ fn recording(path: &Path) {
     }
 }
 
-/// Elements that do not fire have no delay, which is not equal to itself.
+/// Replaces NaN delays of silent elements, since NaN differs from itself.
 fn settled(mut data: ChannelData) -> ChannelData {
     if let Transmits::Delays { delay } = &mut data.transmits {
         delay.mapv_inplace(|delay| if delay.is_nan() { 1e9 } else { delay });

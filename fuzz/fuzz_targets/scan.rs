@@ -1,5 +1,6 @@
-//! A scan with any numbers: it is refused, or its depths are finite and in order, and its apertures lie within the
-//! array and grow with the depth.
+//! A scan with any numbers: an error, or a valid scan.
+//!
+//! Depths are finite and in order. Apertures are within the array and grow with the depth.
 
 #![no_main]
 
@@ -12,7 +13,7 @@ use libfuzzer_sys::fuzz_target;
 
 #[derive(Arbitrary, Debug)]
 struct Input {
-    /// Whether the numbers that follow are taken as they are, or as parts of what is usual.
+    /// Whether to take the next numbers directly, or as fractions of usual ranges.
     wild: bool,
     numbers: [f64; 11],
     array: u8,
@@ -25,7 +26,9 @@ struct Input {
     record_samples: u16,
 }
 
-/// What is usual: pitch, radius, line step, speed of sound, frequency, rates, start, end, F-number, angle.
+/// Usual ranges of the numbers.
+///
+/// In order: pitch, radius, line step, sound speed, frequency, rates, start, end, F-number, angle.
 const USUAL: [[f64; 2]; 11] = [
     [1e-5, 2e-3],
     [0.01, 0.1],

@@ -1,5 +1,7 @@
-//! Grey levels to the bone surface: refused, or depths that were searched, with confidences of 0 to 1; a frame is what its
-//! lines are one by one, and what memory held changes nothing.
+//! Grey levels to the bone surface: an error, or valid points.
+//!
+//! Depths are within the searched range, and confidences are 0 to 1. A frame equals its lines one by one, and the
+//! memory's former contents have no effect.
 
 #![no_main]
 
@@ -40,7 +42,7 @@ fuzz_target!(|input: Input| {
     assert_eq!(found, frame(&detector, &levels, lines, f32::NAN), "memory");
     check(&found, &parameters);
 
-    // Line by line with all of the latency: the frame; with less, a point for each line all the same.
+    // Line by line with full latency gives the frame. Less latency still gives a point for each line.
     assert_eq!(found, by_lines(&detector, &levels, lines));
     let latency = usize::from(input.latency) % lines;
     let sooner = Detector::new(Parameters {
@@ -51,7 +53,7 @@ fuzz_target!(|input: Input| {
     check(&by_lines(&sooner, &levels, lines), &parameters);
 });
 
-/// Of a few millimetres; any axis of a few samples if the input is wild.
+/// An axis of a few millimetres; any axis of a few samples if the input is wild.
 fn samples_of(input: &Input) -> Axis {
     let [first, step, ..] = input.numbers;
     let count = size(input.samples, 60, 2000);
@@ -65,7 +67,9 @@ fn samples_of(input: &Input) -> Axis {
     }
 }
 
-/// Those of lines or of pictures, searched from the first sample on, with prices and weights of the input.
+/// Settings for lines or pictures, searched from the first sample on.
+///
+/// Prices and weights come from the input.
 fn settings(input: &Input) -> Settings {
     let usual = match input.picture {
         true => Settings::PICTURE,
@@ -106,7 +110,7 @@ fn settings(input: &Input) -> Settings {
     settings
 }
 
-/// Grey levels of numbers: any bits at all, or 0 to 255 and a little beyond.
+/// Grey levels from numbers: any bits, or 0 to 255 and a little beyond.
 fn levels(input: &Input, count: usize) -> Vec<u8> {
     let numbers = samples(&input.data, count, input.any_bits, input.exponent);
     let mut levels = vec![0; count];
@@ -126,7 +130,7 @@ fn frame(detector: &Detector, levels: &[u8], lines: usize, held: f32) -> Vec<Opt
     points
 }
 
-/// The same by hand.
+/// The surface of the levels, computed line by line.
 fn by_lines(detector: &Detector, levels: &[u8], lines: usize) -> Vec<Option<Point>> {
     let mut real = vec![f32::NAN; detector.need().real];
     let mut scratch = Scratch {

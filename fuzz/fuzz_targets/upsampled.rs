@@ -1,4 +1,6 @@
-//! Records upsampled once and read along lines: finite samples whose bits do not depend on the instruction set.
+//! Records upsampled once and interpolated along lines.
+//!
+//! Samples are finite, with the same bits for every instruction set.
 
 #![no_main]
 
@@ -14,7 +16,7 @@ use libfuzzer_sys::fuzz_target;
 
 #[derive(Arbitrary, Debug)]
 struct Input {
-    /// Whether the numbers that follow are taken as they are, or as parts of what is usual.
+    /// Whether to take the next numbers directly, or as fractions of usual ranges.
     wild: bool,
     numbers: [f64; 6],
     plane: bool,
@@ -26,7 +28,7 @@ struct Input {
     data: Vec<u8>,
 }
 
-/// What is usual: speed of sound, start, `t0`, line, pitch and angle.
+/// Usual ranges of sound speed, start, `t0`, line, pitch and angle.
 const USUAL: [[f64; 2]; 6] = [
     [300.0, 4000.0],
     [-1e-6, 3e-6],
@@ -36,7 +38,7 @@ const USUAL: [[f64; 2]; 6] = [
     [-1.0, 1.0],
 ];
 
-/// Its filter takes longer to make than a line: it is kept.
+/// The stage, kept because its filter takes longer to make than a line.
 const PARAMETERS: DelayParameters = DelayParameters {
     sound_speed: 1540.0,
     sampling_rate: 20e6,
@@ -98,7 +100,7 @@ fuzz_target!(|input: Input| {
             &input.data,
             elements * parameters.record_samples,
             input.any_bits,
-            // What is summed must not overflow: records are at most 2¹⁰⁰.
+            // Sums must not overflow: records are at most 2¹⁰⁰.
             input.exponent.min(80),
         );
         if rf.iter().any(|x| x.abs() > 1e30) {

@@ -1,9 +1,9 @@
-//! What the fuzz targets share: numbers from bytes, and bits.
+//! Shared code of the fuzz targets: numbers from bytes, and bits.
 
 use bonebeam::Complex;
 use bonebeam::simd::InstructionSet;
 
-/// One of those that this processor has.
+/// One of this processor's instruction sets.
 pub fn instruction_set(choice: u8) -> InstructionSet {
     let count = InstructionSet::available().count();
     let mut sets = InstructionSet::available();
@@ -11,8 +11,9 @@ pub fn instruction_set(choice: u8) -> InstructionSet {
     set.unwrap_or(InstructionSet::Scalar)
 }
 
-/// A size of 1 to a few, and of up to about `most` for one choice in 16: small ones take little time, and
-/// have the same branches.
+/// A size of 1 to `few`, or up to about `most` for one choice in 16.
+///
+/// Small sizes take little time, and reach the same branches.
 pub fn size(choice: u8, few: usize, most: usize) -> usize {
     match usize::from(choice) {
         choice @ ..240 => 1 + choice % few,
@@ -20,24 +21,25 @@ pub fn size(choice: u8, few: usize, most: usize) -> usize {
     }
 }
 
-/// A number between the two: where the input's lies in its range.
+/// Maps the bits of `number` to the range from `least` to `most`.
 pub fn within(number: f64, [least, most]: [f64; 2]) -> f64 {
     let share = number.to_bits() as f64 / u64::MAX as f64;
     least + share * (most - least)
 }
 
-/// A finite number of any size made of bits; what is not finite becomes 0.
+/// A float from bits; 0 if it is not finite.
 pub fn finite(bits: u32) -> f32 {
     let value = f32::from_bits(bits);
     if value.is_finite() { value } else { 0.0 }
 }
 
-/// Finite samples. Small numbers of a common scale, which make covariances as recordings do, or any
-/// bits at all. The bytes are repeated where they do not suffice.
+/// Finite samples: small numbers of a common scale, or any bits.
+///
+/// The small numbers make covariances as recordings do. Too few bytes are repeated.
 pub fn samples(bytes: &[u8], count: usize, any_bits: bool, exponent: i8) -> Vec<f32> {
     let byte = |index: usize| match bytes.len() {
         0 => 0,
-        // Repeated rows would be alike: their bytes are turned.
+        // Rotated, since repeated rows would be equal.
         length => bytes[index % length].rotate_left((index / length) as u32 % 8),
     };
     let scale = f32::from(exponent).exp2();
@@ -61,7 +63,7 @@ pub fn complex(bytes: &[u8], count: usize, any_bits: bool, exponent: i8) -> Vec<
         .collect()
 }
 
-/// The bits of numbers that must all be finite.
+/// The bits of numbers, which must all be finite.
 pub fn finite_bits(values: &[f32]) -> Vec<u32> {
     assert!(
         values.iter().all(|value| value.is_finite()),
@@ -70,7 +72,7 @@ pub fn finite_bits(values: &[f32]) -> Vec<u32> {
     values.iter().map(|value| value.to_bits()).collect()
 }
 
-/// The bits of complex numbers that must all be finite.
+/// The bits of complex numbers, which must all be finite.
 pub fn finite_complex_bits(values: &[Complex<f32>]) -> Vec<u32> {
     let parts: Vec<f32> = values
         .iter()

@@ -1,5 +1,6 @@
-//! Delayed random snapshots through the files: what `host-sim beamform` writes agrees with the f64
-//! reference within the contract's bounds, for every method.
+//! Random aligned snapshots through the files, against the f64 reference.
+//!
+//! The lines that `host-sim beamform` writes agree with the reference within the contract's bounds, for every method.
 
 use bonebeam::covariance::Covariance;
 use std::path::Path;
@@ -18,14 +19,14 @@ use toml::{Table, Value};
 
 const COVARIANCES: [Covariance; 2] = [Covariance::Forward, Covariance::ForwardBackward];
 
-/// Samples a beam, and beams.
+/// Number of samples of a beam, and number of beams.
 const SAMPLES: usize = 40;
 const BEAMS: usize = 2;
 
-/// Of all samples, the most that may be ill-conditioned: in noise λ₂ > 0.99 λ₁ is rare.
+/// Largest number of ill-conditioned samples: in noise λ₂ > 0.99 λ₁ is rare.
 const MOST_LEFT_OUT: usize = SAMPLES * BEAMS / 8;
 
-/// The flags that ask for a section: those of its keys that differ from the default.
+/// The flags of a section's keys that differ from the default.
 fn flags(section: &Beamform) -> Vec<String> {
     let [given, default] =
         [section, &Beamform::default()].map(|section| Table::try_from(section).expect("a section"));

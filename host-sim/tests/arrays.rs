@@ -1,5 +1,6 @@
-//! Linear, phased and convex arrays, RF and I/Q, every delay law, many frames and a lens: a point lies
-//! where it is, and I/Q gives the lines of RF.
+//! Linear, phased and convex arrays, RF and I/Q, delay laws, many frames, a lens.
+//!
+//! A point appears at its position, and I/Q gives the lines of RF.
 
 use std::f64::consts::{PI, TAU};
 use std::process::Command;
@@ -20,8 +21,10 @@ const FS: f64 = 32e6;
 const T0: f64 = -0.8e-6;
 /// The pulse's bandwidth at −6 dB.
 const BANDWIDTH: f64 = 0.6 * F0;
-/// I/Q against RF with the default reading: 9·10⁻⁴ of the pulse's peak at 3.33 times the bandwidth
-/// (tests/iq/mod.rs), and the 1.6·10⁻³ of RF read at 32 MHz and put out at 20 MHz.
+/// Bound of I/Q against RF with the default reading.
+///
+/// It is the sum of 9·10⁻⁴ of the pulse's peak at 3.33 times the bandwidth (tests/iq/mod.rs) and the 1.6·10⁻³ of RF
+/// recorded at 32 MHz with an output at 20 MHz.
 const IQ_AGAINST_RF: f32 = 2.5e-3;
 
 /// An array: its elements' positions and normals.
@@ -39,13 +42,13 @@ fn straight(pitch: f64) -> Probe {
     }
 }
 
-/// 40 mm of radius, 0.4 mm of pitch.
+/// Radius 40 mm, pitch 0.4 mm.
 fn convex() -> Probe {
     let angle: Vec<f64> = (0..ELEMENTS).map(|m| (m as f64 - 23.5) * 0.01).collect();
     Probe {
         x: angle.iter().map(|a| 40e-3 * a.sin()).collect(),
         z: Some(angle.iter().map(|a| 40e-3 * (a.cos() - 1.0)).collect()),
-        // Made from the positions.
+        // Computed from the positions.
         angle: None,
     }
 }
@@ -55,8 +58,9 @@ fn envelope(t: f64) -> f64 {
     (-a * t * t).exp()
 }
 
-/// The echo of a point, straight from the arrival times of the contract. The wave is on all of the
-/// point's surroundings, but for focused transmits where `height` tells how much of it.
+/// The echo of a point, straight from the arrival times of the contract.
+///
+/// The wave covers the point's surroundings. For focused transmits `height` gives its level there.
 fn recording(
     probe: &Probe,
     transmits: Transmits,
@@ -82,12 +86,12 @@ fn recording(
                 let (ex, ez) = position(m);
                 delay[(t, m)] + (x - ex).hypot(z - ez) / C
             };
-            // NaN is left aside by `min`.
+            // `min` ignores NaN.
             (0..ELEMENTS).map(one).fold(f64::INFINITY, f64::min)
         }
         Transmits::Focused { .. } => z / C,
     };
-    // Of focused transmits the one whose focus is next to the point has it.
+    // Of focused transmits only the one with its focus nearest to the point has the echo.
     let height = |t: usize| match &transmits {
         Transmits::VirtualSource { x: sx, z: sz } if sz[t] > 0.0 => {
             let aside = sx[t].atan2(sz[t]) - x.atan2(z);
@@ -133,7 +137,7 @@ fn recording(
     }
 }
 
-/// Where a beam's sample lies, (x, z) m.
+/// Position of a beam's sample, (x, z) m.
 fn position(lines: &BeamformedLines, beam: usize, sample: usize) -> [f64; 2] {
     let r = lines.c * (lines.t0 + sample as f64 / lines.fs) / 2.0;
     let (z, angle) = match &lines.rays {
@@ -165,7 +169,7 @@ fn parameters(method: MethodName) -> Beamform {
     parameters
 }
 
-/// The probes, and a point that a line of each goes through to a tenth of a millimetre.
+/// The probes, each with a point that lies on a line to within 0.1 mm.
 fn scenes() -> [(&'static str, Probe, [f64; 2], Transmits); 7] {
     let foci = |radius: f64, apex: f64, step: f64| {
         let angles = (-20..=20).map(|k| f64::from(k) * step);
@@ -234,7 +238,7 @@ fn scenes() -> [(&'static str, Probe, [f64; 2], Transmits); 7] {
 #[test]
 fn a_point_lies_where_it_is_and_iq_gives_the_lines_of_rf() {
     for (what, probe, point, transmits) in scenes() {
-        // The lens is known to the recording, so that nothing moves.
+        // The recording states its lens, so the point does not move.
         for lens in [0.0, 0.3e-6] {
             let rf = recording(&probe, transmits.clone(), point, (false, lens));
             let iq = recording(&probe, transmits.clone(), point, (true, lens));
@@ -246,7 +250,7 @@ fn a_point_lies_where_it_is_and_iq_gives_the_lines_of_rf() {
                 let off = (x - point[0]).hypot(z - point[1]);
                 assert!(off < 0.35e-3, "{what}, {method:?}: {x} {z}");
                 if method != MethodName::Das {
-                    // The weights of the others follow the data wherever there is nothing but noise.
+                    // The weights of the other methods follow the data in pixels with noise only.
                     let of_iq = beamform_channel_data(&iq, &parameters, &|_| {}).unwrap();
                     let [ix, iz] = brightest(&of_iq);
                     assert!((ix - x).hypot(iz - z) < 0.1e-3, "{what}, {method:?}, I/Q");
@@ -281,7 +285,7 @@ fn lines_fit_the_array_or_are_those_asked_for() {
                 assert_eq!((count, angles[0]), (2 * ELEMENTS - 1, -PI / 4.0));
                 assert!(lines.beam_x.iter().all(|&x| x.abs() < 1e-12));
             }
-            // A line a focus, through it.
+            // One line for each focus, through it.
             "phased, foci" | "convex, foci" => {
                 let angles = angles(&lines).unwrap();
                 assert_eq!(count, 41);
@@ -296,7 +300,7 @@ fn lines_fit_the_array_or_are_those_asked_for() {
             _ => {
                 let angles = angles(&lines).unwrap();
                 assert_eq!(count, 2 * ELEMENTS - 1);
-                // The normals, from the places of the neighbours.
+                // The normals, computed from the neighbours' positions.
                 assert!((angles[2 * 10] - (10.0 - 23.5) * 0.01).abs() < 1e-9);
                 assert!((lines.beam_x[20] - probe.x[10]).abs() < 1e-12);
             }
@@ -338,7 +342,7 @@ fn a_fan_becomes_an_image_with_the_point_at_its_position() {
     }
 }
 
-/// Runs the program in a folder of its own; its standard error where it fails.
+/// Runs the program in a folder; returns its standard error if it fails.
 fn run(folder: &TempDir, arguments: &str) -> Result<(), String> {
     let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
         .args(arguments.split(' '))

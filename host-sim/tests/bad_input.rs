@@ -1,5 +1,4 @@
-//! Bad input to the program: one line that names the thing, the right exit status, and no output
-//! left behind.
+//! Bad input: one line that names the fault, the exit status, and no output.
 
 use crate::common;
 
@@ -78,12 +77,12 @@ fn samples_that_are_not_finite() {
 fn parameters_that_cannot_be() {
     let folder = folder_with_channel_data();
     let cases: [(&str, &[&str]); 17] = [
-        // L > M.
+        // L is above M.
         (
             "--subaperture-ratio 1.1",
             &["--subaperture-ratio", "1.1", "at most 1"],
         ),
-        // K beyond the record.
+        // K is longer than the record.
         (
             "--temporal-half-window 100000",
             &["temporal_half_window", "100000", "at most"],
@@ -314,7 +313,7 @@ fn recordings_of_formats_that_are_not_read() {
             &[name, part, "expected one of .npz"],
         );
     }
-    // The name may say one thing and the file another.
+    // The name may state one format and the contents another.
     for name in ["new.mat", "scan.uff", "renamed.npz"] {
         fs::write(folder.path().join(name), hdf5).unwrap();
         let command = format!("beamform {name} -o lines.npz");

@@ -1,4 +1,4 @@
-//! Numbers that no recording and no simulation has: refused in one line that names them, or warned of.
+//! Numbers that no recording and no simulation has: a one-line error or warning.
 
 use crate::common;
 
@@ -69,8 +69,9 @@ fn numbers_beyond_all_use() {
     fails(&folder, threshold, USAGE, &["--threshold", "1e12"]);
 }
 
-/// Every numeric flag with numbers that no machine or medium has. The parameter is named; where the
-/// number does no harm, as a β of 1e-300 does none to a threshold, the run may also succeed.
+/// Every numeric flag with numbers that no machine or medium has.
+///
+/// The error names the parameter. A harmless number, such as a threshold's β of 1e-300, may also succeed.
 #[test]
 fn absurd_numbers_are_reported_by_their_parameter() {
     let folder = folder_with_channel_data();
@@ -137,7 +138,7 @@ fn absurd_numbers_are_reported_by_their_parameter() {
             &["offset"],
         ),
     ];
-    // What is harmless though absurd: so little of something that it is none.
+    // Absurd but harmless numbers: so small that they act as 0.
     let harmless = [
         "subaperture-ratio",
         "diagonal-loading",
@@ -188,7 +189,7 @@ fn absurd_numbers_are_reported_by_their_parameter() {
     }
 }
 
-/// What is wrong with data that are valid in themselves, but of another unit or order.
+/// Errors for data that are valid in themselves, but in another unit or order.
 #[test]
 fn values_in_another_unit_and_swapped_axes() {
     let folder = tempdir().unwrap();
@@ -209,7 +210,7 @@ fn values_in_another_unit_and_swapped_axes() {
         ("fs", scalar(0.0), &["`fs` is 0"]),
         ("f0", scalar(5.0), &["`f0` is 5 Hz", "in MHz"]),
         ("f0", scalar(-5e6), &["`f0` is -5000000"]),
-        // As of a record at 4/3 of f0.
+        // As for a record at 4/3 of f0.
         (
             "fs",
             scalar(20e6 / 3.0),
@@ -279,7 +280,7 @@ fn values_in_another_unit_and_swapped_axes() {
     }
 }
 
-/// What may be meant is told, and the run goes on.
+/// The warning suggests the likely value, and the run goes on.
 #[test]
 fn doubtful_values_are_warned_of() {
     let folder = folder_with_channel_data();
@@ -295,7 +296,7 @@ fn doubtful_values_are_warned_of() {
             assert!(message.contains(part), "`{part}` is not in: {message}");
         }
     };
-    // The record is that of 0.77 to 2.75 mm, and of the whole of it no word is said.
+    // The record spans 0.77 to 2.75 mm; its full range gives no warning.
     warned(
         "--depth-end 0.003",
         &["0.003 m", "the record holds 0.000770 m to"],
@@ -317,7 +318,7 @@ fn doubtful_values_are_warned_of() {
         .with("tx_focus", scalar(5.0))
         .finish();
     warned("", &["`tx_focus` is 5 m", "in mm"]);
-    // Samples taken for elements.
+    // Samples in place of elements.
     let many: Vec<f64> = (0..1100).map(|m| 1e-4 * (f64::from(m) - 549.5)).collect();
     let rf = Array3::from_elem((2, 1100, 64), 1f32);
     channel_data_without(&path, &["rf", "element_x"])

@@ -1,4 +1,4 @@
-//! Outputs that cannot be written: told in one line, and nothing is left behind.
+//! Outputs that cannot be written: a one-line error, and nothing is left behind.
 
 use crate::common;
 
@@ -15,7 +15,7 @@ fn outputs_that_cannot_be_written_are_reported_before_anything_is_read() {
     let folder = tempdir().unwrap();
     fs::write(folder.path().join("file"), "").unwrap();
     fs::create_dir(folder.path().join("folder")).unwrap();
-    // There is no data.npz and no image.npy: what is told first is the output.
+    // data.npz and image.npy do not exist: the error names the output first.
     for (output, part) in [
         ("none/out.npy", "does not exist"),
         ("file/out.npy", "is not a folder"),

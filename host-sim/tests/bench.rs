@@ -39,8 +39,8 @@ fn the_core_agrees_with_faer_and_rustfft_in_every_comparison() {
     // Ten comparisons at four sizes.
     assert_eq!(beamformers.rows.len(), 40);
     for row in &beamformers.rows {
-        // Written only where it is within the command's own bound; never exactly equal, as the two
-        // sides add in another order.
+        // Written only if it is within the command's own bound. It is never exactly 0, because the two sides add in
+        // another order.
         let difference = row.difference.unwrap();
         assert!(difference > 0.0 && difference < 1e-3, "{row:?}");
         let ratio = row.yardstick.as_ref().unwrap().value / row.here.value;
@@ -56,7 +56,9 @@ fn the_core_agrees_with_faer_and_rustfft_in_every_comparison() {
     assert!(phase_symmetry.rows[0].difference.unwrap() < 1e-4);
 }
 
-/// Every frame by both methods, and beams below the full aperture; with the instruction set of choice.
+/// Every frame by both methods, and beams below the full aperture.
+///
+/// The run uses the chosen instruction set.
 #[test]
 fn simulated_frames_are_timed_beside_echo_and_full_lanes() {
     let folder = tempdir().unwrap();
@@ -83,7 +85,9 @@ fn simulated_frames_are_timed_beside_echo_and_full_lanes() {
     }
 }
 
-/// Each is measured, or the table says why not: most machines have none of them.
+/// Each package is measured, or the table gives the reason.
+///
+/// Most machines have none of them.
 #[test]
 fn packages_for_python_are_compared_where_they_are_installed() {
     let folder = tempdir().unwrap();
@@ -192,7 +196,7 @@ fn a_document_changes_between_its_comments_only() {
     }
     // Rewriting it again changes nothing.
     assert_eq!(rewrite(&written, &example()).unwrap(), written);
-    // A text that the document has already is not repeated.
+    // A text that the document already has is not repeated.
     assert!(written.contains("\n**Sums.** By hand.\n"));
     let written = rewrite(&format!("By hand.\n{document}"), &example()).unwrap();
     assert!(written.contains("\n**Sums.**\n"));

@@ -1,4 +1,4 @@
-//! The configuration: defaults, the written file that can be given back, and what is refused.
+//! The configuration: defaults, the written file as input, and errors.
 
 use bonebeam::beamform::{Apodization, Parameters, Postfilter};
 use bonebeam::covariance::Covariance;
@@ -38,10 +38,10 @@ fn the_defaults_are_those_of_the_paper_and_the_contract() {
     assert_eq!(config.beamform.covariance, Covariance::ForwardBackward);
     assert_eq!(config.beamform.f_number, 1.5);
     assert_eq!(config.beamform.min_elements, 8);
-    // Four samples a period of any centre frequency: the paper's 20 MHz at 5 MHz.
+    // Four samples a period at any centre frequency: the paper's 20 MHz at 5 MHz.
     assert_eq!(config.beamform.output_rate, None);
     assert_eq!(config.beamform.rate(5e6, 100e6), 20e6);
-    // Square pixels, 512 the longer way.
+    // Square pixels, 512 along the longer side.
     assert_eq!(config.image.sides(0.02, 0.04).unwrap(), [512, 257]);
     assert_eq!(config.image.sides(0.04, 0.02).unwrap(), [257, 512]);
     // 2^-7, 2^-8, 2^-9 and T_n = 15, as for the paper's simulations.
@@ -52,7 +52,7 @@ fn the_defaults_are_those_of_the_paper_and_the_contract() {
     assert_eq!(config.phase_symmetry.threshold, 15.0);
 }
 
-/// The core's table is all that there is to say of them.
+/// The core's table defines all keys and ranges.
 #[test]
 fn every_parameter_of_the_core_is_a_key_with_its_range() {
     let folder = tempdir().unwrap();
@@ -157,7 +157,7 @@ fn the_written_configuration_is_read_back_as_it_was() {
     };
     for config in [config, Config::default()] {
         let mut outputs = Outputs::new();
-        // Whatever is on the command line or in a name stays within the comment.
+        // Any text on the command line or in a name stays within the comment.
         let inputs = [Input {
             path: "a\nb.npz".into(),
             xxh128: None,

@@ -43,7 +43,9 @@ fn point(f0: f64, rate: f64) -> ChannelData {
     }
 }
 
-/// Runs the program in the folder: what it prints, and what it warns of. It must succeed.
+/// Runs the program in the folder; returns its output and its warnings.
+///
+/// It must succeed.
 fn run(folder: &TempDir, arguments: &str) -> [String; 2] {
     let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
         .args(arguments.split(' '))
@@ -76,7 +78,7 @@ fn a_probe_of_any_frequency_keeps_its_band() {
         assert!(printed.contains(&rate), "{printed}");
         let level = peak(&folder);
         run(&folder, &format!("{das} --output-rate {}", RECORDED * f0));
-        // The grid of samples may miss the peak by an eighth of a period of the envelope: under 0.2 dB.
+        // The sample grid may miss the peak by an eighth of a period of the envelope: under 0.2 dB.
         let loss = 20.0 * f64::from(peak(&folder) / level).log10();
         assert!(loss.abs() < 0.2, "{f0} Hz: {loss} dB");
     }
@@ -128,7 +130,7 @@ fn elements_far_apart_are_reported() {
         let das = "beamform data.npz -o lines.npz --method das";
         let [_, warned] = run(&folder, das);
         assert_eq!(warned.contains("grating lobes"), warns, "{pitch}: {warned}");
-        // What it names is enough.
+        // The F-number in the warning is large enough.
         if let Some((_, needed)) = warned.split_once("; ") {
             let needed = needed.split(' ').next().unwrap();
             let [_, warned] = run(&folder, &format!("{das} --f-number {needed}"));
@@ -159,7 +161,7 @@ fn images_have_square_pixels_and_no_margin() {
             let tolerance = 0.5 * (height / width).max(1.0);
             assert!((steps - expected).abs() <= tolerance, "{rows} x {columns}");
             assert!(longer == 0 || rows.max(columns) == longer);
-            // Within 300 dB of the peak everything is brighter than black.
+            // All pixels within 300 dB of the peak are brighter than black.
             let last = pixels.index_axis(Axis(1), columns - 1);
             assert!(pixels.column(0).iter().chain(last).any(|&v| v > 0.0));
         }

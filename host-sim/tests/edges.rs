@@ -1,4 +1,4 @@
-//! The edges of the program: limits and signals of the system, files that are none, what the environment says.
+//! Limits and signals of the system, special files, and the environment.
 
 use crate::common::channel_data_without;
 use crate::common::program::{BEAMFORM, DATA, USAGE, fails, folder_with_channel_data, names};
@@ -8,7 +8,7 @@ use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 use tempfile::{TempDir, tempdir};
 
-/// The program in a folder, by a line of the shell: `$0` is its name.
+/// The program in a folder, by a line of the shell; `$0` is its name.
 fn shell(folder: &TempDir, script: &str) -> Command {
     let mut command = Command::new("sh");
     command
@@ -42,8 +42,10 @@ fn whole_or_refused(folder: &TempDir, script: &str) -> bool {
     false
 }
 
-/// Whatever the limit of the address space is: the image, its PNG, the bone map and the threads are in what is
-/// asked for before, and an allocation that fails all the same is told and leaves nothing.
+/// Any limit of address space: a run succeeds, or fails in one line.
+///
+/// The size check covers the image, its PNG, the bone map and the threads. If an allocation fails all the same, the
+/// run reports an error and leaves nothing.
 #[cfg(target_os = "linux")]
 #[test]
 fn any_limit_of_memory_is_one_line_and_leaves_nothing() {
@@ -69,7 +71,7 @@ fn any_limit_of_memory_is_one_line_and_leaves_nothing() {
     }
 }
 
-/// An abort, as of an allocation that fails, has no trace either.
+/// An abort, for example after a failed allocation, leaves no files either.
 #[cfg(target_os = "linux")]
 #[test]
 fn an_abort_leaves_nothing() {
@@ -78,7 +80,9 @@ fn an_abort_leaves_nothing() {
     assert_eq!(status, (Some(DATA), vec!["data.npz".to_owned()]));
 }
 
-/// A run that goes on for long, at a time when it has a temporary file. The tests themselves may run under `nohup`.
+/// A long run that has a temporary file now.
+///
+/// The tests themselves may run under `nohup`.
 fn with_temporary_file(folder: &TempDir) -> Child {
     let script = "exec env --default-signal=HUP \"$0\" beamform data.npz -o lines.npz --image i.png --rows 8192 --columns 8192";
     let child = shell(folder, script)
@@ -111,7 +115,7 @@ fn kill(child: &Child, signal: i32) {
     );
 }
 
-/// The status of a run that gets this signal, and what is in its folder then.
+/// Status of a run that gets this signal, and the files in its folder then.
 fn signalled(folder: &TempDir, signal: i32) -> (Option<i32>, Vec<String>) {
     let mut child = with_temporary_file(folder);
     kill(&child, signal);
@@ -137,14 +141,14 @@ fn every_signal_that_ends_the_program_leaves_nothing() {
             "SIG{name}"
         );
     }
-    // Whoever starts the program may have a signal ignored, as nohup does.
+    // The parent process may ignore a signal, as nohup does.
     let folder = folder_with_channel_data();
     let script = format!("trap '' HUP; \"$0\" {BEAMFORM} & sleep 0.01; kill -1 $!; wait $!");
     let output = shell(&folder, &script).output().unwrap();
     assert!(output.status.success(), "{}", message_of(&output));
 }
 
-/// Without the shell's help: the program itself has the signal of a file too large ignored.
+/// The program itself ignores the signal of a file too large, without the shell.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_limit_of_file_size_is_an_error() {
@@ -159,7 +163,7 @@ fn a_limit_of_file_size_is_an_error() {
 fn leftovers_of_processes_that_are_gone_are_removed() {
     let folder = folder_with_channel_data();
     let left = |name: &String| name.starts_with(".host-sim");
-    // One that ends before it is killed leaves nothing.
+    // A run that ends before the kill leaves nothing.
     let killed_in_time = || {
         let mut gone = with_temporary_file(&folder);
         gone.kill().unwrap();
@@ -167,7 +171,7 @@ fn leftovers_of_processes_that_are_gone_are_removed() {
         names(folder.path()).iter().any(left)
     };
     assert!((0..20).any(|_| killed_in_time()));
-    // Another run's, which goes on; and what only looks alike.
+    // The temporary file of another run that goes on, and files with similar names.
     let other = tempdir().unwrap();
     fs::copy(
         folder.path().join("data.npz"),
@@ -185,7 +189,7 @@ fn leftovers_of_processes_that_are_gone_are_removed() {
     assert_eq!(found, [".host-sim-1-0", ".host-sim-notes"]);
 }
 
-/// Every kind of input: a device that never ends, a pipe that nobody writes, and a link to each.
+/// Every kind of input: an endless device, a pipe without a writer, links to both.
 #[cfg(target_os = "linux")]
 #[test]
 fn inputs_that_are_no_regular_file_are_refused() {
@@ -252,7 +256,7 @@ fn configurations_and_reports_have_a_largest_size() {
         DATA,
         &["big.json", "too large"],
     );
-    // One byte less is read, and refused for what it holds.
+    // One byte less is read, and refused for its contents.
     sized("big.toml", 1 << 20);
     let arguments = "beamform data.npz --config big.toml -o out.npz";
     fails(&folder, arguments, USAGE, &["big.toml: line 1"]);
@@ -302,7 +306,9 @@ fn environment_variables_of_threads_are_checked() {
     assert!(output.status.success(), "{}", message_of(&output));
 }
 
-/// The claims' quick look takes minutes: what cannot be merged is told before it, and before a folder is made.
+/// Reports to merge are checked first.
+///
+/// The claims' quick run takes minutes: an error comes before it, and before a folder is made.
 #[test]
 fn reports_to_merge_are_checked_before_anything_is_computed() {
     let folder = tempdir().unwrap();
@@ -339,7 +345,7 @@ fn a_time_window_longer_than_any_record_is_refused() {
     }
 }
 
-/// A SonixDAQ's samples are 16 bits in its files and 32 in memory: both are asked for.
+/// SonixDAQ samples have 16 bits in files and 32 in memory: both are counted.
 #[cfg(target_os = "linux")]
 #[test]
 fn raw_bytes_of_a_sonix_daq_are_asked_for() {
@@ -378,7 +384,9 @@ fn raw_bytes_of_a_sonix_daq_are_asked_for() {
     (40..460).step_by(20).for_each(refused_within);
 }
 
-/// What a workflow runs is named by a commit, which nobody can move; the tag stands behind it.
+/// A workflow names each action by its commit, which cannot move.
+///
+/// The tag follows as a comment.
 #[test]
 fn actions_of_workflows_are_named_by_commits() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../.github/workflows");

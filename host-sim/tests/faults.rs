@@ -1,6 +1,7 @@
-//! What may go wrong around a run: signals, full disks, folders that cannot be written or go away, other
-//! runs, an input that changes. After each either the old outputs or the new ones are there, all of them
-//! whole, and nothing else; and the exit status says which.
+//! Signals, full disks, read-only or removed folders, other runs, a changing input.
+//!
+//! After each fault the folder has either the old outputs or the new ones, all of them complete, and nothing else.
+//! The exit status says which.
 
 #![cfg(unix)]
 
@@ -17,14 +18,14 @@ use ndarray::Array3;
 use tempfile::{TempDir, tempdir};
 
 const DATA: i32 = 1;
-/// What a run puts out, in order.
+/// The outputs of a run, in order.
 const OUTPUTS: [&str; 3] = ["image.npy", "lines.npz", "lines.npz.config.toml"];
-/// How many moments of a run are tried.
+/// Number of moments of a run at which a fault is tried.
 const MOMENTS: u32 = 24;
 
 type Files = Vec<(String, Vec<u8>)>;
 
-/// The files of a folder but for the recording, in order.
+/// The files of a folder except the recording, in order.
 fn files(folder: &Path) -> Files {
     let mut files: Files = fs::read_dir(folder)
         .unwrap()
@@ -39,7 +40,7 @@ fn files(folder: &Path) -> Files {
     files
 }
 
-/// A run that writes four megabytes, so that writing takes its time.
+/// A run that writes four megabytes, so that writing takes time.
 fn command(method: &str) -> String {
     format!(
         "beamform data.npz -o lines.npz --method {method} --image image.npy --rows 1000 --columns 1000"
@@ -60,8 +61,9 @@ fn finish(child: Child) -> Output {
     child.wait_with_output().unwrap()
 }
 
-/// A folder with a recording, the outputs of an earlier run (`das`), and what the next run (`mv`) makes of
-/// them and how long it takes.
+/// A folder with a recording, old outputs (`das`), and the next run's (`mv`).
+///
+/// Also holds the duration of the next run.
 struct Runs {
     folder: TempDir,
     old: Files,
@@ -96,15 +98,16 @@ impl Runs {
         self.folder.path()
     }
 
-    /// The folder as the earlier run left it.
+    /// The folder after the earlier run.
     fn reset(&self) {
         for (name, bytes) in &self.old {
             fs::write(self.path().join(name), bytes).unwrap();
         }
     }
 
-    /// Status 0 and the new outputs, or one line, another status and the old ones. Tells whether the run
-    /// succeeded.
+    /// Asserts status 0 and the new outputs, or an error and the old ones.
+    ///
+    /// An error has one line and another status. Returns whether the run succeeded.
     fn check(&self, output: &Output, found: &Files, failures: &[i32], what: &str) -> bool {
         let message = String::from_utf8_lossy(&output.stderr);
         let code = output.status.code();
@@ -150,7 +153,7 @@ fn a_signal_at_any_moment() {
             let output = finish(child);
             let what = format!("SIG{signal} at moment {moment}");
             let found = files(runs.path());
-            // A signal that comes when the outputs have their places ends a run that is done.
+            // A signal that comes when the outputs are in place ends a run that is done.
             if output.status.code() == Some(status) && found == runs.new {
                 continue;
             }
@@ -161,7 +164,7 @@ fn a_signal_at_any_moment() {
     }
 }
 
-/// The shell's limit on the size of a file fails a write at any place, on every system.
+/// The shell's limit on file size makes a write fail anywhere, on every system.
 #[test]
 fn a_file_that_grows_no_further() {
     let runs = Runs::new();
@@ -186,7 +189,7 @@ fn a_file_that_grows_no_further() {
     assert!((1..11).contains(&succeeded), "{succeeded}");
 }
 
-/// Whether a file system may be mounted here: as root, or where the system gives users a namespace.
+/// Whether a file system may be mounted here: as root, or in a user namespace.
 fn namespace() -> Option<&'static [&'static str]> {
     const WAYS: [&[&str]; 2] = [&["-m"], &["-rm"]];
     WAYS.into_iter().find(|way| {
@@ -201,7 +204,9 @@ fn namespace() -> Option<&'static [&'static str]> {
     })
 }
 
-/// Runs over the old outputs on a file system of its own, made so by `options`; its files are copied out.
+/// Runs over the old outputs on a new file system with these `options`.
+///
+/// Its files are copied out.
 fn on_a_small_disk(runs: &Runs, way: &[&str], kilobytes: usize, then: &str) -> (Output, Files) {
     let out = tempdir().unwrap();
     let script = format!(
@@ -241,7 +246,7 @@ fn a_disk_that_is_full_at_any_moment() {
     let recording = fs::metadata(runs.path().join("data.npz")).unwrap().len();
     let taken = pages(usize::try_from(recording).unwrap()) + size(&runs.old);
     let mut succeeded = 0;
-    // One page after another of the first files, then of the image, to more than enough.
+    // Free space: one page after another for the first files, then for the image, up to more than enough.
     let room: Vec<usize> = (0..12)
         .map(|page| 4 * page)
         .chain([100, 1000, 3000, 3900, 8000])
@@ -306,7 +311,7 @@ fn a_folder_that_goes_away() {
             .spawn()
             .unwrap();
         sleep(runs.takes * moment / MOMENTS);
-        // A file that appears while the folder is emptied keeps it.
+        // A file that appears while the folder is emptied keeps the folder.
         while gone.exists() && fs::remove_dir_all(&gone).is_err() {}
         let output = finish(child);
         let message = String::from_utf8_lossy(&output.stderr);
@@ -364,7 +369,7 @@ fn an_input_that_changes_while_it_is_read() {
         runs.reset();
         fs::write(&input, &first).unwrap();
         let child = start(runs.path(), "mv");
-        // Again and again, in place: the file is empty, cut short and mixed in between.
+        // Repeatedly, in place: the file is empty, truncated or mixed in between.
         let begin = Instant::now();
         while begin.elapsed() < runs.takes * moment / MOMENTS {
             fs::write(&input, &second).unwrap();

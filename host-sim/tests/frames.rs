@@ -1,4 +1,6 @@
-//! Frames of a file are read some at a time: as if it were read whole, and from a file larger than memory.
+//! Frames of a file are read some at a time, with the results of a whole read.
+//!
+//! The file may be larger than memory.
 
 use crate::common;
 
@@ -19,13 +21,13 @@ use tempfile::{TempDir, tempdir};
 use zip::CompressionMethod;
 use zip::write::{SimpleFileOptions, ZipWriter};
 
-/// Frames of the large file, of 4 MiB each, and 8 MiB as they are computed with.
+/// Frames of the large file: 4 MiB each in the file, 8 MiB each in memory.
 const FRAMES: usize = 50;
 const SHAPE: [usize; 3] = [2, 4, 262_144];
-/// The address space that it is beamformed in, kB: its samples are 400 000.
+/// Address space of the run, kB. The file's samples take 400 000.
 const LIMIT: usize = 160_000;
 
-/// The program on one thread, in so many kB of address space; what it printed.
+/// Runs the program on one thread in `limit` kB of memory; returns its output.
 fn run(folder: &TempDir, arguments: &str, limit: Option<usize>) -> Result<String, String> {
     let limit = limit.map_or_else(|| "unlimited".to_owned(), |kilobytes| kilobytes.to_string());
     let output = Command::new("sh")
@@ -33,7 +35,7 @@ fn run(folder: &TempDir, arguments: &str, limit: Option<usize>) -> Result<String
         .arg(format!("ulimit -v {limit}; exec \"$0\" {arguments}"))
         .arg(env!("CARGO_BIN_EXE_host-sim"))
         .env("RAYON_NUM_THREADS", "1")
-        // Address space that is only set aside for another thread is no memory.
+        // Address space reserved for another thread would count against the limit.
         .env("MALLOC_ARENA_MAX", "1")
         .current_dir(folder.path())
         .output()
@@ -49,14 +51,16 @@ fn lines(folder: &TempDir) -> ArrayD<Complex<f32>> {
     NpzReader::new(file).unwrap().by_name("z").unwrap()
 }
 
-/// Numbers without a pattern that a frame repeats.
+/// Numbers without a pattern that repeats from frame to frame.
 fn samples(frame: usize, shape: [usize; 3]) -> Array3<i16> {
     Array::from_shape_fn(shape, |(t, m, n)| {
         (((n + 7 * m + 3 * t) * (2 * frame + 3)) % 1999) as i16 - 999
     })
 }
 
-/// Plane-wave channel data whose `rf` is stored so; frame by frame, since it may be large.
+/// Writes plane-wave channel data with this compression of `rf`.
+///
+/// It writes frame by frame, since `rf` may be large.
 fn write(path: &Path, frames: usize, shape: [usize; 3], how: CompressionMethod) {
     channel_data_without(path, &["rf"]).finish();
     let file = File::options().read(true).write(true).open(path).unwrap();
@@ -80,7 +84,7 @@ fn write(path: &Path, frames: usize, shape: [usize; 3], how: CompressionMethod) 
     archive.finish().unwrap();
 }
 
-/// What a frame's lines are, by the library, of samples in memory.
+/// A frame's lines, computed by the library from samples in memory.
 fn expected(path: &Path, frame: usize, parameters: &Beamform) -> ArrayD<Complex<f32>> {
     let file = RecordingFile::open(path, &Variables::default()).unwrap();
     let Recording::Channel(first) = file.first() else {
@@ -116,7 +120,7 @@ fn a_file_larger_than_memory_is_beamformed_frame_by_frame() {
         let own = z.index_axis(Axis(0), frame).into_owned();
         assert_eq!(own, expected(&path, frame, &parameters), "frame {frame}");
     }
-    // It is told and converted in the same memory.
+    // `info` and `convert` run in the same memory.
     let reported = run(&folder, "info large.npz", Some(LIMIT)).unwrap();
     assert!(
         reported.contains("50 frames, 2 transmits, 4 elements"),
@@ -134,12 +138,12 @@ fn a_file_larger_than_memory_is_beamformed_frame_by_frame() {
         let rf = samples(frame, SHAPE).mapv(f32::from);
         assert_eq!(data.samples.rf(own.start).unwrap(), rf, "frame {frame}");
     }
-    // The limit does limit: one that a frame has no room in is told.
+    // The limit is effective: a run with too little memory for a frame is an error.
     let refused = run(&folder, command, Some(50_000)).unwrap_err();
     assert!(refused.contains("is not available"), "{refused}");
 }
 
-/// Stored, compressed, and in columns, which is read whole: the same numbers.
+/// Stored, compressed, and column-major (read whole): the same numbers.
 #[test]
 fn some_frames_are_those_of_the_whole() {
     let folder = tempdir().unwrap();
@@ -179,7 +183,7 @@ fn some_frames_are_those_of_the_whole() {
     }
 }
 
-/// A frame that lacks numbers is told, whichever others are there.
+/// A frame with missing numbers is an error, whichever other frames are present.
 #[test]
 fn a_frame_cut_off_is_reported() {
     let folder = tempdir().unwrap();

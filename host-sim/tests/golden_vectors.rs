@@ -1,4 +1,4 @@
-//! The golden vectors: what follows from what, and what is said of files that differ.
+//! The golden vectors: consistent intermediates, and errors for changed files.
 
 use std::fs;
 use std::process::Command;
@@ -25,8 +25,10 @@ fn complex(stage: &Stage) -> Vec<Complex<f64>> {
 /// f32's rounding over sums of eight products.
 const ROUNDING: f64 = 1e-5;
 
-/// The factor's product with its adjoint is the covariance, the eigenvector is one, and the weights give the
-/// line: the f32 reference's intermediates are those that the core's lines came from.
+/// The intermediates are consistent, and the core's lines come from them.
+///
+/// The factor's product with its adjoint is the covariance, the eigenvector is an eigenvector of it, and the weights
+/// give the line.
 #[test]
 fn each_stage_follows_from_the_one_before() {
     let stages = stages().expect("stages");
@@ -56,7 +58,7 @@ fn each_stage_follows_from_the_one_before() {
             let z = of(&format!("line-{method}"));
             let largest = z.iter().map(|z| z.norm()).fold(0.0, f64::max);
             for (k, w) in weights.chunks(8).enumerate() {
-                // The traced lines are the sixth and the seventh, of 96 samples.
+                // The traced lines are the sixth and the seventh, of 96 samples each.
                 let sample = 5 * 96 + k;
                 let x = &focused[16 * sample..][..16];
                 let expected: Complex<f64> = (0..8)
@@ -84,7 +86,7 @@ fn what_is_written_is_the_same_and_what_differs_is_named() {
     assert!(verdicts.len() > 70, "{}", verdicts.len());
     assert!(verdicts.iter().all(|verdict| verdict.same));
 
-    // One word, then a file that ends early, then one of another shape.
+    // One word, then a truncated file, then one of another shape.
     let words = folder.join("das.out.hex");
     let text = fs::read_to_string(&words).expect("text");
     let word = text

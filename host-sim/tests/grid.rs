@@ -1,4 +1,4 @@
-//! Lines of any lateral extent, spacing and count, weights of transmits, and images of any pixel size and grid.
+//! Lateral extent, spacing and number of lines, transmit weights, and image grids.
 
 use bonebeam::beamform::Apodization;
 use bonebeam_drive::config::{Beamform, Grid, Image, LineKind, TransmitWeights};
@@ -14,7 +14,7 @@ const PITCH: f64 = 0.3e-3;
 const FS: f64 = 32e6;
 const SAMPLES: usize = 400;
 
-/// Plane waves on a point at (1 mm, 5 mm), each recorded with a gain of its own.
+/// Plane waves on a point at (1 mm, 5 mm), each with another gain.
 fn plane_waves(gains: &[f32]) -> ChannelData {
     let c = 1500.0;
     let element_x: Vec<f64> = (0..ELEMENTS).map(|m| (m as f64 - 11.5) * PITCH).collect();
@@ -85,7 +85,7 @@ fn lines_lie_where_they_are_asked_for() {
         ..between.clone()
     });
     assert_near(&counted, &[-1e-3, 0.0, 1e-3, 2e-3]);
-    // Half the elements' distance, and none beyond the end.
+    // Half the pitch, and no line beyond the end.
     assert_eq!(beam_x(between).len(), 21);
     let centred = beam_x(Beamform {
         line_spacing: Some(1e-3),
@@ -100,7 +100,7 @@ fn lines_lie_where_they_are_asked_for() {
         ..das()
     });
     assert_near(&until, &[-1e-3, 0.0, 1e-3]);
-    // Beyond the array, too: nothing is received there.
+    // Lines beyond the array, too: no element receives there.
     let wide = lines(
         &data,
         &Beamform {
@@ -236,7 +236,7 @@ fn transmits_are_weighted() {
     );
 }
 
-/// Lines whose magnitude halves every tenth sample, and from one beam to the next.
+/// Lines with magnitudes that halve every tenth sample, and from beam to beam.
 fn sector() -> BeamformedLines {
     let angles: Vec<f64> = (0..21)
         .map(|beam| (f64::from(beam) - 10.0) * 0.05)
@@ -273,7 +273,7 @@ fn pixels_have_the_size_that_is_asked_for() {
     // 99 steps of 0.05 mm, and 20 of 0.1 mm.
     assert_eq!((image.pixels.dim(), image.pixel), ((100, 41), 0.05e-3));
     assert!(image.x0.abs() < 1e-12 && image.angles.is_none());
-    // Every second column is a beam, every row a sample: the grey levels of the formula, 20·lg 2 dB a halving.
+    // Every second column is a beam, every row a sample: grey levels by the formula, 20·lg 2 dB for each halving.
     let (row, column) = (30, 4);
     let expected = 255.0 * (1.0 - (3.0 + 2.0) * 20.0 * 2f64.log10() / 60.0);
     let level = f64::from(image.pixels[(row, column)]);
@@ -322,7 +322,7 @@ fn a_polar_image_has_the_lines_as_they_are() {
             "{sample} {beam}: {level}, expected {expected}"
         );
     }
-    // The same at two beams' middle, and smoothed.
+    // The same half way between two beams, and smoothed.
     let smooth = Image {
         columns: Some(41),
         median: true,
@@ -342,7 +342,7 @@ fn a_polar_image_has_the_lines_as_they_are() {
     );
 }
 
-/// Beams at uneven positions and angles make the image of even ones, where both have a beam.
+/// Beams at uneven positions give the image of even ones, where both have a beam.
 #[test]
 fn uneven_beams_make_an_image() {
     let even = sector();
@@ -369,7 +369,7 @@ fn uneven_beams_make_an_image() {
     assert_eq!(image.pixels.dim(), expected.pixels.dim());
     let mut compared = 0;
     for ((pixel, &level), &wanted) in image.pixels.indexed_iter().zip(&expected.pixels) {
-        // Levels fall evenly from beam to beam, so that leaving some out changes nothing but rounding.
+        // Levels fall evenly from beam to beam, so that fewer beams change only rounding.
         let x = image.x0 + pixel.1 as f64 * image.pixel;
         let z = image.z0 + pixel.0 as f64 * image.pixel;
         if x.hypot(z) > 0.5e-3 {

@@ -1,4 +1,6 @@
-//! Results in memory of the caller: the bits of those that are returned, whatever was there before.
+//! Results in the caller's memory: the bits of returned results.
+//!
+//! Earlier contents of the memory have no effect.
 
 use bonebeam::beamform::{Method, Parameters};
 use bonebeam::covariance::Covariance;
@@ -19,7 +21,7 @@ fn lines_go_into_memory_of_the_caller() {
     let x = Array3::from_shape_simple_fn((beams, samples, elements), || {
         Complex::new(noise(), noise())
     });
-    // Fewer elements near the top and beside the middle, so that the pieces' order is not the samples'.
+    // Fewer elements near the top and at the sides, so that the pieces' order is not the samples'.
     let active = |beam: usize, sample: usize| Active {
         first: beam,
         count: (4 + sample / 20 + beam % 2).min(elements - beam),

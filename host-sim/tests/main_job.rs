@@ -11,7 +11,7 @@ use bonebeam_files::image;
 use serde_json::Value;
 use tempfile::tempdir;
 
-/// A main job small enough to repeat: few beams, small pictures, every parameter else the default.
+/// A small main job: few beams, small pictures, all other parameters by default.
 const SMALL: &str = "\
 [checks]
 every_f32 = 5
@@ -107,7 +107,7 @@ fn the_quick_main_job_leaves_a_whole_folder() {
                 let file = pair[kind]["file"].as_str().unwrap();
                 let pixels = image::read(&out.join(file)).unwrap();
                 let pixel = pair[kind]["pixel_mm"].as_f64().unwrap();
-                // 3 mm of the point's depth, the whole square of the vertebra.
+                // 3 mm around the point's depth, the whole square of the vertebra.
                 let rows = if phantom == "point" {
                     2 * (1.5 / pixel).round() as usize + 1
                 } else {
@@ -119,7 +119,7 @@ fn the_quick_main_job_leaves_a_whole_folder() {
                     pixels.dim()
                 );
                 assert_eq!(pixels.ncols(), 256);
-                // The largest is white, but for what interpolation and median take off it.
+                // The largest pixel is white, except for losses by interpolation and median.
                 assert!(pixels.iter().any(|&v| v > 200.0), "{file} is dark");
                 expected.insert(file.to_owned());
             }
@@ -142,7 +142,7 @@ fn the_quick_main_job_leaves_a_whole_folder() {
     physics(&report);
 }
 
-/// What must hold for any correct simulation.
+/// Properties of any correct simulation.
 fn physics(report: &Value) {
     for sampling in report["point"]["samplings"].as_array().unwrap() {
         let measure = |beamformer, key: &str| {
@@ -156,7 +156,7 @@ fn physics(report: &Value) {
             let depth = measure(beamformer, "peak_depth_mm");
             assert!((depth - 15.0).abs() < 0.05, "{beamformer}: {depth}");
         }
-        // λ/D of the two-way aperture: between that of the two and of one of them alone.
+        // λ/D of the two-way aperture: between the values of both apertures and of one alone.
         let width = measure("das", "width_12db_mm");
         assert!((0.7..1.4).contains(&width), "{width}");
         assert!(measure("esmv-rank1", "width_12db_mm") < width);
@@ -164,7 +164,7 @@ fn physics(report: &Value) {
     let vertebra = &report["vertebra"];
     for beamformer in ["das", "esmv-rank1"] {
         let found = of(&vertebra["beamformers"], beamformer);
-        // The tip lies where the outline has it, within half a pulse.
+        // The tip is on the outline, within half a pulse.
         let bias = found["axial"]["b_mode"]["peak_bias_mm"].as_f64().unwrap();
         assert!(bias.abs() < 0.15, "{beamformer}: {bias}");
         for image in ["b_mode", "phase_symmetry"] {
@@ -172,7 +172,7 @@ fn physics(report: &Value) {
             for key in ["mean_mm", "std_mm", "intensity_b", "intensity_c"] {
                 assert!(surface[key].is_f64(), "{beamformer} {image}: {key}");
             }
-            // At the surface is more than beside it.
+            // The intensity at the surface is above that beside it.
             assert!(surface["intensity_a"].as_f64() > surface["intensity_c"].as_f64());
         }
     }

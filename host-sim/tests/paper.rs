@@ -33,7 +33,7 @@ fn a_quick_figure_leaves_one_page_that_holds_its_pictures() {
     assert!(output.status.success(), "{message}");
 
     let page = fs::read_to_string(out.join("report.html")).unwrap();
-    // Nothing is outside of the page: it can be sent by itself.
+    // The page needs no other file, so it can be sent alone.
     let sources = page.matches("src=\"").count();
     assert!(sources > 4, "{sources} pictures");
     assert_eq!(
@@ -41,7 +41,7 @@ fn a_quick_figure_leaves_one_page_that_holds_its_pictures() {
         page.matches("src=\"data:image/png;base64,").count()
     );
     loads_nothing(&page);
-    // Every picture has a text for those who do not see it.
+    // Every picture has a text alternative.
     assert_eq!(
         page.matches("<img").count(),
         page.matches(" alt=\"").count()
@@ -75,7 +75,7 @@ fn what_cannot_be_reproduced_is_refused_with_what_can() {
     assert!(message.contains("--table 2"), "{message}");
     let message = fail(&["--merge", "no-such-report.json"], 1);
     assert!(message.contains("no-such-report.json"), "{message}");
-    // A flag that would change nothing.
+    // A flag without an effect is an error.
     for [wanted, number, flag, word, concerns] in [
         ["--figure", "4", "--only", "tissue", "it has on claims"],
         ["--table", "1", "--merge", "report.json", "it has on claims"],
@@ -100,7 +100,7 @@ fn what_cannot_be_reproduced_is_refused_with_what_can() {
     }
 }
 
-/// One scene a run: a bone in water, quiet.
+/// One scene a run: a bone in water, without noise.
 const ONE_SCENE: &str = "\
 [claims]
 bones = 1
@@ -149,7 +149,7 @@ fn runs_of_other_bones_are_judged_together() {
     assert_eq!(both[0], first[0], "a merged scene is as it was");
     assert_eq!(both[1]["bone"], 2);
     assert_ne!(both[1]["beamformers"], both[0]["beamformers"]);
-    // The scene that was kept is the one that was computed.
+    // The kept scene is the computed one.
     assert_eq!(scenes("again", &["--seed", "1", "--keep", &kept]), first);
     let message = fail(&["--claims", "--only", "oil"], 2);
     assert!(message.contains("--only oil"), "{message}");
@@ -185,7 +185,7 @@ columns = 128
 median = true
 ";
 
-/// Killed in the sweep, and started again: the report of a run that was not.
+/// Killed in the sweep and started again: the report of an uninterrupted run.
 #[test]
 fn a_run_that_was_killed_goes_on_to_the_same_bytes() {
     let folder = tempdir().unwrap();
@@ -214,7 +214,7 @@ fn a_run_that_was_killed_goes_on_to_the_same_bytes() {
             .unwrap();
         let message = String::from_utf8(output.stderr).unwrap();
         assert!(output.status.success(), "{message}");
-        // Without a terminal each step has a line.
+        // Without a terminal each step prints a line.
         assert!(
             message.contains("host-sim: water bath: CT: 0 %\n"),
             "{message}"
@@ -248,18 +248,18 @@ fn the_water_bath_goes_from_ct_to_table_one() {
         let found = all.iter().find(|r| r["sources"] == sources);
         found.unwrap()[key].as_f64().unwrap()
     };
-    // With no source of error the contour lies where the bone does.
+    // Without sources of error the contour is on the bone.
     assert!(registration("none", "tre_mm") < 1e-9);
     assert_eq!(registration("none", "fre_mm"), 0.0);
-    // A scanner that takes 1480 m/s for 1540 m/s shows a depth z at 1540/1480·z: the contour lies above the
-    // echo by 4 % of the bone's depths, which begin at 15 mm.
+    // A scanner that assumes 1480 m/s for 1540 m/s shows a depth z at 1540/1480·z: the contour is above the echo by 4
+    // % of the bone's depths, which begin at 15 mm.
     let shift = registration("sound speed", "towards_array_mm");
     let depth = shift / (1540.0 / 1480.0 - 1.0);
     assert!((15.0..40.0).contains(&depth), "{shift} mm");
-    // Four balls picked to whole voxels cannot be fitted better than to a few tenths.
+    // Four balls located to whole voxels fit no better than to a few tenths.
     assert!(registration("registration", "fre_mm") > 0.05);
 
-    // The level of the clutter is fitted to region C of DAS in slice 1; what is not coherent is suppressed.
+    // The level of the clutter is fitted to region C of DAS in slice 1. Incoherent clutter is suppressed.
     let level = bath["clutter"]["level"].as_f64().unwrap();
     let rows = bath["tried"].as_array().unwrap();
     let c = |row: usize, slice: usize, beamformer: usize| {
@@ -274,7 +274,7 @@ fn the_water_bath_goes_from_ct_to_table_one() {
     assert!(c(1, 0, 1) < c(0, 0, 1) && c(1, 1, 1) < c(0, 1, 1));
     assert!((bath["slices"][0]["table"][0][0]["c"].as_f64().unwrap() - 92.41).abs() < 2.0);
 
-    // Two slices, three beamformers, every combination of sources, and beside them an image of one grey level.
+    // Two slices, three beamformers, every combination of sources, and an image of one grey level.
     let slices = bath["slices"].as_array().unwrap();
     assert_eq!(slices.len(), 2);
     for slice in slices {
@@ -290,7 +290,7 @@ fn the_water_bath_goes_from_ct_to_table_one() {
     assert_eq!(table_one, 24);
     assert_eq!(report["checks_passed"], true);
 
-    // The colour maps have axes and a bar beside their pixels: dots on white, not the pixels alone.
+    // The colour maps have axes and a colour bar: dots on white around the pixels.
     for (slice, key) in [(1, "das"), (2, "esmv-rank1")] {
         for kind in ["us", "ps"] {
             let name = format!("water-bath-{slice}-{key}-{kind}-distance.png");

@@ -1,4 +1,4 @@
-//! A run over many frames that is killed goes on where it was.
+//! A killed run over many frames resumes where it stopped.
 
 use crate::common;
 
@@ -19,7 +19,7 @@ const FRAMES: usize = 60;
 const COMMAND: &str = "beamform data.npz -o lines.npz --method mv --line-count 40 --depth-start 0.005 \
                        --depth-end 0.02 --threads 1 --json";
 
-/// A folder with frames of plane waves, each of its own numbers.
+/// A folder with plane-wave frames, each with different numbers.
 fn folder_with_frames() -> TempDir {
     let folder = tempdir().unwrap();
     let rf = Array4::from_shape_fn((FRAMES, 2, 4, 2000), |(frame, t, m, n)| {
@@ -48,7 +48,7 @@ fn finished(folder: &TempDir) -> (serde_json::Value, String) {
     (serde_json::from_slice(&output.stdout).unwrap(), message)
 }
 
-/// Starts the command, and kills it when so many bytes of its lines are there.
+/// Starts the command, and kills it when its lines have this number of bytes.
 fn killed(folder: &TempDir, bytes: u64) {
     let mut child = Command::new(env!("CARGO_BIN_EXE_host-sim"))
         .args(COMMAND.split(' '))
@@ -66,7 +66,7 @@ fn killed(folder: &TempDir, bytes: u64) {
         assert!(child.try_wait().unwrap().is_none(), "it ended too early");
         sleep(Duration::from_micros(200));
     }
-    // SIGKILL: nothing is cleaned up.
+    // SIGKILL: the program cannot clean up.
     child.kill().unwrap();
     child.wait().unwrap();
     assert!(!folder.path().join("lines.npz").exists());
@@ -86,7 +86,7 @@ fn frames_that_were_done_are_not_made_again() {
     let expected = names(folder.path());
     fs::remove_file(folder.path().join("lines.npz")).unwrap();
 
-    // Killed twice, and the second time it had gone on.
+    // Killed twice; the second run had resumed.
     killed(&folder, 5 * frame as u64);
     killed(&folder, 15 * frame as u64);
     let (json, message) = finished(&folder);
@@ -101,7 +101,7 @@ fn frames_that_were_done_are_not_made_again() {
     let hash = json["input_xxh128"].as_str().unwrap();
     assert!(written.contains(&format!("\n# input data.npz, xxh128 {hash}\n")));
 
-    // Lines of another configuration, or of a file that has changed, do not count.
+    // Lines of another configuration or of a changed file are not reused.
     fs::remove_file(folder.path().join("lines.npz")).unwrap();
     killed(&folder, 5 * frame as u64);
     let other = COMMAND.replace("mv", "das");
@@ -125,7 +125,7 @@ fn frames_that_were_done_are_not_made_again() {
     assert_eq!(names(folder.path()), expected);
 }
 
-/// A run that fails or is ended soon leaves nothing.
+/// A run that fails or is stopped early leaves nothing.
 #[test]
 fn a_run_that_fails_leaves_no_lines() {
     let folder = folder_with_frames();

@@ -1,4 +1,4 @@
-//! The command `surface`: pictures, lines and recordings, their files, and what is refused.
+//! The command `surface`: pictures, lines and recordings, its files, its errors.
 
 use crate::common;
 
@@ -17,7 +17,7 @@ const PIXEL: f64 = 0.1e-3;
 const COLUMNS: usize = 160;
 const ROWS: usize = 300;
 
-/// The row of the bone in a column: a slope, and no bone in the last quarter.
+/// Row of the bone in a column: a slope, and no bone in the last quarter.
 fn bone(column: usize) -> Option<usize> {
     (column < 120).then_some(140 + column / 6)
 }
@@ -52,7 +52,7 @@ fn rows(folder: &TempDir, name: &str) -> Vec<[f64; 5]> {
     rows.lines().map(row).collect()
 }
 
-/// They follow the bone, to 0.3 mm but for its ends.
+/// The rows follow the bone to 0.3 mm, except at its ends.
 fn follow(rows: &[[f64; 5]], [x0, z0]: [f64; 2]) {
     assert!(rows.len() > 110 && rows.len() < 125, "{}", rows.len());
     for &[line, x, z, confidence, piece] in rows {
@@ -73,7 +73,7 @@ fn the_surface_of_a_picture_is_written_in_every_format_and_drawn() {
     let found = rows(&folder, "a.csv");
     follow(&found, [0.0; 2]);
 
-    // The picture with something drawn over it, along the bone only.
+    // The picture has an overlay along the bone only.
     let over = image::read(&folder.path().join("over.png")).unwrap();
     let scan = image::read(&folder.path().join("scan.png")).unwrap();
     let mut drawn = 0;
@@ -112,7 +112,7 @@ fn the_surface_of_a_picture_is_written_in_every_format_and_drawn() {
         .unwrap();
     assert!((z - 1e3 * found[9][2]).abs() < 1e-3);
 
-    // Again, by the configuration that was written.
+    // The same run from the written configuration.
     works(
         &folder,
         &format!("{common} --config a.csv.config.toml -o b.csv"),
@@ -158,12 +158,12 @@ fn the_surface_of_lines_lies_where_the_beams_do() {
     lines.write(&folder.path().join("lines.npz")).unwrap();
     works(&folder, "surface lines.npz -o a.csv --image over.png");
     follow(&rows(&folder, "a.csv"), [-8e-3, 0.0]);
-    // What is less sure is left out.
+    // Points of lower confidence are left out.
     works(&folder, "surface lines.npz -o b.csv --min-confidence 1");
     assert!(rows(&folder, "b.csv").len() < 110);
 }
 
-/// Envelopes whose grey levels over 60 dB are the picture's.
+/// Envelope with the picture's grey level over 60 dB.
 fn envelope(level: f32) -> Complex<f32> {
     Complex::new(0.0, 10f32.powf(60.0 * (level / 250.0 - 1.0) / 20.0))
 }
@@ -172,7 +172,7 @@ fn envelope(level: f32) -> Complex<f32> {
 fn frames_have_a_surface_each_and_beamforming_writes_that_of_the_first() {
     let folder = tempdir().unwrap();
     let levels = picture();
-    // Two elements hear the same; bone lies 12 samples higher in the second frame.
+    // Two elements receive the same signal; bone is 12 samples higher in the second frame.
     let x = Array4::from_shape_fn((2, COLUMNS, ROWS, 2), |(frame, line, sample, _)| {
         envelope(levels[((sample + 12 * frame).min(ROWS - 1), line)])
     });
@@ -232,7 +232,7 @@ fn frames_have_a_surface_each_and_beamforming_writes_that_of_the_first() {
 #[test]
 fn the_fan_of_a_picture_is_found_told_and_written() {
     let folder = tempdir().unwrap();
-    // From 40 mm below an apex 30 mm above the picture; bone 20 mm deep.
+    // The fan begins 40 mm below its apex, which is 30 mm above the picture. The bone is 20 mm deep.
     let mut rng = ChaCha8Rng::seed_from_u64(35);
     let fan = Array2::from_shape_fn((640, 900), |(row, column)| {
         let speckle: f32 = rng.random_range(0.0..60.0);
@@ -265,7 +265,7 @@ fn the_fan_of_a_picture_is_found_told_and_written() {
     let told = "--fan 0.045,-0.03,0.04,0.09,-0.5,0.5";
     works(&folder, &format!("{common} {told} -o b.csv"));
     assert!(on_bone("b.csv").abs_diff(found) < 20);
-    // A part of the picture has the places of the whole.
+    // A crop of the picture keeps the positions.
     let crop = "--crop 200,40,520,560";
     works(&folder, &format!("{common} {told} {crop} -o c.csv"));
     assert!(on_bone("c.csv") > 400);
@@ -349,7 +349,7 @@ fn what_is_wrong_is_told() {
     ] {
         fails(&folder, &arguments, USAGE, parts);
     }
-    // Three millimetres are too few for the windows.
+    // 3 mm are too short for the windows.
     let low = ndarray::Array2::from_elem((60, 50), 9.0);
     image::write(&low, &folder.path().join("low.png")).unwrap();
     let part = ["low.png", "end of the lines"];

@@ -42,8 +42,9 @@ fn finished(folder: &Path, arguments: &str) -> Output {
     output
 }
 
-/// Killed in the search, and started again: the files of a run that was not. The configuration is one that other commands
-/// take.
+/// Killed in the search and started again: the files of an uninterrupted run.
+///
+/// Other commands accept the configuration.
 #[test]
 fn a_run_that_was_killed_goes_on_to_the_same_bytes() {
     let folder = tempdir().unwrap();
@@ -75,10 +76,10 @@ fn a_run_that_was_killed_goes_on_to_the_same_bytes() {
     let report: Value = serde_json::from_str(&text).unwrap();
     let candidates = report["candidates"].as_array().unwrap();
     assert_eq!(candidates.len(), 4);
-    // Under a head, two searches of ten, and of the detector alone eight times as many.
+    // A header line, two searches of 10, and eight times 10 for the detector alone.
     let evaluations = fs::read_to_string(at("whole/evaluations.csv")).unwrap();
     assert_eq!(evaluations.lines().count(), 1 + 80 + 2 * 10);
-    // The first evaluation of the detector is the default; nothing is worse than where it began.
+    // The first evaluation of the detector is the default; no result is worse than its start.
     let score = |k: usize| candidates[k]["score"].as_f64().unwrap();
     assert!(score(1) >= score(0) && score(2) >= score(0));
     let config = Config::read(&at("whole/tuned.toml")).unwrap();

@@ -22,13 +22,13 @@ use crate::threads::threads;
 pub struct Beamformer {
     plan: Plan,
     pool: ThreadPool,
-    /// A forked process has the memory, but not the threads.
+    /// The process that made the threads: a forked one has the memory, but no threads.
     process: u32,
 }
 
 #[pymethods]
 impl Beamformer {
-    /// For frames of up to `elements` active elements.
+    /// Makes threads and memory for frames of up to `elements` active elements.
     #[new]
     fn new(
         py: Python<'_>,
@@ -49,8 +49,9 @@ impl Beamformer {
         })
     }
 
-    /// Lines of `x`, [frame, beam, sample, element], into `out`, [frame, beam, sample]. `active` has the
-    /// first active element and their number, [beam, sample, 2]; without it all elements are active.
+    /// Beamforms `x` [frame, beam, sample, element] into `out` [frame, beam, sample].
+    ///
+    /// `active` has the first active element and their number, [beam, sample, 2]. Without it all elements are active.
     fn run(
         &self,
         py: Python<'_>,
@@ -89,7 +90,7 @@ impl Beamformer {
             first: 0,
             count: x.dim().2,
         };
-        // Checked to be neither negative nor beyond the elements.
+        // Checked: not negative, and within the elements.
         let given = |active: &ArrayView3<'_, i64>, beam: usize, sample: usize| Active {
             first: active[[beam, sample, 0]] as usize,
             count: active[[beam, sample, 1]] as usize,
@@ -102,7 +103,7 @@ impl Beamformer {
     }
 }
 
-/// Every set is within the array's elements.
+/// Checks that every active set is within the array's elements.
 fn check(active: ArrayView3<'_, i64>, elements: usize) -> PyResult<()> {
     for ((beam, sample), &first) in active.index_axis(Axis(2), 0).indexed_iter() {
         let count = active[[beam, sample, 1]];

@@ -1,4 +1,4 @@
-//! Channel data → aligned samples, and right on to lines.
+//! Channel data → aligned samples, and on to lines.
 
 use std::num::NonZeroUsize;
 
@@ -45,7 +45,7 @@ pub struct FrameArrays<'py> {
 }
 
 impl FrameArrays<'_> {
-    /// The samples, where they lie.
+    /// The samples, in Python's memory.
     fn frame(&self) -> PyResult<FrameSamples<'_>> {
         match (&self.rf, &self.iq, self.f_demod) {
             (Some(rf), None, None) => Ok(FrameSamples::Rf(rf.as_array())),
@@ -57,7 +57,7 @@ impl FrameArrays<'_> {
         }
     }
 
-    /// All but the samples, checked with them as what is read from a file.
+    /// The data without samples, checked like the contents of a file.
     fn channel_data(&self, py: Python<'_>, frame: &FrameSamples<'_>) -> PyResult<ChannelData> {
         let data = ChannelData {
             samples: frame.none(),
@@ -108,7 +108,7 @@ impl FrameArrays<'_> {
     }
 }
 
-/// A value a beam; none where the beams go straight down from z = 0.
+/// A value for each beam; `None` if the beams go straight down from z = 0.
 type Positions = Option<Py<PyArray1<f64>>>;
 
 /// Depths and angles of beams that are rays.
@@ -132,7 +132,7 @@ pub struct Aligned {
     warnings: Vec<String>,
 }
 
-/// Memory for a result of that shape: the caller's, where there is any.
+/// Memory for a result of that shape: the caller's, if given.
 fn written<'py, D: Dimension>(
     py: Python<'py>,
     out: Option<Bound<'py, PyArray<Complex32, D>>>,
@@ -167,7 +167,7 @@ pub fn delay<'py>(
     let pool = self::threads(threads)?;
     let frame = data.frame()?;
     let data = data.channel_data(py, &frame)?;
-    // Aligned samples are those of lines.
+    // The aligned samples are those used for lines.
     let parameters = &Beamform {
         sub_lines: Some(1),
         ..parameters.0.clone()
@@ -263,7 +263,7 @@ pub fn beamform_channel_data<'py>(
     })
 }
 
-/// Beam positions and speed of sound of aligned data that lack them.
+/// Beam positions and sound speed of aligned data without their own.
 #[pyfunction]
 pub fn even_beams(
     py: Python<'_>,

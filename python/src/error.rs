@@ -1,4 +1,4 @@
-//! Errors as Python's `ValueError`, in Python's words.
+//! Errors as Python's `ValueError`, with Python's keywords.
 
 use std::fmt::Display;
 

@@ -24,14 +24,15 @@ impl RecordingFile {
         Ok(Self(file.map_err(refused)?))
     }
 
-    /// How many frames it holds.
+    /// Number of frames in the file.
     #[getter]
     fn frames(&self) -> usize {
         self.0.frames()
     }
 
-    /// The frames from `start` to before `end`, by the keys of the `.npz` contract, samples with an axis
-    /// of frames.
+    /// The frames from `start` to before `end`, by the keys of the `.npz` contract.
+    ///
+    /// Samples have an axis of frames.
     fn read<'py>(&self, py: Python<'py>, start: usize, end: usize) -> PyResult<Bound<'py, PyDict>> {
         let read = || {
             let (recording, own) = self.0.read(start..end)?;

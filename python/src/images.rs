@@ -12,7 +12,7 @@ use crate::error::refused;
 use crate::parameters;
 use crate::threads::threads;
 
-/// Pixels with where they are: `(pixels, x0, z0, pixel, angles)`.
+/// Pixels with their positions: `(pixels, x0, z0, pixel, angles)`.
 type Pixels<'py> = (
     Bound<'py, PyArray2<f32>>,
     f64,
@@ -21,7 +21,7 @@ type Pixels<'py> = (
     Option<Bound<'py, PyArray1<f64>>>,
 );
 
-/// The B-mode image of lines, by the keys of the section `[image]` as JSON.
+/// The B-mode image of lines, by the keys of section `[image]` as JSON.
 #[pyfunction]
 pub fn bmode<'py>(
     py: Python<'py>,
@@ -57,7 +57,7 @@ pub fn bmode<'py>(
     Ok((pixels, image.x0, image.z0, image.pixel, angles))
 }
 
-/// The phase symmetry of an image, into `out`.
+/// Writes the phase symmetry of an image into `out`.
 #[pyfunction]
 pub fn phase_symmetry(
     py: Python<'_>,

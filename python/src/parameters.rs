@@ -17,7 +17,7 @@ pub struct BeamformParameters(pub Beamform);
 
 #[pymethods]
 impl BeamformParameters {
-    /// From the keys that are given, as JSON.
+    /// Reads the section from the given keys, as JSON.
     #[new]
     fn new(section: &str) -> PyResult<Self> {
         let given: Map<String, Value> = serde_json::from_str(section).map_err(refused)?;
@@ -27,7 +27,7 @@ impl BeamformParameters {
         Ok(Self(section))
     }
 
-    /// The distance of beamformed samples of a line, samples.
+    /// Depth step of the beamformed lines, samples.
     #[getter]
     fn depth_step(&self) -> u32 {
         self.0.core.depth_step as u32
@@ -50,13 +50,13 @@ pub fn surface(section: &str) -> PyResult<Surface> {
     Ok(section)
 }
 
-/// A section of keys, one by one, so that an error names the key.
+/// Reads a section key by key, so that an error names the key.
 fn of_keys<T: DeserializeOwned>(given: Map<String, Value>) -> PyResult<T> {
     for (key, value) in &given {
         let alone = Map::from_iter([(key.clone(), value.clone())]);
         if let Err(error) = serde_json::from_value::<T>(Value::Object(alone)) {
             let message = format!("`{key}`: {error}");
-            // A fraction is a number, if not one that every key takes.
+            // A fraction is a number, though not every key accepts one.
             let other_type = error.to_string().starts_with("invalid type") && !value.is_f64();
             return Err(match other_type {
                 true => PyTypeError::new_err(message),

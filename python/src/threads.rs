@@ -10,7 +10,7 @@ use rayon::ThreadPool;
 
 use crate::error::refused;
 
-/// How many processes share the processors.
+/// Number of processes that share the processors.
 static PROCESSES: AtomicUsize = AtomicUsize::new(1);
 
 /// A pool of `count` threads; by default one for each processor of this process.

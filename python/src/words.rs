@@ -46,7 +46,7 @@ pub fn in_python(message: &str) -> String {
     text + rest
 }
 
-/// Where the next flag begins.
+/// Index of the next flag.
 fn flag(text: &str) -> Option<usize> {
     let begins = |&(at, _): &(usize, &str)| {
         let before = text[..at].chars().next_back();
@@ -56,7 +56,7 @@ fn flag(text: &str) -> Option<usize> {
     text.match_indices("--").find(begins).map(|(at, _)| at)
 }
 
-/// The next word, without the punctuation behind it.
+/// The next word, without the punctuation after it.
 fn word<'a>(rest: &mut &'a str) -> Option<&'a str> {
     let after = rest.strip_prefix(' ')?;
     let end = after.find(' ').unwrap_or(after.len());
@@ -65,7 +65,7 @@ fn word<'a>(rest: &mut &'a str) -> Option<&'a str> {
     Some(word)
 }
 
-/// An entry of a dict, of `KEY=VALUE`.
+/// An entry of a dict, from `KEY=VALUE`.
 fn entry(rest: &mut &str) -> Option<String> {
     let before = *rest;
     let Some((key, value)) = word(rest).and_then(|word| word.split_once('=')) else {
@@ -73,7 +73,7 @@ fn entry(rest: &mut &str) -> Option<String> {
         return None;
     };
     let literal = |value: &str| {
-        // A number, or a word that stands for one, is not in quotes.
+        // A number, or a word for a number, is not in quotes.
         let is_open = value
             .chars()
             .all(|c| c.is_ascii_uppercase() || c == '_' || c == '…');

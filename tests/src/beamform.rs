@@ -19,12 +19,12 @@ pub const SUBAPERTURE: usize = ELEMENTS / 2;
 pub const TEMPORAL: usize = 2;
 /// Steps of the power iteration.
 pub const STEPS: usize = 8;
-/// A beamformer and what its hash is called.
+/// A beamformer and the name of its hash.
 #[derive(Clone, Copy, Debug)]
 pub struct Case {
     /// The name.
     pub name: &'static str,
-    /// What it is asked for.
+    /// The parameters of the beamformer.
     pub parameters: Parameters,
 }
 
@@ -37,8 +37,9 @@ const fn case(name: &'static str, method: Method) -> Case {
     Case { name, parameters }
 }
 
-/// MV with every postfilter, under the key of that, forward-backward, all elements active. The first of the
-/// table is none.
+/// MV with every postfilter, named by its key.
+///
+/// Forward-backward, all elements active. The first entry of the table, no postfilter, is left out.
 pub const POSTFILTERS: [Case; Postfilter::EXAMPLES.len() - 1] = {
     let mut cases = [case("", Method::Mv); Postfilter::EXAMPLES.len() - 1];
     let mut i = 0;
@@ -90,19 +91,23 @@ pub const GROWING: Case = case("mv-growing-aperture", Method::Mv);
 /// The case of the same aperture, adaptive within [`GATE`] and DAS elsewhere.
 pub const GATED: Case = case("mv-depth-gate", Method::Mv);
 
-/// The samples of [`GATED`] that are adaptive: the first is amid a block of the time window.
+/// The samples of [`GATED`] that are adaptive.
+///
+/// The first is in the middle of a block of the time window.
 pub const GATE: core::ops::Range<usize> = 13..38;
 
-/// The case without diagonal loading on [`PERIODIC`], whose covariance no sample's Cholesky factorisation comes
-/// through: MV by the eigenvectors.
+/// The case without diagonal loading on [`PERIODIC`]: MV by the eigenvectors.
+///
+/// The Cholesky factorisation of the covariance fails at every sample.
 pub const SINGULAR: Case = {
     let mut case = case("mv-singular", Method::Mv);
     case.parameters.diagonal_loading = 0.0;
     case
 };
 
-/// The cases with a depth step, forward-backward, all elements active: without a time window, with one, with one longer
-/// than the step, and of sub-lines.
+/// The cases with a depth step, forward-backward, all elements active.
+///
+/// Without a time window, with one, with one longer than the step, and with sub-lines.
 pub const DEPTH_STEPS: [Case; 4] = [
     depth_step(case("das-depth-step-2", Method::Das), 2, 0),
     depth_step(case("esmv-rank1-depth-step-4", Method::EsmvRank1), 4, 0),
@@ -134,10 +139,10 @@ const fn sub_lines(name: &'static str, method: Method) -> Case {
     case
 }
 
-/// The sub-lines of the cases that have some.
+/// Number of sub-lines in the cases with sub-lines.
 pub const SUB_LINES: usize = 4;
 
-/// The line of [`scan`] whose sub-lines these cases have.
+/// Index of the line of [`scan`] in the cases with sub-lines.
 pub const LINE: usize = 9;
 
 /// The cases of sub-lines with forward-backward averaging, all elements active.
@@ -158,7 +163,9 @@ pub const SUB_LINES_FORWARD: [Case; 3] = [
     sub_lines("sub-lines-esmv-beta-forward", Method::EsmvBeta(0.1)),
 ];
 
-/// The case of two sub-lines, a coherence factor and the aperture of [`GROWING`], forward-backward.
+/// The case of two sub-lines and a coherence factor, forward-backward.
+///
+/// It has the aperture of [`GROWING`].
 pub const SUB_LINES_GROWING: Case = {
     let mut case = sub_lines("sub-lines-mv-growing-aperture", Method::Mv);
     case.parameters.sub_lines = 2;
@@ -166,10 +173,10 @@ pub const SUB_LINES_GROWING: Case = {
     case
 };
 
-/// Where the sub-lines lie: a line an element of a linear array.
+/// The scan that defines the sub-lines: a line for each element of a linear array.
 ///
 /// # Errors
-/// None: the scan is a valid one.
+/// None: the scan is valid.
 pub fn scan() -> Result<Scan<'static>, Error> {
     Scan::new(ScanParameters {
         array: Array::linear(ELEMENTS, 0.3e-3),
@@ -189,7 +196,7 @@ pub fn scan() -> Result<Scan<'static>, Error> {
 /// The active elements of a sample of [`GROWING`]: from 8 to all, cut at the array's start.
 ///
 /// # Errors
-/// None: the aperture is a valid one.
+/// None: the aperture is valid.
 pub fn growing() -> Result<impl Fn(usize) -> Active, Error> {
     let aperture = Aperture::new(ApertureParameters {
         elements: ELEMENTS,

@@ -1,5 +1,6 @@
-//! The delay stage: one line of a small record, by each transmit law, and the three added up; one of records that
-//! are halved; one of records that are upsampled.
+//! The delay stage on lines of a small record.
+//!
+//! One line by each transmit law, and their sum; a line of halved records; a line of upsampled records.
 //!
 //! The record is the real parts of the golden snapshots read as 8 elements of 192 samples: numbers
 //! for the arithmetic, not a scene.
@@ -38,16 +39,17 @@ pub const PARAMETERS: DelayParameters = DelayParameters {
     record_samples: LENGTH / ELEMENTS,
     hilbert_taps: HILBERT_TAPS,
 };
-/// From 100 MHz to 20 MHz: each record is halved twice before it is read.
+/// From 100 MHz to 20 MHz: each record is halved twice first.
 pub const HALVED: DelayParameters = DelayParameters {
     sampling_rate: 100e6,
     ..PARAMETERS
 };
-/// No other case takes more.
+/// Scratch of the case that needs most.
 const SCRATCH: usize = HALVED.need(1).real;
 
-/// The lines and what their hashes are called, in this order into one output: the first
-/// replaces what stands there, the others add to it.
+/// The lines and the names of their hashes, in this order into one output.
+///
+/// The first replaces the output, the others add to it.
 pub const LINES: [(&str, ScanLine<'static>); 3] = [
     (
         "delay-focused",
@@ -76,7 +78,7 @@ const fn line(law: TransmitLaw<'static>, compounding: Compounding) -> ScanLine<'
     }
 }
 
-/// From 20 MHz to 20 MHz, the record's first 64 samples an element: upsampled.
+/// From 20 MHz to 20 MHz: the record's first 64 samples of each element, upsampled.
 pub const UPSAMPLED: DelayParameters = DelayParameters {
     sampling_rate: 20e6,
     record_samples: 64,
@@ -84,7 +86,7 @@ pub const UPSAMPLED: DelayParameters = DelayParameters {
 };
 /// Values of a line: its samples and 15 at either end, up to full sixteens.
 const VALUES: usize = 96;
-/// The record with the filter's 16 taps and two more, and what it is made in.
+/// Length of the upsampled record, with 16 filter taps and two more, and scratch.
 const RECORD: usize = (64 + 16 + 2) * UPSAMPLING;
 const PADDED: usize = 64 + 2 * 16 + 2 + 4;
 
@@ -145,7 +147,7 @@ pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Re
     filter_in_f32(memory, report)
 }
 
-/// The focused wave through a filter that was worked out in f32.
+/// The focused wave through a filter computed in f32.
 fn filter_in_f32(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Result<(), Error> {
     let mut delay = Delay::new(PARAMETERS)?;
     delay.set_in_f32(PARAMETERS)?;
@@ -156,7 +158,7 @@ fn filter_in_f32(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Res
     Ok(())
 }
 
-/// The focused and the plane wave, compounded of upsampled records.
+/// The focused and the plane wave, compounded from upsampled records.
 pub(crate) fn upsampled_lines<V: Vector>(
     zero: V,
     memory: &mut UpsampledMemory,
@@ -193,8 +195,9 @@ pub(crate) fn upsampled_lines<V: Vector>(
     Ok(())
 }
 
-/// All lines, and the first one of halved records. `scratch` is as long as [`HALVED`] asks for with the
-/// vector's lanes.
+/// All lines, and the first one of halved records.
+///
+/// `scratch` has the length for [`HALVED`] with the vector's lanes.
 pub(crate) fn lines<V: Vector>(
     zero: V,
     scratch: &mut [f32],

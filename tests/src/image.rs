@@ -27,20 +27,20 @@ pub const DEPTHS: Axis = Axis {
     step: 1.0 / (SAMPLES as f64 - 1.0),
     count: SAMPLES,
 };
-/// The rows; the last ones lie beyond the data.
+/// The rows; the last ones are beyond the data.
 pub const ROWS: Axis = Axis {
     first: 0.0,
     step: 1.0 / 60.0,
     count: SIDE,
 };
-/// The columns; the first one lies beyond the data.
+/// The columns; the first one is beyond the data.
 pub const COLUMNS: Axis = Axis {
     first: -0.01,
     step: 1.0 / 63.0,
     count: SIDE,
 };
 
-/// A case of envelopes of lines with a depth step.
+/// A case of envelopes of a line with a depth step.
 #[derive(Clone, Copy, Debug)]
 pub struct Interpolated {
     /// Envelopes of the line.
@@ -51,11 +51,11 @@ pub struct Interpolated {
     pub cycles: f64,
     /// Sub-lines of the line.
     pub sub_lines: usize,
-    /// What is made of them.
+    /// Pooling of the sub-lines.
     pub pooling: Pooling,
 }
 
-/// The cases of envelopes, with their names: lines that begin with the snapshots.
+/// The cases of envelopes, with their names. Lines begin with the snapshots.
 pub const INTERPOLATED: [(&str, Interpolated); 3] = [
     (
         "depth-interpolation-2",
@@ -89,9 +89,9 @@ pub const INTERPOLATED: [(&str, Interpolated); 3] = [
     ),
 ];
 
-/// The case of a line at all samples, with every fourth of them.
+/// The case of a line at all samples, computed from every fourth of them.
 pub const LINE: &str = "depth-interpolation-line-4";
-/// Its samples.
+/// Number of its samples.
 pub const LINE_SAMPLES: usize = 150;
 /// Cycles of its carrier from one sample to the next.
 pub const LINE_CYCLES: f64 = 0.2;
@@ -140,7 +140,7 @@ pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Re
     report("log-compression", hash::real(levels));
     let reference = largest(magnitudes);
     let by = Logarithm::Polynomial;
-    // In the image's place, so that what follows has the levels of before.
+    // Written into the image's memory, so that the next step still has the first levels.
     let polynomial = &mut image[..LENGTH];
     log_compression_with(by, magnitudes, reference, DYNAMIC_RANGE, polynomial)?;
     report("log-compression-polynomial", hash::real(polynomial));
@@ -151,7 +151,9 @@ pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Re
     interpolations(magnitudes, scratch, report)
 }
 
-/// A line of sub-lines, the snapshots' elements, and a line of one, with a depth step, at all samples.
+/// Envelopes of a line with sub-lines, and a line at all samples.
+///
+/// The sub-lines are the snapshots' elements. The line has one sub-line and a depth step.
 fn interpolations(
     envelopes: &mut [f32],
     scratch: &mut [Complex<f32>],

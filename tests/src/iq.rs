@@ -1,5 +1,6 @@
-//! The delay stage from I/Q, by each reading and from counts; and that of RF along a ray of a convex
-//! array.
+//! The delay stage from I/Q, by each reading and from counts.
+//!
+//! Also that of RF along a ray of a convex array.
 //!
 //! The records are the golden snapshots: numbers for the arithmetic, not a scene.
 
@@ -32,14 +33,14 @@ pub const PARAMETERS: IqParameters = IqParameters {
 };
 const SCRATCH: usize = PARAMETERS.need(1).real;
 
-/// The readings, and what the hashes are called.
+/// The readings, and the names of their hashes.
 pub const INTERPOLATIONS: [(&str, IqInterpolation); 3] = [
     ("iq-linear", IqInterpolation::Linear),
     ("iq-cubic", IqInterpolation::Cubic),
     ("iq-sinc", IqInterpolation::Sinc),
 ];
 
-/// The snapshots as counts, `[sample][element]` as they are.
+/// The snapshots as counts, `[sample][element]`.
 pub(crate) static COUNTS: [[i16; 2]; LENGTH] = {
     let mut counts = [[0; 2]; LENGTH];
     let mut n = 0;
@@ -95,7 +96,7 @@ pub(crate) fn run(
     rays(0.0f32, scratch, x, report)
 }
 
-/// I/Q by each reading, and counts. `scratch` is as long as the vector's lanes ask for.
+/// I/Q by each reading, and counts. `scratch` has the length for the lanes of `V`.
 pub(crate) fn lines<V: Vector>(
     zero: V,
     scratch: &mut [f32],
@@ -124,7 +125,7 @@ pub(crate) fn lines<V: Vector>(
         interpolation: IqInterpolation::LinearFixed,
         ..PARAMETERS
     })?;
-    // Along a ray; then straight down, where positions grow evenly.
+    // Along a ray; then straight down, with evenly growing positions.
     for (name, ray, law) in [
         ("iq-fixed", line().ray, line().transmit.law),
         ("iq-fixed-down", Ray::down(0.3e-3), TransmitLaw::Focused),
@@ -140,7 +141,7 @@ pub(crate) fn lines<V: Vector>(
     Ok(())
 }
 
-/// RF along a ray of a convex array, from a wave that converges and from the first of some waves.
+/// RF along a ray of a convex array, from a converging and a compounded wave.
 pub(crate) fn rays<V: Vector>(
     zero: V,
     scratch: &mut [f32],

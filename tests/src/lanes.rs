@@ -1,5 +1,4 @@
-//! The golden cases over the vectors of an instruction set: each must have the hash that it has over one
-//! lane.
+//! The golden cases over vectors: each must have its hash of one lane.
 
 use std::boxed::Box;
 use std::vec;
@@ -19,11 +18,12 @@ use bonebeam::{Complex, Error};
 use crate::snapshots::{ELEMENTS, PERIODIC, SAMPLES, SNAPSHOTS};
 use crate::{beamform, delay, hash, image, iq, phase_symmetry};
 
-/// Runs every case that is computed over lanes with `set`, and reports its name and its hash: the
-/// beamformers once in the first lane, once in the middle and once in the last.
+/// Runs every case over the lanes of `set`, and reports its name and hash.
+///
+/// Each beamformer runs in the first lane, in a middle one and in the last.
 ///
 /// # Errors
-/// What the core refuses, which is a fault of a case.
+/// Errors of the core, which are faults of a case.
 pub fn run(set: InstructionSet, report: &mut dyn FnMut(&str, u64)) -> Result<(), Error> {
     set.dispatch(Cases { report })
 }
@@ -68,7 +68,7 @@ fn delay_lines<V: Vector>(zero: V, report: &mut dyn FnMut(&str, u64)) -> Result<
     iq::lines(zero, &mut scratch, &mut x, report)
 }
 
-/// The other lanes start elsewhere in the sequence, so that no lane does what another does.
+/// The other lanes start elsewhere in the sequence, so that all lanes differ.
 fn beamformer<A: Averaging<V>, V: Vector>(
     zero: V,
     case: beamform::Case,

@@ -1,7 +1,7 @@
-//! Golden cases: fixed inputs, one hash a kernel, the same on every target.
+//! Golden cases: fixed inputs, one hash for each kernel, the same on every target.
 //!
-//! A workstation's test and the firmware image both call [`run`] and print a line a case; the
-//! lines recorded in `tests/golden/hashes.txt` are what both must give.
+//! A workstation's test and the firmware image both call [`run`] and print a line for each case. Both must give the
+//! recorded lines of `tests/golden/hashes.txt`.
 
 #![no_std]
 
@@ -21,7 +21,7 @@ pub mod snapshots;
 pub mod sqrt;
 pub mod surface;
 
-/// The examples of the documents must compile, and run.
+/// The examples of the documents must compile and run.
 #[cfg(doctest)]
 mod documents {
     #[doc = include_str!("../../README.md")]
@@ -44,7 +44,7 @@ pub struct Workspaces {
 }
 
 impl Workspaces {
-    /// What it takes.
+    /// Size of this memory, bytes.
     pub const BYTES: usize = size_of::<Self>();
 
     /// Memory for [`run`].
@@ -70,7 +70,7 @@ impl Default for Workspaces {
 /// Runs every case and reports its name (without spaces) and its hash.
 ///
 /// # Errors
-/// What the core refuses, which is a fault of a case.
+/// Errors of the core, which are faults of a case.
 pub fn run(workspaces: &mut Workspaces, report: &mut impl FnMut(&str, u64)) -> Result<(), Error> {
     sqrt::run(report);
     delay::run(&mut workspaces.delay, report)?;

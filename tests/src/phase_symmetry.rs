@@ -1,4 +1,6 @@
-//! Phase symmetry of a 64 × 64 image, in strips of several heights and in one memory, which all have one hash.
+//! Phase symmetry of a 64 × 64 image.
+//!
+//! Strips of several heights and a map in one memory all have the same hash.
 
 use bonebeam::Error;
 use bonebeam::memory::{self, Need};
@@ -11,16 +13,16 @@ use crate::hash;
 
 /// Rows and columns of the image.
 pub const SIDE: usize = 64;
-/// The strip heights and what their hashes are called.
+/// The strip heights and the names of their hashes.
 pub const STRIPS: [(&str, usize); 4] = [
     ("phase-symmetry-strip-1", 1),
     ("phase-symmetry-strip-5", 5),
     ("phase-symmetry-strip-16", 16),
     ("phase-symmetry-strip-64", SIDE),
 ];
-/// In one memory.
+/// Name of the case in one memory.
 pub const MAP: &str = "phase-symmetry-map";
-/// For the largest of them; what lies in slow memory is the same for all.
+/// Sizes of the largest strip; all strips need the same slow memory.
 const SIZES: Sizes = Sizes {
     rows: SIDE,
     columns: SIDE,
@@ -55,7 +57,7 @@ const fn ridge(at: usize, top: usize) -> u32 {
     }
 }
 
-/// The bank of filters, so many lines at a time.
+/// The bank of filters, `strip` lines at a time.
 pub(crate) const fn parameters(strip: usize) -> Parameters<'static> {
     Parameters {
         sizes: Sizes { strip, ..SIZES },

@@ -31,7 +31,7 @@ const BEAMFORMER: beamform::Parameters = beamform::Parameters {
     ..beamform::Parameters::DEFAULT
 };
 const LENGTH: usize = 44;
-/// Samples at a time, and those that its time windows read.
+/// Samples of a block, and the further samples of its time windows.
 const STRETCH: usize = 7;
 const HELD: usize = STRETCH + 2;
 

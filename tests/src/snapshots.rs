@@ -1,8 +1,8 @@
 //! The golden snapshot sequence: aligned analytic samples of one beam.
 //!
-//! A strong echo from straight ahead around sample 12, one from the side around sample 26, noise
-//! throughout, a shadow over a third of the elements at samples 32 to 37, and over all of them from
-//! sample 42 on. `tests/tests/golden.rs` holds what made the file, and checks it.
+//! A strong echo from straight ahead around sample 12, one from the side around sample 26, noise throughout, a shadow
+//! over a third of the elements at samples 32 to 37, and over all of them from sample 42 on. `tests/tests/golden.rs`
+//! generates the file, and checks it.
 
 use bonebeam::Complex;
 
@@ -19,7 +19,9 @@ pub const BYTES: &[u8; 8 * LENGTH] = include_bytes!("../golden/snapshots_m32.bin
 /// The sequence, row-major `[sample][element]`.
 pub static SNAPSHOTS: [Complex<f32>; LENGTH] = decode();
 
-/// The first four elements' samples over and over again along the array: covariances of rank 4 at most.
+/// The first four elements' samples, repeated along the array.
+///
+/// Covariances have rank 4 at most.
 pub static PERIODIC: [Complex<f32>; LENGTH] = {
     let mut x = decode();
     let mut n = 0;
@@ -31,7 +33,7 @@ pub static PERIODIC: [Complex<f32>; LENGTH] = {
     x
 };
 
-/// Its real parts: numbers for the stages that take real ones.
+/// The real parts of the sequence, for stages with real input.
 pub static REAL_PARTS: [f32; LENGTH] = {
     let x = decode();
     let mut re = [0.0; LENGTH];

@@ -1,13 +1,13 @@
-//! The square root: one instruction on a microcontroller, a library's elsewhere.
+//! The square root: an instruction on a microcontroller, a library elsewhere.
 
 use bonebeam::simd::Vector;
 
 use crate::hash;
 
-/// Every so many of the floats in ascending order are tried: a prime.
+/// Every `STEP`-th float in ascending order is tried; `STEP` is a prime.
 pub const STEP: usize = 2039;
 
-/// The floats tried: a million from 0 up to the largest, 4115 of them subnormal.
+/// The tested floats: a million from 0 to the largest, 4115 of them subnormal.
 pub fn arguments() -> impl Iterator<Item = f32> {
     (0..f32::INFINITY.to_bits())
         .step_by(STEP)

@@ -1,5 +1,6 @@
-//! The bone surface in a frame of integers: 24 lines of 384 samples of noise, a bright layer, and bone that slopes,
-//! jumps and has a gap.
+//! The bone surface in a frame of integers.
+//!
+//! The frame has 24 lines of 384 samples of noise, a bright layer, and bone that slopes, jumps and has a gap.
 
 use bonebeam::Error;
 use bonebeam::geometry::Axis;
@@ -13,7 +14,7 @@ pub const LINES: usize = 24;
 /// Samples of a line.
 pub const SAMPLES: usize = 384;
 
-/// Every term but the contrast counts, beside the tissue alone.
+/// All terms except the contrast, against the tissue alone.
 const SETTINGS: Settings = Settings {
     cell: 0.06e-3,
     echo: 0.3e-3,
@@ -48,7 +49,7 @@ const SETTINGS: Settings = Settings {
     ..Settings::DEFAULT
 };
 
-/// The whole frame at once.
+/// The whole frame in one call.
 pub const WHOLE: Parameters = Parameters {
     samples: Axis {
         first: 3e-3,
@@ -62,7 +63,7 @@ pub const WHOLE: Parameters = Parameters {
     },
     latency: LINES - 1,
 };
-/// Line by line, samples that are cells, lines that are closer.
+/// Line by line, samples as cells, closer lines.
 pub const LATE: Parameters = Parameters {
     samples: Axis {
         first: 0.0,
@@ -73,7 +74,7 @@ pub const LATE: Parameters = Parameters {
     settings: SETTINGS,
     latency: 5,
 };
-/// Cells of three samples, and the contrast counts.
+/// Cells of three samples, with the contrast.
 pub const CONTRAST: Parameters = Parameters {
     settings: Settings {
         cell: 0.11e-3,
@@ -86,7 +87,7 @@ pub const CONTRAST: Parameters = Parameters {
     },
     ..WHOLE
 };
-/// Echoes are judged by themselves.
+/// Each echo is scored by itself.
 pub const MARGIN: Parameters = Parameters {
     settings: Settings {
         margin: 0.1,
@@ -158,7 +159,9 @@ pub fn frame(out: &mut [u8; LINES * SAMPLES]) {
     }
 }
 
-/// The hash of a surface: depth and confidence of each point, the depth negative if a piece begins there; 0 for none.
+/// The hash of a surface: depth and confidence of each point.
+///
+/// The depth is negative at the start of a piece. A line without a point has 0.
 pub fn hash_of(points: &[Option<Point>]) -> u64 {
     let numbers = points.iter().flat_map(|point| match point {
         None => [0.0; 2],

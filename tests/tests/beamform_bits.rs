@@ -1,5 +1,6 @@
-//! The core's beamformers are the same bits with every instruction set, and those of plain scalar
-//! loops.
+//! The core's beamformers: bits of every instruction set and of scalar loops.
+//!
+//! All instruction sets give the bits of plain scalar loops.
 
 use crate::common;
 
@@ -51,7 +52,7 @@ fn every_size_and_time_window() {
     }
 }
 
-/// The tests' memory is of just the size that is needed.
+/// The tests allocate memory of exactly the required size.
 #[test]
 fn every_length_of_subaperture() {
     for elements in 1..=36 {
@@ -93,7 +94,7 @@ fn every_subaperture_ratio_and_loading() {
     }
 }
 
-/// Also where samples are silent, tiny beside others or at the end of the floats' range.
+/// Also with silent samples, samples tiny beside others, and extreme floats.
 #[test]
 fn every_postfilter_and_the_example_of_every_parameter() {
     let mut line = Line::noise(7, 64, 48);
@@ -106,8 +107,9 @@ fn every_postfilter_and_the_example_of_every_parameter() {
     }
 }
 
-/// Covariances that are singular but for rounding errors, with too little loading to make up for it:
-/// a factorisation would let those grow without bound.
+/// Covariances that are singular except for rounding errors, with little loading.
+///
+/// A factorisation would let these errors grow without bound.
 #[test]
 fn singular_covariances() {
     let wave = |angle: f32, m: usize| Complex::cis(angle * m as f32);
@@ -164,7 +166,7 @@ fn growing_apertures() {
     }
 }
 
-/// Lines that are hard on the arithmetic: no power, equal eigenvalues, extremes of the format.
+/// Lines that stress the arithmetic: no power, equal eigenvalues, extreme floats.
 fn hard_lines() -> Vec<(&'static str, Line)> {
     let mut gaussian = Gaussian::new(4);
     let wave = |angle: f32, m: usize| Complex::cis(angle * m as f32);
@@ -237,8 +239,8 @@ fn hard_data() {
 
 #[test]
 fn every_number_of_lanes() {
-    // Lines of different data, position and length, so that lanes stop at different times; hard data
-    // beside them, so that a lane that is silent or slow to converge is not alone.
+    // Lines of different data, position and length, so that lanes stop at different times. Hard data are beside them,
+    // so that a silent or slowly converging lane is not alone.
     let mut lines: Vec<Line> = (0..19)
         .map(|k| {
             let samples = 40 + k % 4;
@@ -304,7 +306,7 @@ fn frame_after_frame_on_any_number_of_threads() {
                 let pool = pool.build().expect("threads");
                 let set = InstructionSet::detect();
                 let plan = Plan::new(set, parameters, covariance, 40).expect("a size that fits");
-                // What one frame leaves in the plan's memory must not reach the next.
+                // One frame's contents of the plan's memory must not reach the next frame.
                 for lines in &frames {
                     let x = stacked(lines);
                     let active = |beam: usize, sample: usize| lines[beam].active[sample];
@@ -344,8 +346,9 @@ fn a_frame_on_all_threads() {
     }
 }
 
-/// Within a range of samples a line has the bits of its method, elsewhere those of DAS: wherever the range
-/// cuts a run or a time window's block, in the core and over the host's threads and lanes.
+/// Within a range of samples a line has the bits of its method, elsewhere of DAS.
+///
+/// The range may cut a run or a time window's block, in the core and over the host's threads and lanes.
 #[test]
 fn adaptive_within_and_das_elsewhere() {
     let lines = growing_frame(70);
@@ -380,7 +383,7 @@ fn adaptive_within_and_das_elsewhere() {
                     let progress = |n: usize| _ = count.fetch_add(n, Ordering::Relaxed);
                     let frame = plan.run(x.view(), &active, &progress);
                     let frame = frame.expect("a frame that fits");
-                    // Each output is heard of once.
+                    // Each output is reported once.
                     assert_eq!(count.into_inner(), frame.len());
                     for ((line, (adaptive, das)), z) in lines.iter().zip(&whole).zip(frame.rows()) {
                         let expected: Vec<_> = (0..30)
@@ -402,7 +405,9 @@ fn adaptive_within_and_das_elsewhere() {
     }
 }
 
-/// The memory need only fit what is adaptive; a set that does not fit is refused, also beside others.
+/// The memory need only fit the adaptive samples.
+///
+/// An active set that does not fit is refused, also beside others.
 #[test]
 fn memory_for_what_is_adaptive() {
     let line = &growing_frame(80)[4];
@@ -432,8 +437,9 @@ fn memory_for_what_is_adaptive() {
     ));
 }
 
-/// Two subapertures of seven elements without loading are of rank 2, with those backward of rank 4: f32
-/// leaves nothing that a factorisation could serve.
+/// Two subapertures of seven elements without loading are of rank 2.
+///
+/// With the backward ones the rank is 4. In f32 a Cholesky factorisation fails.
 #[test]
 fn a_singular_covariance_takes_the_eigensolver() {
     for turn in [0.3, 0.7, 1.1] {

@@ -1,5 +1,6 @@
-//! The core's beamformers against the f64 reference, within the contract's bounds: by the oracle of
-//! `host-sim`, and without the exemption for what rounding alone moves.
+//! The core's beamformers against the f64 reference, within the contract's bounds.
+//!
+//! The oracle of `host-sim` judges them, without the exemption for changes by rounding alone.
 
 use crate::common;
 
@@ -16,10 +17,10 @@ use rayon::prelude::*;
 use std::f32::consts::TAU;
 use std::ops::Range;
 
-/// Holds the core to the bounds over the samples `range` of `line`, whose largest |z| is the scale.
+/// Asserts the bounds of the core over the samples `range` of `line`.
 ///
-/// Without the first eigenvector that of MV is a second scale: what is left is the difference of two
-/// results, each as large as that, and on these lines no more is off than that allows.
+/// The scale is the largest |z| of `line`. Without the first eigenvector the largest |z| of MV is a second scale: the
+/// result is the difference of two results of that size. On these lines no error exceeds that.
 fn assert_agrees(line: &Line, range: Range<usize>, base: Parameters, methods: &[Method]) {
     let x = stacked(std::slice::from_ref(line));
     let step = base.depth_step;
@@ -136,7 +137,7 @@ fn a_shadow_60_db_below_the_echo_before_it() {
     let noise = Line::noise(2, 60, 64);
     let mut gaussian = Gaussian::new(3);
     let amplitudes: Vec<_> = (0..60).map(|_| gaussian.next()).collect();
-    // Noise, an echo of ten samples from straight ahead, and behind it a shadow.
+    // Noise, an echo of ten samples from straight ahead, then a shadow.
     let line = Line::from_fn(60, 64, |n, m| match n {
         0..10 => noise.x[[n, m]],
         10..20 => amplitudes[n] * 30.0 + noise.x[[n, m]],
@@ -148,14 +149,13 @@ fn a_shadow_60_db_below_the_echo_before_it() {
             ..Parameters::default()
         };
         assert_agrees(&line, 0..60, parameters, &METHODS);
-        // Where the window has left the echo behind, the shadow is the scale.
+        // After the window has passed the echo, the shadow is the scale.
         assert_agrees(&line, 20 + temporal_half_window..60, parameters, &METHODS);
     }
 }
 
-// In what follows the noise's eigenvalues lie close together beside a large λ₁. A rank that parts
-// them is no more defined than rank 1 is for λ₂ > 0.99 λ₁, so only ranks that part signal from
-// noise are held to the bound.
+// In the next tests the noise's eigenvalues are close together beside a large λ₁. A rank that separates them is as
+// ill-defined as rank 1 for λ₂ > 0.99 λ₁, so the bound applies only to ranks that separate signal from noise.
 
 #[test]
 fn a_plane_wave_off_axis_in_noise() {
@@ -179,8 +179,8 @@ fn a_plane_wave_off_axis_in_noise() {
 
 #[test]
 fn a_plane_wave_in_a_null_of_the_subaperture() {
-    // What rank 1 leaves of such a line is e₁ᴴa, to which only the noise in e₁ adds: rounding errors
-    // of e₁ are near 10⁻³ of it.
+    // Rank 1 reduces such a line to e₁ᴴa, to which only the noise in e₁ adds: rounding errors of e₁ are near 10⁻³ of
+    // it.
     for elements in [33, 64, 128] {
         let turns = 3.0 / (elements / 2) as f32;
         let noise = Line::noise(7, 20, elements);
@@ -213,8 +213,8 @@ fn two_coherent_sources_in_noise() {
 
 #[test]
 fn two_sources_over_all_subaperture_lengths() {
-    // Two large eigenvalues, close together or apart, and all others small beside both: Krylov
-    // vectors that end quickly and part the two slowly.
+    // Two large eigenvalues, close together or apart, and all others far below both: Krylov vectors that end early
+    // and separate the two slowly.
     for elements in [16, 32, 64, 128] {
         for (seed, turns, other, noise) in [
             (11, 0.024, 1.0, 0.3),
@@ -241,9 +241,9 @@ fn two_sources_over_all_subaperture_lengths() {
 
 #[test]
 fn nearly_equal_eigenvalues() {
-    // Two orthogonal waves that take turns: with K = 2 the window of an even sample holds three
-    // samples of the first and two of the second, so that λ₂/λ₁ is as asked for (but for the
-    // loading, which brings it nearer to 1, and for noise, which sets the other eigenvalues apart).
+    // Two orthogonal waves that alternate: with K = 2 the window of an even sample holds three samples of the first
+    // and two of the second, so that λ₂/λ₁ has the chosen value (except for the loading, which brings it nearer to 1,
+    // and for noise, which separates the other eigenvalues).
     let (elements, subaperture) = (32, 16);
     let noise = Line::noise(6, 12, elements);
     for ratio in [0.5, 0.9, 0.97, 0.98, 0.995, 0.9999, 1.0_f32] {
@@ -280,7 +280,7 @@ fn a_hundred_thousand_samples_of_undecided_ranks_and_split_clusters() {
     const SAMPLES: usize = 400;
     const ELEMENTS: usize = 16;
     const CLUSTERED: f32 = 1e-3;
-    // The eigenvalues of noise 60 dB below the wave are a cluster that any rank but the first splits.
+    // The eigenvalues of noise 60 dB below the wave are a cluster: any rank but the first splits it.
     let kinds = [
         ("noise alone", None),
         ("a wave in noise at -20 dB", Some(0.1)),
@@ -355,14 +355,14 @@ fn a_hundred_thousand_samples_of_undecided_ranks_and_split_clusters() {
     }
 }
 
-/// What came of the samples of a method: how many, and their largest error.
+/// Results of a method's samples: their number, and their largest error.
 #[derive(Clone, Copy, Debug, Default)]
 struct Tally {
     bounded: (usize, f64),
     ill_conditioned: (usize, f64),
-    /// Beyond the bound, and no more than rounding may do where it chooses the rank, too.
+    /// Beyond the bound, but explained by rounding, which may also change the rank.
     of_rounding: (usize, f64),
-    /// Beyond the bound, and beyond what the trials of rounding do.
+    /// Beyond the bound, and beyond the errors of the trials with rounding.
     beyond: (usize, f64),
 }
 
@@ -379,8 +379,9 @@ impl Tally {
     }
 }
 
-/// Whether some change of R by rounding moves z by more than `bound`, with the rank that the changed R has:
-/// more trials than the oracle's, which keeps the rank of R itself.
+/// Whether some change of R by rounding moves z by more than `bound`.
+///
+/// The changed R has its own rank. The oracle makes fewer trials, with the rank of R itself.
 fn moved_by_rounding(sample: &Sample, method: Method, bound: f64) -> bool {
     const TRIALS: u64 = 256;
     let exact = sample.answers(&sample.eigenspace(), method, 0.0)[0].z;

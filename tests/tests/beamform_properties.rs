@@ -1,4 +1,4 @@
-//! What holds for the core's beamformers whatever the data are.
+//! Properties of the core's beamformers for any data.
 
 use crate::common;
 
@@ -27,7 +27,7 @@ fn postfilters() -> impl Strategy<Value = Postfilter> {
     prop::sample::select(Postfilter::EXAMPLES.to_vec())
 }
 
-/// Parameters with a window that fits `samples`, and the method still to be chosen.
+/// Parameters with a window that fits `samples`; the caller chooses the method.
 fn parameters(samples: usize, largest_ratio: f64) -> impl Strategy<Value = Parameters> {
     let apodization = prop::sample::select(Apodization::EXAMPLES.to_vec());
     let numbers = (0..samples, 0.3..=largest_ratio, 0..4_usize, 0.0..=1.0_f32);
@@ -51,8 +51,9 @@ fn noise() -> impl Strategy<Value = Line> {
     (any::<u64>(), 2_usize..=24).prop_map(|(seed, elements)| Line::noise(seed, SAMPLES, elements))
 }
 
-/// A wave from about straight ahead and noise 20 dB below it: λ₁ stands clear of the rest, so that
-/// the rank-1 results are well defined too.
+/// A wave from about straight ahead and noise 20 dB below it.
+///
+/// λ₁ is far above the rest, so that the rank-1 results are well defined too.
 fn signal() -> impl Strategy<Value = Line> {
     (any::<u64>(), 4_usize..=24, -0.02_f32..0.02).prop_map(|(seed, elements, turns)| {
         let mut gaussian = Gaussian::new(seed);
@@ -63,7 +64,7 @@ fn signal() -> impl Strategy<Value = Line> {
     })
 }
 
-/// The methods whose result does not jump with the last bit of the data, where λ₁ stands clear.
+/// The methods with results that are continuous in the data, if λ₁ is far above λ₂.
 fn smooth_methods() -> impl Strategy<Value = Method> {
     prop::sample::select(vec![
         Method::Das,
@@ -74,13 +75,15 @@ fn smooth_methods() -> impl Strategy<Value = Method> {
     ])
 }
 
-/// Parameters for two computations of the same thing: at least a quarter of the elements are averaged
-/// over. Towards `L = M` the covariance has rank 1 and f32 no longer keeps the contract's bound.
+/// Parameters for two computations of the same result.
+///
+/// They average over at least a quarter of the elements. Towards `L = M` the covariance has rank 1, and f32 exceeds
+/// the contract's bound.
 fn averaging_parameters() -> impl Strategy<Value = Parameters> {
     parameters(SAMPLES, 0.75)
 }
 
-/// The largest |z| of MV: no method's errors are larger than its share of this.
+/// The largest |z| of MV: the scale of every method's error.
 fn largest(line: &Line, parameters: Parameters, covariance: Covariance) -> f32 {
     let parameters = Parameters {
         method: Method::Mv,
@@ -127,7 +130,7 @@ proptest! {
     #![proptest_config(ProptestConfig {
         failure_persistence: None,
         rng_seed: RngSeed::Fixed(2),
-        // A share of the cases is left out (a subspace without a gap), however many cases there are.
+        // A fixed share of the cases is rejected (a subspace without a gap).
         max_global_rejects: u32::MAX,
         ..ProptestConfig::default()
     })]
@@ -315,7 +318,7 @@ proptest! {
         let sample = exact(&line, n, parameters, covariance);
         let eigenspace = sample.eigenspace();
         let (values, subaperture) = (&eigenspace.values, eigenspace.values.len());
-        // A subspace is defined where a gap parts it from the rest.
+        // A subspace is defined if a gap separates it from the rest.
         let gap = |rank: usize| values[rank - 1] - values[rank];
         let rank = (1..subaperture).max_by(|&i, &j| gap(i).total_cmp(&gap(j)));
         prop_assume!(rank.is_some_and(|rank| gap(rank) > 0.02 * values[0]));
@@ -347,14 +350,14 @@ proptest! {
         };
         let value = |i: usize| Complex::new(number(bits[i].0), number(bits[i].1));
         let line = Line::from_fn(SAMPLES, 9, |n, m| match kind {
-            // Every exponent there is, in one line.
+            // Every exponent of the format, in one line.
             0 => value(n * 9 + m),
             // All equal.
             1 => value(0),
-            // One hot element in one sample.
+            // One nonzero element in one sample.
             2 if (n, m) == (2, 4) => value(0),
             2 => Complex::ZERO,
-            // One value a sample.
+            // One value for each sample.
             _ => value(n),
         });
         let parameters = Parameters { method, postfilter, diagonal_loading, ..parameters };

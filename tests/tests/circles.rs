@@ -1,4 +1,4 @@
-//! No crate has a circle of files that use each other.
+//! No crate has a cycle of files that use each other.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 /// The parts of a path, of a module or of an item.
 type Names = Vec<String>;
 
-/// What a file says, without comments and unit tests.
+/// Contents of a file, without comments and unit tests.
 #[derive(Default)]
 struct File {
     /// The paths of its `use` lines, and whether they are public.
@@ -83,7 +83,7 @@ impl Crate {
         }
     }
 
-    /// A path from the root of the crate; none for a path of another crate.
+    /// A path from the root of the crate; `None` for a path of another crate.
     fn absolute(&self, module: &Names, path: &[String]) -> Option<Names> {
         let supers = path.iter().take_while(|part| *part == "super").count();
         let (start, rest) = match path.first()?.as_str() {
@@ -120,7 +120,7 @@ impl Crate {
         }
     }
 
-    /// The modules that a module uses. A public `use` passes an item on and uses nothing.
+    /// The modules that a module uses; a public `use` re-exports and does not count.
     fn uses(&self, module: &Names) -> BTreeSet<Names> {
         let file = &self.0[module];
         let imports = file.imports.iter().filter(|(public, _)| !public);
@@ -129,7 +129,7 @@ impl Crate {
         homes.filter(|home| home != module).collect()
     }
 
-    /// The circles: modules of which each leads to all others.
+    /// The cycles: sets of modules in which each leads to all others.
     fn circles(&self) -> BTreeSet<BTreeSet<Names>> {
         let uses: BTreeMap<_, _> = self.0.keys().map(|m| (m, self.uses(m))).collect();
         let reach = |module: &Names| {
@@ -154,8 +154,9 @@ impl Crate {
     }
 }
 
-/// The folders of the crates in and below a folder: the `members` of its workspace, and the workspaces that it
-/// leaves out by `exclude`.
+/// The folders of the crates in and below a folder.
+///
+/// These are the `members` of its workspace, and the workspaces in `exclude`.
 fn crates(folder: &Path) -> Vec<PathBuf> {
     let manifest = fs::read_to_string(folder.join("Cargo.toml")).unwrap();
     let workspace = manifest.split_once("[workspace]\n");

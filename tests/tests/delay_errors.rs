@@ -1,4 +1,4 @@
-//! The delay stage refuses what is wrong, by name, before it writes anything.
+//! The delay stage names the wrong parameter before it writes anything.
 
 use bonebeam::delay::{Compounding, Delay, DelayParameters, MAX_SAMPLES, Record, ScanLine, Stage};
 use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
@@ -16,7 +16,7 @@ const GOOD: DelayParameters = DelayParameters {
     hilbert_taps: 2,
 };
 
-/// A size of the parameters: its name, the largest, and where it is.
+/// A size of the parameters: its name, the largest value, and its field.
 type Size = (&'static str, usize, fn(&mut DelayParameters) -> &mut usize);
 /// One field of the parameters changed, and the name that the error must give.
 type Change = (&'static str, fn(&mut DelayParameters));
@@ -77,7 +77,7 @@ fn bad_parameters_are_named() {
     }
 }
 
-/// The largest sizes are taken, and the next is refused with the largest as the capacity.
+/// The largest sizes are valid; the next is refused with the largest as capacity.
 #[test]
 fn sizes_are_refused_from_the_first_that_is_too_large() {
     let [longer, shorter] = [900, 50];
@@ -118,7 +118,7 @@ fn sizes_are_refused_from_the_first_that_is_too_large() {
     }
 }
 
-/// Of lines of the length in `DelayParameters::need`.
+/// For lines of the length in `DelayParameters::need`.
 #[test]
 fn the_scratch_has_the_documented_length() {
     let of = |sampling_rate: f64, lanes: usize| {
@@ -131,13 +131,13 @@ fn the_scratch_has_the_documented_length() {
         };
         p.need(lanes).real
     };
-    // 70 up to 96, and 62, up to 160; 32 and 62 a lane.
+    // 70 up to 96, and 62, up to 160; 32 and 62 for each lane.
     for lanes in [1, 2, 4, 8, 16] {
         assert_eq!(of(40e6, lanes), (3 + lanes) * 160 + lanes * 94 + 15);
     }
     for (sampling_rate, part, streams) in [(50e6, 2, 160), (100e6, 4, 448), (200e6, 8, 992)] {
         let more = |lanes| of(sampling_rate, lanes) - of(40e6, lanes) - streams;
-        // The margins of both filters, up to full sixteens.
+        // The margins of both filters, up to multiples of sixteen.
         let one = more(1);
         assert!(
             (1000 / part..1000 / part + 48).contains(&one),

@@ -1,4 +1,4 @@
-//! Lines with a depth step, and what images make of them.
+//! Lines with a depth step, and their images.
 
 use crate::common;
 
@@ -27,7 +27,9 @@ fn every(z: &[Complex<f32>], step: usize) -> Vec<Complex<f32>> {
     z.iter().step_by(step).copied().collect()
 }
 
-/// An aperture that is empty at first and changes where no depth step is whole.
+/// An aperture that is empty at first.
+///
+/// It changes at samples that are no multiple of the depth step.
 fn growing(samples: usize) -> Vec<Active> {
     let set = |n: usize| match n / 7 {
         0 => Active { first: 0, count: 0 },
@@ -39,7 +41,7 @@ fn growing(samples: usize) -> Vec<Active> {
     (0..samples).map(set).collect()
 }
 
-/// Lines that end at different samples, so that lanes do.
+/// Lines that end at different samples, so that lanes do too.
 fn lines() -> Vec<Line> {
     let of = |k: usize| {
         let mut line = Line::noise(60 + k as u64, 57 + k % 3, 24);
@@ -72,7 +74,9 @@ fn parameters() -> Vec<Parameters> {
     all
 }
 
-/// One line, lanes of lines, a frame on threads, and a part of a line: the samples of the line without a depth step.
+/// A line with a depth step has the samples of the line without one.
+///
+/// Tested for one line, lanes of lines, a frame on threads, and a part of a line.
 #[test]
 fn a_depth_step_chooses_samples_and_changes_none() {
     let lines = lines();
@@ -113,7 +117,9 @@ fn a_depth_step_chooses_samples_and_changes_none() {
     }
 }
 
-/// Segments that begin anywhere, as those within a range of samples do: the frame of the host is that of lines alone.
+/// Segments with any start, as within a range of samples.
+///
+/// The host's frame has the bits of single lines.
 #[test]
 fn a_range_of_samples_of_a_frame_has_the_samples_of_each_line() {
     let lines: Vec<Line> = lines().into_iter().step_by(3).collect();
@@ -178,7 +184,9 @@ fn stepped(depth_step: usize, sub_lines: usize, block: usize) -> pipeline::Param
     }
 }
 
-/// In blocks of any length, inside a depth gate and outside: every `step`-th sample of a line without a depth step.
+/// In blocks of any length, inside and outside a depth gate.
+///
+/// The line has every `step`-th sample of a line without a depth step.
 #[test]
 fn a_frames_lines_are_the_samples_of_lines_without_a_depth_step() {
     let gate = DepthGate {
@@ -222,7 +230,7 @@ fn frames_have_the_same_image() {
     }
 }
 
-/// Of two samples a line takes half of the memory for its samples.
+/// With a depth step of two a line needs half the memory for its samples.
 #[test]
 fn lines_with_a_depth_step_take_less_memory() {
     let need = |depth_step, sub_lines| {
@@ -237,7 +245,7 @@ fn lines_with_a_depth_step_take_less_memory() {
         let saved = need(1, 1) - need(depth_step, 1);
         assert_eq!(saved, samples - samples.div_ceil(depth_step));
     }
-    // Of many sub-lines the interpolation takes more than the beamformer.
+    // With many sub-lines the interpolation needs more than the beamformer.
     let of_many = [1, 2, 4, 8].map(|depth_step| need(depth_step, 8));
     assert!(of_many.is_sorted_by(|a, b| a > b), "{of_many:?}");
 }
@@ -256,7 +264,9 @@ fn interpolated(z: &[Complex<f32>], grid: (usize, usize, f64)) -> (Vec<f32>, Lin
     (levels, line)
 }
 
-/// Beside the definition in f64: 4·10⁻⁶ of the largest magnitude, for any number of samples and any carrier.
+/// Against the definition in f64: 4·10⁻⁶ of the largest magnitude.
+///
+/// Holds for any number of samples and any carrier.
 #[test]
 fn interpolation_is_the_definition() {
     for depth_step in 1..=8 {
@@ -285,7 +295,7 @@ fn interpolation_is_the_definition() {
     }
 }
 
-/// What the line has keeps its bits.
+/// The samples of the line keep their bits.
 #[test]
 fn samples_of_the_line_are_not_interpolated() {
     let z = Line::noise(3, 40, 1).x.into_raw_vec_and_offset().0;
@@ -299,8 +309,9 @@ fn samples_of_the_line_are_not_interpolated() {
     }
 }
 
-/// Tones around the carrier, of the line's band of `1/step` cycles a sample: what the filter's response leaves out is
-/// 0.010 in its middle half and 0.091 in three quarters, whatever the depth step.
+/// Tones around the carrier, within the line's band of `1/step` cycles a sample.
+///
+/// The error of the filter's response is 0.010 in the middle half and 0.091 in three quarters, for any depth step.
 #[test]
 fn a_tone_errs_by_the_filters_response() {
     for depth_step in 2..=8 {
@@ -312,7 +323,7 @@ fn a_tone_errs_by_the_filters_response() {
             };
             let full: Lines = (0..401).map(at).collect();
             let (levels, line) = interpolated(&every(&full, depth_step), (401, depth_step, 0.25));
-            // Away from the ends, where the baseband goes on as it is there.
+            // Away from the ends, beyond which the baseband is extended by its last sample.
             for n in 4 * depth_step..401 - 5 * depth_step {
                 let error = (line[n] - full[n]).norm().max((levels[n] - 1.0).abs());
                 assert!(error < bound, "{depth_step} {part} {n}: {error}");
@@ -321,7 +332,9 @@ fn a_tone_errs_by_the_filters_response() {
     }
 }
 
-/// A pulse of 60 % at 4·f₀ a sample, whatever its place between samples: its envelope, of its largest.
+/// Error of the envelope of a 60 % pulse at 4·f₀, relative to its maximum.
+///
+/// The pulse may be anywhere between two samples.
 #[test]
 fn a_pulses_envelope_errs_by_what_its_band_leaves_out() {
     let width = 0.3 / (2.0 * LN_2).sqrt();
@@ -387,7 +400,7 @@ fn what_is_no_line_is_refused() {
     let mut line = [Complex::ZERO; 9];
     let refused = interpolation.line(&z[..5], &mut scratch[..12], &mut line);
     assert_eq!(refused, Err(bad));
-    // Magnitudes beyond the largest number are that.
+    // Magnitudes beyond the largest number become that number.
     let sign = [1.0, -1.0, 1.0, -1.0, 1.0];
     let largest = sign.map(|sign| Complex::new(f32::MAX, f32::MAX) * sign);
     run(&largest, 12, &mut out[..9]).unwrap();

@@ -15,7 +15,7 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// The words of a text that could be types.
+/// The words of a text that may be types.
 fn words(text: &str) -> impl Iterator<Item = &str> {
     let words = text.split(|c: char| !c.is_alphanumeric() && c != '_');
     words.filter(|word| word.starts_with(|c: char| c.is_ascii_uppercase()))
@@ -26,8 +26,8 @@ fn every_public_type_can_be_logged() {
     let core = Path::new(env!("CARGO_MANIFEST_DIR")).join("../core/src");
     let mut files = Vec::new();
     sources(&core, &mut files);
-    // Public types, and whether they derive it; the names that modules make public; the types that it is
-    // written out for.
+    // Public types, with a flag for the derive; the names that modules re-export; the types with a hand-written
+    // implementation.
     let (mut types, mut exported, mut written) =
         (BTreeMap::new(), BTreeSet::new(), BTreeSet::new());
     for path in &files {
@@ -35,7 +35,7 @@ fn every_public_type_can_be_logged() {
         for uses in text.split("\npub use ").skip(1) {
             exported.extend(words(uses.split(';').next().unwrap()).map(String::from));
         }
-        // The formatter puts an item at the beginning of a line, and what belongs to it right above.
+        // rustfmt puts an item at the beginning of a line, and its attributes directly above.
         let mut attributes = String::new();
         for line in text.lines() {
             let item = ["pub struct ", "pub enum "].iter();
@@ -53,7 +53,7 @@ fn every_public_type_can_be_logged() {
             }
         }
         if path.ends_with("formats.rs") {
-            // One of its macro's: `[generics] Type<…>: "Type", memory => bytes;`.
+            // A line of its macro: `[generics] Type<…>: "Type", memory => bytes;`.
             let names = text.split('"').skip(1).step_by(2);
             written.extend(
                 names

@@ -1,5 +1,6 @@
-//! Curved and phased arrays, rays, and every transmit law: the delay stage against both references, and
-//! the active aperture.
+//! Curved and phased arrays, rays, transmit laws and the active aperture.
+//!
+//! The delay stage is compared with both references.
 
 use crate::common;
 
@@ -28,7 +29,7 @@ fn convex() -> Vec<Element> {
         .collect()
 }
 
-/// When the elements fire for a wave that comes from 15 mm behind the array, all but two.
+/// Delays of a wave from 15 mm behind the array; two elements do not fire.
 fn delays(elements: &[Element]) -> Vec<f64> {
     let mut delays: Vec<f64> = (elements.iter())
         .map(|e| ((e.x - 1e-3).hypot(e.z + 15e-3) - 15e-3) / C)
@@ -167,7 +168,7 @@ fn pulse(t: f64) -> f64 {
     (-a * t * t).exp() * (2.0 * PI * F0 * t).cos()
 }
 
-/// When the wave reaches a point, from the definitions of the laws.
+/// Arrival time of the wave at a point, from the definitions of the laws.
 fn arrival(law: TransmitLaw, elements: &[[f64; 2]], [x, z]: [f64; 2], r: f64) -> f64 {
     match law {
         TransmitLaw::Focused => r / C,
@@ -251,7 +252,7 @@ fn rays_straight_down_have_the_active_sets_of_lines() {
     let array = Array::linear(ELEMENTS, PITCH);
     let even = Lines::Even(Axis::centred(2 * ELEMENTS + 9, PITCH / 2.0));
     let rays: Vec<Ray> = (0..even.count()).map(|k| even.ray(k)).collect();
-    // Not told as a linear array: the general rule.
+    // Elements without the form of a linear array: the general rule.
     let elements: Vec<Element> = (0..ELEMENTS).map(|m| array.element(m)).collect();
     let at = Array::At {
         elements: &elements,
@@ -288,7 +289,7 @@ fn the_aperture_is_centred_on_the_ray_and_grows_along_it() {
             assert!(sample == 0 || active.count >= scan.active(line, sample - 1).count);
         }
     }
-    // A sector: all rays from the middle, whatever their angle.
+    // A sector: all rays start in the middle, at any angle.
     let rays: Vec<Ray> = (-20..=20)
         .map(|k| Ray::new(0.0, 0.0, f64::from(k) * 0.03))
         .collect();

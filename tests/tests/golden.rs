@@ -1,5 +1,7 @@
-//! The golden cases on the workstation: their recorded hashes, the f32 references' own, every
-//! instruction set. Meant for every profile: bits must not depend on optimisation.
+//! The golden cases on the workstation, with every instruction set.
+//!
+//! Their hashes are the recorded ones and the f32 references'. Run with every profile: bits must not depend on
+//! optimisation.
 
 use crate::common;
 
@@ -52,8 +54,9 @@ fn the_recorded_hashes_are_met() {
     assert_eq!(printed(), RECORDED);
 }
 
-/// `host-sim verify` prints hashes to be compared between machines, so they must begin with the same
-/// bits: this is the hash of one machine's recording.
+/// The recording of `host-sim verify` has the same bits on every machine.
+///
+/// Otherwise its hashes could not be compared. This is the hash of one machine's recording.
 #[test]
 fn what_is_verified_with_has_the_same_bits_everywhere() {
     let recording = bonebeam_oracle::verify::recording::recording();
@@ -61,7 +64,9 @@ fn what_is_verified_with_has_the_same_bits_everywhere() {
     assert_eq!(hash, 0x6f3f_d291_48b7_9299, "{hash:016x}");
 }
 
-/// Records what the core gives now, after a change that is meant to change bits:
+/// Records the core's present hashes, after an intended change of bits.
+///
+/// Run
 /// `cargo test -p bonebeam-tests --test across -- --ignored record_hashes`.
 #[test]
 #[ignore = "writes tests/golden/hashes.txt"]
@@ -74,7 +79,9 @@ fn the_standard_librarys_square_root_has_the_hash() {
     assert_eq!(hash::of(sqrt::arguments().map(f32::sqrt)), recorded("sqrt"));
 }
 
-/// What made `snapshots_m32.bin`: arithmetic, libm and ChaCha, the same bytes everywhere.
+/// Computes `snapshots_m32.bin` by arithmetic, libm and ChaCha.
+///
+/// The bytes are the same everywhere.
 fn make_snapshots() -> Vec<u8> {
     let mut rng = ChaCha8Rng::seed_from_u64(32);
     // The sum of twelve uniform numbers less 6: nearly Gaussian, of unit variance, and exact.
@@ -295,7 +302,7 @@ fn the_surface_by_trying_all_paths_has_the_hashes() {
     }
 }
 
-/// Cases that are never computed over lanes, or only over those of a beam each.
+/// Cases that are never computed over lanes, or only over lanes of a beam each.
 const ONE_LANE: [&str; 22] = [
     "sqrt",
     "delay-filter-f32",

@@ -142,7 +142,7 @@ fn resampling_reproduces_a_bilinear_function() {
             let (z, x) = (9.9 + 0.137 * row as f64, -4.1 + 0.137 * column as f64);
             let inside = (10.0..=20.0).contains(&z) && (-4.0..=4.0).contains(&x);
             let expected = if inside { f(x, z) } else { 0.0 };
-            // Values up to 30: a rounded datum, fractions and six roundings at 1.2e-7 each.
+            // Values up to 30: a rounded sample, fractions and six roundings at 1.2e-7 each.
             let error = (f64::from(out[row * 64 + column]) - expected).abs();
             assert!(error < 30.0 * 8.0 * 1.2e-7, "({x}, {z}): {error}");
         }
@@ -392,7 +392,7 @@ fn bad_input_is_named_and_nothing_is_written() {
     assert_eq!(pixels, [7.0; 4]);
 }
 
-/// What takes as long as there are columns would not come back.
+/// A run time proportional to the columns would not end.
 #[test]
 fn no_rows_of_very_many_columns_are_nothing() {
     let two = axis(0.0, 1.0, 2);

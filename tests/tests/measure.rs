@@ -1,4 +1,4 @@
-//! The measures, on images and profiles whose answers are known.
+//! The measures, on images and profiles with known answers.
 
 use std::f64::consts::PI;
 
@@ -14,7 +14,7 @@ use num_complex::Complex;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
-/// Pixels of 0.1 mm over a flat bone below s = 0: row r lies at s = (r − 100.5)·0.1 mm.
+/// Pixels of 0.1 mm over flat bone below s = 0: row r is at s = (r − 100.5)·0.1 mm.
 fn flat() -> Array2<f64> {
     Array2::from_shape_fn((201, 8), |(row, _)| (row as f64 - 100.5) * 0.1e-3)
 }
@@ -42,7 +42,7 @@ fn lines_at_known_distances_give_their_weighted_mean_and_spread() {
     let two = measure(image.view(), distance.view(), Region::B_MODE);
     close(two.mean, 0.25e-3, 1e-15);
     close(two.std, (3.0f64 / 16.0).sqrt() * 0.4e-3, 1e-15);
-    // Region A of phase symmetry begins at 0.1 mm and leaves the second one out.
+    // Region A of phase symmetry begins at 0.1 mm and leaves the second line out.
     let inner = measure(image.view(), distance.view(), Region::PHASE_SYMMETRY);
     close(inner.mean, 0.35e-3, 1e-15);
 }
@@ -179,7 +179,7 @@ fn point_with_a_squared_sinc_profile() {
     // Linear interpolation over a step h of a curve with |d²L/dx²| below 50 dB/mm² and a slope of
     // 40 dB/mm: h²/8·50/40 or 0.4 µm at either end.
     close(profile.width(-12.0), 2.0 * inner * 1e-3, 0.8e-6);
-    // The lobe's top lies within half a step of a beam.
+    // The lobe's top is within half a step of a beam.
     close(profile.side_lobe(), -26.52, 0.1);
     close(
         profile.level_beyond(2.2e-3),
@@ -225,7 +225,7 @@ fn registration_finds_the_transform_that_was_applied() {
     let moved = FIDUCIALS.map(|p| known.apply(p));
     let found = Rigid::register(&FIDUCIALS, &moved).unwrap();
     for p in [[0.0; 3], [0.1, 0.0, 0.0], [0.0, -0.1, 0.3], FIDUCIALS[2]] {
-        // A billionth of a metre is asked for; a rotation of ten roundings at 0.3 m is 10⁻¹⁵ m.
+        // The requested tolerance is 10⁻⁹ m; a rotation of ten roundings at 0.3 m is 10⁻¹⁵ m.
         assert!(distance(found.apply(p), known.apply(p)) < 1e-12);
         assert!(distance(found.inverse().apply(known.apply(p)), p) < 1e-12);
     }
@@ -243,7 +243,7 @@ fn a_mirror_image_is_not_taken_for_a_rotation() {
         .map(|p| nalgebra::Vector3::from(found.apply(p)));
     let handed = (x - o).cross(&(y - o)).dot(&(z - o));
     assert!((handed - 1.0).abs() < 1e-12, "{handed}");
-    // Points in one plane do not tell the two apart by themselves.
+    // Points in one plane do not distinguish the two by themselves.
     let flat = FIDUCIALS.map(|[x, y, _]| [x, y, 0.0]);
     let known = Rigid::new([0.1, 0.2, 0.3], [0.01, 0.02, 0.03]);
     let found = Rigid::register(&flat, &flat.map(|p| known.apply(p))).unwrap();

@@ -11,7 +11,7 @@ fn vertebra(slice: f64) -> Outline {
     slice_vertebra(slice).unwrap().at_depth(15e-3).unwrap()
 }
 
-/// Depth at which a vertical line at `x` meets the bone first, by steps of 10 µm.
+/// Depth of the first bone on a vertical line at `x`, by steps of 10 µm.
 fn surface(outline: &Outline, x: f64) -> f64 {
     let hit = (0..10_000)
         .map(|k| f64::from(k) * 10e-6)
@@ -196,7 +196,7 @@ fn binary_mesh_reads_like_text() {
     fs::write(&path, &bytes).unwrap();
     let binary = slice_mesh(&path, 0.7e-3).unwrap();
     assert_eq!(binary, slice_text(&text, 0.7e-3).unwrap());
-    // Cut short, or with a vertex nowhere, it is an error that names the file and the vertex.
+    // A truncated file, or a vertex that does not exist, is an error with the file and the vertex.
     let fails = |bytes: &[u8]| {
         fs::write(&path, bytes).unwrap();
         slice_mesh(&path, 0.7e-3).unwrap_err().to_string()
@@ -212,7 +212,7 @@ fn binary_mesh_reads_like_text() {
     assert!(message.contains("vertex 1: x"), "{message}");
 }
 
-/// Properties and elements beside those of the mesh, in every type and every order of bytes.
+/// Properties and elements other than the mesh's, in every type and byte order.
 #[test]
 fn what_a_mesh_does_not_need_is_skipped() {
     const HEAD: &str = "element vertex 8\nproperty uchar red\nproperty double x\nproperty list ushort short pair\n\

@@ -1,4 +1,4 @@
-//! Lines in blocks, from RF and from I/Q: the bits of the whole, whatever a line is cut into.
+//! Lines in blocks, from RF and from I/Q: any division has the bits of the whole.
 
 use crate::common;
 
@@ -28,15 +28,15 @@ const INTERPOLATIONS: [IqInterpolation; 4] = [
 /// 2⁸⁰.
 const LOUD: f32 = (1u128 << 80) as f32;
 
-/// Every block of a line alone, over any lanes.
+/// Every block of a line, computed separately over any lanes.
 struct Stretches<'a, 'r, D: Stage> {
     delay: &'a D,
     line: &'a ScanLine<'a>,
     record: &'a D::Record<'r>,
     elements: usize,
-    /// Of the whole line.
+    /// Samples of the whole line.
     samples: usize,
-    /// Samples at a time.
+    /// Samples in a block.
     length: usize,
 }
 
@@ -61,7 +61,7 @@ fn bits(x: &[Complex<f32>]) -> Vec<[u32; 2]> {
     x.iter().map(|x| [x.re.to_bits(), x.im.to_bits()]).collect()
 }
 
-/// The delay stage's samples do not depend on how a line is cut.
+/// The delay stage's samples do not depend on the division into blocks.
 fn assert_blocks_alike<D: Stage>(
     delay: &D,
     line: &ScanLine,
@@ -95,7 +95,7 @@ fn a_block_of_a_line_has_the_bits_of_the_whole() {
     let laws = [
         (TransmitLaw::Focused, 0.0),
         (TransmitLaw::Plane { angle: 0.2 }, 0.3),
-        // The wave's path jumps where it passes its focus.
+        // The wave's path jumps at its focus.
         (TransmitLaw::VirtualSource { x: 1e-3, z: 8e-3 }, -0.2),
     ];
     for (law, angle) in laws {
@@ -149,7 +149,7 @@ fn a_block_of_a_line_has_the_bits_of_the_whole() {
             );
         }
     }
-    // Behind the line there is nothing.
+    // Behind the line there is no output.
     let scan = Scan::new(PARAMETERS.scan).unwrap();
     let delay = Delay::new(DelayParameters::of(&scan)).unwrap();
     let line = ScanLine::of(&scan, 0, focused(), Compounding::Replace);
@@ -251,11 +251,11 @@ fn assert_lines_alike<'r, D: Stage>(
     what: &str,
 ) {
     let expected = bits(&line_of_stages(lines, record));
-    // What is left without the first eigenvector may be nothing.
+    // The result without the first eigenvector may be 0.
     let silent = expected.iter().filter(|z| **z == [0, 0]).count();
     assert!(silent < expected.len() / 2, "{what}: {silent}");
     let mut before = 0;
-    // The first is less than a time window; the last is the whole line.
+    // The first block is shorter than a time window; the last is the whole line.
     for block in [1, 21, 22, 40, 45, 64, 100, usize::MAX] {
         let need = lines.need(block);
         assert!(need.complex >= before);
@@ -290,8 +290,9 @@ fn the_bits_of_a_gated_line_do_not_depend_on_the_block() {
     }
 }
 
-/// The working scale is that of the record, not that of a block: samples so faint that their squares are no
-/// floats any more are 0 in every block, or in none.
+/// The working scale is that of the record, not that of a block.
+///
+/// Samples so faint that their squares underflow are 0 in every block, or in none.
 #[test]
 fn the_bits_do_not_depend_on_the_block_where_most_of_a_line_is_next_to_nothing() {
     let counts = counts(5);
@@ -319,7 +320,7 @@ fn the_bits_do_not_depend_on_the_block_where_most_of_a_line_is_next_to_nothing()
     }
 }
 
-/// Squares of the loud record are no floats any more, but for the working scale.
+/// Without the working scale the squares of the loud record would overflow.
 fn assert_loud_lines_are_faint_ones<'r, D: Stage>(
     lines: &LinePipeline<'_, D>,
     faint: &'r D::Record<'r>,
@@ -353,7 +354,7 @@ fn a_record_times_a_power_of_two_makes_the_line_times_it() {
     assert_loud_lines_are_faint_ones(&lines, &faint, &loud);
 }
 
-/// Signs without a pattern: the filters make more of such samples than they are.
+/// Signs without a pattern: the filters amplify such samples.
 fn assert_largest_is_not_exceeded<D: Stage>(
     delay: &D,
     line: &ScanLine,

@@ -1,4 +1,4 @@
-//! What the pipeline refuses, and the sizes of its memory.
+//! The errors of the pipeline, and the sizes of its memory.
 
 use crate::common;
 
@@ -56,7 +56,7 @@ fn sizes_follow_from_the_parameters_and_others_are_refused() {
     let record = Record::new(&rf, ELEMENTS).unwrap();
     let error = frame.line(LINES, [(focused(), &record)]);
     assert!(matches!(error, Err(Error::Capacity { name: "line", .. })));
-    // Before the first line everything is black, and symmetric about nothing.
+    // Before the first line the image is black, and the map is 0.
     assert!(frame.image().unwrap().iter().all(|&pixel| pixel == 0.0));
     assert!(frame.bone_map().unwrap().iter().all(|&ps| ps == 0.0));
 }

@@ -1,4 +1,4 @@
-//! The bone surface: known answers, both references, memory that is full of anything, bad input.
+//! The bone surface: known answers, both references, any old memory, bad input.
 
 use bonebeam::Error;
 use bonebeam::geometry::Axis;
@@ -23,7 +23,7 @@ fn detector(parameters: Parameters) -> Detector {
     Detector::new(parameters).expect("valid parameters")
 }
 
-/// In memory full of NaN.
+/// Computes a surface in memory full of NaN.
 fn found(parameters: Parameters, frame: &[u8]) -> Vec<Option<Point>> {
     let detector = detector(parameters);
     let mut real = vec![f32::NAN; detector.need().real];
@@ -38,7 +38,9 @@ fn found(parameters: Parameters, frame: &[u8]) -> Vec<Option<Point>> {
     points
 }
 
-/// Lines of speckle with bone at a sample of each line, and a shadow of `dark` below it; no bone, no shadow.
+/// Lines of speckle with bone at a sample of each line, and a shadow below it.
+///
+/// The shadow has the level `dark`. A line without bone has no shadow.
 fn lines(samples: usize, bones: &[Option<usize>], dark: u8, seed: u64) -> Vec<u8> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut frame = Vec::new();
@@ -72,7 +74,7 @@ fn bone_is_found_where_it_is_and_nowhere_else() {
         let (Some(point), Some(bone)) = (point, bone) else {
             continue;
         };
-        // The echo has nine samples from there on.
+        // The echo has nine samples from the bone on.
         let middle = PARAMETERS.samples.position(bone + 4);
         let error = f64::from(point.depth) - middle;
         // Within the echo or in the cell beside it, four samples.
@@ -167,10 +169,12 @@ fn every_path_has_the_bits_of_the_reference() {
     assert!(points_of_all > 100, "{points_of_all}");
 }
 
-/// The largest error of a score by means that are cut to 1/16 of a grey level, and by the table of the logarithm.
+/// Bound of a score's error.
+///
+/// Means are truncated to 1/16 of a grey level, and the logarithm comes from a table.
 fn bound(settings: &Settings, [near, far]: [f64; 2]) -> f64 {
     let grey = 1.2 / 4080.0;
-    // Both differences are cut downwards.
+    // Both differences are rounded down.
     let onset = near * far + settings.onset_floor;
     let least = (near - grey).max(0.0) * (far - grey).max(0.0) + settings.onset_floor;
     let terms = [
@@ -243,7 +247,7 @@ fn line_by_line_is_the_frame_if_latency_is_long_enough() {
     }
     let levels = survey.levels();
     let mut tracker = Tracker::new(&detector, scratch).unwrap();
-    // A frame after another: nothing is left of the first.
+    // A second frame: no state of the first remains.
     for _ in 0..2 {
         let mut points = Vec::new();
         for line in frame.chunks(600) {

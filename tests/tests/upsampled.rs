@@ -1,5 +1,6 @@
-//! Compounding of upsampled records: against the f32 reference, against the delay stage's own way, and what
-//! it does not depend on.
+//! Compounding of upsampled records: f32 reference, delay stage, and invariants.
+//!
+//! The delay stage interpolates in another way.
 
 use bonebeam::Complex;
 use bonebeam::delay::{
@@ -19,10 +20,13 @@ use std::f64::consts::PI;
 const C: f64 = 1540.0;
 const F0: f64 = 5e6;
 const PITCH: f64 = 0.3e-3;
-/// Along straight lines between 16 samples a recorded one, a tone of 1.3·f0 at 4·f0 errs by
-/// (2π·1.3/64)²/8 = 2.0e-3; what else differs is below 1e-4.
+/// Error of linear interpolation between 16 samples a recorded one.
+///
+/// A tone of 1.3·f0 at 4·f0 errs by (2π·1.3/64)²/8 = 2.0e-3. All other differences are below 1e-4.
 const STRAIGHT: f32 = 2.2e-3;
-/// Values that are added at a time: neither whole vectors nor as many as are read together.
+/// Number of values added at a time.
+///
+/// Neither a multiple of the vectors nor of the values read together.
 const STRETCH: usize = 141;
 
 fn element_x(elements: usize) -> Vec<f64> {
@@ -53,7 +57,7 @@ impl Task for Compound<'_> {
         let active = self.waves[0].0.active;
         let mut values = vec![0.0; active.count * length];
         let (mut centre, mut receive_delays) = (vec![0; length], vec![0; length]);
-        // Whatever is not overwritten shows.
+        // Any output that is not overwritten shows.
         let mut record = vec![f32::NAN; upsampled.record_len()];
         let mut padded = vec![f32::NAN; upsampled.need().real];
         for (line, rf) in self.waves {
@@ -67,7 +71,7 @@ impl Task for Compound<'_> {
                 upsampled
                     .receive_delays(zero, line, element, &mut receive_delays)
                     .unwrap();
-                // In blocks, of which the last is shorter.
+                // In blocks; the last is shorter.
                 for start in (0..length).step_by(STRETCH) {
                     let own = start..length.min(start + STRETCH);
                     let contribution = Contribution {
@@ -145,7 +149,7 @@ fn every_instruction_set_has_the_bits_of_the_reference() {
     }
 }
 
-/// One sample a second, and one a metre of depth: times are positions without roundings.
+/// One sample a second, one a metre of depth: times are positions without rounding.
 const EXACT: DelayParameters = DelayParameters {
     sound_speed: 2.0,
     sampling_rate: 1.0,
@@ -159,7 +163,7 @@ const EXACT: DelayParameters = DelayParameters {
 };
 /// Units of a position between two recorded samples.
 const A_SAMPLE: f64 = 32_768.0;
-/// No lag is larger, either way.
+/// Largest lag, in either direction.
 const MOST: i32 = 1 << 29;
 
 /// A focused line straight down from an array, recorded from `t0` on.
@@ -185,7 +189,7 @@ fn positions_are_those_of_the_law_or_far_in_front_of_the_record() {
     let taps = upsampled.record_len() / 16 - EXACT.record_samples - 2;
     let before = (taps / 2 + 1) as f64;
     let half = 0.5 / A_SAMPLE;
-    // Where depth 100 lies at the farthest position, and one unit nearer.
+    // Depth 100 is at the farthest position, and one unit nearer.
     let last = 100.0 - ((farthest - 0.5) / A_SAMPLE - before);
     for t0 in [
         0.0,
@@ -242,7 +246,7 @@ fn lags_are_paths_or_behind_any_record() {
                 let path = x.hypot(z - depth);
                 let units = (path - z) / EXACT.sound_speed * A_SAMPLE;
                 if z > 0.0 && units < f64::from(MOST) {
-                    // The roundings of f32, and the cut.
+                    // The roundings of f32, and the truncation.
                     let error = (f64::from(lag) - units).abs();
                     let size = (path + 100.0) * A_SAMPLE;
                     assert!(error <= 1.0 + size * 2f64.powi(-22), "{x} {z}: {error}");
@@ -263,7 +267,7 @@ fn nothing_is_added_from_beyond_the_record() {
     upsampled
         .record(0.0f32, &noise(300), &mut scratch, &mut record)
         .unwrap();
-    // Some values are read within it, the others beyond it.
+    // Some values are read within the record, the others beyond it.
     let within: Vec<i32> = (0..300).map(|n| (n + 20) * A_SAMPLE as i32).collect();
     for beyond in [-2 * MOST + 1, -1, 330 * A_SAMPLE as i32, 2 * MOST - 1] {
         let mut centre = within.clone();
@@ -346,7 +350,7 @@ fn is_the_delay_stages_own_way_to_what_straight_lines_leave() {
     }
     println!("{:.2e} of the largest", difference / largest);
     assert!(difference <= STRAIGHT * largest, "{}", difference / largest);
-    // It is another way.
+    // The two ways do differ.
     assert!(difference > 1e-5 * largest);
 }
 

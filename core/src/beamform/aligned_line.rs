@@ -7,7 +7,7 @@ use core::num::NonZeroUsize;
 use core::ops::Range;
 use num_complex::Complex;
 
-/// The largest exponent of a line whose samples are summed as they are, and the least, negative.
+/// Largest exponent of a line summed without scaling, and the least, negated.
 const MODERATE: u32 = 64;
 
 /// Aligned analytic samples of one beam, `[sample][element]`, checked once.
@@ -17,10 +17,10 @@ const MODERATE: u32 = 64;
 /// [`LinePipeline::align`]: crate::pipeline::LinePipeline::align
 #[derive(Clone, Copy, Debug)]
 pub struct AlignedLine<'a> {
-    /// From sample `first` on.
+    /// The samples, from sample `first` on.
     x: &'a [Complex<f32>],
     first: usize,
-    /// Of the whole line.
+    /// Number of samples of the whole line.
     samples: usize,
     elements: NonZeroUsize,
     /// Exponent bits of the largest component, limited so that the reciprocal is normal.
@@ -109,7 +109,7 @@ impl<'a> AlignedLine<'a> {
         self.samples
     }
 
-    /// Whether it has all of these samples: a block of a line has some.
+    /// Whether it has all of these samples; a block has only some of a line's.
     pub(super) fn holds(&self, samples: Range<usize>) -> bool {
         let end = self.first + self.x.len() / self.elements;
         self.first <= samples.start && samples.end <= end
@@ -130,13 +130,14 @@ impl<'a> AlignedLine<'a> {
         f32::from_bits((254 - self.exponent) << 23)
     }
 
-    /// Whether the largest component is so far from both ends of the floats' range that sums of the
-    /// line's samples need no scale.
+    /// Whether sums of the line's samples need no scale.
+    ///
+    /// The largest component is then far from both ends of the floats' range.
     pub(super) fn is_moderate(&self) -> bool {
         self.exponent.abs_diff(127) <= MODERATE
     }
 
-    /// `value` back at the line's own scale, at most `f32::MAX` in magnitude.
+    /// `value` at the line's own scale, at most `f32::MAX` in magnitude.
     pub(super) fn unscale(&self, value: Complex<f32>) -> Complex<f32> {
         let factor = f32::from_bits(self.exponent << 23);
         Complex::new(saturate(value.re * factor), saturate(value.im * factor))

@@ -54,7 +54,7 @@ pub(super) struct Window {
     edge: f32,
 }
 
-/// Elements whose weights are kept while all samples of a segment take them.
+/// Elements whose weights are kept for all samples of a segment.
 const BLOCK: usize = 8;
 
 impl Window {

@@ -3,7 +3,7 @@
 use core::num::NonZeroUsize;
 use core::ops::Range;
 
-/// From one computed sample of a line to the next, in aligned samples.
+/// Distance between computed samples of a line, in aligned samples.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DepthStep(NonZeroUsize);
 

@@ -14,11 +14,13 @@ use crate::geometry::Active;
 use core::ops::Range;
 use num_complex::Complex;
 
-/// A block of a line: samples from `first` on, which begins a segment or a block of a segment's time windows.
+/// A block of a line: samples from `first` on.
+///
+/// It begins a segment or a block of a segment's time windows.
 pub(crate) struct LineBlock<'a, F> {
     pub(crate) line: AlignedLine<'a>,
     pub(crate) first: usize,
-    /// How many there are, computed or not.
+    /// Number of samples, computed or not.
     pub(crate) samples: usize,
     /// The active set of each sample of the line.
     pub(crate) active: F,
@@ -157,7 +159,7 @@ impl Beamformer {
         self.block(workspace, sizes, &block, z)
     }
 
-    /// A block of which some samples are adaptive, the others DAS.
+    /// A block in which some samples are adaptive and the others are DAS.
     #[inline(always)]
     fn gated_block<A: Averaging<f32>>(
         &self,
@@ -190,7 +192,7 @@ impl Beamformer {
             };
             self.segments_within(workspace, sizes, group, &mut [out])?;
         }
-        // Over what came with a segment above the samples wanted, too.
+        // DAS also overwrites the unwanted samples above a segment.
         let Some(das) = Method::Das.direct() else {
             return Ok(());
         };

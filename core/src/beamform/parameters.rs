@@ -261,7 +261,7 @@ impl Beamformer {
 mod tests {
     use super::*;
 
-    /// Memory is made for the subaperture that a constant says, the beamformer takes the one that it computes.
+    /// The constant subaperture sizes the memory; the beamformer computes the same one.
     #[test]
     fn sizes_have_the_beamformers_subaperture() {
         for ratio in [1e-9, 0.1, 0.25, 1.0 / 3.0, 0.4, 0.5, 0.7, 1.0] {

@@ -26,7 +26,7 @@ choices! {
     }
 }
 
-/// A postfilter and the parameters that it takes.
+/// A postfilter and its parameters.
 #[derive(Clone, Copy)]
 pub(super) struct Applied {
     pub(super) postfilter: Postfilter,
@@ -49,7 +49,7 @@ pub(super) fn postfilter<V: Vector>(
     }
 }
 
-/// Apart, so that a beamformer without a postfilter pays one comparison a segment.
+/// A separate function: without a postfilter the cost is one comparison a segment.
 #[cold]
 #[inline(never)]
 fn apply<V: Vector>(
@@ -87,8 +87,10 @@ pub(super) trait Elements<V: Vector> {
     fn each(&self, take: impl FnMut(usize, ComplexVector<V>));
 }
 
-/// The factor of a postfilter, of elements with their sum and the sum of their powers, both at the
-/// line's working scale, so that squares neither overflow nor, above −300 dB of the line's largest sample, underflow.
+/// The factor of a postfilter, from elements, their sum and their total power.
+///
+/// Both sums are at the line's working scale, so that squares neither overflow nor, above −300 dB of the line's
+/// largest sample, underflow.
 #[inline(always)]
 pub(super) fn factor<V: Vector>(
     Applied { postfilter, cutoff }: Applied,
@@ -149,7 +151,9 @@ impl<V: Vector> Elements<V> for SampleOf<'_, '_, V> {
     }
 }
 
-/// The coherent power over `count` times the power of all elements: 0 without power; rounding is cut at 1.
+/// The coherent power over `count` times the power of all elements.
+///
+/// Without power it is 0. Rounding above 1 is clipped to 1.
 #[inline(always)]
 fn share<V: Vector>(coherent: V, power: V, count: usize) -> V {
     let (zero, one) = (power.zero(), power.splat(1.0));

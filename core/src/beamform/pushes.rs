@@ -35,14 +35,14 @@ impl Place {
     }
 }
 
-/// The way of the time window along segments.
+/// The path of the time window along segments.
 ///
 /// Without a time window only the computed samples are read, each push one of every lane. A window reads every
 /// sample, and lanes whose segments begin at different places are due at different pushes.
 #[derive(Clone, Copy)]
 pub(super) struct Pushes {
     half_window: usize,
-    /// From one push to the next.
+    /// Distance from one push to the next.
     stride: DepthStep,
     /// Pushes from one computed sample to the next.
     step: DepthStep,
@@ -62,7 +62,7 @@ impl Pushes {
         }
     }
 
-    /// How many pushes make `outputs` computed samples of a segment.
+    /// Number of pushes for `outputs` computed samples of a segment.
     #[inline(always)]
     pub(super) fn count(self, segment: &Segment<'_>, outputs: usize) -> usize {
         self.step.span(segment.first_sample, outputs) + 2 * self.half_window

@@ -26,7 +26,9 @@ impl<'a> Segment<'a> {
         samples.chunks_exact(self.line.elements())
     }
 
-    /// The snapshots of the computed samples from the segment's first one on, each with what follows up to the next.
+    /// The snapshots of the computed samples from the segment's first one on.
+    ///
+    /// Each slice extends to the next computed sample.
     #[inline(always)]
     pub(super) fn snapshots(&self, step: DepthStep) -> impl Iterator<Item = &'a [Complex<f32>]> {
         let samples = self.line.samples_from(step.first(self.first_sample));

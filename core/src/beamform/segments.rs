@@ -63,7 +63,9 @@ impl Beamformer {
         self.segments_within(workspace, workspace.sizes, group, z)
     }
 
-    /// [`Beamformer::segments`] with the workspace's sizes as a value of its own: see `fitting_segments`.
+    /// [`Beamformer::segments`] with the workspace's sizes as an argument.
+    ///
+    /// See `fitting_segments`.
     #[inline(always)]
     pub(super) fn segments_within<A: Averaging<V>, V: Vector>(
         &self,
@@ -124,9 +126,11 @@ impl Beamformer {
         postfilter((of_lines, step), zero, group, z);
     }
 
-    /// Segments that fit, with the vector's instructions. Not inlined: where sizes are constants, as those of
-    /// a workspace in a [`Memory`](crate::Memory), the compiler knows of an argument that the subaperture is not
-    /// longer, and writes short loops out (7 % fewer instructions of rank 1 at 16/8 on a Cortex-M7).
+    /// Segments that fit, with the vector's instructions.
+    ///
+    /// Not inlined: if sizes are constants, as those of a workspace in a [`Memory`](crate::Memory), the compiler
+    /// knows from an argument that the subaperture is not longer, and unrolls short loops (7 % fewer instructions of
+    /// rank 1 at 16/8 on a Cortex-M7).
     #[inline(never)]
     fn fitting_segments<A: Averaging<V>, V: Vector>(
         &self,
@@ -322,8 +326,9 @@ impl Beamformer {
         Ok(())
     }
 
-    /// The subaperture of `count ≥ 1` active elements, where these, it and the time window are within
-    /// `sizes`.
+    /// The subaperture of `count ≥ 1` active elements.
+    ///
+    /// Elements, subaperture and time window must be within `sizes`.
     #[inline(always)]
     pub(super) fn check_sizes(&self, count: usize, sizes: Sizes) -> Result<usize, Error> {
         let within = |name, actual, capacity| {
@@ -348,7 +353,7 @@ impl Beamformer {
     }
 }
 
-/// Where the ring keeps the subaperture sum of a push, of the last `K + 1`.
+/// Position of a push's subaperture sum in the ring of the last `K + 1`.
 #[inline(always)]
 fn slot_of(push: usize, temporal_half_window: usize, subaperture: usize) -> Range<usize> {
     let slot = push.checked_rem(temporal_half_window + 1).unwrap_or(0);
@@ -382,7 +387,7 @@ fn loaded_matrix<A: Averaging<V>, V: Vector>(
     }
 }
 
-/// Puts a sample of the lanes out, at the line's own scale, where `index` has one for a lane.
+/// Writes a sample of each lane with an `index`, at the line's own scale.
 #[inline(always)]
 pub(super) fn emit<V: Vector>(
     segments: &[Segment<'_>],

@@ -114,7 +114,7 @@ impl DirectionParts {
         self.steering.saturating_mul(2).saturating_add(self.product)
     }
 
-    /// All others.
+    /// All numbers other than those of the matrix.
     const fn need(&self) -> Need {
         Need {
             real: self.tridiagonal.saturating_add(self.sub_lines),
@@ -136,7 +136,7 @@ pub(super) struct Parts {
     pub(super) matrix: usize,
     pub(super) factor: usize,
     pub(super) rows: usize,
-    /// A vector whose last tile is filled up.
+    /// Length of a vector padded to whole tiles.
     pub(super) padded: usize,
 }
 
@@ -149,11 +149,11 @@ impl Parts {
     ) -> Self {
         let tiles = subaperture.div_ceil(TILE);
         let padded = tiles.saturating_mul(TILE);
-        // As `panel(tiles)` columns, but for sizes that cannot be.
+        // As `panel(tiles)` columns, but saturating for impossible sizes.
         let matrix = padded
             .saturating_mul(tiles.saturating_add(1))
             .saturating_mul(TILE / 2);
-        // A Lanczos step leaves a basis vector, but for the first and the last.
+        // Each Lanczos step except the first and the last leaves a basis vector.
         let basis = padded.saturating_mul(step_limit(subaperture).saturating_sub(1));
         Parts {
             ring: temporal_half_window

@@ -9,8 +9,9 @@ use crate::instructions::prefetch;
 use crate::simd::{ComplexVector, MOST_LANES, Vector, transpose};
 use num_complex::Complex;
 
-/// The `active` elements of the segments' sample at `place`, their subapertures' `sum`, weighted by a window, and that in the
-/// solver's coordinates, the `data`.
+/// The `active` elements of the segments' sample at `place`, with sums.
+///
+/// `sum` holds the sum of their subapertures, weighted by a window; `data` holds it in the solver's coordinates.
 #[inline(never)]
 pub(super) fn snapshot<A: Averaging<V>, V: Vector>(
     segments: &[Segment<'_>],
@@ -50,11 +51,12 @@ pub(super) fn elements<V: Vector>(
     );
 }
 
-/// The active elements of each segment's sample at `place` from active element `first` on, at the line's working scale; zero outside the record.
+/// The active elements of each segment's sample at `place`, at the working scale.
 ///
-/// A register of consecutive elements is read at once and the lanes' registers transposed: whole
-/// cache lines, many of them under way at a time, instead of a number by itself. The next sample's
-/// are asked for already.
+/// They begin at active element `first`; elements outside the record are zero.
+///
+/// A register of consecutive elements is read at once and the lanes' registers are transposed: reads of whole cache
+/// lines overlap, instead of single numbers. The next sample's cache lines are prefetched.
 #[inline(always)]
 pub(super) fn gather<V: Vector>(
     zero: V,
@@ -64,7 +66,7 @@ pub(super) fn gather<V: Vector>(
     snapshot: &mut [ComplexVector<V>],
 ) {
     if V::LANES == 1 {
-        // Without the squares' memory, which a microcontroller would clear each time.
+        // Without the memory of the squares, which a microcontroller would clear each time.
         let [segment, ..] = segments else {
             return;
         };
@@ -108,8 +110,9 @@ pub(super) fn gather<V: Vector>(
     }
 }
 
-/// The segment's sample at `place` from its active element `first` on, and what follows; nothing outside the
-/// record.
+/// The segment's sample at `place`, from its active element `first` on.
+///
+/// The slice extends beyond the sample; it is empty outside the record.
 #[inline(always)]
 fn elements_of<'a>(segment: &Segment<'a>, place: Place, first: usize) -> &'a [Complex<f32>] {
     match place
@@ -126,8 +129,9 @@ fn elements_of<'a>(segment: &Segment<'a>, place: Place, first: usize) -> &'a [Co
     }
 }
 
-/// The first elements of `row` with their parts by turns, as many as a register holds; zero beyond
-/// the row.
+/// The first elements of `row`, real and imaginary parts alternating.
+///
+/// They fill a register, with zeros beyond the row.
 #[inline(always)]
 fn register<V: Vector>(zero: V, row: &[Complex<f32>]) -> V {
     let mut vector = zero;

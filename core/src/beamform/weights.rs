@@ -60,7 +60,7 @@ impl Beamformer {
         let segments = core::slice::from_ref(segment);
         let group = SegmentGroup { segments, count };
         let mut zero_power = true;
-        // Of any sample, computed in a line or not.
+        // For any sample, computed in a line or not.
         let every = Beamformer::unchecked(Parameters {
             depth_step: 1,
             ..*self.parameters()
@@ -190,7 +190,7 @@ fn eigenspace_weights<A: Averaging<f32>>(
         tridiagonal,
     };
     eigen(matrix, &mut reduction, values, vector, next);
-    // What is left of the matrix gives way.
+    // The remains of the matrix are overwritten.
     let (Some(metrics), Some(order)) = (
         reduction.tridiagonal.diagonal.get_mut(..n),
         reduction.tridiagonal.eigenvector.get_mut(..n),

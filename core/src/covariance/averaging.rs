@@ -154,8 +154,9 @@ mod tests {
         pairs.map(|(u, v)| u.lane(0).conj() * v.lane(0)).sum()
     }
 
-    /// Weights `w` of the elements and `v` in the solver's coordinates give the same of any data but for
-    /// the gain: `g·wᴴs = vᴴd`.
+    /// Asserts `g·wᴴs = vᴴd` with weights `w` of the elements.
+    ///
+    /// `v` and the data `d` are in the solver's coordinates, and `g` is the gain.
     fn assert_weights_belong_to_data<A: Basis<f32>>() {
         for subaperture in 1..=6 {
             let v: Vec<_> = (0..subaperture).map(number).collect();

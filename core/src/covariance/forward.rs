@@ -14,7 +14,7 @@ use crate::simd::{ComplexVector, Scalar, Vector, copy, split_front};
 pub struct Forward;
 
 impl Forward {
-    /// How many lag sums are kept of a sample.
+    /// Number of lag sums kept of a sample.
     pub(super) const fn lag_count(subaperture: usize) -> usize {
         subaperture.saturating_mul(subaperture.saturating_add(1)) / 2
     }

@@ -33,7 +33,7 @@ const SQRT_2: f32 = core::f32::consts::SQRT_2;
 pub struct ForwardBackward;
 
 impl ForwardBackward {
-    /// How many lag sums are kept of a sample.
+    /// Number of lag sums kept of a sample.
     pub(super) const fn lag_count(subaperture: usize) -> usize {
         let columns = subaperture.div_ceil(2);
         columns.saturating_mul(subaperture - columns + 1)

@@ -64,7 +64,9 @@ fn group<A: Averaging<V>, V: Vector, const LAGS: usize>(
     );
 }
 
-/// Puts the sums of lag `lag + k` at column `j` into `rows[j][k]`. None where `x` or `rows` is too short.
+/// Writes the sums of lag `lag + k` at column `j` to `rows[j][k]`.
+///
+/// Returns `None` if `x` or `rows` is too short.
 #[inline(always)]
 fn diagonals<V: Vector, const LAGS: usize>(
     zero: V,
@@ -100,8 +102,8 @@ fn diagonals<V: Vector, const LAGS: usize>(
             sums[k] = sums[k] + product[k];
         }
     }
-    // What enters from here on, at the columns that all the lags have: a row's products give way to
-    // its sums. With more columns than subapertures, what is lost later enters before, at the first of them.
+    // Products that enter at the columns common to all lags: a row's products are replaced by its sums. With more
+    // columns than subapertures, products to be subtracted later have entered before, at the first columns.
     let (ahead, behind) = (ahead.get(rest..)?, behind.get(rest..)?);
     let whole = last + 1 - LAGS;
     let entering = rows.len().saturating_sub(subapertures);
@@ -115,7 +117,7 @@ fn diagonals<V: Vector, const LAGS: usize>(
     for (row, (ahead, &behind)) in rows.get_mut(entering..whole)?.iter_mut().zip(pairs) {
         slide(&mut sums, row, &products(ahead, behind));
     }
-    // And at those that one lag less has each time.
+    // The same at the last columns, with one lag less each time.
     let ahead = ahead.get(whole..)?.get(..LAGS - 1)?;
     let behind = behind.get(whole..)?.get(..LAGS - 1)?;
     for j in 0..LAGS {
@@ -135,7 +137,7 @@ fn diagonals<V: Vector, const LAGS: usize>(
     Some(())
 }
 
-/// Puts the sums where the products are that they lose, and moves them on to the next column.
+/// Replaces the products to be subtracted by the sums, and slides the sums on.
 #[inline(always)]
 fn slide<V: Vector, const LAGS: usize>(
     sums: &mut [ComplexVector<V>; LAGS],
@@ -149,7 +151,7 @@ fn slide<V: Vector, const LAGS: usize>(
     }
 }
 
-/// The products of one element with those `lag` and more further on.
+/// The products of one element with those `lag` and more elements ahead.
 #[inline(always)]
 fn products<V: Vector, const LAGS: usize>(
     ahead: &[ComplexVector<V>; LAGS],
@@ -187,7 +189,7 @@ pub fn subaperture_sum<V: Vector>(zero: V, x: &[ComplexVector<V>], s: &mut [Comp
 mod tests {
     use super::*;
 
-    /// The elements that there are at most.
+    /// Maximum number of elements.
     const ELEMENTS: usize = 12;
 
     /// Sums of integers are exact: sliding sums equal direct sums.

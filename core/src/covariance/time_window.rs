@@ -38,8 +38,9 @@ pub fn slot<V: Vector>(
     memory.get_mut(slot).unwrap_or_default()
 }
 
-/// Makes the block's slots suffix sums, but for the first: the whole older block is never a window's
-/// suffix.
+/// Converts the block's slots to suffix sums, except the first.
+///
+/// The whole older block is never a window's suffix.
 ///
 /// A chunk of all slots at a time: its sums then stay in registers, and nothing that was just written
 /// to a slot is read again (4 % of MV and of rank 1 with 21 samples at 128/64).

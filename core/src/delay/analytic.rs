@@ -91,15 +91,16 @@ impl HilbertTransformer {
         reach(self.count)
     }
 
-    /// The most that it makes of samples of magnitude 1.
+    /// Largest gain for samples of magnitude 1.
     #[cfg(test)]
     pub(super) fn gain(&self) -> f64 {
         let sum: f64 = self.taps.iter().map(|&tap| f64::from(tap.abs())).sum();
         2.0 * sum
     }
 
-    /// The imaginary parts of a group of `rows`, of which the first is row [`Self::reach`]; there are
-    /// as many again behind the last.
+    /// The imaginary parts of a group of `rows`, which begins at row [`Self::reach`].
+    ///
+    /// As many rows follow the last one.
     ///
     /// Order, f32: from 0, in ascending j, `y += h_j · (earlier − later)`. Cost: N MACs and N
     /// subtractions a sample.
@@ -125,8 +126,9 @@ impl HilbertTransformer {
         sums
     }
 
-    /// The imaginary part of the row [`Self::reach`] of `rows`; there are as many behind it. The bits of
-    /// [`Self::quadrature`].
+    /// The imaginary part of the row [`Self::reach`] of `rows`.
+    ///
+    /// As many rows follow. The bits are those of [`Self::quadrature`].
     #[inline(always)]
     pub(super) fn quadrature_of_row<V: Vector>(&self, zero: V, rows: &[f32]) -> V {
         let mut sum = zero;

@@ -138,9 +138,10 @@ impl<'a> TransmitDelay<'a> {
         }
     }
 
-    /// When the wave reaches the distance `r` m along the line, s: a path over c, with the path
-    /// `offset + slope·r`, `s = √((r − along)·(r − along) + d·d)`, `s − range` or `range ∓ s`; or the least of
-    /// `delay + √((r − along)·(r − along) + d·d)/c`.
+    /// Time at which the wave reaches the distance `r` m along the line, s.
+    ///
+    /// It is a path over c, with the path `offset + slope·r`, `s = √((r − along)·(r − along) + d·d)`, `s − range` or
+    /// `range ∓ s`; or the least of `delay + √((r − along)·(r − along) + d·d)/c`.
     pub(super) fn time(&self, r: f64) -> f64 {
         let distance = |along: f64, square: f64| {
             let before = r - along;
@@ -172,7 +173,7 @@ impl<'a> TransmitDelay<'a> {
                 for (element, &delay) in delays.iter().enumerate() {
                     let [across, along] = ray.coordinates(array.position(element));
                     let arrival = delay + distance(along, across * across) / self.c;
-                    // False for a NaN; one that does not fire has no time.
+                    // False for a NaN; a silent element has no time.
                     if delay.is_finite() && arrival < first {
                         first = arrival;
                     }
@@ -209,7 +210,7 @@ impl ReceiveDelay {
         let square = across * across;
         let shift = along * fs / c;
         let whole = libm::ceil(shift);
-        // Too far to be read, so that no position comes near the record.
+        // Too far to be read: its delay then keeps every position away from the record.
         let near = whole > -FAR && whole < FAR;
         ReceiveDelay {
             square: square as f32,
@@ -233,7 +234,7 @@ impl ReceiveDelay {
         self.level
     }
 
-    /// How many whole samples before the line's position [`ReceiveDelay::samples`] counts from.
+    /// Whole samples from the origin of [`ReceiveDelay::samples`] to the line's position.
     pub(super) fn ahead(&self) -> f32 {
         self.ahead
     }
@@ -257,8 +258,7 @@ impl ReceiveDelay {
         Self::samples_of(r, numbers)
     }
 
-    /// `square`, `scaled`, `along`, `rate`, `part` and `ahead`, to be kept for several elements side by
-    /// side.
+    /// `square`, `scaled`, `along`, `rate`, `part` and `ahead`, for storage by element.
     pub(super) fn numbers(&self) -> [f32; 6] {
         [
             self.square,
@@ -270,7 +270,7 @@ impl ReceiveDelay {
         ]
     }
 
-    /// [`ReceiveDelay::samples`] of the first five of those numbers, an element each lane.
+    /// [`ReceiveDelay::samples`] from the first five of them, an element in each lane.
     #[inline(always)]
     pub(super) fn samples_of<V: Vector>(r: V, [square, scaled, along, rate, part]: [V; 5]) -> V {
         let before = r - along;
@@ -358,7 +358,7 @@ mod tests {
             let mut delays = *delays;
             let first = TransmitDelay::new(TransmitLaw::Delays(&delays), &ray, &array, C).unwrap();
             for r in [10e-3, 20e-3] {
-                // Between two elements the circles lie a little behind their envelope: half a pitch at
+                // Between two elements the circles are a little behind their envelope: half a pitch at
                 // 10 mm, 0.3 µm.
                 let late = first.time(r) - wave.time(r);
                 assert!((-1e-15..0.4e-6 / C).contains(&late), "{law:?} {late}");
@@ -385,7 +385,7 @@ mod tests {
                 let exact = (libm::hypot(x - position[0], z - position[1]) - r) * fs / C;
                 let ours =
                     f64::from(receive_delay.samples(r as f32)) - f64::from(receive_delay.ahead());
-                // Seven roundings of what is added, and those of `part`.
+                // Seven roundings of the sum, and those of `part`.
                 let size = exact + f64::from(receive_delay.ahead()) + 1.0;
                 let error = libm::fabs(ours - exact);
                 assert!(

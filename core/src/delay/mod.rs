@@ -31,8 +31,9 @@ pub const MAX_SAMPLES: usize = 1 << 22;
 /// Positions on the axis beyond ± this many samples read 0.
 const FAR: f64 = (1 << 23) as f64;
 
-/// Refuses a stage's shapes where there is nothing, where an index would not be exact in f32, or where
-/// a product of theirs would overflow.
+/// Refuses empty shapes, and shapes too large for their products or for f32.
+///
+/// An index must be exact in f32, and products of the sizes must not overflow.
 const fn check_shapes(
     output_samples: usize,
     record_samples: usize,

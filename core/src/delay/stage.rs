@@ -81,7 +81,7 @@ pub trait Stage: Sealed {
         self.block_at_every(zero, line, record, (first, 1), scratch, out)
     }
 
-    /// [`Stage::block`] of which only every `step`-th output sample is used.
+    /// [`Stage::block`] with only every `step`-th output sample in use.
     ///
     /// Samples are counted from the line's first. At the other samples the stage writes 0, or adds nothing. RF is
     /// still interpolated at all samples, since an imaginary part needs the real parts around it.
@@ -162,10 +162,10 @@ pub struct Source<'a, R> {
     pub(super) line: &'a ScanLine<'a>,
     pub(super) transmit: TransmitDelay<'a>,
     pub(super) record: &'a R,
-    /// The first output sample that is asked for, and how many.
+    /// The first requested output sample, and the number of them.
     pub(super) first: usize,
     pub(super) samples: usize,
-    /// From one sample that is wanted to the next, at least 1; the line's first is one.
+    /// Distance between wanted samples, at least 1; the line's first sample is wanted.
     pub(super) step: usize,
 }
 
@@ -291,7 +291,7 @@ mod tests {
         }
     }
 
-    /// Every `step`-th sample has the bits that it has among all; the others are 0.
+    /// Every `step`-th sample has the bits of the full line; the others are 0.
     fn assert_stepped<S: Stage>(
         name: &str,
         stage: &S,

@@ -84,7 +84,7 @@ impl<'m> ApertureTable<'m> {
     /// Aperture centre of a line; compute it once a line.
     pub fn centre(scan: &Scan<'_>, line: usize) -> ApertureCentre {
         let steps = libm::round(scan.aperture_centre(line) * GRID);
-        // A line that is nowhere is far away.
+        // A line without a position is far away.
         let steps = if steps.is_nan() { FAR } else { steps as i64 };
         let halves = -((-2 * steps.clamp(-FAR, FAR)) >> GRID_BITS);
         ApertureCentre(halves as i32)
@@ -114,7 +114,7 @@ impl<'m> ApertureTable<'m> {
     }
 }
 
-/// Beyond every array, and far from where whole numbers of half pitches end.
+/// Beyond every array, and within the range of whole half pitches.
 const FAR: i64 = 1 << (GRID_BITS + 28);
 
 #[cfg(test)]

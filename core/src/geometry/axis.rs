@@ -15,7 +15,7 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// How far beyond an end, in steps, still counts as the end.
+    /// Distance beyond an end that still counts as the end, in steps.
     const EDGE: f64 = 1e-6;
 
     /// `count` positions `step` m apart, centred at 0.

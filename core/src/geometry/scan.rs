@@ -76,7 +76,7 @@ impl<'a> Scan<'a> {
     pub const fn new(parameters: ScanParameters<'a>) -> Result<Self, Error> {
         match more_than_twice(parameters.output_rate, parameters.centre_frequency) {
             Ok(()) => Self::of_iq(parameters),
-            // Numbers that are out of range are reported first.
+            // Out-of-range numbers are reported first.
             Err(error) => match Self::of_iq(parameters) {
                 Ok(_) => Err(error),
                 Err(first) => Err(first),
@@ -125,7 +125,7 @@ impl<'a> Scan<'a> {
             Ok(aperture) => aperture,
             Err(error) => return Err(error),
         };
-        // The last sample may lie on the end; rounding must not lose it. The cast rounds down.
+        // The last sample may be at the end; rounding must not lose it. The cast rounds down.
         let intervals = (end - start) * p.output_rate + 1e-6;
         Ok(Scan {
             parameters,
@@ -263,7 +263,7 @@ mod tests {
     #[test]
     fn samples_reach_from_the_start_to_the_end() {
         let scan = Scan::new(GOOD).unwrap();
-        // 18 µs at 20 MHz; the last sample lies on the end.
+        // 18 µs at 20 MHz; the last sample is at the end.
         assert_eq!(scan.samples(), 361);
         assert!((scan.depth(360) - 15.4e-3).abs() < 1e-15);
         assert_eq!(scan.depths().first, scan.depth(0));

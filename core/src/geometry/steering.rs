@@ -182,8 +182,10 @@ impl<'m> SteeringTable<'m> {
     }
 }
 
-/// The cell of a line at `N` parts of its width: at the middle of each of two or four sub-lines, of more at
-/// [`NODES`] parts, with a polynomial between them.
+/// The cell of a line at `N` parts of its width.
+///
+/// These are the middles of two or four sub-lines. For more sub-lines they are [`NODES`] parts, with a polynomial
+/// between them.
 struct Cell<'s, 'a, const N: usize> {
     scan: &'s Scan<'a>,
     line: usize,
@@ -192,8 +194,10 @@ struct Cell<'s, 'a, const N: usize> {
     parts: [f64; N],
 }
 
-/// Parts of a cell's width between which `s` and `φ_c` are polynomials of degree 4. In a cell of half width `h` they
-/// err by `k·h·(h/z)⁴/10` rad, about, with the wavenumber `k` at the depth `z`: 10⁻⁶ at 4 mm between lines of 0.3 mm.
+/// Parts of a cell's width between which `s` and `φ_c` are polynomials of degree 4.
+///
+/// In a cell of half width `h` the polynomials err by about `k·h·(h/z)⁴/10` rad, with the wavenumber `k` at the depth
+/// `z`: 10⁻⁶ at 4 mm between lines of 0.3 mm.
 const NODES: usize = 5;
 
 impl<'s, 'a, const N: usize> Cell<'s, 'a, N> {

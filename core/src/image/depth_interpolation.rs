@@ -42,7 +42,7 @@ const RESTART: usize = 16;
 /// use bonebeam::Complex;
 /// use bonebeam::image::{DepthInterpolation, Pooling};
 ///
-/// // A tone at the carrier, a quarter of a cycle a sample, of which the line has every second sample.
+/// // A tone at the carrier, a quarter of a cycle a sample. The line has every second sample.
 /// let interpolation = DepthInterpolation::new(9, 2, 0.25)?;
 /// let tone = [1.0, -1.0, 1.0, -1.0, 1.0].map(|re| Complex::new(re, 0.0));
 /// let mut scratch = [Complex::default(); 12];

@@ -104,8 +104,8 @@ pub(super) fn log_compression_in_steps(
     check_length("log compression output", out.len(), envelope.len())?;
     check_range(dynamic_range)?;
     check_not_negative("reference envelope", reference)?;
-    // Those of what is refused, and of −0, lie above the largest float's. A whole chunk at a time, since that needs
-    // no branch a sample.
+    // The bits of invalid values, and of −0, are above the largest float's. A whole chunk at a time, since that needs
+    // no branch for each sample.
     let doubtful = |value: &f32| value.to_bits() > f32::MAX.to_bits();
     let any = |chunk: &[f32]| chunk.iter().fold(false, |any, value| any | doubtful(value));
     if envelope.chunks(256).any(any) {
@@ -203,9 +203,10 @@ fn level(value: f32, reference: f32, slope: f32, decibels: impl Fn(f32) -> f32) 
 mod tests {
     use super::*;
 
-    /// Every mantissa just below 1, where the most of a picture lies, and every 61st of all other powers of
-    /// two. Of 1.6·10⁻⁴ the polynomial has 0.94·10⁻⁴, and the rounding of e + log₂(1 + x) below −64 has
-    /// 2⁻¹⁹ of it, 0.23·10⁻⁴; the product's rounding at −758 dB 0.31·10⁻⁴.
+    /// Every mantissa just below 1, where most pixels are, and some of other powers.
+    ///
+    /// Every 61st of those is tested. Of 1.6·10⁻⁴ the polynomial has 0.94·10⁻⁴. The rounding of e + log₂(1 + x) below
+    /// −64 has 2⁻¹⁹ of it, 0.23·10⁻⁴, and the product's rounding at −758 dB 0.31·10⁻⁴.
     #[test]
     fn the_polynomial_errs_by_its_documented_bound() {
         let error = |bits: u32| {

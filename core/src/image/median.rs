@@ -80,7 +80,7 @@ fn rows_of<V: Vector>(zero: V, image: &[f32], first: usize, columns: usize, out:
                 row.get(..columns).unwrap_or_default()
             },
         );
-        // Inside, whole vectors; the ends of the row and what is left, pixel by pixel.
+        // Inside the row, whole vectors; its ends and the rest, pixel by pixel.
         let mut column = 0;
         while column < columns {
             if column > 0 && column + V::LANES < columns {

@@ -57,7 +57,9 @@ pub fn pooled_envelope(
     Ok(())
 }
 
-/// One envelope of `count` magnitudes, each asked for once, for the root mean square twice.
+/// One envelope of `count` magnitudes.
+///
+/// Each is read once, and twice for the root mean square.
 #[inline(always)]
 pub(super) fn pool(count: usize, pooling: Pooling, magnitude: impl Fn(usize) -> f32) -> f32 {
     let mut largest = 0.0;

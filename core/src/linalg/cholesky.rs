@@ -216,8 +216,9 @@ const fn first_tile(index: usize) -> usize {
     panel(index) / TILE
 }
 
-/// `sums[c][r] −= Σ_k row[k][r]·column[k][c]*`, `k` ascending: as many columns at a time as leave
-/// registers free for the factors.
+/// `sums[c][r] −= Σ_k row[k][r]·column[k][c]*`, `k` ascending.
+///
+/// The number of columns at a time leaves registers free for the factors.
 #[inline(always)]
 fn subtract_products<S: Scalar<V>, V: Vector, const ROWS: usize>(
     sums: &mut Tile<S, ROWS>,

@@ -3,7 +3,7 @@
 //! `A = Q·D·T·Dᴴ·Qᴴ` with reflections `Q` and unit phases `D`; the matrix is stored in panels.
 //!
 //! Rows are reduced from the last to the second. In row `m`, with `c_j = A(j,m)` for `j < m`,
-//! `α = c_{m−1}` and `t² = Σ_{j<m−1} |c_j|²`, the reflector is `v = c` but for
+//! `α = c_{m−1}` and `t² = Σ_{j<m−1} |c_j|²`, the reflector is `v = c` except for
 //! `v_{m−1} = p·(|α| + √(|α|²+t²))`, `p = α/|α|`, and `τ = 2/‖v‖²`; the block before loses `v·qᴴ` and
 //! then `q·vᴴ`, `q = τAv − (½τ·vᴴ(τAv))·v`. Where `t²` is below `2⁻¹⁰⁰`, there is no reflection; where
 //! `|α|²` is, `p = 1`. Sums over a vector (`t²`, `‖v‖²`, inner products) are partial sums as in

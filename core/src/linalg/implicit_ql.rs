@@ -17,8 +17,9 @@ const NEGLIGIBLE: f32 = 1.0 / 16_777_216.0; // 2^-24
 /// Or below this, of a matrix with trace near 1: the squares of the rotations keep all their bits.
 const NOTHING: f32 = f32::from_bits((127 - 50) << 23); // 2^-50
 
-/// Eigenvalues of the tridiagonal matrix with diagonal `d` and off-diagonal `e`, of which the last is
-/// not used, left in `d` unordered; `e` is destroyed.
+/// Eigenvalues of the tridiagonal matrix with diagonal `d` and off-diagonal `e`.
+///
+/// They are left in `d`, unordered; `e` is destroyed. The last entry of `e` is not used.
 ///
 /// `x` and `y` take part, `N` of each, as row vectors that the eigenvectors multiply from the right: `x ← x·S` for
 /// `T = S·diag(d)·Sᵀ`.
@@ -55,11 +56,11 @@ pub(crate) fn implicit_ql<S: Scalar<V>, V: Vector, const N: usize>(
     }
 }
 
-/// Where each lane is in its search.
+/// State of each lane's search.
 struct Search<V> {
     /// The row of the current eigenvalue; the number of rows when all are found.
     first: V,
-    /// How many steps that one has taken.
+    /// Number of steps for that eigenvalue.
     steps: V,
     /// No lane is above this row.
     lowest: usize,
@@ -81,8 +82,9 @@ struct Block<V: Vector> {
 }
 
 impl<V: Vector> Search<V> {
-    /// The next block of each lane, after the eigenvalues that are there already; none where every lane
-    /// has found all.
+    /// The next block of each lane, after the eigenvalues already found.
+    ///
+    /// `None` if every lane has found all.
     #[inline(always)]
     fn block(&mut self, d: &[V], e: &[V]) -> Option<Block<V>> {
         let n = d.len().min(e.len());
@@ -199,7 +201,7 @@ fn threshold<V: Vector>([here, below]: [V; 2]) -> V {
     here.splat(NEGLIGIBLE) * (here.abs() + below.abs())
 }
 
-/// The last row less Wilkinson's shift, which is taken from the first two rows.
+/// The last row less Wilkinson's shift, which comes from the first two rows.
 #[inline(always)]
 fn shifted_end<V: Vector>(block: &Block<V>) -> V {
     let zero = block.first.zero();
@@ -237,18 +239,18 @@ fn ql_step<S: Scalar<V>, V: Vector, const N: usize>(
         return;
     };
     let last_row = block.rows.len();
-    // Told once more, so that the compiler knows it of every row.
+    // Repeated, so that the compiler knows it for every row.
     if last_row >= d.len() {
         return;
     }
-    // From the lowest row up; what is `below` the row at hand is still to be written.
+    // From the lowest row up; the row `below` the current one is not yet written.
     let mut below = zero.splat(block.rows.end as f32);
     let (mut d_below, mut e_below) = (d[last_row], e[last_row]);
     let (mut x_below, mut y_below) = (x[last_row], y[last_row]);
     for i in (0..last_row).rev() {
         let (d_here, e_here, x_here, y_here) = (d[i], e[i], x[i], y[i]);
         let row = below - one;
-        // One lane has no other's rows to pass over.
+        // A single lane has no rows of other lanes to skip.
         let inside = match V::LANES {
             1 => wanted,
             _ => wanted & row.less(block.last) & !row.less(block.first),
@@ -257,7 +259,7 @@ fn ql_step<S: Scalar<V>, V: Vector, const N: usize>(
         let b = c * e_here;
         let power = f * f + g * g;
         let r = power.sqrt();
-        // Behind the block's last row nothing couples.
+        // After the block's last row there is no coupling.
         let coupling = match V::LANES {
             1 => r,
             _ => V::select(below.less(block.last), r, zero),
@@ -266,8 +268,8 @@ fn ql_step<S: Scalar<V>, V: Vector, const N: usize>(
             return;
         };
         *e_slot = V::select(inside, coupling, e_below);
-        // The root is above zero where the power is, which is there before it. The cosine comes first,
-        // since the next rotation waits for it.
+        // The root is positive if the power is, and the power is known earlier. The cosine comes first, since the
+        // next rotation waits for it.
         let rotated = inside & zero.less(power);
         c = V::select(rotated, g / r, c);
         s = V::select(rotated, f / r, s);
@@ -275,7 +277,7 @@ fn ql_step<S: Scalar<V>, V: Vector, const N: usize>(
         let t = (d_here - under) * s + c * (b + b);
         let split = inside & !rotated;
         if split.any() {
-            // The block has split below: what is done so far stands, the next step goes on.
+            // The block has split below: the rows so far stay, and the next step continues.
             d_below = V::select(split, under, d_below);
             wanted = wanted & !split;
             if !wanted.any() {
@@ -304,7 +306,7 @@ fn ql_step<S: Scalar<V>, V: Vector, const N: usize>(
         below = row;
     }
     if V::LANES == 1 {
-        // Its own block's begin and end.
+        // The first and last row of its own block.
         (d_below, e_below) = (d_below - p, g);
         e[last_row] = zero;
     }
@@ -396,7 +398,7 @@ mod tests {
             x.as_chunks_mut::<1>().0,
             y.as_chunks_mut::<1>().0,
         );
-        // Turned by an angle of 2⁻⁴⁰, of which the diagonal gets the square.
+        // Rotated by an angle of 2⁻⁴⁰; the diagonal receives its square.
         assert_eq!(d, [0.0, -small * small, 1.0]);
         assert_eq!(e, [small, 0.0, 0.0]);
         assert_eq!(x, [1.0, 1.75, 0.25 / small]);
@@ -413,8 +415,9 @@ mod tests {
         /// The most rows of the matrices that are searched.
         const ROWS: usize = 9;
 
-        /// Searches a matrix in each lane, those of fewer rows with nothing that couples behind, and each of them by
-        /// the path of one lane beside it.
+        /// Searches a matrix in each lane, and each of them by the one-lane path as well.
+        ///
+        /// Matrices of fewer rows have no coupling after their last row.
         struct SearchBeside {
             matrices: [([f32; ROWS], [f32; ROWS]); MOST_LANES],
             random: ChaCha8Rng,
@@ -445,7 +448,7 @@ mod tests {
                         }
                     }
                     let block = all.block(&d, &e);
-                    // Of no lanes.
+                    // An empty range of rows.
                     let mut rows = std::ops::Range {
                         start: ROWS,
                         end: 0,
@@ -464,7 +467,7 @@ mod tests {
                         assert_eq!(block.ends.map(of), own.ends);
                         assert_eq!(of(block.coupling), own.coupling);
                         rows = rows.start.min(own.rows.start)..rows.end.max(own.rows.end);
-                        // Now and then an entry of the block falls below what counts, or changes its sign.
+                        // Now and then an entry of the block becomes negligible, or changes its sign.
                         let k = self.random.random_range(own.rows);
                         e[k] *= [1.0, -1.0, 1e-9, 0.0][self.random.random_range(0..4)];
                     }
@@ -484,7 +487,7 @@ mod tests {
                     let mut random = ChaCha8Rng::seed_from_u64(seed);
                     let matrices = [(); MOST_LANES].map(|()| {
                         let d = [(); ROWS].map(|()| random.random::<f32>());
-                        // Of every eighth row nothing couples, of another only what counts as nothing.
+                        // One in eight rows has no coupling, and one in eight a negligible one.
                         let e = [(); ROWS].map(|()| match random.random_range(0..8) {
                             0 => 0.0,
                             1 => 1e-9,

@@ -16,7 +16,7 @@
 //!   most [`ACCURACY`]. The residual is the length of the next basis vector times the last entry of `y`, plus
 //!   bounds of rounding errors: of the row of `T` that `y` does not solve, and, for each entry of `y`, of the
 //!   components along other basis vectors that remain in its own. These components are rounding errors of the
-//!   subtracted vectors. A product of which little remains therefore allows its vector only a small weight.
+//!   subtracted vectors. A product with a small remainder therefore gives its vector only a small weight.
 //! - **Limit**: a lane without a gap stops at once, any other after [`step_limit`] steps or at the end of its
 //!   basis. Those lanes use [`dominant_eigenpair`](super::dominant_eigenpair).
 
@@ -33,7 +33,7 @@ pub const ACCURACY: f32 = 2e-6;
 /// Maximum number of steps.
 pub const STEP_LIMIT: usize = 16;
 
-/// The steps before it is looked whether a lane has a gap and is done.
+/// Number of steps before a lane is checked for a gap and for convergence.
 const FIRST_LOOK: usize = 2;
 
 /// Ratio of error to accuracy above which a lane is not checked.
@@ -116,7 +116,7 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
         first[0].real().less(next[1].real())
     };
     let mut done = never;
-    // The lanes in which the iteration goes on.
+    // The lanes in which the iteration continues.
     let mut open = !ignored;
     let mut eigenvalue = zero;
     let mut bound = V::select(second, next[1].real(), first[0].real());
@@ -155,7 +155,7 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
         put::<V, _>(tridiagonal.off_diagonal, k, beta);
         let longer = (zero.splat(EXHAUSTED) * bound).less(beta);
         let end = k + 1 == steps;
-        // A basis ends where it ends.
+        // The last vector of a basis is always checked.
         let watched = if k + 1 >= FIRST_LOOK || end {
             open
         } else {
@@ -233,7 +233,7 @@ fn put<V: Vector, T>(values: &mut [T], index: usize, value: T) {
     }
 }
 
-/// The entry of row `k` on the diagonal, and what couples it to the row before.
+/// The diagonal entry of row `k`, and its coupling to the row before.
 #[inline(always)]
 fn row<V: Vector>(tridiagonal: &Tridiagonal<'_, V>, k: usize) -> Option<(V, V)> {
     let coupling = get::<V, _, _>(tridiagonal.off_diagonal, k.wrapping_sub(1))?;
@@ -241,11 +241,13 @@ fn row<V: Vector>(tridiagonal: &Tridiagonal<'_, V>, k: usize) -> Option<(V, V)> 
     Some((*entry, *coupling))
 }
 
-/// How far the largest eigenvalue is from the others at least: see the module's documentation.
+/// Lower bound of the gap below the largest eigenvalue.
+///
+/// See the module's documentation.
 struct GapBound<V> {
     trace: V,
     mean: V,
-    /// `‖A − μ‖²`, once it has been asked for.
+    /// `‖A − μ‖²`, after its first use.
     squares: Option<V>,
 }
 
@@ -282,8 +284,9 @@ impl<V: Vector> GapBound<V> {
     }
 }
 
-/// Puts the tridiagonal matrix's eigenvector `y` to `theta` into its memory, and returns what
-/// `‖A·e − θ·e‖` is at most.
+/// Stores the tridiagonal matrix's eigenvector `y` to `theta`.
+///
+/// Returns an upper bound of `‖A·e − θ·e‖`.
 #[inline(always)]
 fn residual<V: Vector>(
     tridiagonal: &mut Tridiagonal<'_, V>,
@@ -321,7 +324,7 @@ fn scale<S: Scalar<V>, V: Vector>(
     }
 }
 
-/// The first column, in the lanes of `second` the second, but for its diagonal entry.
+/// The first column, or in the lanes of `second` the second, less its diagonal.
 #[inline(always)]
 fn first_column<S: Scalar<V>, V: Vector>(
     a: &[PanelColumn<S>],
@@ -385,8 +388,9 @@ fn step_apart<S: Scalar<V>, V: Vector>(
     step(a, shift, basis, second, w, components)
 }
 
-/// Takes from `w` its components `h_i = v_iᴴw` along the basis vectors, all found before the first
-/// is taken, `i` ascending.
+/// Subtracts from `w` its components `h_i = v_iᴴw` along the basis vectors.
+///
+/// All are computed before the first is subtracted, `i` ascending.
 #[inline(always)]
 fn orthogonalise<S: Scalar<V>, V: Vector>(
     zero: V,

@@ -15,7 +15,7 @@ pub fn times_vector<S: Scalar<V>, V: Vector>(
     y: &mut [PanelColumn<S>],
 ) {
     if V::LANES > 1 {
-        // Indices leave more registers to what is computed, of which there may be sixteen.
+        // Indices leave more registers to the results, which may be sixteen.
         for (i, own) in v.iter().enumerate() {
             let (before, diagonal) = a[panel(i)..panel(i + 1)].split_at(TILE * i);
             let (above, rest) = y.split_at_mut(i);
@@ -23,7 +23,7 @@ pub fn times_vector<S: Scalar<V>, V: Vector>(
         }
         return;
     }
-    // No index: no call of a panic.
+    // Without indices, so that no panic is called.
     let mut panels = a;
     for (i, own) in v.iter().enumerate() {
         let Some((before, rest)) = panels.split_at_checked(TILE * i) else {

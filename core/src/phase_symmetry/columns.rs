@@ -62,8 +62,9 @@ impl PhaseSymmetry {
         Ok(())
     }
 
-    /// Where a column of the half spectrum, or its mirror image, stands among the filtered ones:
-    /// the mirror images come after the half spectrum, in its order.
+    /// Position of a column of the half spectrum among the filtered ones.
+    ///
+    /// Mirror images come after the half spectrum, in its order.
     fn offset(&self, column: usize, mirrored: bool) -> usize {
         if mirrored {
             self.columns / 2 + column
@@ -72,7 +73,7 @@ impl PhaseSymmetry {
         }
     }
 
-    /// Where a column of the image's spectrum stands among the filtered ones.
+    /// Position of a column of the image's spectrum among the filtered ones.
     #[inline(always)]
     pub(super) fn filtered_offset(&self, column: usize) -> usize {
         if column <= self.columns / 2 {
@@ -83,13 +84,13 @@ impl PhaseSymmetry {
     }
 }
 
-/// The columns of a strip of the half spectrum as they are, or their mirror images, to be filtered.
+/// The columns of a strip of the half spectrum, or their mirror images.
 struct Half<'a> {
     bank: &'a PhaseSymmetry,
     filter: usize,
     /// The strip.
     columns: &'a Range<usize>,
-    /// Those of them that the image has: the zero and the Nyquist frequency are their own mirror images.
+    /// The wanted columns: zero and Nyquist frequency are their own mirror images.
     wanted: Range<usize>,
     mirrored: bool,
     /// The strip's part of the half spectrum.
@@ -213,8 +214,9 @@ impl<'a> Half<'a> {
         first..end.saturating_sub(group.first).min(group.lanes)
     }
 
-    /// A group's columns into their tiles, by squares of as many rows as a vector has lanes: lanes become
-    /// rows. The strips are made of whole squares.
+    /// Writes a group's columns into their tiles, by squares: lanes become rows.
+    ///
+    /// A square has as many rows as a vector has lanes. The strips consist of whole squares.
     #[inline(always)]
     fn store_squares<V: Vector>(
         &self,

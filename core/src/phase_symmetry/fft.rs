@@ -58,8 +58,9 @@ impl Fft<f32> for Microfft {
     }
 }
 
-/// The inverse transform of one line without its factor 1/N, by `output(k, number)` and not in `line`, which is worked
-/// in.
+/// The inverse transform of one line without its factor 1/N.
+///
+/// The results go to `output(k, number)`; `line` is scratch.
 #[inline(always)]
 pub(super) fn inverse_to(
     input: impl Fn(usize) -> Complex<f32>,

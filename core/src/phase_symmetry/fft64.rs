@@ -61,7 +61,7 @@ pub(super) fn transform(input: impl Fn(usize) -> Complex<f32>, line: &mut [Compl
     }
 }
 
-/// The same numbers by `output(k, number)`, and not in `line`, which is worked in.
+/// The same numbers by `output(k, number)`; `line` is scratch.
 #[inline(always)]
 pub(super) fn transform_to(
     input: impl Fn(usize) -> Complex<f32>,
@@ -131,7 +131,7 @@ fn four([a, b, c, d]: [Complex<f32>; 4]) -> [Complex<f32>; 4] {
     [a + c, b, a - c, d]
 }
 
-/// Three levels of the transforms of 8 points that eight points are of.
+/// Three levels of transforms of 8 points, for eight points of them.
 #[inline(always)]
 fn last_levels(
     [a, b, c, d, e, f, g, h]: [Complex<f32>; RADIX],

@@ -24,7 +24,7 @@ pub struct LaneColumns {
 }
 
 impl LaneColumns {
-    /// The strip that holds them; none where there are none.
+    /// The strip of the columns; `None` if no strip has them.
     fn strip(&self, bank: &PhaseSymmetry) -> Option<Range<usize>> {
         let start = self.first.checked_div(bank.strip)? * bank.strip;
         let end = start.saturating_add(bank.strip).min(bank.sizes().half());
@@ -154,7 +154,7 @@ impl<M: AsRef<[f32]> + AsMut<[f32]>> GainTables<M> {
                 for column in columns.clone() {
                     let at = bank.rows * columns.start + row * width + column - columns.start;
                     let bin = scale.bin(row, column).direction();
-                    // At the right edge this is the same frequency, which is never asked for.
+                    // At the right edge this is the same frequency, and is never used.
                     let opposite = scale.bin(row, opposite(column, bank.columns));
                     let turns = ORIENTATIONS.iter().map(|orientation| (bin, orientation));
                     let mirrored = [0, 3].map(|k| (opposite.direction(), &ORIENTATIONS[k]));
@@ -223,7 +223,7 @@ impl<V: Vector, M: AsRef<[f32]>> Gains<V> for GainTables<M> {
         );
         let (first, lanes) = (columns.first - strip.start, columns.lanes);
         if V::LANES == 1 && width == 1 {
-            // The rows of −fy take the radial factors backwards, but for 0 and Nyquist.
+            // The rows of −fy take the radial factors in reverse, except 0 and Nyquist.
             let mut factors = angular.iter();
             let (nearer, farther) = gains.split_at_mut(edges.min(gains.len()));
             for ((gain, radial), angular) in nearer.iter_mut().zip(radial).zip(&mut factors) {
@@ -252,7 +252,7 @@ impl<V: Vector, M: AsRef<[f32]>> Gains<V> for GainTables<M> {
     }
 }
 
-/// Gains of either kind, told apart when the program runs, so that code of one map serves both.
+/// Gains of either kind, selected at run time, so that one map serves both.
 #[allow(
     clippy::large_enum_variant,
     reason = "one in a frame, and there is no heap"
@@ -281,7 +281,7 @@ impl Gains<f32> for AnyGains<'_> {
     }
 }
 
-/// The `length` numbers from `first` on, which are there.
+/// The `length` numbers from `first` on, which must exist.
 fn part(numbers: &[f32], first: usize, length: usize) -> &[f32] {
     let from = numbers.get(first..).unwrap_or_default();
     from.get(..length).unwrap_or_default()

@@ -92,8 +92,8 @@ impl<V: Vector> Fft<V> for LaneFft {
             return;
         }
         let bits = length.trailing_zeros();
-        // Two levels without products. The input is taken from four indices on, one after the other, as
-        // memory is read fastest; what comes of it lies in bit-reversed order.
+        // Two levels without products. The input is read in four runs of consecutive indices, as memory is read
+        // fastest; the output is in bit-reversed order.
         for at in 0..length / 4 {
             // A quarter of the longest line is counted by eight bits.
             let k = usize::from((at as u8).reverse_bits() >> (u8::BITS + 2 - bits));

@@ -4,9 +4,10 @@ use crate::simd::Vector;
 use core::hint::cold_path;
 use num_complex::Complex;
 
-/// Puts `lines` lines into the lanes of vectors: `work` gets the first line of each vector, and how
-/// many there are in it. It is compiled twice, for whole vectors and for the rest, so that the former are
-/// read and written by single instructions.
+/// Groups `lines` lines into the lanes of vectors.
+///
+/// `work` receives the first line of each vector and its number of lines. It is compiled twice, for whole vectors and
+/// for the rest, so that whole vectors are read and written by single instructions.
 #[inline(always)]
 pub(super) fn in_groups<V: Vector>(lines: usize, mut work: impl FnMut(usize, usize)) {
     let whole = lines / V::LANES * V::LANES;
@@ -81,7 +82,7 @@ pub(super) fn store_partial<V: Vector>(vector: V, to: &mut [f32], at: usize, lan
 #[inline(always)]
 pub(super) fn add_partial<V: Vector>(vector: V, to: &mut [f32], at: usize, lanes: usize) {
     if V::LANES == 1 {
-        // Looked up once.
+        // A single look-up.
         if let Some(number) = to.get_mut(at) {
             *number += vector.lanes()[0];
         }

@@ -29,8 +29,9 @@ const ANGULAR_SEGMENTS: usize = 64;
 type Cubic = [f32; 4];
 type Angular = [[Cubic; ANGULAR_SEGMENTS]; 4];
 
-/// The tables, as `tests::record` worked them out. A microcontroller without f64 in hardware took 30
-/// million instructions for it.
+/// The tables, computed by `tests::record`.
+///
+/// A microcontroller without f64 in hardware needed 30 million instructions to compute them.
 static TABLES: LogGaborTables = LogGaborTables::of(include_bytes!("log_gabor.bin"));
 
 /// Caller-owned memory for the tables of [`LogGabor`].
@@ -87,10 +88,12 @@ pub(super) const ORIENTATIONS: [Orientation; 6] = {
     ]
 };
 
-/// How many angular factors [`super::GainTables`] keep: [`ORIENTATIONS`], then the mirror images of 0 and −π/2, of which the one
-/// is not in the bank and the other has other bits than −π/2 itself.
+/// Number of angular factors in [`super::GainTables`].
+///
+/// These are [`ORIENTATIONS`], then the mirror images of 0 and −π/2. The mirror image of 0 is not in the bank, and
+/// that of −π/2 has other bits than −π/2 itself.
 pub(super) const TURNS: usize = ORIENTATIONS.len() + 2;
-/// Which of them is the mirror image of an orientation.
+/// Index of each orientation's mirror image.
 pub(super) const MIRROR: [usize; ORIENTATIONS.len()] = [6, 5, 4, 7, 2, 1];
 
 /// A characteristic radius on the frequency grid of an image.
@@ -423,7 +426,7 @@ mod tests {
         libm::exp(-0.5 * z * z)
     }
 
-    /// Every gain of every filter against Eq. 9 as it stands, in f64.
+    /// Every gain of every filter against the definition, Eq. 9, in f64.
     #[test]
     fn gains_follow_equation_9() {
         let mut tables = LogGaborTables::new();

@@ -208,7 +208,7 @@ impl PhaseSymmetry {
         }
     }
 
-    /// The filtered rows, added to Eq. 10's two sums, of which the last filter makes quotients.
+    /// Adds the filtered rows to Eq. 10's two sums; the last filter divides them.
     fn add_image(
         &self,
         filter: usize,
@@ -292,8 +292,10 @@ impl Column<'_> {
         }
     }
 
-    /// [`Column::filter`] of 64 × 64 pixels. By itself, as the compiler then keeps all in registers, and without checks,
-    /// since it knows all lengths.
+    /// [`Column::filter`] of 64 × 64 pixels.
+    ///
+    /// A separate function, so that the compiler keeps all in registers. It has no checks, since all lengths are
+    /// known.
     #[inline(never)]
     fn filter_64(
         &self,
@@ -336,7 +338,7 @@ fn add(
             *below += sqrt(e * e + o * o);
         }
     };
-    // The columns lie by their opposite frequencies.
+    // The columns are stored at their opposite frequencies.
     let input = |column| number(filtered, opposite(column, columns));
     inverse_to(input, line, output);
 }
@@ -358,7 +360,7 @@ fn lines_of_step(length: usize) -> usize {
     (STEP / length.max(1)).max(1)
 }
 
-/// The complex number `pairs[n]`, which is there.
+/// The complex number `pairs[n]`; `n` must be in bounds.
 #[inline(always)]
 fn number(pairs: &[Pair], n: usize) -> Complex<f32> {
     let [re, im] = pairs.get(n).copied().unwrap_or_default();

@@ -10,9 +10,9 @@ pub(super) struct Cuts<F> {
     window: usize,
     block: usize,
     active: F,
-    /// The first sample that is not put out yet.
+    /// The first sample without output so far.
     first: usize,
-    /// Where the active set changed last before that, and the set.
+    /// The last change of the active set before that, and the set.
     segment: (usize, Active),
 }
 
@@ -61,7 +61,7 @@ impl<F: Fn(usize) -> Active> Iterator for Cuts<F> {
 mod tests {
     use super::*;
 
-    /// Every sample once, no more than asked for at a time, and cut where no bit changes.
+    /// Every sample occurs once, in blocks within the limit, and cuts change no bit.
     #[test]
     fn lines_are_cut_at_blocks_from_where_the_active_set_changed() {
         let samples = 100;

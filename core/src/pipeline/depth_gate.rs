@@ -35,7 +35,9 @@ pub struct DepthGate {
 }
 
 impl DepthGate {
-    /// How far beyond an end, in samples, still counts as the end: rounding in f64 moves depths there.
+    /// Distance beyond an end that still counts as the end, in samples.
+    ///
+    /// Rounding in f64 moves depths there.
     const EDGE: f64 = 1e-6;
 
     /// Samples inside the gate, for a line with these depths.
@@ -110,7 +112,7 @@ mod tests {
         let last = DEPTHS.last();
         assert_eq!(samples(0.0, DEPTHS.first), Ok(0..1));
         assert_eq!(samples(last, 1.0), Ok(299..300));
-        // Of a line of one sample, all is inside or nothing.
+        // With a line of one sample, it is inside or outside.
         let one = Axis { count: 1, ..DEPTHS };
         let gate = |from, to| DepthGate { from, to }.samples(&one).ok();
         assert_eq!(gate(0.0, 1.0), Some(0..1));

@@ -62,7 +62,7 @@ use core::marker::PhantomData;
 /// let scratch = Scratch { real: &mut real, complex: &mut complex };
 /// let mut frame = Frame::new(&pipeline, scratch)?;
 ///
-/// let rf = vec![0.0; 16 * 512]; // what the elements recorded of one transmit
+/// let rf = vec![0.0; 16 * 512]; // the record of one transmit
 /// let transmit = Transmit::new(TransmitLaw::Focused, 0.0);
 /// for line in 0..64 {
 ///     frame.line(line, [(transmit, &Record::new(&rf, 16)?)])?;
@@ -78,7 +78,7 @@ pub struct Frame<'p, 'm, D = Delay, A = ForwardBackward> {
     pub(crate) pipeline: &'p Pipeline<'p, D>,
     gains: AnyGains<'m>,
     apertures: ApertureTable<'m>,
-    /// Of sub-lines, if there are some.
+    /// Directions of sub-lines, if there are any.
     steering: Option<SteeringTable<'m>>,
     pooling: Pooling,
     envelopes: &'m mut [f32],

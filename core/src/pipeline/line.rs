@@ -60,7 +60,7 @@ pub struct LinePipeline<'a, D = Delay> {
     scan: Scan<'a>,
     delay: D,
     beamformer: Beamformer,
-    /// The samples that the beamformer makes; the others are DAS.
+    /// The samples that the beamformer computes; the others are DAS.
     adaptive: Range<usize>,
 }
 
@@ -253,7 +253,7 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         Ok(AlignedLine::block(out, elements, whole, largest))
     }
 
-    /// From one aligned sample that the beamformer reads to the next: time windows read all.
+    /// Distance between aligned samples for the beamformer; time windows read all.
     fn wanted(&self) -> usize {
         let parameters = self.beamformer.parameters();
         match parameters.temporal_half_window {
@@ -269,7 +269,9 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         behind.saturating_sub(1)
     }
 
-    /// The aligned samples of a block, wanted at every `step`-th sample of the line; returns a magnitude that none of them exceeds.
+    /// The aligned samples of a block, wanted at every `step`-th sample of the line.
+    ///
+    /// Returns an upper bound of their magnitudes.
     fn compound<'r, V: Vector>(
         &self,
         zero: V,
@@ -413,7 +415,7 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         for own in Cuts::new(samples, half_window, block, &active) {
             let needed = own.start.saturating_sub(half_window)
                 ..own.end.saturating_add(half_window).min(samples);
-            // What the block before read, too, goes to the front.
+            // Samples that the block before read as well move to the front.
             let kept = (buffered.end - needed.start) * elements.get();
             let from = (needed.start - buffered.start) * elements.get();
             if let Some(before) = aligned.get_mut(..from + kept)
@@ -424,7 +426,7 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
             let x = aligned.get_mut(..needed.len() * elements.get());
             let x = x.unwrap_or_default();
             let new = x.get_mut(kept..).unwrap_or_default();
-            // Deeper sets contain shallower ones: that of the last sample whose time window reads these.
+            // Deeper sets contain shallower ones: take that of the last sample with a time window here.
             let block = Block {
                 line,
                 first: buffered.end,
@@ -478,9 +480,9 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
     }
 }
 
-/// Where a line goes.
+/// Output of a line.
 pub(super) struct Output<'z> {
-    /// The directions of its sub-lines; of the line alone without.
+    /// The directions of its sub-lines; `None` for the line alone.
     pub(super) steering: Option<Steering<'z>>,
     /// `[sample][sub-line]`.
     pub(super) z: &'z mut [Complex<f32>],

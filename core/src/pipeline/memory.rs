@@ -12,19 +12,19 @@ use crate::memory::Need;
 use crate::phase_symmetry;
 use crate::surface::{self, Settings};
 
-/// How the memory of a frame is divided.
+/// Division of a frame's memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(crate) struct Parts {
     /// Samples of a line.
     pub(super) samples: usize,
-    /// Those that its beamformer computes.
+    /// Samples that its beamformer computes.
     pub(super) line_samples: usize,
     /// Memory of the image's interpolation of lines.
     pub(super) interpolation: Need,
     /// Sub-lines of a line.
     pub(super) sub_lines: usize,
-    /// The directions of all sub-lines, if there are some.
+    /// The directions of all sub-lines, if there are any.
     pub(super) steering: usize,
     /// Samples of all lines.
     pub(super) envelopes: usize,
@@ -132,7 +132,7 @@ impl Parameters<'_> {
     /// # Errors
     /// As [`Scan::new`]; [`Error::Parameter`] for lines that are not evenly spaced.
     pub const fn surface(&self, settings: Settings) -> Result<surface::Parameters, Error> {
-        // Of I/Q the samples lie likewise.
+        // For I/Q the samples are at the same depths.
         let scan = match Scan::of_iq(self.scan) {
             Ok(scan) => scan,
             Err(error) => return Err(error),
@@ -194,7 +194,7 @@ impl Parameters<'_> {
 
 impl Parts {
     pub(super) const fn need(&self, covariance: Covariance) -> Need {
-        // Apertures; from one stage to the next envelopes, image and map.
+        // Apertures; envelopes, image and map, which pass from stage to stage.
         let images = self.strips.image_len().saturating_mul(2);
         let lines = self.envelopes.saturating_add(self.samples);
         let kept = Need {

@@ -107,7 +107,7 @@ impl<S: Simd> Vector for Lanes<S> {
     #[inline(always)]
     fn slide(self, next: Self, by: usize) -> Self {
         let (a, b) = (self.0, next.0);
-        // Known when this is compiled, so that one of them is left.
+        // A constant at compile time, so that one branch is left.
         Lanes(match by {
             0 => a,
             1 => a.slide::<1>(b),
@@ -157,9 +157,9 @@ impl<S: Simd> Dot for Lanes<S> {
     }
 }
 
-// The sums of sixteen products, which take one register of AVX-512, two of AVX2, four of SSE2 and
-// NEON each, are added up for two, four, eight and sixteen products together, of each line by
-// itself. Halves that lie in registers of their own need no move between lanes.
+// The sums of sixteen products take one register of AVX-512, two of AVX2, four of SSE2 and NEON each. They are added
+// up for two, four, eight and sixteen products together, separately for each line. Halves in separate registers need
+// no move between lanes.
 
 /// Sums 2j and 2j + 1 added, those of `x` first.
 #[inline(always)]

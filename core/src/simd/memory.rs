@@ -6,7 +6,7 @@ use core::slice::SliceIndex;
 /// The lanes of the widest vector.
 pub(crate) const MOST_LANES: usize = 16;
 
-/// The first lanes' worth of `from`, which is that long at least.
+/// The first `V::LANES` numbers of `from`, which must have that length at least.
 #[inline(always)]
 pub(crate) fn load<V: Vector>(zero: V, from: &[f32]) -> V {
     let mut vector = zero;
@@ -54,8 +54,10 @@ pub(crate) fn split_front<'a, T>(from: &mut &'a mut [T], length: usize) -> &'a m
     from.split_off_mut(..length).unwrap_or_default()
 }
 
-/// Copies between slices of one length. Where the compiler sees that it is one, this is no more than the
-/// copy, as `copy_from_slice` is; elsewhere that would bring a panic.
+/// Copies between slices of one length.
+///
+/// If the compiler knows that the lengths are equal, this is only the copy, like `copy_from_slice`. Otherwise
+/// `copy_from_slice` would link a panic.
 #[inline(always)]
 pub(crate) fn copy<T: Copy>(from: &[T], to: &mut [T]) {
     if from.len() == to.len() {

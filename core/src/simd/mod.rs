@@ -372,7 +372,7 @@ mod tests {
         }
     }
 
-    /// Where numbers move between lanes, they go where the documentation says.
+    /// Operations that move numbers between lanes follow the documentation.
     fn lanes_move<V: Vector>(zero: V) {
         let counted = |first: usize| {
             let mut vector = zero;

@@ -49,7 +49,7 @@ impl Detector {
         self.sizes.need()
     }
 
-    /// The depth of the middle of a cell of those that are searched, with a fraction, m.
+    /// Depth of the middle of a cell of the search, plus a fraction of a cell, m.
     pub(super) fn depth(&self, cell: usize, fraction: f32) -> f32 {
         let Sizes { stride, first, .. } = self.sizes;
         let samples = &self.parameters.samples;
@@ -187,7 +187,7 @@ const fn prices(parameters: &Parameters, sizes: &Sizes) -> Result<Prices, Error>
             expected: "between 1/1024 nat and 64 nats for a cell",
         });
     }
-    // A move that is longer costs more than a jump, so that back pointers have seven bits.
+    // A longer move costs more than a jump, so that back pointers fit seven bits.
     let (jump, most) = (integer(jump * nat), step * Prices::FARTHEST - 1);
     let jump = if jump < most { jump } else { most };
     let factor = integer(factor * 256.0);

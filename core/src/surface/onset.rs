@@ -41,7 +41,9 @@ impl Window {
         }
     }
 
-    /// The sums of the windows of consecutive cells, those of the first of which begin at `origin`.
+    /// The sums of the windows of consecutive cells.
+    ///
+    /// The windows of the first cell begin at `origin`.
     #[inline(always)]
     fn sums<'a>(&self, sums: &'a [u32], origin: usize) -> impl Iterator<Item = u32> + use<'a> {
         let [from, end] = [self.from, self.end].map(|offset| {
@@ -130,7 +132,7 @@ pub(super) struct Line {
     pub margin: i32,
     /// Offset of the first window of `rest` below a cell, cells.
     pub rest_from: usize,
-    /// Windows of `rest`, of which the brightest is taken.
+    /// Windows of `rest`; the brightest one counts.
     pub rest_block: Window,
     /// Offset of the shadow that extends to the end below a cell, cells.
     pub shadow_from: usize,
@@ -143,7 +145,7 @@ pub(super) struct Line {
     pub shadow_range: i32,
 }
 
-/// The means around a cell, but for the last 2²³ times a grey level.
+/// The means around a cell: 2²³ times a grey level, except for the last two.
 struct Means {
     echo: i32,
     near: i32,
@@ -152,13 +154,14 @@ struct Means {
     below: i32,
     /// To the end of the line, in 1/16.
     shadow: i32,
-    /// The brightest below, likewise.
+    /// The brightest below, in 1/16.
     rest: i32,
 }
 
 impl Line {
-    /// Sums of grey from the first cell to before each cell; `sums` begins `above` places earlier, with zeros, and ends
-    /// with the sum of all.
+    /// Sums of grey from the first cell to before each cell.
+    ///
+    /// `sums` begins `above` places earlier, with zeros, and ends with the sum of all.
     pub(super) fn sums(grey: &[u8], [stride, above]: [usize; 2], sums: &mut [u32]) {
         let (head, sums) = sums.split_at_mut_checked(above).unwrap_or_default();
         head.fill(0);
@@ -167,7 +170,7 @@ impl Line {
         if let Some(first) = places.next() {
             *first = 0;
         }
-        // Grey first, so that no place is passed over at its end.
+        // Grey first, so that the iterator skips no place at the end.
         match stride {
             1 => {
                 for (&level, place) in grey.iter().zip(places.by_ref()) {
@@ -234,8 +237,9 @@ impl Line {
         self.fill::<true>(sums, sizes, first + end, &shadow, tail);
     }
 
-    /// The brightest mean of a block that begins so far below each cell or lower, in 1/16: in the place of its score.
-    /// Where no block is left, that of the last.
+    /// The brightest mean of a block that begins far enough below each cell, in 1/16.
+    ///
+    /// It is written in the place of the cell's score. A cell without such a block has the mean of the last.
     fn brightest(&self, sums: &[u32], sizes: &Sizes, rest: &mut [i32]) {
         let block = self.rest_block.end.unsigned_abs();
         let ends = sizes.above.saturating_add(sizes.cells).saturating_add(1);
@@ -266,7 +270,7 @@ impl Line {
         }
     }
 
-    /// Scores of cells from one on, some of whose windows are cut, or none.
+    /// Scores of cells from `first` on; `CUT`: some of their windows are cut.
     #[inline(never)]
     fn fill<const CUT: bool>(
         &self,

@@ -10,7 +10,7 @@ pub(super) const PARTS: i32 = 16;
 /// White, in those.
 pub(super) const WHITE: i32 = 255 * PARTS;
 
-/// No window is as long, m.
+/// No window is as long as this, m.
 const LONGEST: f64 = 1.0;
 /// Numbers of both histograms of a frame.
 pub(super) const HISTOGRAMS: usize = 512;
@@ -284,7 +284,7 @@ impl Parameters {
                 expected: "a finite depth, below the second",
             });
         }
-        // The casts cut, saturate, and give 0 for what is below it.
+        // The casts truncate and saturate; negative numbers become 0.
         attempt!(positive("cell", self.settings.cell));
         let quotient = self.settings.cell * (1.0 - 1e-9) / self.samples.step;
         let stride = (quotient as usize).saturating_add(1);
@@ -295,7 +295,7 @@ impl Parameters {
         let cell = stride as f64 * self.samples.step;
         let first = cells_of(depths[0] - self.samples.first, cell);
         let end = cells_of(depths[1] - self.samples.first, cell);
-        // Below the last there is the near window.
+        // The near window follows below the last cell.
         let last = cells.saturating_sub(cells_of(near[1], cell));
         let end = if end < last { end } else { last };
         if end < first.saturating_add(3) {
@@ -332,7 +332,10 @@ impl Parameters {
 }
 
 impl Sizes {
-    /// Sums and scores of a line, the path's values and what comes from below; a back pointer a cell; two numbers a line.
+    /// Memory of a tracker, in real numbers.
+    ///
+    /// Sums and scores of a line, the path's values and those of paths from below; a back pointer for each cell; two
+    /// numbers for each line.
     pub(super) const fn need(self) -> Need {
         let line = self.sums() + 3 * self.searched;
         let pointers = self.kept.saturating_mul(self.searched).div_ceil(2);
@@ -387,6 +390,6 @@ pub(super) struct Prices {
 }
 
 impl Prices {
-    /// The farthest move that is none, cells.
+    /// The farthest move that is not a jump, cells.
     pub(super) const FARTHEST: i32 = 62;
 }

@@ -37,7 +37,7 @@ struct Pointer(u16);
 impl Pointer {
     /// The cell itself.
     const HERE: i32 = 127;
-    /// Of a cell below the number of cells is taken off this.
+    /// Code of a cell below: this less the number of cells.
     const BELOW: i32 = 65;
     const JUMP: i32 = 1;
     const START: i32 = 0;
@@ -135,19 +135,23 @@ pub struct Tracker<'p, 'm> {
     detector: &'p Detector,
     sums: &'m mut [u32],
     scores: &'m mut [i32],
-    /// Of the best path to each cell of the last line, less the best of the line before; times 128.
+    /// Value of the best path to each cell of the last line, times 128.
+    ///
+    /// It is relative to the best of the line before.
     values: &'m mut [i32],
-    /// Of the best path that comes from below, times 128, with where from.
+    /// Value of the best path from below, times 128, with its origin.
     below: &'m mut [i32],
-    /// `[line][cell]`, as a ring.
+    /// Back pointers `[line][cell]`, as a ring.
     pointers: &'m mut [u16],
-    /// Of each line, as a ring: the best cell of the line before, and in bit 16 whether absence comes from there.
+    /// Ring over lines: the best cell of the line before.
+    ///
+    /// Bit 16 is set if absence comes from there.
     heads: &'m mut [u32],
-    /// Likewise: the cell of the path and one, or 0; with bit 31 if a piece begins there.
+    /// Ring over lines: the path's cell plus one, or 0; bit 31 if a piece begins there.
     path: &'m mut [u32],
     /// Lines so far.
     lines: usize,
-    /// Of those, lines that are decided.
+    /// Number of those lines that are decided.
     decided: usize,
     /// The best path to a cell of the last line.
     best: Best,
@@ -162,9 +166,9 @@ struct Best {
     cell: u32,
 }
 
-/// In [`Tracker::path`].
+/// Bit in [`Tracker::path`].
 const BEGINS: u32 = 1 << 31;
-/// In [`Tracker::heads`].
+/// Bit in [`Tracker::heads`].
 const FROM_CELL: u32 = 1 << 16;
 
 impl<'p, 'm> Tracker<'p, 'm> {
@@ -198,7 +202,7 @@ impl<'p, 'm> Tracker<'p, 'm> {
         Ok(tracker)
     }
 
-    /// Before the first line of a frame.
+    /// Resets the tracker to before the first line of a frame.
     fn begin(&mut self) {
         self.values.fill(NEVER << Pointer::BITS);
         self.heads.fill(0);
@@ -253,7 +257,7 @@ impl<'p, 'm> Tracker<'p, 'm> {
         let pointers = pointers.get_mut(..searched).unwrap_or_default();
         from_below(self.values, prices.step, self.below);
         let Best { value, cell } = self.best;
-        // At the first line a surface is there without a start.
+        // At the first line a surface exists without a start.
         let started = match self.lines {
             0 => 0,
             _ => self.absent - prices.end,
@@ -351,7 +355,9 @@ impl<'p, 'm> Tracker<'p, 'm> {
         ((cell as usize) < searched).then_some(Pointer(pointer).score())
     }
 
-    /// Of the scores above absence, the mean over up to [`AROUND`] lines on either side of the same piece.
+    /// The mean of the scores above absence.
+    ///
+    /// It extends over up to [`AROUND`] lines on either side of the same piece.
     fn margin(&self, line: usize, cell: u32, begins: bool) -> f32 {
         let mut sum = self.score(line, cell).unwrap_or_default();
         let mut count = 1.0;
@@ -383,7 +389,7 @@ impl<'p, 'm> Tracker<'p, 'm> {
         1.0 / (1.0 + libm::expf(-(a + b * margin)))
     }
 
-    /// Where between −½ and ½ of a cell the parabola through its score and those beside it is largest.
+    /// Maximum of the parabola through a score and its neighbours, −½ to ½ cell.
     fn fraction(&self, line: usize, cell: u32) -> f32 {
         let beside = [cell.checked_sub(1), cell.checked_add(1)];
         let [Some(above), Some(below)] = beside.map(|cell| self.score(line, cell?)) else {
@@ -400,8 +406,9 @@ impl<'p, 'm> Tracker<'p, 'm> {
     }
 }
 
-/// The best paths that come from cells below, and by how many cells each. Each cell further on it is worth a step less,
-/// and its origin is less by 1, in one subtraction.
+/// The best paths from cells below, and the number of cells of each.
+///
+/// With each further cell a path's value falls by a step and its origin by 1, in one subtraction.
 #[inline(never)]
 fn from_below(values: &[i32], step: i32, below: &mut [i32]) {
     let step = (step << Pointer::BITS) + 1;
@@ -417,13 +424,15 @@ fn from_below(values: &[i32], step: i32, below: &mut [i32]) {
 struct Cells<'a> {
     scores: &'a [i32],
     below: &'a [i32],
-    /// Of the line before, and then of this one.
+    /// Values of the line before, overwritten with those of this line.
     values: &'a mut [i32],
     pointers: &'a mut [u16],
 }
 
 impl Cells<'_> {
-    /// Of paths from above, from below and the other, the first of the best, with the cell's score.
+    /// Takes the first of the best paths from above, from below and the other.
+    ///
+    /// Adds the cell's score.
     #[inline(never)]
     fn step(self, prices: &Prices, other: i32, base: i32) -> Best {
         let step = (prices.step << Pointer::BITS) + 1;

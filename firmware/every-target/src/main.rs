@@ -1,6 +1,8 @@
-//! The golden cases on a bare processor: prints a line a case, for `tests/run targets` to compare.
+//! The golden cases on a bare processor, for `tests/run targets` to compare.
 //!
-//! How a processor starts is all that differs from one to another; `run` says which machine each is.
+//! It prints a line for each case.
+//!
+//! Processors differ only in their start-up code. `run` lists the machine of each.
 
 #![no_std]
 #![no_main]
@@ -13,7 +15,7 @@ use static_cell::ConstStaticCell;
 
 static WORKSPACES: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces::new());
 
-/// What every processor does when it has started.
+/// Main function of every processor after its start-up.
 fn golden() -> ! {
     let outcome = bonebeam_tests::run(WORKSPACES.take(), &mut |name, hash| {
         println!("{name} {hash:016x}");

@@ -1,10 +1,11 @@
-//! How a processor comes to its main function: stack, memory and floating-point unit, by the start-up
-//! crate of each architecture.
+//! Start-up of each processor, by the start-up crate of its architecture.
+//!
+//! It sets up the stack, the memory and the floating-point unit.
 
 #[cfg(target_arch = "arm")]
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    // Links the crate, whose critical sections the golden cases' memory is taken in.
+    // Links the crate for its critical sections, which guard the golden cases' memory.
     let _ = cortex_m::peripheral::SCB::vect_active();
     crate::golden()
 }
@@ -25,7 +26,7 @@ mod aarch64 {
     /// user; inner shareable and cached.)
     const DEVICES: usize = 1 | 1 << 10 | 1 << 54;
     const MEMORY: usize = 1 | 1 << 2 | 3 << 8 | 1 << 10;
-    /// The kinds of memory that the blocks' indices 0 and 1 name: a device's, and cached.
+    /// The memory kinds of indices 0 and 1 in the blocks: device, and cached.
     const KINDS: u64 = 0xff04;
 
     initial_pagetable!(

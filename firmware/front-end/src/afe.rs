@@ -160,7 +160,7 @@ impl<SPI: SpiDevice, RESET: OutputPin, SELECT: OutputPin> Afe<SPI, RESET, SELECT
 
         let mut read = [0; N];
         let on = self.demodulator_read_out(data, &mut read).await;
-        // Also where it could not be switched on: the part may have taken a frame all the same.
+        // Switched off even if it could not be switched on: the part may have taken a frame all the same.
         let off = self.demodulator_read_off().await;
         on.and(off)?;
         if read != *word {
@@ -172,7 +172,9 @@ impl<SPI: SpiDevice, RESET: OutputPin, SELECT: OutputPin> Afe<SPI, RESET, SELECT
         Ok(())
     }
 
-    /// Writes a word of a demodulator's memory, and its address again, which went on with the word.
+    /// Writes a word of a demodulator's memory, and sets its address again.
+    ///
+    /// The address advances with each word.
     async fn write_word(
         &mut self,
         [address, data]: [u8; 2],
@@ -279,7 +281,7 @@ pub(crate) async fn wake(was: &mut Power, power: Power, delay: &mut impl DelayNs
     *was = power;
 }
 
-/// Refuses what the demodulator has no room for.
+/// Refuses a setup beyond the demodulator's memories.
 fn check(setup: &Demodulator<'_>) -> Result<(), Error> {
     let range = |name, value, expected| {
         Err(Error::Range {

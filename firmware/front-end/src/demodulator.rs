@@ -45,8 +45,9 @@ pub fn frequency_word(f_demod: f64, f_s: f64) -> Option<u16> {
     }
 }
 
-/// 112 bits, highest first: coefficient 0 in the highest 14. That order is not verified. Else the first coefficient
-/// that takes more than 14 bits.
+/// Packs 112 bits, highest first: coefficient 0 in the highest 14.
+///
+/// That order is not verified. Returns the first coefficient of more than 14 bits as the error.
 pub(crate) fn pack(coefficients: &[i16; IN_A_WORD]) -> Result<[u8; 14], i16> {
     let mut word = 0u128;
     for &coefficient in coefficients {

@@ -44,7 +44,7 @@ impl<SPI: SpiDevice> Frames<SPI> {
             }
             *value = u16::from_be_bytes(bytes);
         }
-        // Also where it could not be switched on: the part may have taken the frame all the same.
+        // Switched off even if it could not be switched on: the part may have taken the frame all the same.
         let off = self.write(CONTROL, 0).await;
         read.and(off).map(|()| values)
     }

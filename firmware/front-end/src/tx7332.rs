@@ -55,7 +55,7 @@ const POSITIVE: u8 = 0b010;
 const NEGATIVE: u8 = 0b001;
 const GROUND: u8 = 0b011;
 const END: u8 = 0b111;
-/// The most that a supply may be above the voltage asked for, as a factor.
+/// Maximum ratio of a supply to the requested voltage.
 const SUPPLY_TOLERANCE: f64 = 1.05;
 
 /// The board around the pulser: its rails and its trigger.
@@ -297,7 +297,7 @@ impl<SPI: SpiDevice<u16>, BOARD: TransmitBoard> Pulser for Tx7332<SPI, BOARD> {
         for ((row, entries), register) in patterns.zip(registers.iter_mut().skip(16)) {
             *register = (base + row as u16, u32::from_le_bytes(*entries));
         }
-        // Until all of it is written, the profile is none, and must not fire.
+        // Until all registers are written, the profile is incomplete and must not fire.
         if self.firing == Some(index) {
             self.stop().await?;
         }
@@ -372,7 +372,7 @@ impl<SPI, BOARD: TransmitBoard> Tx7332<SPI, BOARD> {
     async fn start(&mut self, loaded: &Loaded) -> Result<(), TxError<BOARD::Error>> {
         let asked = loaded.volts;
         let measured = self.board.supply(asked).await.map_err(TxError::Board)?;
-        // A measurement that is no number is beyond as well.
+        // A measurement of NaN is beyond as well.
         let within = measured <= asked * SUPPLY_TOLERANCE;
         if !within {
             return Err(TxError::Supply { asked, measured });
@@ -428,7 +428,9 @@ fn cycles(name: &'static str, exact: f64, most: u32) -> Result<u32, Error> {
     })
 }
 
-/// Clock cycles of a half cycle away from ground, and at ground. Never longer away than the waveform says.
+/// Clock cycles of a half cycle away from ground, and at ground.
+///
+/// The time away from ground is at most the waveform's.
 fn half_cycle(waveform: &Waveform, clock: f64) -> Result<(u32, u32), Error> {
     let exact = clock / 2.0 / waveform.frequency;
     let (on, half) = (libm::floor(exact * waveform.driven), libm::round(exact));

@@ -32,8 +32,9 @@ fn the_demodulator_gets_filter_and_profile() {
     assert_eq!((part.refused(), part.is_open()), (None, false));
 }
 
-/// Each frame of a word, and the level of SPI_DIG_EN at it: read-out is switched on in the demodulator, then in
-/// the other set, and the word is read with the line low.
+/// Each frame of a word, and the level of SPI_DIG_EN during it.
+///
+/// Read-out is switched on in the demodulator, then in the other set, and the word is read with the line low.
 #[test]
 fn the_select_line_is_low_for_the_demodulator_only() {
     let events = Rc::new(RefCell::new(vec![]));
@@ -69,7 +70,9 @@ fn the_select_line_is_low_for_the_demodulator_only() {
     );
 }
 
-/// Without the second select line the part takes nothing for its demodulator, and the driver hears of it.
+/// Without the second select line the part ignores its demodulator's frames.
+///
+/// The driver returns an error.
 #[test]
 fn without_its_select_line_the_demodulator_takes_nothing() {
     let part = MockAfe::new(MockPart::Afe5809);
@@ -81,7 +84,7 @@ fn without_its_select_line_the_demodulator_takes_nothing() {
         demodulator: false,
     };
     assert_eq!(part.refused(), Some(no_register));
-    // On a bus that says nothing, the read-back tells: the lines idle high.
+    // On a bus without answers the read-back fails: the lines idle high.
     let part = MockAfe::new(MockPart::Afe5809);
     part.stick(Some(0xFF));
     let reported = Error::Memory {
@@ -91,7 +94,7 @@ fn without_its_select_line_the_demodulator_takes_nothing() {
     assert_eq!(block(driver(&part).demodulate(&SETUP)), Err(reported));
 }
 
-/// What the mock refuses, as the part would ignore it.
+/// The mock refuses frames that the part would ignore.
 #[test]
 fn the_mock_refuses_what_the_part_ignores() {
     let refused = |frames: &dyn Fn(&MockAfe)| {
@@ -121,7 +124,7 @@ fn the_mock_refuses_what_the_part_ignores() {
     assert_eq!(got, no_register(51, true));
     let got = refused(&|part| send(part, &[0xC6, 0, 0]));
     assert_eq!(got, no_register(0xC6, false));
-    // Read-out: on where registers are written, off where they are read, on in one set only.
+    // Read-out: on for a write, off for a read, on in one set only.
     let got = refused(&|part| {
         send(part, &[0, 0, 2]);
         send(part, &[51, 0, 0]);
@@ -144,7 +147,7 @@ fn the_mock_refuses_what_the_part_ignores() {
         send(part, &[0xC6, 0, 1]);
     });
     assert_eq!(got, Refused::ReadOutOn(0xC6));
-    // Another length, and a part in reset.
+    // A frame of another length, and a part in reset.
     let length = Refused::Length {
         register: 51,
         bytes: 1,
@@ -214,8 +217,9 @@ fn what_the_demodulator_does_not_take_is_refused_unsent() {
     assert_eq!(part.frames(), 0);
 }
 
-/// A bus that fails at each frame in turn, and once: the call fails, and read-out is off in both sets wherever
-/// the failed frame was not the one that switches it off.
+/// A bus that fails once, at each frame in turn: the call fails.
+///
+/// Read-out is off in both sets, unless the failed frame was the one that switches it off.
 #[test]
 fn a_bus_error_is_reported_and_read_out_is_off() {
     type Call = fn(&mut Mocked<'_>) -> Result<(), Error>;

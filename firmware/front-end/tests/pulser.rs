@@ -12,8 +12,9 @@ fn array<const N: usize>() -> [f64; N] {
     core::array::from_fn(|m| (m as f64 - (N - 1) as f64 / 2.0) * 0.3e-3)
 }
 
-/// Wherever the focus is, all elements' waves meet there, up to the rounding to a cycle, and at the time
-/// that the law states: its origin's time and the way down.
+/// All elements' waves meet at the focus, for any focus, up to rounding to a cycle.
+///
+/// They meet at the law's time: its origin's time plus the way down.
 #[test]
 fn waves_meet_at_the_focus() {
     let x = array::<16>();
@@ -22,14 +23,14 @@ fn waves_meet_at_the_focus() {
         for (x, cycles) in x.iter().zip(firing.cycles) {
             let way = (x - focus.0).hypot(focus.1) / C;
             let arrival = f64::from(cycles) / CLOCK + way;
-            // Half a cycle, and what f64 rounds.
+            // Half a cycle, plus rounding of f64.
             assert!((arrival - (firing.origin + focus.1 / C)).abs() < 0.501 / CLOCK);
         }
         assert!(firing.cycles.contains(&0));
     }
 }
 
-/// A plane wave passes the origin at `origin`, and each element as it passes there.
+/// A plane wave passes the origin at `origin`, and each element at its own time.
 #[test]
 fn a_plane_wave_passes_the_elements() {
     let x = array::<16>();
@@ -107,7 +108,7 @@ fn the_mock_fires_what_was_loaded() {
         (delays, WAVEFORM, 4000.0)
     );
 
-    // What is refused changes nothing.
+    // A refused profile changes nothing.
     let refuse = |board: &mut Limited<MockPulser<2>>, index, delays: &[Option<u16>], error| {
         let refused = block(board.load(index, &profile(delays)));
         assert_eq!(refused, Err(LimitedError::Pulser(error)));
@@ -127,7 +128,7 @@ fn the_mock_fires_what_was_loaded() {
     assert_eq!(board.pulser().sends(), None);
 }
 
-/// Each limit alone: a profile that just passes it never reaches the pulser.
+/// Each limit alone: a profile just beyond it never reaches the pulser.
 #[test]
 fn no_limit_can_be_passed() {
     let both = [Some(0), Some(3)];
@@ -142,7 +143,7 @@ fn no_limit_can_be_passed() {
     for (profile, limit, value) in [
         (waveform(|w| w.volts = 50.1), Limit::Volts, 50.1),
         (Profile { prf: 4001.0, ..met }, Limit::Prf, 4001.0),
-        // Driven for 5/6 more, with a voltage that leaves the energy where it was.
+        // Driven for 5/6 more, with a voltage that keeps the energy.
         (
             waveform(|w| (w.driven, w.volts) = (0.7, 40.0)),
             Limit::Duty,

@@ -14,7 +14,7 @@ use front_end::{
     Pair, PairError, PgaGain, Power, Receiver, Settings, Termination, TestPattern, align, block,
 };
 
-/// What an application does with any receiver.
+/// Calls of an application, for any receiver.
 fn bring_up<R: Receiver>(receiver: &mut R, settings: &R::Settings) -> Result<(), R::Error> {
     let mut delay = Blocking(MockDelay::default());
     block(receiver.reset(&mut delay))?;
@@ -65,7 +65,7 @@ fn the_second_part_has_registers_of_its_own() {
     assert_eq!(delay.0.ns, 5_000_000);
 }
 
-/// The two bits of register 1 come first: the part takes nothing else before.
+/// The two bits of register 1 come first: the part accepts nothing else before.
 #[test]
 fn the_second_part_needs_its_reset() {
     let part = MockAfe::new(MockPart::Afe58jd18);
@@ -212,7 +212,9 @@ fn parts_out_of_step_are_found() {
     assert_eq!(got, expected + 1);
 }
 
-/// A part of another maker, with other frames, gains and words, behind the same trait.
+/// A part of another maker, with other frames, gains and words.
+///
+/// It implements the same trait.
 #[test]
 fn a_part_of_another_maker_is_a_receiver() {
     let part = MockAd9276::default();
@@ -255,7 +257,7 @@ fn a_part_of_another_maker_is_a_receiver() {
         assert_eq!(part.register(0x0D), mode);
     }
     assert_eq!([0x19, 0x1A].map(|r| part.register(r)), [0xBC, 0x0A]);
-    // What the part has not.
+    // Requests that the part does not support.
     for refused in [
         block(receiver.test_pattern(TestPattern::Ramp)),
         block(receiver.test_pattern(TestPattern::Custom(0x1000))),
@@ -267,7 +269,9 @@ fn a_part_of_another_maker_is_a_receiver() {
     assert_eq!(part.refused(), None);
 }
 
-/// Another part answers with another number; the mock refuses registers that there are not.
+/// Another part answers with another number.
+///
+/// The mock refuses registers that do not exist.
 #[test]
 fn another_part_is_noticed() {
     let part = MockAd9276::default();
@@ -342,7 +346,7 @@ impl<T: SpiDevice> embedded_hal_async::spi::SpiDevice for Suspends<T> {
     }
 }
 
-/// The same source, async: each frame suspends, and the outcome is that of the blocking driver.
+/// The same source, async: each frame suspends, with the results of blocking calls.
 #[test]
 fn the_drivers_are_async() {
     let part = MockAfe::new(MockPart::Afe5808a);

@@ -182,7 +182,7 @@ fn patterns_are_the_waveform() {
         };
         assert_eq!(block(tx.load(3, &profile)), Ok(()));
         assert_eq!(played(&part, 3), entries);
-        // Never driven for longer than the limits counted.
+        // Driven at most for the time that the limits counted.
         let driven: u32 = entries.iter().filter(|e| e.0 != ground).map(|e| e.1).sum();
         assert!(f64::from(driven) / CLOCK <= waveform.driven_time() * (1.0 + 1e-12));
     }
@@ -270,7 +270,9 @@ fn what_a_tx7332_does_not_take_is_refused_unsent() {
     assert_eq!(block(tx.select(16)), Err(TxError::Profile(16)));
 }
 
-/// Whatever frame fails, nothing fires afterwards, and a profile that was not written whole cannot be selected.
+/// Whichever frame fails, nothing fires afterwards.
+///
+/// A profile that was not written completely cannot be selected.
 #[test]
 fn nothing_fires_after_an_error() {
     type Failure = TxError<BoardFailed>;
@@ -322,7 +324,7 @@ fn nothing_fires_after_an_error() {
         assert!(!fires, "call {call}");
         assert_eq!(quiet(&board), call > 1, "call {call}");
     }
-    // Rails that are higher than they were asked for.
+    // Rails above the requested voltage.
     let (part, board) = (MockTx7332::default(), MockBoard::default());
     let mut tx = tx(&part, &board);
     block(tx.load(0, &profile(&delays()))).unwrap();
@@ -346,7 +348,9 @@ fn nothing_fires_after_an_error() {
     assert!(quiet(&board));
 }
 
-/// A profile of another PRF or voltage takes both along; one of the same goes on without a pause.
+/// A profile of another PRF or voltage changes both.
+///
+/// A profile with the same values goes on without a pause.
 #[test]
 fn prf_and_voltage_are_the_profiles() {
     let (part, board) = (MockTx7332::default(), MockBoard::default());

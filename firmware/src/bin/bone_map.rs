@@ -1,5 +1,6 @@
-//! The core's example on a Cortex-M7: RF to bone map in statics. Prints the map's hash, which is the
-//! workstation's (`cargo run --release -p bonebeam --example bone_map`).
+//! The core's example on a Cortex-M7: RF to bone map in statics.
+//!
+//! Prints the map's hash, which equals the workstation's (`cargo run --release -p bonebeam --example bone_map`).
 
 #![no_std]
 #![no_main]

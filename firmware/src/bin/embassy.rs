@@ -1,5 +1,7 @@
-//! The scanner's processor under Embassy: the timer's interrupt acquires and wakes the task that makes bone maps. Two
-//! probes take turns in one memory.
+//! The scanner's processor under Embassy.
+//!
+//! The timer's interrupt acquires blocks and wakes the task that makes bone maps. Two probes take turns in one
+//! memory.
 //!
 //! Prints a hash of each whole frame's bone map. Frame 1 loses a block; then the main loop stalls, so that
 //! acquisitions are dropped and blocks are late.
@@ -95,7 +97,7 @@ async fn run(mut sink: Sink<ScanBlock>) -> Result<(), Error> {
             _ => frame::<Shallow>(&mut sink, &mut sequence, &shallow, scratch, "shallow ").await?,
         }
         if turn == 0 {
-            // The main loop does not keep up.
+            // The main loop is too slow.
             while sink.counters().drops() < 3 {}
         }
     }
@@ -104,7 +106,7 @@ async fn run(mut sink: Sink<ScanBlock>) -> Result<(), Error> {
     Ok(())
 }
 
-/// The next whole frame, by a probe.
+/// The next whole frame of a probe.
 async fn frame<P: Probe<Stage = IqDelay>>(
     sink: &mut Sink<ScanBlock>,
     sequence: &mut Sequence,

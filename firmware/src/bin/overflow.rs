@@ -1,7 +1,7 @@
 //! Overflows its stack on purpose: the first word too many is a fault.
 //!
-//! `tests/run boards` sees the fault told, within a frame of where the stack ends. Where statics lay below
-//! the stack and nothing guarded it, it would grow through all of these first, as if nothing were.
+//! `tests/run boards` checks that the fault is reported, within a frame of the stack's end. With statics below the
+//! stack and no guard, the stack would overwrite all of them first, without a sign.
 
 #![no_std]
 #![no_main]
@@ -13,7 +13,7 @@ use cortex_m_rt::entry;
 use cortex_m_semihosting::debug::EXIT_SUCCESS;
 use firmware::{exit, guard_stack};
 
-/// What would be overwritten.
+/// Statics that an overflow would overwrite.
 static STATICS: [AtomicU32; 16 << 10] = [const { AtomicU32::new(0) }; 16 << 10];
 
 #[entry]

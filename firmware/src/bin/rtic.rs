@@ -1,6 +1,6 @@
 //! The scanner's processor under RTIC: a hardware task acquires, `idle` makes bone maps.
 //!
-//! Prints a hash of each frame's bone map, of frame 0 and frame 2: frame 1 loses a block.
+//! Prints a hash of the bone map of frames 0 and 2. Frame 1 loses a block.
 
 #![no_std]
 #![no_main]
@@ -9,7 +9,9 @@
 
 use cortex_m_rt as _;
 
-/// What RTIC asks of a device: the bits of a priority. Exceptions need no interrupts.
+/// RTIC's requirement of a device: the bits of a priority.
+///
+/// Exceptions need no interrupts.
 mod device {
     pub const NVIC_PRIO_BITS: u8 = 3;
 }

@@ -1,13 +1,13 @@
-//! The stack that each public entry of the core takes, at most: bytes below the caller's frame.
+//! Maximum stack of each public entry of the core: bytes below the caller's frame.
 //!
-//! The stack is painted, the entry runs, and what is no longer painted is counted. Prints a line an entry,
-//! `stack NAME BYTES`. The stages work on noise, which takes the adaptive methods' slow ways too, and on
-//! records that end before the line does. Sizes hardly matter, since all arrays are the caller's.
+//! The stack is painted, the entry runs, and the overwritten bytes are counted. Prints a line for each entry,
+//! `stack NAME BYTES`. The stages work on noise, which also takes the adaptive methods' slow paths, and on records
+//! that end before the line does. Sizes have little effect, since all arrays are the caller's.
 
 #![no_std]
 #![no_main]
 
-// The whole way is the example's.
+// The complete pipeline is the example's.
 #[allow(
     dead_code,
     reason = "its parameters and its memory are used, not the example itself"
@@ -53,7 +53,7 @@ const STRIPS: phase_symmetry::Sizes = phase_symmetry::Sizes {
 };
 const SCALES: [f64; 3] = [1.0 / 8.0, 1.0 / 16.0, 1.0 / 32.0];
 
-/// The line goes beyond the record at both ends.
+/// The line extends beyond the record at both ends.
 const RF: DelayParameters = DelayParameters {
     sound_speed: 1540.0,
     sampling_rate: 40e6,
@@ -95,7 +95,7 @@ const NEED: Need = SIZES
     .need(Covariance::Forward)
     .or(SIZES.need(Covariance::ForwardBackward));
 
-/// Of strips, or of a map in one memory.
+/// Memory for strips, or for a map in one memory.
 const FAST: Need = STRIPS.need().or(STRIPS.map_need());
 
 struct Arrays {
@@ -157,7 +157,9 @@ fn of<R>(name: &str, entry: impl FnOnce() -> Result<R, Error>) -> Result<(), Err
     Ok(())
 }
 
-/// Keeps the entry's frame apart from the counter's; what it returns lies in its own.
+/// Keeps the entry's frame apart from the counter's.
+///
+/// The entry's result is in its own frame.
 #[inline(never)]
 fn call<R>(entry: impl FnOnce() -> Result<R, Error>) -> Result<(), Error> {
     match entry() {
@@ -288,7 +290,7 @@ fn beamformed<A: Averaging<f32>>(
         ..Parameters::DEFAULT
     })?;
     let x = AlignedLine::new(x, ELEMENTS)?;
-    // Grows.
+    // An aperture that grows with depth.
     let active = |n: usize| Active {
         first: 0,
         count: (8 + n / 8).min(ELEMENTS),

@@ -30,8 +30,9 @@ fn every(lines: &BeamformedLines, step: usize) -> Vec<Vec<Complex<f32>>> {
         .collect()
 }
 
-/// Every `depth_step`-th sample of channel data is that of lines of all samples, and a point lies where it did; pooled
-/// sub-lines are interpolated before.
+/// A depth step gives every `depth_step`-th sample of the full lines.
+///
+/// A point keeps its position. Pooled sub-lines are interpolated first.
 #[test]
 fn lines_of_channel_data_have_all_samples() {
     let folder = folder_with_point();
@@ -62,7 +63,7 @@ fn lines_of_channel_data_have_all_samples() {
     }
 }
 
-/// Aligned data do not tell the carrier: their lines have the computed samples.
+/// Aligned data do not state the carrier: their lines have the computed samples.
 #[test]
 fn lines_of_aligned_data_have_the_computed_samples() {
     let folder = tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! What commands say of recordings and of themselves.
+//! The commands' output about recordings and about themselves.
 
 use super::*;
 
@@ -11,7 +11,7 @@ fn completions_are_those_of_the_commands() {
             .unwrap();
         let text = String::from_utf8(output.stdout).unwrap();
         for part in ["phase-symmetry", "depth-start", "convert", "esmv-rank1"] {
-            // PowerShell completes no values.
+            // PowerShell does not complete values.
             let known = text.contains(part) || (part == "esmv-rank1" && shell == "powershell");
             assert!(known || shell == "elvish", "{shell}: no {part}");
         }
@@ -38,7 +38,7 @@ fn info_tells_what_is_there_and_what_would_be_done() {
         "straight, pitch 0.3 mm (0.97 wavelengths)",
         "focused beams at -4.6500 to 4.6500 mm, 11.0000 mm deep",
         "32 of ",
-        // 38.5 µm a sample.
+        // A sample is 38.5 µm.
         "390 samples, 0 to 14.9765 mm, at 20 MHz (4.000 f0), by mv",
     ] {
         assert!(text.contains(part), "no {part:?} in {text}");

@@ -1,4 +1,4 @@
-//! The commands from file to file: what their flags mean, and that runs can be repeated.
+//! The commands from file to file: the meaning of flags, and repeatable runs.
 
 mod depth_step;
 mod help;
@@ -22,7 +22,7 @@ use std::fs;
 use std::process::Command;
 use tempfile::{TempDir, tempdir};
 
-/// Runs the program in a folder of its own; it must succeed.
+/// Runs the program in a folder; it must succeed.
 fn run(folder: &TempDir, arguments: &str) {
     let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
         .args(arguments.split(' '))
@@ -40,19 +40,20 @@ const FS: f64 = 40e6;
 const F0: f64 = 5e6;
 const T0: f64 = -1e-6;
 
-/// Steered to one side only, so that their signs matter.
+/// Steered to one side only, so that a wrong sign shows.
 const ANGLES: [f64; 3] = [0.1, 0.2, 0.3];
 
-/// The reflecting point, (x, z) in m: on element 20, off every grid in depth.
+/// The reflecting point, (x, z) m: below element 20, off every grid in depth.
 const POINT: (f64, f64) = (4.5 * PITCH, 11.234e-3);
 
-/// Channel data of one point, straight from the arrival times of the contract: a Gaussian pulse
-/// of 60 % bandwidth, centred on τ_tx + τ_rx.
+/// Channel data of one point, straight from the arrival times of the contract.
+///
+/// The echo is a Gaussian pulse of 60 % bandwidth, centred on τ_tx + τ_rx.
 fn point(transmits: Transmits) -> ChannelData {
     let element_x: Vec<f64> = (0..ELEMENTS).map(|m| (m as f64 - 15.5) * PITCH).collect();
     let (x, z) = POINT;
     let arrival = |t: usize| match &transmits {
-        // On the beam's axis z/c; beside it the wave is not there. The pulse's height tells.
+        // z/c on the beam's axis. Beside it there is no wave: see the pulse's `height`.
         Transmits::Focused { .. } => z / C,
         Transmits::Plane { angle } => (x * angle[t].sin() + z * angle[t].cos()) / C,
         Transmits::Element { index } => z.hypot(x - element_x[index[t]]) / C,
@@ -100,7 +101,7 @@ fn laws() -> [Transmits; 3] {
     ]
 }
 
-/// Where the largest envelope of the lines lies, (x, z) in m.
+/// Position of the lines' largest envelope, (x, z) m.
 fn brightest(lines: &BeamformedLines) -> (f64, f64) {
     let norms = lines.z.mapv(|z| z.norm());
     let mut best = (0, 0);
@@ -171,15 +172,16 @@ fn write_aligned(folder: &TempDir, samples: usize) {
     aligned.write(&folder.path().join("delayed.npz")).unwrap();
 }
 
-/// Between two depths are the bits of the method, above and below those of DAS; a window reaches over the
-/// edges. Of channel data and of aligned data.
+/// Between two depths the lines have the bits of the method, elsewhere of DAS.
+///
+/// A time window may reach past the two depths. Tested with channel data and with aligned data.
 #[test]
 fn the_method_works_between_the_depths_asked_for() {
     let folder = tempdir().unwrap();
     let [_, plane, _] = laws();
     point(plane).write(&folder.path().join("data.npz")).unwrap();
     write_aligned(&folder, 120);
-    // One direction a line: the largest of several is that of DAS, too.
+    // One direction a line, because the largest of several changes DAS as well.
     let depths = "--sub-lines 1 --depth-start 0.009 --depth-end 0.0135";
     for recording in [format!("data.npz {depths}"), "delayed.npz".into()] {
         let lines = |flags: &str| {
@@ -215,7 +217,7 @@ fn the_method_works_between_the_depths_asked_for() {
             assert!(inside > 0 && inside < gated.z.len());
         }
     }
-    // A gate beside the lines.
+    // A gate outside the lines.
     let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
         .args("beamform delayed.npz -o lines.npz --adaptive-depth-start 0.5".split(' '))
         .current_dir(folder.path())
@@ -269,7 +271,7 @@ fn the_written_configuration_repeats_the_run() {
         image: Image {
             dynamic_range: 45.0,
             rows: Some(200),
-            // As many square pixels as fill it: 9.3 mm across 14 mm.
+            // As many square pixels as fill the image: 9.3 mm across, 14 mm down.
             columns: Some(133),
             median: true,
             ..Image::default()
@@ -295,7 +297,7 @@ fn the_written_configuration_repeats_the_run() {
     run(&folder, &format!("beamform data.npz -o b.npz {older}"));
     assert!(same("a.npz", "b.npz"));
 
-    // A flag goes over the file, and takes with it what contradicts it.
+    // A flag overrides the file, and removes keys that contradict it.
     run(
         &folder,
         "beamform data.npz -o c.npz --config a.npz.config.toml --method mv",
@@ -383,7 +385,7 @@ fn aligned_data_are_not_delayed_again() {
     assert_eq!((lines.fs, lines.t0, lines.c), (20e6, 1e-6, 1540.0));
     assert_eq!(Some(lines.beam_x), beam_x);
 
-    // Beams that do not tell where they are lie evenly about 0.
+    // Beams without positions are spaced evenly about 0.
     AlignedData {
         beam_x: None,
         ..data
@@ -399,7 +401,7 @@ fn aligned_data_are_not_delayed_again() {
     assert_eq!(lines.c, 1480.0);
 }
 
-/// The measures of a run as one line of JSON, for programs.
+/// The measures of a run as one line of JSON.
 #[test]
 fn a_run_tells_its_measures() {
     let folder = tempdir().unwrap();

@@ -9,8 +9,8 @@ fn an_image_has_the_size_and_the_depths_asked_for() {
     point(focused)
         .write(&folder.path().join("data.npz"))
         .unwrap();
-    // 10 mm down from 6 mm and 8 mm across, at 0.1 mm a pixel: the point lies 5.234 mm below the
-    // top and 1.35 mm to the right of the middle.
+    // 10 mm down from 6 mm and 8 mm across, at 0.1 mm a pixel. The point is 5.234 mm below the top and 1.35 mm to the
+    // right of the middle.
     let command = "beamform data.npz -o lines.npz --method das --depth-start 0.006 \
                    --image image.npy --rows 101 --columns 81 --depth 0.016 --width 0.008";
     run(&folder, command);
@@ -29,7 +29,9 @@ fn an_image_has_the_size_and_the_depths_asked_for() {
     );
 }
 
-/// The map of `beamform` is that of `phase-symmetry` of the image in f32, not of its rounded picture.
+/// The map of `beamform` is that of `phase-symmetry` of the f32 image.
+///
+/// The rounded picture would differ.
 #[test]
 fn a_bone_map_is_the_phase_symmetry_of_the_image() {
     let folder = tempdir().unwrap();
@@ -75,7 +77,7 @@ fn a_bone_map_is_the_phase_symmetry_of_the_image() {
         "beamform data.npz -o lines.npz --bone-map again.npy --config lines.npz.config.toml";
     run(&folder, again);
     assert!(bytes("again.npy") == bytes("map.npy"));
-    // An image of no size asked for is padded.
+    // An image without a requested size is padded.
     run(
         &folder,
         "beamform data.npz -o own.npz --image own.npy --bone-map own-map.npy",

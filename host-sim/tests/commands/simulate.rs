@@ -1,4 +1,4 @@
-//! Simulations by the command.
+//! Simulations by the command `simulate`.
 
 use super::*;
 
@@ -36,7 +36,7 @@ fn a_simulation_can_be_repeated_to_the_byte() {
         "simulate -o c.npz --config a.npz.config.toml --seed 2",
     );
     assert!(bytes("a.npz") != bytes("c.npz"));
-    // Without noise there is nothing random, and the configuration says so.
+    // Without noise nothing is random, and the configuration states that.
     run(
         &folder,
         "simulate -o d.npz --config a.npz.config.toml --noise-free",

@@ -1,4 +1,4 @@
-//! Files for the tests, valid or spoilt in one place.
+//! Files for the tests, valid or with one fault.
 
 pub mod program;
 
@@ -28,7 +28,7 @@ impl Npz {
     }
 }
 
-/// All frames of a recording, in the format that the file turns out to be of.
+/// All frames of a recording, in the format that the file has.
 pub fn read(path: &Path) -> bonebeam_files::Result<Recording> {
     let all = 0..usize::MAX;
     Ok(bonebeam_formats::read(path, &Variables::default(), all)?.recording)
@@ -47,7 +47,7 @@ pub fn ramp() -> Array3<f32> {
     Array3::from_shape_fn((2, 4, 64), |(t, m, n)| (t * 1000 + m * 100 + n) as f32)
 }
 
-/// Writes plane-wave channel data from which `left_out` is missing.
+/// Writes plane-wave channel data without the key `left_out`.
 pub fn channel_data_without(path: &Path, left_out: &[&str]) -> Npz {
     let mut npz = Npz::create(path);
     if !left_out.contains(&"rf") {
@@ -69,7 +69,7 @@ pub fn channel_data_without(path: &Path, left_out: &[&str]) -> Npz {
     npz
 }
 
-/// The ramp in column-major order, as a user of Fortran or MATLAB writes it.
+/// The ramp in column-major order, as Fortran and MATLAB write it.
 pub fn column_major_ramp() -> ArrayD<f32> {
     use ndarray::ShapeBuilder;
     let mut array = Array3::<f32>::zeros(Ix3(2, 4, 64).f());

@@ -1,4 +1,4 @@
-//! The program, run in a folder of its own, and how it refuses what is bad.
+//! The program, run in a folder, and its errors for bad input.
 
 use std::fs;
 use std::path::Path;
@@ -15,7 +15,7 @@ pub const USAGE: i32 = 2;
 /// The exit status of wrong data.
 pub const DATA: i32 = 1;
 
-/// Runs the program in a folder of its own.
+/// Runs the program in a folder.
 pub fn run(folder: &TempDir, arguments: &str) -> (i32, String) {
     let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
         .args(arguments.split(' '))
@@ -28,7 +28,7 @@ pub fn run(folder: &TempDir, arguments: &str) -> (i32, String) {
     )
 }
 
-/// Kills a run of the program once it has `kept` this number of files, within five minutes.
+/// Kills a run once it has `kept` this number of files, within five minutes.
 pub fn kill_after(command: &mut Command, kept: impl Fn() -> usize, files: usize) {
     let mut child = command
         .stderr(Stdio::null())
@@ -45,7 +45,7 @@ pub fn kill_after(command: &mut Command, kept: impl Fn() -> usize, files: usize)
     child.wait().unwrap();
 }
 
-/// A page may load nothing but its own style and pictures.
+/// Asserts that a page loads only its own style and pictures.
 pub fn loads_nothing(page: &str) {
     let head = &page[..page.find("</head>").unwrap()];
     assert!(head.contains("http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; "));
@@ -62,8 +62,9 @@ pub fn names(folder: &Path) -> Vec<String> {
     names
 }
 
-/// Runs the program and asserts how it fails: the status, one line on the standard error that
-/// holds all of `parts`, and nothing new in the folder.
+/// Runs the program and asserts that it fails with this status.
+///
+/// Standard error has one line, which contains all of `parts`, and the folder has no new file.
 pub fn fails(folder: &TempDir, arguments: &str, status: i32, parts: &[&str]) {
     let before = names(folder.path());
     let (code, message) = run(folder, arguments);
@@ -94,5 +95,5 @@ pub fn folder_with_channel_data() -> TempDir {
     folder
 }
 
-/// Lines and a picture of that.
+/// Arguments that make lines and a picture from `data.npz`.
 pub const BEAMFORM: &str = "beamform data.npz -o lines.npz --image lines.png";

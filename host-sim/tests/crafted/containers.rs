@@ -1,8 +1,8 @@
-//! MATLAB and HDF5 files, and files with a byte changed.
+//! MATLAB and HDF5 files, and files with a changed byte.
 
 use super::*;
 
-/// A MATLAB file of version 5 that holds these elements.
+/// A MATLAB file of version 5 with these elements.
 fn mat5(elements: &[u8]) -> Vec<u8> {
     let mut bytes = b"MATLAB 5.0 MAT-file, written by a test".to_vec();
     bytes.resize(124, b' ');
@@ -11,7 +11,7 @@ fn mat5(elements: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// An element of a MATLAB file: its type, its bytes, and what it claims to be longer than that.
+/// An element of a MATLAB file: its type, its bytes, and the excess of its length.
 fn element(kind: u32, contents: &[u8], more: u32) -> Vec<u8> {
     let mut bytes = kind.to_le_bytes().to_vec();
     bytes.extend((contents.len() as u32 + more).to_le_bytes());
@@ -20,7 +20,7 @@ fn element(kind: u32, contents: &[u8], more: u32) -> Vec<u8> {
     bytes
 }
 
-/// An array of doubles with these sides, these bytes of numbers, and what they claim to be longer.
+/// An array of doubles: its sides, its numbers, and the excess of its length.
 fn mat5_array(name: &str, sides: &[i32], numbers: &[u8], more: u32) -> Vec<u8> {
     const DOUBLE: u32 = 6;
     let flags: Vec<u8> = [DOUBLE, 0].into_iter().flat_map(u32::to_le_bytes).collect();
@@ -32,7 +32,7 @@ fn mat5_array(name: &str, sides: &[i32], numbers: &[u8], more: u32) -> Vec<u8> {
     element(14, &contents, 0)
 }
 
-/// The same, deflated as MATLAB does.
+/// The same array, deflated as MATLAB does.
 fn deflated(array: &[u8]) -> Vec<u8> {
     let mut deflated = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::best());
     deflated.write_all(array).unwrap();
@@ -69,7 +69,7 @@ fn matlab_files_that_claim_more_than_they_hold() {
     }
 }
 
-/// HDF5 with the keys of channel data, of which one is made by `make`.
+/// HDF5 with the keys of channel data; `make` makes one of them.
 fn hdf5(path: &Path, make: impl FnOnce(&rust_hdf5::H5File)) {
     let file = rust_hdf5::H5File::create(path).unwrap();
     let numbers = |name: &str, values: &[f64]| {
@@ -111,7 +111,7 @@ fn hdf5_files_that_claim_more_than_they_hold() {
         dataset.create("rf").unwrap();
     });
     refused(&folder, beamform, DATA, &["data.h5", "shape [1, 8]"]);
-    // A rank of f32 that a name of text stands for.
+    // The rank of f32, with strings as numbers.
     hdf5(&path, |file| {
         file.write_vlen_strings("rf", &["no", "numbers"]).unwrap();
     });
@@ -132,7 +132,7 @@ fn hdf5_files_that_claim_more_than_they_hold() {
     );
 }
 
-/// Whatever byte is changed, and wherever the file ends, it is read or refused; nothing panics.
+/// A file with any changed byte or any end is read or refused, without a panic.
 #[test]
 fn changed_files_are_read_or_refused() {
     let folder = tempdir().unwrap();

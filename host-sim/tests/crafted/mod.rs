@@ -1,4 +1,6 @@
-//! Files and command lines made to do harm: each is refused in one line, at once, in bounded memory.
+//! Harmful files and command lines: each is refused in one line.
+//!
+//! The refusal comes at once, in bounded memory.
 
 mod containers;
 mod outputs;
@@ -21,11 +23,12 @@ const USAGE: i32 = 2;
 /// The exit status of wrong data.
 const DATA: i32 = 1;
 
-/// No refusal takes as long, however busy the machine is.
+/// Time limit of a refusal, generous for a busy machine.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// Runs the program with at most 4 GB of address space; it must be refused with this status, and with
-/// one line that holds all of `parts`.
+/// Runs the program with at most 4 GB of address space; it must be refused.
+///
+/// It ends with this status, and with one line that contains all of `parts`.
 fn refused(folder: &TempDir, arguments: &str, status: i32, parts: &[&str]) {
     let before = names(folder.path());
     let begin = Instant::now();
@@ -50,7 +53,7 @@ fn refused(folder: &TempDir, arguments: &str, status: i32, parts: &[&str]) {
     assert_eq!(names(folder.path()), before, "{arguments}");
 }
 
-/// An `.npy` array of version 1 with this dtype and shape, and these bytes of numbers.
+/// An `.npy` array of version 1 with this dtype, this shape and these bytes.
 fn npy(descr: &str, shape: &str, numbers: &[u8]) -> Vec<u8> {
     let header = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}\n");
     let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
@@ -60,7 +63,7 @@ fn npy(descr: &str, shape: &str, numbers: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// Channel data in which one member is these bytes.
+/// Channel data with one member replaced by these bytes.
 fn recording(folder: &TempDir, key: &str, bytes: &[u8]) {
     let path = folder.path().join("data.npz");
     channel_data_without(&path, &[key]).finish();
@@ -233,7 +236,7 @@ fn absurd_settings() {
         let simulate = "simulate vertebra --config config.toml -o a.npz";
         refused(&folder, simulate, USAGE, &[name]);
     }
-    // Possible settings whose record no machine here would hold.
+    // Valid settings with a record larger than the memory of any machine here.
     let config = folder.path().join("config.toml");
     fs::write(
         &config,
@@ -244,7 +247,7 @@ fn absurd_settings() {
     refused(&folder, simulate, USAGE, &["GiB"]);
 }
 
-/// Four gigabytes of address space are enough for what is usual, and what needs more is told.
+/// 4 GB of address space are enough for usual sizes; larger ones are an error.
 #[test]
 fn a_limit_of_memory_is_an_error() {
     let folder = tempdir().unwrap();
@@ -273,7 +276,7 @@ fn a_limit_of_memory_is_an_error() {
     fs::write(&config, format!("[simulate.scanner]\n{settings}")).unwrap();
     let simulate = "simulate vertebra --config config.toml -o large.npz";
     refused(&folder, simulate, DATA, &["the record needs", "GiB"]);
-    // A file that is as long as it says, of which a copy does not fit.
+    // A file as long as it states; a copy of it does not fit.
     let numbers = folder.path().join("image.npy");
     let sparse = npy("<f4", "(20000, 20000)", &[]);
     let length = sparse.len() as u64 + 4 * 20_000 * 20_000;

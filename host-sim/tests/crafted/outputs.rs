@@ -1,4 +1,4 @@
-//! Names, streams and signals that outputs cannot go by.
+//! Output names, streams and signals that make a write fail.
 
 use super::*;
 
@@ -6,7 +6,7 @@ use super::*;
 fn names_that_cannot_be_outputs() {
     let folder = tempdir().unwrap();
     channel_data_without(&folder.path().join("data.npz"), &[]).finish();
-    // The lines' own name fits; that of the configuration beside it does not.
+    // The name of the lines fits; the name of the configuration beside it does not.
     let long = format!("{}.npz", "x".repeat(240));
     let beamform = format!("beamform data.npz -o {long} --image lines.png");
     refused(&folder, &beamform, DATA, &["longer than the system allows"]);
@@ -54,7 +54,7 @@ fn a_full_standard_output_is_an_error_and_a_closed_one_is_not() {
         let message = String::from_utf8(output.stderr).unwrap();
         assert_eq!((output.status.code(), message.as_str()), (Some(0), ""));
     }
-    // Nobody can be told, but the status tells it.
+    // No message can be written, but the status shows the failure.
     let full = || fs::File::create("/dev/full").unwrap();
     let status = Command::new(program)
         .args(["beamform", "missing.npz", "-o", "lines.npz"])
@@ -88,7 +88,7 @@ fn a_signal_leaves_the_outputs_whole_or_none() {
                     "lines.npz",
                     "--image",
                     "lines.png",
-                    // So that the program runs for longer than the signals are apart.
+                    // Makes the program run for longer than the time between the signals.
                     "--rows",
                     "2048",
                     "--columns",
@@ -109,7 +109,7 @@ fn a_signal_leaves_the_outputs_whole_or_none() {
             let found = names(folder.path());
             match ended.code() {
                 Some(0) => assert_eq!(found, whole),
-                // Before the program has begun to catch it, the system ends it, and nothing is there.
+                // Before the program catches the signal, the system ends it, and no file exists.
                 None => assert_eq!(found, ["data.npz"], "{signal}"),
                 Some(code) => {
                     interrupted += 1;

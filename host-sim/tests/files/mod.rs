@@ -1,5 +1,6 @@
-//! Files: what is written is read back, what numpy users write is accepted, and what is wrong is
-//! refused with the name of the key, the place and what would be right.
+//! Files: written files are read back, and files of numpy users are accepted.
+//!
+//! An invalid file is refused with the name of the key, the position and the valid values.
 
 mod refused;
 
@@ -84,11 +85,11 @@ fn channel_data_of_every_delay_law_return_as_written() {
         data.write(&path).unwrap();
         assert_eq!(ChannelData::read(&path).unwrap(), data);
     }
-    // Nothing but the file is left in the folder.
+    // The file alone is left in the folder.
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 
-/// A convex array of four elements, 60 mm of radius.
+/// A convex array of four elements with a radius of 60 mm.
 fn curved(transmits: Transmits) -> ChannelData {
     let angle: Vec<f64> = (0..4).map(|m| (f64::from(m) - 1.5) * 5e-3).collect();
     ChannelData {
@@ -124,7 +125,7 @@ fn iq_frames_curved_arrays_and_a_lens_return_as_written() {
         assert_eq!(read, data);
         assert!(!read.is_straight());
     }
-    // A frame is where it lies.
+    // A frame is a view of the file's samples.
     let Samples::Rf(all) = frames(3) else {
         unreachable!()
     };
@@ -246,7 +247,7 @@ fn what_numpy_users_write_is_accepted() {
         .finish();
     assert_eq!(ChannelData::read(&path).unwrap(), expected);
 
-    // What other programs write: double precision, 32 bits, and 8 bits about 128.
+    // Formats of other programs: double precision, 32 bits, and 8 bits about 128.
     let low = |v: f32| v.rem_euclid(200.0) - 100.0;
     let mut expected_low = expected.clone();
     expected_low.samples = ramp().mapv(low).into();
@@ -263,13 +264,13 @@ fn what_numpy_users_write_is_accepted() {
         .with("rf", ramp().mapv(|v| (low(v) + 128.0) as u8).into_dyn())
         .finish();
     assert_eq!(ChannelData::read(&path).unwrap(), expected_low);
-    // A double beyond f32 is no sample.
+    // A double beyond f32 is not a valid sample.
     npz()
         .with("rf", Array3::from_elem((2, 4, 64), 1e300).into_dyn())
         .finish();
     assert_names(&refused(&path), &["`rf` is inf"]);
 
-    // Arrays of one for scalars.
+    // Arrays of length 1 for scalars.
     channel_data_without(&path, &["fs", "t0"])
         .with("fs", Array2::from_elem((1, 1), 40e6).into_dyn())
         .with("t0", vector(&[1e-6]))
@@ -294,7 +295,7 @@ fn what_numpy_users_write_is_accepted() {
     assert_eq!(data.c, 1540.0);
     assert_eq!(data.element_x[3], f64::from(0.45e-3f32));
 
-    // One t0 for all transmits, keys that mean nothing here.
+    // One t0 for all transmits; unknown keys.
     channel_data_without(&path, &["t0"])
         .with("t0", scalar(3e-6))
         .with("scatterers_xyz", Array2::<f64>::zeros((3, 3)).into_dyn())
@@ -320,7 +321,7 @@ fn what_numpy_users_write_is_accepted() {
         Transmits::Element { index: vec![0, 3] }
     );
 
-    // Every integer type there is.
+    // Every integer type.
     channel_data_without(&path, &["tx_angle", "c"])
         .with("tx_element", Array1::from_vec(vec![0u64, 3]).into_dyn())
         .with("c", arr0(100i8).into_dyn())

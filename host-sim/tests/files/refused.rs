@@ -1,4 +1,4 @@
-//! Files that are refused, and what the message names.
+//! Files that are refused, and the contents of the message.
 
 use super::*;
 
@@ -202,7 +202,7 @@ fn impossible_values_are_named() {
             );
         }
     }
-    // Microseconds and megahertz.
+    // Microseconds and megahertz in place of seconds and hertz.
     channel_data_without(&path, &["t0"])
         .with("t0", vector(&[0.005, 12.0]))
         .finish();
@@ -316,7 +316,7 @@ fn a_truncated_or_damaged_file_is_refused_wherever_the_damage_is() {
         fs::write(&path, &whole[..length]).unwrap();
         assert_names(&refused(&path), &["truncated"]);
     }
-    // One flipped bit in the samples: the archive's checksum tells.
+    // One flipped bit in the samples: the archive's checksum fails.
     let mut damaged = whole.clone();
     damaged[400] ^= 1;
     fs::write(&path, &damaged).unwrap();
@@ -335,7 +335,7 @@ fn a_header_that_asks_for_more_data_than_there_are_is_refused() {
     let bytes = fs::read(&path).unwrap();
     // Behind the magic bytes and the header's length there is plain text.
     let header = std::str::from_utf8(&bytes[10..128]).unwrap();
-    // A header of the same length that asks for terabytes; the padding after it has the room.
+    // A header of the same length that states terabytes; it fits into the padding.
     let position = header.find("(64, 64)}         ");
     let shape = 10 + position.expect("the header as it is written today");
     let mut damaged = bytes.clone();
@@ -370,8 +370,7 @@ fn an_output_that_cannot_be_written_is_reported_beforehand_and_leaves_nothing() 
         .to_string();
     assert_names(&message, &["is not a file"]);
 
-    // A check leaves nothing behind, and an output that fails half-way neither; what was there
-    // before stays as it was.
+    // A check leaves nothing behind, and neither does an output that fails half-way. Old files stay unchanged.
     let path = folder.path().join("out.npz");
     atomic::check_writable(&path).unwrap();
     assert!(!path.exists());

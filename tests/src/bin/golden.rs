@@ -1,6 +1,7 @@
-//! Prints the hashes of the golden cases, a line each, as the firmware image does: bits in any build
-//! profile and on any processor that runs programs, without building the references. Where the
-//! processor has vectors, those must give the same hashes.
+//! Prints the hashes of the golden cases, a line each, as the firmware image does.
+//!
+//! Checks the bits of any build profile on any processor, without the references. With vectors the processor must
+//! give the same hashes.
 
 use std::collections::HashMap;
 use std::process::ExitCode;

@@ -1,8 +1,8 @@
-//! Memory: what it takes, and where it is too little.
+//! Memory: the required sizes, and errors if it is too small.
 
 use super::*;
 
-/// A workspace takes what the documentation says.
+/// Asserts that a workspace needs the documented memory.
 fn assert_need(sizes: [usize; 3], covariance: Covariance, lag_sums: usize, basis: usize) {
     let [m, l, k] = sizes;
     let sets = if k == 0 { 1 } else { 2 * k + 2 };
@@ -31,7 +31,7 @@ fn memory_is_what_the_documentation_says() {
     assert_need([256, 128, 10], forward, 64 * 129, 0);
 }
 
-/// A line through slices for 6 elements, L = 3 and K = 1, each shorter than it has to be by so many.
+/// A line through slices for 6 elements, L = 3 and K = 1, each shorter by `by`.
 fn short(by: [usize; 2]) -> Result<(), Error> {
     let sizes = of([6, 3, 1]);
     let need = sizes.need(Covariance::Forward);
@@ -133,7 +133,7 @@ fn das_needs_no_memory() {
     );
 }
 
-/// Nor do samples without an active element, wherever their empty set is said to begin.
+/// Nor do samples without an active element, for any start of their empty set.
 #[test]
 fn no_active_element_needs_no_memory() {
     let x = [Complex::ONE; 40];
@@ -173,6 +173,6 @@ fn memory_fits_what_is_within_or_nothing_is_put_out() {
     assert_eq!(z, [Complex::I; 5]);
     let done = beamformer.line_within(&mut workspace.view(), line, active, 0..3, &mut z);
     assert_eq!(done, Ok(()));
-    // The mean of the elements, which are alike.
+    // The mean of the elements, which are equal.
     assert_eq!(z[3..], [Complex::ONE; 2]);
 }

@@ -1,4 +1,4 @@
-//! What the beamformer refuses, and how it says so; what it takes.
+//! The errors of the beamformer and their contents, and its memory.
 
 mod memory;
 
@@ -49,7 +49,7 @@ fn parameters_out_of_range() {
         });
         assert!(message.starts_with("diagonal_loading is "), "{message}");
     }
-    // L > M is a ratio above 1.
+    // L is above M: the ratio is above 1.
     for subaperture_ratio in [0.0, -0.5, 1.01, f64::NAN] {
         let message = refusal(Parameters {
             subaperture_ratio,
@@ -77,7 +77,7 @@ fn lines_that_are_empty_or_ragged() {
         AlignedLine::new(&x, 4),
         Err(Error::Length { actual: 7, .. })
     ));
-    // Less than one sample: one is asked for.
+    // Less than one sample: the error expects one sample.
     for elements in [8, usize::MAX] {
         let refused = AlignedLine::new(&x, elements).err();
         let (name, actual, expected) = ("aligned samples", 7, elements);
@@ -158,7 +158,7 @@ fn what_does_not_fit() {
         name(run(temporal_half_window(2), six, 5)),
         "capacity temporal_half_window"
     );
-    // K beyond the record, however large.
+    // K longer than the record, up to the largest integer.
     assert_eq!(
         name(run(temporal_half_window(5), six, 5)),
         "parameter temporal_half_window"
@@ -167,7 +167,7 @@ fn what_does_not_fit() {
         name(run(temporal_half_window(usize::MAX), six, 5)),
         "parameter temporal_half_window"
     );
-    // A window longer than any record is refused before there is one.
+    // A window longer than any record is refused before a record exists.
     assert!(Beamformer::new(temporal_half_window(4095)).is_ok());
     assert_eq!(
         name(Beamformer::new(temporal_half_window(4096)).map(drop)),
@@ -235,7 +235,7 @@ fn a_segment_outside_its_line() {
             ),
             "{refused:?}"
         );
-        // Nothing was put out.
+        // No output was written.
         assert_eq!(z, [Complex::ONE; 2]);
     }
 }
@@ -303,7 +303,7 @@ fn more_segments_than_lanes_or_fewer_outputs() {
     assert_eq!(z, [Complex::I; 5]);
 }
 
-/// K is refused whether there are segments or not.
+/// K is refused with and without segments.
 #[test]
 fn no_segments_and_a_window_beyond_the_memory() {
     let mut workspace = memory([6, 4, 1]);
@@ -342,7 +342,7 @@ fn a_segment_of_no_samples_ends_with_its_line() {
     assert_eq!(done, Ok(()));
 }
 
-/// With one active set; where it changes, once more on each pass.
+/// With one active set; each change of the set costs one more call a pass.
 #[test]
 fn each_sample_is_asked_twice_for_its_active_set() {
     let x = [Complex::ONE; 40];

@@ -46,7 +46,7 @@ pub const NEED: Need = match PARAMETERS.need(Covariance::ForwardBackward) {
     Err(_) => panic!("the scan is not valid"),
 };
 
-/// How deep the surface lies at a lateral position, m.
+/// Depth of the surface at a lateral position, m.
 pub fn surface(x: f64) -> f64 {
     8e-3 + 60.0 * x * x
 }
@@ -79,7 +79,7 @@ pub fn focused() -> Transmit<'static> {
     Transmit::new(TransmitLaw::Focused, 0.0)
 }
 
-/// The host's source of the records of all lines, each line of its own.
+/// The host's source of the records of all lines, one record a line.
 pub fn with_source<T>(pipeline: &Pipeline, run: impl FnOnce(&LineSource<'_>) -> T) -> T {
     let rf: Vec<Vec<f32>> = (0..LINES).map(record).collect();
     let records: Vec<Record> = rf
@@ -95,7 +95,7 @@ pub fn with_source<T>(pipeline: &Pipeline, run: impl FnOnce(&LineSource<'_>) -> 
 }
 
 pub const DEMODULATION: f64 = 5.2e6;
-/// The scan of `PARAMETERS` by a front end that demodulates.
+/// The scan of `PARAMETERS` by a front end with a demodulator.
 pub fn iq_parameters(block: usize) -> Parameters<'static> {
     Parameters {
         scan: ScanParameters {

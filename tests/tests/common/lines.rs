@@ -1,5 +1,6 @@
-//! Aligned lines to test beamformers with, and the three beamformers that they go through: the
-//! core, the f32 reference, the f64 reference.
+//! Aligned lines for tests of beamformers, and three beamformers for them.
+//!
+//! They are the core, the f32 reference and the f64 reference.
 
 use bonebeam::beamform::{
     AlignedLine, Apodization, Beamformer, Method, Parameter, Parameters, Postfilter, Segment,
@@ -25,8 +26,9 @@ pub const METHODS: [Method; Method::EXAMPLES.len() + 1] = {
     methods
 };
 
-/// Parameters beside the default: every postfilter, every apodization, and the example of every number, with the choices
-/// that take numbers.
+/// Parameters with other than default values: all postfilters and apodizations.
+///
+/// Includes the example of every number, with the choices that need it.
 pub fn variants() -> Vec<Parameters> {
     let of_postfilter = |postfilter| Parameters {
         postfilter,
@@ -128,7 +130,7 @@ pub fn core(line: &Line, parameters: Parameters, covariance: Covariance) -> Vec<
     }
 }
 
-/// Memory of just the size that a line takes.
+/// Memory of exactly the size that a line needs.
 fn line_memory<A: Averaging<V>, V: Vector>(
     zero: V,
     beamformer: &Beamformer,
@@ -154,7 +156,7 @@ fn core_line<A: Averaging<f32>>(line: &Line, parameters: Parameters) -> Vec<Comp
     z
 }
 
-/// The core within some samples, DAS elsewhere.
+/// The core within a range of samples, DAS elsewhere.
 pub fn core_within(
     line: &Line,
     within: std::ops::Range<usize>,
@@ -219,8 +221,9 @@ fn sample_weights<A: Averaging<f32>>(
     weights
 }
 
-/// The core, as many lines at a time as the instruction set has lanes. The lines' apertures grow
-/// alike, but stand apart and may end at different samples.
+/// The core over the lanes of an instruction set, a line for each lane.
+///
+/// The lines' apertures grow alike, but have different positions and may end at different samples.
 pub fn core_lanes(
     set: InstructionSet,
     lines: &[Line],

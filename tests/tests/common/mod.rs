@@ -1,4 +1,4 @@
-//! What the test files share.
+//! Shared code of the test files.
 
 pub mod frames;
 pub mod lines;

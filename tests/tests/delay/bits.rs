@@ -8,7 +8,8 @@ fn a_stage_that_is_set_is_a_new_one() {
     let line = line_of(TransmitLaw::Focused, &element_x);
     let rf = noise(5 * 400, 3);
     let first = parameters(40e6, 20e6, 5, 400);
-    // Each from the one before: what keeps the filters, what changes one of them, and both.
+    // Each stage from the one before: a change that keeps the filters, one that changes one of them, and one that
+    // changes both.
     let all = [
         DelayParameters {
             sound_speed: 1580.0,
@@ -39,7 +40,7 @@ fn a_stage_that_is_set_is_a_new_one() {
     for p in all {
         delay.set(p).unwrap();
         assert_eq!(delay.parameters(), &p);
-        // A refusal leaves everything, whichever parameter is wrong.
+        // An error leaves everything unchanged, for any wrong parameter.
         for wrong in [
             DelayParameters {
                 sound_speed: 0.0,
@@ -129,7 +130,7 @@ fn equals_the_f32_reference_to_the_bit() {
                     "{what}: empty"
                 );
 
-                // Once more, on top.
+                // The same once more, added to the output.
                 let line = ScanLine {
                     ray: Ray::down(0.2e-3),
                     compounding: Compounding::Add,
@@ -143,7 +144,7 @@ fn equals_the_f32_reference_to_the_bit() {
     }
 }
 
-/// As both references have it: to the bit of the f32 one, and near the line of a filter in f64.
+/// The line of both references: the bits of the f32 one, and near the f64 one.
 #[test]
 fn a_filter_in_f32_equals_its_reference_to_the_bit() {
     let element_x = line_up(5);
@@ -182,7 +183,7 @@ fn a_filter_in_f32_equals_its_reference_to_the_bit() {
     }
 }
 
-/// The line, and another one added to it, with the vectors of `zero`.
+/// A line, and another one added to it, with vectors of `zero`'s type.
 fn twice<V: Vector>(
     zero: V,
     p: &DelayParameters,
@@ -204,12 +205,12 @@ fn twice<V: Vector>(
 fn every_instruction_set_gives_the_bits_of_one_lane() {
     let level = Level::new();
     for (fs, fout) in [(100e6, 20e6), (40e6, 20e6), (20e6, 20e6), (80e6, 5e6)] {
-        // Elements that do not fill a vector, or some and a part; lines that end within one.
+        // Numbers of elements that leave a vector partly empty; lines that end within one.
         for (elements, record_samples) in [(5, 211), (37, 1777)] {
             let rf = noise(elements * record_samples, elements as u64);
             let element_x = line_up(elements);
             let mut p = parameters(fs, fout, elements, record_samples);
-            // A line that begins where none of its elements needs the record's beginning, too.
+            // A line that begins at a depth for which none of its elements reads the record's beginning.
             for (x, start) in [
                 (0.3e-3, 0.0),
                 (0.0, 0.0),

@@ -8,8 +8,7 @@ fn pulse(t: f64) -> f64 {
     (-a * t * t).exp() * (2.0 * PI * F0 * t).cos()
 }
 
-/// The echo of a point: on each element a pulse centred on the time the wave takes to the point
-/// and back.
+/// The echo of a point: on each element a pulse at the two-way time.
 fn echo(p: &DelayParameters, line: &ScanLine, point: (f64, f64)) -> Vec<f32> {
     let (x, z) = point;
     let transmit = match line.transmit.law {
@@ -45,7 +44,7 @@ fn a_point_echo_becomes_a_flat_wavefront() {
         for law in LAWS {
             let (x, z) = (0.7e-3, 17.3e-3);
             let mut p = parameters(fs, fout, 33, (30e-6 * fs) as usize);
-            // Output sample 100 lies on the point.
+            // Output sample 100 is at the point.
             p.output_start = 2.0 * z / C - 100.0 / fout;
             p.output_samples = 200;
             p.hilbert_taps = taps;
@@ -56,14 +55,14 @@ fn a_point_echo_becomes_a_flat_wavefront() {
             };
             let out = core_line(&p, &line, &echo(&p, &line, (x, z)));
             for m in 0..33 {
-                // The pulse's middle: magnitude 1, phase 0, on every element.
+                // The pulse's centre: magnitude 1, phase 0, on every element.
                 let y = out[100 * 33 + m];
                 let error = (f64::from(y.re) - 1.0).hypot(f64::from(y.im));
                 assert!(
                     error < tolerance,
                     "{fs} -> {fout}, {law:?}, element {m}: {y}"
                 );
-                // And its envelope is highest there.
+                // The envelope has its maximum there.
                 for n in [90, 99, 101, 110] {
                     assert!(out[n * 33 + m].norm() < y.norm());
                 }

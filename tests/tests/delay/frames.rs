@@ -1,8 +1,8 @@
-//! Frames of the drive.
+//! Frames of the host's driver.
 
 use super::*;
 
-/// Noise recorded of three transmits by an array of nine elements.
+/// Recorded noise of three transmits, for an array of nine elements.
 fn recording(transmits: Transmits) -> ChannelData {
     ChannelData {
         samples: Array3::from_shape_vec((3, 9, 1500), noise(3 * 9 * 1500, 11))

@@ -51,8 +51,10 @@ fn extreme_geometry_gives_the_bits_of_the_reference_and_never_nan_or_infinity() 
     }
 }
 
-/// Where a position on the axis is ±2²³ samples, nothing is read, although the element's lag, or its lead,
-/// brings the position near the record; one sample on, or back, it is. Depths and times are exact: c = 2, fs = 1.
+/// At a position of ±2²³ samples on the axis the stage reads nothing.
+///
+/// That holds although the element's lag, or its lead, brings the position near the record. One sample nearer, it
+/// reads. Depths and times are exact: c = 2, fs = 1.
 #[test]
 fn nothing_is_read_from_2_to_the_23_samples_on() {
     let far = 8_388_608.0;
@@ -84,8 +86,10 @@ fn nothing_is_read_from_2_to_the_23_samples_on() {
     }
 }
 
-/// Straight towards an element the way there grows as the way back shrinks: every depth is read at one position.
-/// Depths and times are exact: c = 2, and a halved record's rate is 2.
+/// A line straight towards an element reads one position for every depth.
+///
+/// The transmit path grows as the receive path shrinks. Depths and times are exact: c = 2, and a halved record's rate
+/// is 2.
 #[test]
 fn a_line_towards_an_element_reads_one_position() {
     let p = DelayParameters {
@@ -113,8 +117,10 @@ fn a_line_towards_an_element_reads_one_position() {
     assert!(ours.iter().all(|y| y.re == ours[0].re && y.re != 0.0));
 }
 
-/// Lines all over a halved record, in front of it and behind it: only what they read is halved, and the
-/// rest of the memory is no numbers. Elements beside the line and in front of where it begins.
+/// Lines within, before and after a halved record.
+///
+/// Only the samples that they read are halved. The rest of the memory is NaN. Some elements are beside the line, and
+/// in front of its start.
 #[test]
 fn any_part_of_a_halved_record_has_the_bits_of_the_reference() {
     let samples = 700;
@@ -137,7 +143,7 @@ fn any_part_of_a_halved_record_has_the_bits_of_the_reference() {
         let mut p = parameters(fs, 20e6, 3, samples);
         (p.output_samples, p.hilbert_taps) = (32, 4);
         let mut delay = Delay::new(p).unwrap();
-        // All residues of where they begin and end, and a depth of 0 at any of the line's samples.
+        // All residues of their first and last sample, and a depth of 0 at each of the line's samples.
         let starts = (-60..400).step_by(3).map(|k| (k, 0.0));
         let starts = starts.chain((0..130).map(|k| (k, 5.1e-6)));
         for (k, late) in starts.chain((-60..0).map(|k| (k, -6.3e-6))) {
@@ -158,7 +164,7 @@ fn any_part_of_a_halved_record_has_the_bits_of_the_reference() {
     assert!(read > 5000, "{read}");
 }
 
-/// Half of the line lies so deep that the product c·t overflows: the other half is read all the same.
+/// Half of the line is so deep that c·t overflows; the other half is still read.
 #[test]
 fn depths_beyond_all_numbers_read_0_and_the_others_what_they_are() {
     for fs in [50.0, 200.0] {

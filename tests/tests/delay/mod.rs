@@ -1,4 +1,4 @@
-//! The delay stage: against both references, against echoes computed by hand, and its invariants.
+//! The delay stage against both references, echoes by hand, and its invariants.
 
 mod bits;
 mod echoes;
@@ -58,7 +58,7 @@ fn noise(length: usize, seed: u64) -> Vec<f32> {
     (0..length).map(|_| rng.random_range(-1.0..1.0)).collect()
 }
 
-/// The line at 0.3 mm, every element of it, recorded from t = 0.
+/// The line at 0.3 mm with all elements, recorded from t = 0.
 fn line_of<'a>(law: TransmitLaw<'a>, element_x: &'a [f64]) -> ScanLine<'a> {
     ScanLine {
         transmit: Transmit { law, t0: 0.0 },
@@ -73,7 +73,7 @@ fn line_of<'a>(law: TransmitLaw<'a>, element_x: &'a [f64]) -> ScanLine<'a> {
 }
 
 fn core_line(p: &DelayParameters, line: &ScanLine, rf: &[f32]) -> Vec<Complex<f32>> {
-    // Whatever is not overwritten shows.
+    // Any output that is not overwritten shows.
     let mut out = vec![Complex::new(f32::NAN, f32::NAN); p.output_samples * p.elements];
     line_into(0.0f32, p, line, rf, &mut out);
     out
@@ -110,7 +110,9 @@ fn assert_same_bits(left: &[Complex<f32>], right: &[Complex<f32>], what: &str) {
     }
 }
 
-/// `ours` has the bits of the reference, which has no lanes, blocks or shared tables.
+/// Asserts that `ours` has the bits of the reference.
+///
+/// The reference has no lanes, blocks or shared tables.
 fn assert_reference(
     ours: &[Complex<f32>],
     p: &DelayParameters,
@@ -118,7 +120,7 @@ fn assert_reference(
     rf: &[f32],
     what: &str,
 ) {
-    // Whatever is not overwritten shows.
+    // Any output that is not overwritten shows.
     let mut reference = vec![Complex::new(7.0, 7.0); ours.len()];
     reference::f32::delay::line(p, line, rf, &mut reference);
     assert_same_bits(ours, &reference, what);

@@ -1,5 +1,6 @@
-//! The documents: their links lead somewhere, the files that they name exist, their examples hold. Doc comments fit an
-//! index.
+//! The documents' links, file names and examples, and the length of doc comments.
+//!
+//! Links lead to a target, named files exist, examples hold, and first paragraphs fit an index.
 
 mod tables;
 
@@ -53,7 +54,7 @@ fn blocks<'a>(document: &'a str, language: &str) -> Vec<&'a str> {
         .collect()
 }
 
-/// The name by which a link finds a heading.
+/// The name that a link to a heading uses.
 fn anchor(heading: &str) -> String {
     let kept = heading.chars().filter_map(|c| match c {
         ' ' => Some('-'),
@@ -97,7 +98,7 @@ fn every_relative_link_leads_to_a_file_and_a_heading() {
 
 #[test]
 fn every_file_that_is_named_exists() {
-    // Paths are written from the root, or from where the document says that they begin.
+    // Paths start at the root, or at a folder that the document states.
     let from = ["", "core/src", "host-sim/src", "tests/tests"].map(|folder| root().join(folder));
     let extensions = ["rs", "md", "toml", "txt", "x", "c", "png"];
     let mut count = 0;
@@ -161,7 +162,7 @@ fn every_requirement_is_implemented_and_verified() {
             let text = read(&root().join(file));
             let before = text.split(&format!("fn {name}(")).next().unwrap();
             assert!(before.len() < text.len(), "{id}: no test {span}");
-            // Its attribute stands above it, perhaps with its documentation between.
+            // Its attribute is above it, perhaps with its documentation between.
             let attribute = before
                 .rfind("#[test]")
                 .unwrap_or_else(|| panic!("{id}: {span}"));
@@ -188,7 +189,7 @@ fn the_readme_is_short() {
     assert!(read(&root().join("README.md")).lines().count() <= 140);
 }
 
-/// Tables are written by a command, and do not count.
+/// Tables that a command writes do not count.
 #[test]
 fn the_reproduction_is_short() {
     let document = read(&root().join("docs/reproduction.md"));
@@ -206,7 +207,7 @@ fn the_package_has_a_readme_and_licences_of_its_own() {
             read(&root().join("core").join(name))
         );
     }
-    // A link out of the package would be dead where the package is shown.
+    // A link out of the package would be dead on the package's page.
     let readme = read(&root().join("core/README.md"));
     let mut targets = prose(&readme);
     targets.retain(|c| !c.is_whitespace());
@@ -264,7 +265,7 @@ fn tables() -> String {
     tables
 }
 
-/// What stands before the tables of numerics.md, and what behind.
+/// The text before the tables of numerics.md, and the text after them.
 fn around_the_tables(document: &str) -> (&str, &str) {
     let (before, rest) = document.split_once("<!-- tables -->\n").expect("a mark");
     let (_, after) = rest.split_once("<!-- end -->\n").expect("a mark");
@@ -324,7 +325,7 @@ fn the_formats_of_the_documents_are_those_that_are_read() {
     assert_eq!(named, Format::ALL.map(Format::name));
 }
 
-/// The longest first paragraph, in characters as an index shows them.
+/// Maximum length of a first paragraph, in characters of its index entry.
 const LONGEST: usize = 80;
 
 /// The files of Rust below a folder, without unit tests.
@@ -348,7 +349,7 @@ fn comment<'a>(line: &'a str, mark: &str) -> Option<&'a str> {
     (rest.is_empty() || rest.starts_with(' ')).then(|| rest.trim())
 }
 
-/// A paragraph as an index shows it: a link is its text.
+/// A paragraph as its index entry shows it: a link becomes its text.
 fn shown(paragraph: &str) -> String {
     let mut text = paragraph.to_owned();
     while let Some((before, rest)) = text.split_once("](") {

@@ -11,7 +11,7 @@ fn no_written_table_was_changed_by_hand() {
         for (end, _) in document.match_indices("<!-- end of ") {
             let mark = &document[end + "<!-- end of ".len()..];
             let (mark, _) = mark.split_once(" -->").unwrap();
-            // Without a checksum: other programs write them, and tests compute them anew.
+            // Without a checksum: tables of other programs, and tables that tests recompute.
             let Some((name, sum)) = mark.rsplit_once(", ") else {
                 continue;
             };
@@ -40,7 +40,7 @@ fn row(document: &str, name: &str) -> Vec<String> {
     cells.map(|cell| cell.trim().to_owned()).collect()
 }
 
-/// The README's results and speeds stand in the tables that commands write.
+/// Asserts that the README's results are in the tables that commands write.
 #[test]
 fn the_readme_has_the_figures_of_the_documents() {
     let [readme, results, speed] =

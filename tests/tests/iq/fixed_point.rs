@@ -1,4 +1,4 @@
-//! Counts, read and turned in fixed point.
+//! Counts with interpolation and phase rotation in fixed point.
 
 use super::*;
 
@@ -170,7 +170,7 @@ fn fixed_point_takes_extreme_geometry_and_refuses_what_it_cannot_read() {
     assert!(matches!(refused, Err(Error::Parameter { name: "iq", .. })));
 }
 
-/// The aligned samples of counts by both, onto the same numbers.
+/// Asserts equal aligned samples of counts by both, added to the same values.
 fn assert_reference(
     p: &IqParameters,
     line: &ScanLine,
@@ -201,8 +201,10 @@ fn assert_reference(
     }
 }
 
-/// A scene where a position is a number of samples: a line straight down from the middle one of three elements, a
-/// sample a second of a wave of 2 m/s. The position at t is t − t0, the depth t.
+/// A scene in which a position is a number of samples.
+///
+/// The line is straight down from the middle of three elements, at one sample a second and a wave of 2 m/s. The
+/// position at t is t − t0, the depth t.
 fn plain(interpolation: IqInterpolation) -> (IqParameters, ScanLine<'static>) {
     let p = IqParameters {
         sound_speed: 2.0,
@@ -243,7 +245,7 @@ fn fixed_point_has_the_bits_of_the_reference_where_nothing_is_above_and_far_from
     let counts = &counts[..600];
     let before = noise(120, 6);
     let (p, line) = plain(IqInterpolation::LinearFixed);
-    // The first sample lies at depth 0; what stood there stays.
+    // The first sample is at depth 0; its earlier value stays.
     let mut at_five = line;
     at_five.transmit.t0 = -5.0;
     assert_reference(&p, &at_five, (counts, 0.3, 0.0), &before, "depth 0");
@@ -253,7 +255,7 @@ fn fixed_point_has_the_bits_of_the_reference_where_nothing_is_above_and_far_from
     for phase in [0.7, -1e7, 1e7] {
         assert_reference(&p, &at_sixty, (counts, 0.3, phase), &before, "turns");
     }
-    // A scale below 0: zeros have its sign.
+    // A negative scale: zeros have its sign.
     let replace = ScanLine {
         compounding: Compounding::Replace,
         ..at_five
@@ -266,7 +268,7 @@ fn fixed_point_has_the_bits_of_the_reference_where_nothing_is_above_and_far_from
     line_into(0.0f32, &p, &replace, &record, &mut ours);
     reference::f32::iq::line(&p, &replace, (&floats, -0.3, 0.0), &mut expected);
     assert_same_bits(&ours, &expected, "scale below 0");
-    // A depth that is the largest number.
+    // A depth equal to the largest number.
     let mut deepest = p;
     deepest.sound_speed = 2f64.powi(100);
     deepest.output_start = 2.0 * f64::from(f32::MAX) / deepest.sound_speed;
@@ -275,7 +277,7 @@ fn fixed_point_has_the_bits_of_the_reference_where_nothing_is_above_and_far_from
     assert_reference(&deepest, &there, (counts, 0.3, 0.0), &before, "deepest");
 }
 
-/// Added to −0, whatever is read gives 0; where nothing is, −0 stays.
+/// A sample read from the record, added to −0, gives 0; without one, −0 stays.
 #[test]
 fn positions_beyond_two_to_the_23_are_left_alone_as_in_the_reference() {
     const FAR: f64 = 8_388_608.0;
@@ -304,7 +306,7 @@ fn positions_beyond_two_to_the_23_are_left_alone_as_in_the_reference() {
             }
         }
     }
-    // As many turns as there are numbers.
+    // As many turns as the format can hold.
     for interpolation in INTERPOLATIONS {
         for demodulation_frequency in [2.0, -2.0] {
             let (mut p, mut line) = plain(interpolation);
@@ -318,8 +320,9 @@ fn positions_beyond_two_to_the_23_are_left_alone_as_in_the_reference() {
     }
 }
 
-/// Positions grow evenly from the first sample to the last; one behind the last that were too far does not
-/// matter.
+/// Positions grow evenly from the first sample to the last.
+///
+/// A further position beyond the limit has no effect.
 #[test]
 fn fixed_point_of_a_line_that_ends_near_the_limit_is_even() {
     let (mut p, mut line) = plain(IqInterpolation::LinearFixed);
@@ -361,7 +364,7 @@ fn fixed_point_reads_elements_below_8191_samples_way() {
     for sign in [1.0, -1.0] {
         assert!(read(Array::LinearAt(&[sign * 4095.25])).is_ok());
         assert_eq!(read(Array::LinearAt(&[sign * 4095.5])), beyond);
-        // How far it lies along the line counts twice.
+        // An offset along the line counts twice.
         let along = |z: f64| {
             let element = Element {
                 x: 0.0,
@@ -376,15 +379,16 @@ fn fixed_point_reads_elements_below_8191_samples_way() {
         assert!(along(2047.5).is_ok());
         assert_eq!(along(2047.75), beyond);
     }
-    // One element alone has no pitch.
+    // A single element has no pitch.
     assert_eq!(
         read(Array::LinearAt(&[0.0])),
         read(Array::linear(1, 0.3e-3))
     );
 }
 
-/// Positions behind the longest record, and an element that hears them thousands of samples earlier: within the record, or
-/// still behind it.
+/// Positions behind the longest record, and an element thousands of samples ahead.
+///
+/// The element's own positions are within the record, or still behind it.
 #[test]
 fn fixed_point_of_an_element_far_ahead_has_the_bits_of_the_reference() {
     let (mut p, line) = plain(IqInterpolation::LinearFixed);

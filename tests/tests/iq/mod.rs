@@ -1,5 +1,6 @@
-//! I/Q: the delay stage against both references and against the RF of the same echoes, and its
-//! invariants.
+//! I/Q: the delay stage against both references and the RF of the same echoes.
+//!
+//! Also its invariants.
 
 mod fixed_point;
 mod refused;
@@ -167,7 +168,7 @@ fn equals_the_f32_reference_to_the_bit_on_every_instruction_set() {
                 reference::f32::iq::line(&p, &line, (&iq, 1.0, 0.7), &mut expected);
                 assert_same_bits(&core_line(0.0f32, &p, &line, &record), &expected, &what);
                 assert!(expected.iter().any(|y| *y != ZERO), "{what}: empty");
-                // Once more, on top.
+                // The same once more, added to the output.
                 let add = ScanLine {
                     compounding: Compounding::Add,
                     ..line
@@ -229,14 +230,15 @@ fn counts_and_either_order_have_the_bits_of_complex_numbers() {
     }
 }
 
-/// The envelope of a Gaussian pulse of so much bandwidth at −6 dB, Hz.
+/// Envelope of a Gaussian pulse with this bandwidth at −6 dB, Hz.
 fn envelope(t: f64, bandwidth: f64) -> f64 {
     let a = (PI * bandwidth).powi(2) / (4.0 * 10f64.powf(6.0 / 20.0).ln());
     (-a * t * t).exp()
 }
 
-/// Echoes of points (x, z) as I/Q and as RF: on each element a pulse around 5 MHz centred on the time
-/// that the wave takes.
+/// Echoes of points (x, z) as I/Q and as RF.
+///
+/// Each element has a pulse around 5 MHz, centred on the wave's travel time.
 fn echoes(
     p: &IqParameters,
     line: &ScanLine,
@@ -278,7 +280,7 @@ fn echoes(
     (iq, rf)
 }
 
-/// The largest difference, of a peak of 1.
+/// The largest difference, relative to a peak of 1.
 fn worst(ours: &[Complex<f32>], exact: impl Iterator<Item = Complex<f64>>) -> f64 {
     let difference = |(y, e): (&Complex<f32>, Complex<f64>)| {
         (f64::from(y.re) - e.re).hypot(f64::from(y.im) - e.im)
@@ -343,7 +345,7 @@ fn the_documented_errors_hold_against_the_reference_and_against_rf() {
                     .unwrap();
                 let wide = |y: &Complex<f32>| Complex::new(f64::from(y.re), f64::from(y.im));
                 let error = worst(&ours, analytic.iter().map(wide));
-                // A pulse of 80 % reaches down to where the Hilbert transformer errs more.
+                // A pulse of 80 % reaches frequencies at which the Hilbert transformer errs more.
                 let of_rf = if bandwidth > 0.6 {
                     DELAYED_PULSE_20_MHZ
                 } else {
@@ -442,11 +444,11 @@ fn extreme_geometry_gives_the_bits_of_the_reference_and_never_nan_or_infinity() 
 #[test]
 fn memory_and_the_way_of_reading_follow_from_the_parameters() {
     let p = parameters(10e6, 100, IqInterpolation::Cubic);
-    // Seven numbers an element, up to full vectors.
+    // Seven numbers for each element, up to full vectors.
     for (lanes, elements) in [(0, 21), (1, 21), (4, 24), (8, 24), (16, 32)] {
         assert_eq!(p.need(lanes).real, 7 * elements, "{lanes}");
     }
-    // A pulse of 60 % of 5 MHz: 3 MHz, of which 96 MHz are 32 times as much.
+    // A pulse of 60 % at 5 MHz has 3 MHz; 96 MHz are 32 times as much.
     for (sampling_rate, interpolation) in [
         (96e6, IqInterpolation::Linear),
         (95e6, IqInterpolation::Cubic),

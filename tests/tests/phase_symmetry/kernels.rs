@@ -70,7 +70,7 @@ fn gains_from_tables_have_the_bits_of_those_on_the_fly() {
     }
 }
 
-/// No columns, columns that no strip holds, a filter that there is not: the gains stay as they are.
+/// No columns, columns outside any strip, a missing filter: the gains stay.
 #[test]
 fn gains_that_the_bank_does_not_have_are_left() {
     let bank = bank(64, 64, &[0.1], 3.0, 16).unwrap();

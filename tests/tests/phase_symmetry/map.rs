@@ -25,7 +25,7 @@ fn agrees_with_equation_10_in_f64() {
                     "{rows}x{columns}, {} filters, threshold {threshold}: {error}",
                     6 * scales.len()
                 );
-                // The agreement is about something.
+                // The maps that agree are not empty.
                 let largest = exact.iter().copied().fold(0.0, f64::max);
                 assert!(largest > 0.2, "largest {largest}");
             }
@@ -124,7 +124,7 @@ fn a_bright_line_is_a_ridge_and_a_dark_one_is_not() {
         let angle = degrees.to_radians();
         let bright = line_map(angle, 120.0);
         let dark = line_map(angle, -90.0);
-        // Points of the line, and points eight pixels off it.
+        // Points on the line, and points eight pixels beside it.
         for along in [-20.0, -7.0, 0.0, 13.0, 22.0] {
             let at = |off: f64| {
                 let row = 64.0 - along * angle.sin() + off * angle.cos();
@@ -158,7 +158,7 @@ proptest! {
         ..ProptestConfig::default()
     })]
 
-    /// From the smallest subnormals to beyond what is accepted.
+    /// From the smallest subnormal to beyond the largest valid level.
     #[test]
     fn the_map_lies_in_0_to_1(
         seed: u64,

@@ -29,7 +29,7 @@ impl Strips {
     }
 }
 
-/// External memory that counts, and fails at a given access.
+/// External memory that counts its accesses, and fails at a given one.
 struct Counting {
     data: Vec<f32>,
     largest: usize,
@@ -37,7 +37,7 @@ struct Counting {
 }
 
 impl Counting {
-    /// Holding NaNs: what the memory held before is no matter.
+    /// Memory full of NaN: the former contents have no effect.
     fn new(length: usize, left: usize) -> Self {
         Counting {
             data: vec![f32::NAN; length],
@@ -67,7 +67,7 @@ impl core::WriteAt for Counting {
     }
 }
 
-/// Memory as fast as the buffers, and how many numbers are copied from it nevertheless.
+/// Memory as fast as the buffers; counts the numbers still copied from it.
 struct Fast {
     data: Vec<f32>,
     copied: usize,
@@ -129,16 +129,18 @@ fn fast_memory_is_worked_on_where_it_lies_and_gives_the_same_bits() {
         .unwrap();
     let map = Array2::from_shape_vec((128, 64), symmetry.data).expect("the image's size");
     assert!(bits(&map) == bits(&in_core(&image, &THREE, 3.0)));
-    // Copied are the columns that are transformed in place, and the sums before they are divided.
+    // Copied: the columns that are transformed in place, and the sums before the division.
     assert_eq!(spectrum.copied, sizes.spectrum_len());
     assert_eq!(filtered.copied, 0);
     assert_eq!([amplitude.copied, symmetry.copied], [128 * 64; 2]);
 }
 
-/// Makes a map in memory, and tells the steps done.
+/// Makes a map in memory, and reports the finished steps.
 type Map<'a> = dyn Fn(Scratch<'_>, &mut [f32], &mut dyn FnMut(usize)) + 'a;
 
-/// Sizes with and without 64 points, gains of both kinds; the steps are counted, and what memory held does not matter.
+/// Sizes with and without 64 points, gains of both kinds.
+///
+/// The steps are counted. The former contents of the memory have no effect.
 #[test]
 fn in_one_memory_a_map_has_the_same_bits() {
     for (rows, columns) in [(64, 64), (64, 128), (256, 64), (128, 128)] {
@@ -220,8 +222,9 @@ fn a_map_in_one_memory_refuses_what_does_not_fit_it_and_stays() {
     assert!(map.iter().all(|&ps| ps == 0.0));
 }
 
-/// A microcontroller's way: workspace and tables of fixed size, memory of the caller's own.
-/// Gives the map and the most rows or columns of 128 complex numbers that were moved at once.
+/// As on a microcontroller: fixed workspace and tables, and the caller's memory.
+///
+/// Returns the map and the largest number of rows or columns of 128 complex numbers moved at once.
 fn on_target(
     image: &Array2<f32>,
     strip: usize,

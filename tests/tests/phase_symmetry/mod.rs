@@ -1,5 +1,6 @@
-//! Phase symmetry: strips against the whole, the core against two references, and what must hold
-//! of any ridge filter.
+//! Phase symmetry: strips, two references, and properties of any ridge filter.
+//!
+//! Strips are compared with the whole image, and the core with both references.
 
 mod kernels;
 mod map;
@@ -31,8 +32,9 @@ const FIVE: [f64; 5] = [
     1.0 / 512.0,
 ];
 
-/// An image that equals none of its turns and reflections: ridges at angles of which one is 45°,
-/// a dark one, blobs, and noise, within 0..255.
+/// An image that differs from all its rotations and reflections.
+///
+/// It has ridges at several angles, one of 45°, a dark one, blobs, and noise, within 0..255.
 fn test_image(rows: usize, columns: usize, seed: u64) -> Array2<f32> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let side = rows.min(columns) as f64;
@@ -149,7 +151,7 @@ fn strips_of_512_pixels_give_the_bits_of_the_whole() {
     }
 }
 
-/// The plan's map has the bits `whole`, whatever computes it.
+/// Asserts the bits `whole` of the plan's map for every set and thread count.
 fn assert_every_set_and_thread(plan: &mut Plan, image: &Array2<f32>, whole: &[u32], strip: usize) {
     for set in InstructionSet::available() {
         for threads in [1, 2, 7] {

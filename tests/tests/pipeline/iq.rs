@@ -94,8 +94,10 @@ fn iq_is_read_as_told() {
     assert_eq!(interpolation(None), own.interpolation);
 }
 
-/// In fixed point only the computed samples of a depth step are focused, if no time window reads the others: they have
-/// the bits of the line at every sample, in any blocks and of two transmits as well.
+/// In fixed point only the computed samples of a depth step are focused.
+///
+/// That holds if no time window reads the others. The bits are those of the line at every sample, in any blocks and
+/// for two transmits as well.
 #[test]
 fn fixed_point_focuses_the_samples_of_a_depth_step() {
     let line = |depth_step: usize, half_window: usize, block: usize, transmits: usize| {

@@ -1,5 +1,7 @@
-//! The pipeline, from RF and from I/Q: frames have the bits of the stages and of the host's drive; bones where they
-//! are; a plan of one's own delay stage.
+//! The pipeline, from RF and from I/Q.
+//!
+//! Frames have the bits of the stages and of the host's driver, bones are at their depths, and a caller may bring a
+//! delay stage.
 
 mod iq;
 
@@ -44,7 +46,7 @@ fn frame_of(pipeline: &Pipeline) -> (Vec<Complex<f32>>, Vec<f32>, Vec<f32>) {
         z.extend_from_slice(frame.line(line, [(focused(), &record)]).unwrap());
     }
     let image = frame.image().unwrap().to_vec();
-    // Once more: nothing of it was consumed.
+    // Second calls give the same, since the first ones consume nothing.
     assert_eq!(frame.image().unwrap(), image);
     let map = frame.bone_map().unwrap().to_vec();
     assert_eq!(frame.bone_map().unwrap(), map);
@@ -99,7 +101,7 @@ fn a_frame_has_the_bits_of_the_hosts_drive() {
     };
     let grid = grid_of_lines(&lines, 64, 64).unwrap();
     let picture = b_mode(&lines, 50.0, &grid, true).unwrap();
-    // The lines' spacing comes from their positions there, and differs in its last bits.
+    // The positions define the lines' spacing there, which differs in its last bits.
     for (a, b) in picture.pixels.iter().zip(&image) {
         assert!((a - b).abs() < 1e-3, "{a} {b}");
     }
@@ -142,7 +144,7 @@ fn the_bone_is_where_it_is() {
             assert!(error.abs() < 0.3e-3, "column {column}: {error}");
         }
     }
-    // And nowhere else: above it the map is dark.
+    // Above the surface the map is dark.
     assert!(map[..20 * 64].iter().all(|&ps| ps < 0.05));
 }
 
@@ -153,11 +155,11 @@ fn the_bones_surface_is_where_it_is() {
         centre: 0.0,
         width: 1.0,
     };
-    // No shadow reaches below it, in what is recorded there.
+    // No shadow reaches below it within the record.
     let settings = Settings {
         near: [0.5e-3, 1.5e-3],
         depths: [5e-3, f64::INFINITY],
-        // By the onset alone: there is water above this bone, not tissue.
+        // By the onset alone: this bone is under water, not tissue.
         contrast: none,
         level: none,
         rest: none,
@@ -203,8 +205,9 @@ fn the_bones_surface_is_where_it_is() {
     ));
 }
 
-/// Inside the gate are the bits of the method, outside those of DAS, line by line and through the host's
-/// drive.
+/// Inside the gate are the bits of the method, outside those of DAS.
+///
+/// Tested line by line and through the host's driver.
 #[test]
 fn a_depth_gate_parts_the_method_from_das() {
     let by = |method| {
@@ -292,7 +295,7 @@ fn a_line_is_the_mean_of_its_transmits() {
     assert!(AlignedLine::new(&x, ELEMENTS).is_ok());
 }
 
-/// A block has the elements that it is asked for, with the bits of the whole line, and zeros.
+/// A block has the requested elements with the bits of the whole line, and zeros.
 #[test]
 fn a_block_is_aligned_for_the_elements_asked_for() {
     let scan = Scan::new(PARAMETERS.scan).unwrap();
@@ -359,7 +362,9 @@ fn a_block_is_aligned_for_the_elements_asked_for() {
     ));
 }
 
-/// Lanes take segments of blocks with the bits of the whole line, and none whose time window the block has not.
+/// Lanes take segments of blocks with the bits of the whole line.
+///
+/// A segment with a time window beyond the block is refused.
 #[test]
 fn segments_of_a_block_have_the_lines_bits_and_stay_within_it() {
     let beamformer = beamform::Parameters {
@@ -447,7 +452,7 @@ fn a_plan_by_a_constant_delay_stage_makes_the_same_lines() {
     assert!(of_own.iter().any(|y| y.im != 0.0));
     assert_eq!(of_own, of_by);
 
-    // A stage of another scan is refused, by what differs.
+    // A stage of another scan is refused, with the name of the difference.
     let mut other = DELAY.clone();
     let of = DelayParameters::of(&SCAN);
     type Change = fn(&mut DelayParameters);

@@ -1,4 +1,4 @@
-//! Points beside the lines: what an adaptive beamformer loses of them, with and without sub-lines.
+//! Points beside the lines: loss of level with and without sub-lines.
 
 mod tables;
 
@@ -137,7 +137,7 @@ impl Point {
             true => Complex::new(noise(), noise()),
             false => Complex::new(noise(), 0.0),
         });
-        // Beyond 7 standard deviations of the pulse there is nothing.
+        // Beyond 7 standard deviations of the pulse the record is 0.
         let reach = (7.0 / (2.0 * a).sqrt() * fs) as isize;
         for &([x, z], amplitude) in points {
             for ((t, m), mut echoes) in (0..transmits.len())
@@ -182,7 +182,7 @@ impl Point {
         }
     }
 
-    /// Lines of so many sub-lines; without them, those of the default, as many as it makes.
+    /// Lines with this number of sub-lines; `None` is the default.
     fn lines(&self, section: &Beamform, sub_lines: Option<usize>) -> BeamformedLines {
         self.lines_of(&self.record(), section, sub_lines)
     }
@@ -209,7 +209,7 @@ impl Point {
         beamform_channel_data(record, &section, &|_| {}).expect("lines")
     }
 
-    /// The level of the point, dB, and how far its peak lies beside it, m.
+    /// The level of the point, dB, and the lateral offset of its peak, m.
     fn peak(&self, section: &Beamform, sub_lines: Option<usize>) -> [f64; 2] {
         let lines = self.lines(section, sub_lines);
         let largest = lines.z.indexed_iter().max_by(|(_, a), (_, b)| {
@@ -235,7 +235,9 @@ fn section(method: MethodName) -> Beamform {
     }
 }
 
-/// What a point loses beside a line, in dB, of its level on the line; and how far beside it the peak lies, m.
+/// Level of a point beside a line relative to one on the line, dB.
+///
+/// The second value is the lateral offset of the peak, m.
 fn loss(point: &Point, method: MethodName, sub_lines: Option<usize>) -> [f64; 2] {
     let on = Point {
         beside: 0.0,
@@ -247,8 +249,10 @@ fn loss(point: &Point, method: MethodName, sub_lines: Option<usize>) -> [f64; 2]
     [level - beside, off]
 }
 
-/// A line an element, or two where lines fan out; a point half way between two: without sub-lines it is lost, with 16 and 32 it is there, by RF and
-/// I/Q. The nearest of 16 sub-lines lies 1/32 of the spacing away, of 32 half as far.
+/// A point half way between two lines keeps its level with 16 or 32 sub-lines.
+///
+/// There is one line for each element, or two if lines diverge. Without sub-lines the point is lost, by RF and by
+/// I/Q. The nearest of 16 sub-lines is 1/32 of the spacing away, and the nearest of 32 half as far.
 #[test]
 fn a_point_between_two_lines_keeps_its_level() {
     for geometry in GEOMETRIES {
@@ -276,14 +280,15 @@ fn a_point_between_two_lines_keeps_its_level() {
                 }
             }
             let [das, _] = loss(&point, MethodName::Das, Some(16));
-            // What the transmits lose, which focus on the line.
+            // The loss of the transmits, which focus on the line.
             assert!(das.abs() < 0.5, "{geometry:?} DAS: {das} dB");
         }
     }
 }
 
-/// A point anywhere, without a word about lines or sub-lines, beside one of 127 lines by up to a half
-/// of their spacing, and half way between two sub-lines.
+/// A point anywhere, with default lines and sub-lines.
+///
+/// It is beside one of 127 lines by up to a half of their spacing, and half way between two sub-lines.
 #[test]
 fn the_default_keeps_a_point_anywhere() {
     for geometry in GEOMETRIES {

@@ -1,4 +1,4 @@
-//! Tables and a picture of what lies between lines, for the documents.
+//! Tables and a picture of points between lines, for the documents.
 
 use super::{C, DEPTH, ELEMENTS, GEOMETRIES, Geometry, Point, section};
 
@@ -13,8 +13,9 @@ use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use std::path::Path;
 
-/// For each geometry and frequency the largest loss at a quarter and at a half of the line spacing, and how far beside the
-/// point its peak lies at most.
+/// Largest loss at a quarter and at a half of the line spacing.
+///
+/// For each geometry and frequency, with the largest lateral offset of the peak.
 #[test]
 #[ignore = "prints a table"]
 fn table_of_points_beside_the_lines() {
@@ -70,8 +71,9 @@ fn table_of_points_beside_the_lines() {
     }
 }
 
-/// The envelopes of 127 lines of 64 by 16 sub-lines: each of eight, by the largest, by the root of the mean square, or of one
-/// in the middle alone.
+/// The envelopes of 127 lines, from 64 by 16 sub-lines.
+///
+/// Each pools eight sub-lines by the maximum or by the root mean square, or has one in the middle.
 fn pooled(lines: &BeamformedLines, pooling: Option<Pooling>) -> Array2<f64> {
     let (count, size, skipped) = (2 * ELEMENTS - 1, 8, 4);
     Array2::from_shape_fn((count, lines.z.ncols()), |(line, n)| {
@@ -100,8 +102,10 @@ fn gcnr(inside: &[f64], outside: &[f64]) -> f64 {
     1.0 - both.map(|(a, b)| a.min(b)).sum::<f64>()
 }
 
-/// Poolings of points and of speckle with a cyst: the spread of a point's level over its place between two lines, speckle's
-/// mean over its deviation, the contrast of the cyst and its gCNR.
+/// Poolings of points and of speckle with a cyst.
+///
+/// Columns: spread of a point's level over its position between two lines, speckle's mean over its deviation,
+/// contrast and gCNR of the cyst.
 #[test]
 #[ignore = "prints a table"]
 fn table_of_poolings() {
@@ -173,7 +177,9 @@ fn table_of_poolings() {
     }
 }
 
-/// Points further and further from the lines: left with one direction a line, right by default.
+/// Points at growing distances from the lines.
+///
+/// Left with one direction a line, right by default.
 #[test]
 #[ignore = "writes docs/between-lines.png"]
 fn write_the_picture_between_lines() {
@@ -186,7 +192,7 @@ fn write_the_picture_between_lines() {
         iq: false,
     };
     let wave = scene.wavelength();
-    // Each ten pitches and an eighth of a line's spacing further.
+    // Each point is ten pitches and an eighth of a line's spacing further.
     let points: Vec<_> = (-2..=2)
         .flat_map(|k| [-1.0, 1.0].map(|row| (k, row)))
         .map(|(k, row)| {

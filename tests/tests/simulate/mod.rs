@@ -1,5 +1,6 @@
-//! The channel-data simulator against arrival times, an independent sum in the time domain, and
-//! what physics demands: reciprocity, superposition, shadows.
+//! The channel-data simulator against arrival times and a time-domain sum.
+//!
+//! Also the physical properties: reciprocity, superposition, shadows.
 
 mod model;
 mod noise;
@@ -98,8 +99,9 @@ fn error_db(a: &[f64], b: &[f64]) -> f64 {
     20.0 * (error / peak).log10()
 }
 
-/// Time of the envelope's largest value, s: analytic signal by the discrete Fourier transform,
-/// a parabola through the three largest samples.
+/// Time of the envelope's maximum, s.
+///
+/// Analytic signal by the discrete Fourier transform, then a parabola through the three largest samples.
 fn envelope_peak(data: &ChannelData, beam: usize, element: usize) -> f64 {
     let row = row(data, beam, element);
     let n = row.len();
@@ -140,7 +142,7 @@ fn echo_of_the_focus_arrives_on_time_at_every_element() {
 
 #[test]
 fn echo_of_one_transmitting_element_arrives_on_time_anywhere() {
-    // An f-number so large that one element transmits.
+    // An f-number large enough for one transmitting element.
     let settings = Settings {
         f_number: 1e4,
         ..small()

@@ -1,4 +1,4 @@
-//! Records beside the model, computed in the time domain.
+//! Records against the model, computed in the time domain.
 
 use super::*;
 
@@ -65,8 +65,9 @@ const GAUSS: [(f64, f64); 6] = [
     (0.932469514203152, 0.0856622461895852),
 ];
 
-/// One row straight from the model, in the time domain and f64: each element is a row of patches across
-/// its width, in its far field, and a column of patches along its height.
+/// One row directly from the model, in the time domain and f64.
+///
+/// Each element is a row of patches across its width, in its far field, and a column of patches along its height.
 fn reference_row(
     settings: &Settings,
     phantom: &Phantom,
@@ -79,7 +80,7 @@ fn reference_row(
     let width = settings.pitch - settings.kerf;
     // 17 elements at F# 2.8 and 15 mm, centred on the beam's own element.
     let aperture = (l as i32 - 8).max(0)..(l as i32 + 9).min(settings.elements as i32);
-    // Of every patch of an element: when it hears the scatterer, and how much of it.
+    // For every patch of an element: arrival time and amplitude of the scatterer's echo.
     let patches = |s: &Scatterer, e: usize| -> Vec<(f64, f64)> {
         let dx = s.x - data.element_x[e];
         let range = (dx * dx + s.y * s.y + s.z * s.z).sqrt();
@@ -143,7 +144,7 @@ fn both_sums_agree_with_the_model_in_the_time_domain() {
         baffle: Baffle::Soft,
         ..flat.clone()
     };
-    // The reference's patches make a row with a lens cost what hundreds without do.
+    // With a lens the reference's patches make a row as slow as hundreds of rows without one.
     let all = [(16, 16), (3, 30), (31, 0)];
     for (settings, count, rows) in [(flat, 12, &all[..]), (with_lens, 2, &all[1..2])] {
         let mut phantom = random_points(count, 3);
@@ -186,7 +187,7 @@ fn cells_sum_agrees_with_direct_at_other_rates_and_for_beams_between_elements() 
     }
 }
 
-/// The cells' sum takes beams first where they are few, and pairs of elements where they are many.
+/// The sum by cells starts with beams if they are few, else with pairs of elements.
 #[test]
 fn a_beam_has_the_same_record_alone_and_among_others() {
     let all = Settings {
@@ -207,7 +208,7 @@ fn a_beam_has_the_same_record_alone_and_among_others() {
     }
 }
 
-/// The record of the quarter of a metre that no grid may be too short for.
+/// The record of 0.25 m for which no grid may be too short.
 #[test]
 fn deep_echoes_are_heard_at_every_frequency() {
     for (f0, depth) in [(5e6, 0.1), (5e6, 0.19), (7.5e6, 0.12), (15e6, 0.08)] {
@@ -226,14 +227,15 @@ fn deep_echoes_are_heard_at_every_frequency() {
         assert!(error < tolerances::CELL_SUM_DB, "{f0} {depth}: {error} dB");
         let found = envelope_peak(&cells, 8, 8);
         let dx = [8usize].map(|e| cells.element_x[e] - 0.1e-3)[0];
-        // The focus lies beside the beam by 0.05 mm: the wave is there after its depth, to 1e-10 s.
+        // The focus is 0.05 mm beside the beam: the wave arrives at the time of its depth, to 1e-10 s.
         let expected = (depth + depth.hypot(dx)) / settings.c;
         assert!((found - expected).abs() * settings.fs < 0.1, "{f0} {depth}");
     }
 }
 
-/// Echoes from below the record come after its end. A transform's window is periodic, and must not show
-/// them at its beginning.
+/// Echoes from below the record come after its end.
+///
+/// A transform's window is periodic: such echoes must not wrap to its beginning.
 #[test]
 fn late_echoes_do_not_come_back_early() {
     let settings = Settings {
@@ -246,7 +248,7 @@ fn late_echoes_do_not_come_back_early() {
     };
     let x = settings.array().x(64.0);
     let phantom = points(&[(x, 15e-3, 1.0), (x, 24e-3, 1.0), (x, 40e-3, 1.0)]);
-    // The same with a record so long that it holds them all.
+    // The same with a record that is long enough for all of them.
     let long = Settings {
         depth_end: 60e-3,
         ..settings.clone()

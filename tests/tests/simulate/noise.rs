@@ -22,7 +22,7 @@ fn a_silent_record_is_an_error() {
     }
 }
 
-/// Noise and converter come to a record of their own as they do within a simulation: to the bit.
+/// Noise and converter, applied later, give the bits of a simulation with both.
 #[test]
 fn noise_can_be_added_afterwards() {
     let noisy = Settings {
@@ -129,7 +129,7 @@ fn noise_has_its_level_and_is_reproducible() {
         (level + 40.0).abs() < tolerances::NOISE_LEVEL_DB,
         "{level} dB"
     );
-    // Rows are independent: their correlation is that of chance.
+    // Rows are independent: their correlation is only that of random rows.
     let first = noise.index_axis(Axis(0), 0);
     let (a, b) = (first.row(0), first.row(1));
     let correlation = (&a * &b).sum() / ((&a * &a).sum() * (&b * &b).sum()).sqrt();

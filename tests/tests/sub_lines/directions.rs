@@ -1,4 +1,4 @@
-//! Where the sub-lines of a line lie, and their directions.
+//! Positions and directions of a line's sub-lines.
 
 use super::{PITCH, parameters};
 use crate::common;
@@ -48,7 +48,7 @@ fn directions_are_those_of_the_definition() {
     });
 }
 
-/// Of more than four sub-lines within what the polynomial errs.
+/// For more than four sub-lines within the error of the polynomial.
 fn assert_directions(scan: &Scan<'_>, sub_lines: usize) {
     let need = SteeringTable::need(scan.lines(), scan.samples(), sub_lines);
     let mut memory = vec![Complex::ZERO; need.complex];

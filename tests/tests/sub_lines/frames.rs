@@ -12,8 +12,9 @@ use bonebeam_drive::pipeline::Frames;
 use common::frames::{ELEMENTS, LINES, PARAMETERS, focused, record, with_source};
 use num_complex::Complex;
 
-/// The core's frame in blocks of any length, lines by themselves and the host's threads: the same sub-lines, and the same
-/// image of them; inside a depth gate those of the method, outside those of DAS.
+/// Sub-lines and image of a frame: blocks of any length, single lines, threads.
+///
+/// All agree. Inside a depth gate the sub-lines are those of the method, outside those of DAS.
 #[test]
 fn frames_have_the_same_sub_lines_and_image() {
     let beamformer = Parameters {

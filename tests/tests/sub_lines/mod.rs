@@ -1,5 +1,6 @@
-//! Sub-lines: the core's bits beside the f32 reference, its error beside the f64 reference, and what follows from
-//! their definition.
+//! Sub-lines: the core's bits against the f32 reference, its error against f64.
+//!
+//! Also the consequences of their definition.
 
 mod directions;
 mod frames;
@@ -38,7 +39,7 @@ fn parameters<'a>(array: Array<'a>, lines: Lines<'a>, samples: usize) -> ScanPar
     }
 }
 
-/// A line an element.
+/// A line for each element.
 fn linear(elements: usize, samples: usize) -> Scan<'static> {
     let lines = Lines::Even(Axis::centred(elements.max(2), PITCH));
     Scan::new(parameters(Array::linear(elements, PITCH), lines, samples)).expect("a valid scan")
@@ -48,7 +49,7 @@ fn memory(samples: usize, sub_lines: usize) -> Vec<Complex<f32>> {
     vec![Complex::ZERO; Steering::need(samples, sub_lines).complex]
 }
 
-/// The core over lanes: up to as many lines as there are, whose apertures grow alike.
+/// The core over lanes, a line for each, with apertures that grow alike.
 struct OverLanes<'a> {
     lines: &'a [Line],
     steering: &'a [Steering<'a>],
@@ -292,7 +293,7 @@ fn one_sub_line_is_the_line() {
     }
 }
 
-/// The reference in f64 of a sample in a direction.
+/// The f64 reference of a sample in a direction.
 fn exact(
     line: &Line,
     n: usize,
@@ -321,7 +322,9 @@ fn exact(
         .collect()
 }
 
-/// Noise with an echo beside the line: of all methods the error is at most 10⁻⁴ of the line's largest |z|.
+/// Noise with an echo beside the line.
+///
+/// For all methods the error is at most 10⁻⁴ of the line's largest |z|.
 #[test]
 fn the_error_beside_the_f64_reference_is_within_the_bound() {
     let samples = 12;
@@ -368,7 +371,7 @@ fn the_error_beside_the_f64_reference_is_within_the_bound() {
     }
 }
 
-/// An echo whose phases are those of a sub-line has the gain 1 there, by DAS, MV and rank 1.
+/// An echo with the phases of a sub-line has gain 1 there, by DAS, MV and rank 1.
 #[test]
 fn an_echo_on_a_sub_line_has_its_own_level_there() {
     for elements in [15, 16, 64] {

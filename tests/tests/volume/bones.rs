@@ -23,7 +23,7 @@ fn bones_of_a_volume_have_their_scatterers_and_their_outline() {
             all.len()
         );
         assert!(all.iter().all(|s| s.y.abs() <= 3e-3 && s.z > 14.9e-3));
-        // Those in the plane lie on the outline: as far as the surface bends within 0.01 mm.
+        // Scatterers in the plane are on the outline, up to the surface's bend within 0.01 mm.
         let plane = all.iter().filter(|s| s.y.abs() < 0.01e-3);
         for s in plane.step_by(29) {
             assert!(
@@ -31,7 +31,7 @@ fn bones_of_a_volume_have_their_scatterers_and_their_outline() {
                 "{bone:?} {s:?}"
             );
         }
-        // Tissue keeps out of the bone.
+        // Tissue stays outside the bone.
         let mut filled = phantom.clone();
         let block = Block {
             x: [-15e-3, 15e-3],
@@ -111,7 +111,7 @@ fn levels_are_those_of_the_phantom() {
     };
     assert!((mean([3e-3, 4e-3], [12e-3, 15e-3]) + 20.0).abs() < 1e-9);
     assert!((mean([7e-3, 9e-3], [29e-3, 31e-3]) + 10.0).abs() < 1e-9);
-    // 1 mm of the lateral gradient holds 1.4 dB.
+    // 1 mm of the lateral gradient spans 1.4 dB.
     assert!((mean([-0.5e-3, 0.5e-3], [39e-3, 44e-3]) + 25.0).abs() < 0.3);
     assert!(mean([-4e-3, -2e-3], [18e-3, 20e-3]).is_nan());
     assert_eq!(DynamicRange::level(8e-3, 19e-3), -40.0);
@@ -145,7 +145,7 @@ fn reverberation_shows_the_bone_at_twice_its_depth_and_clutter_in_its_shadow() {
             .take(60)
             .fold(0.0f32, |m, v| m.max(v.abs()))
     };
-    // A quarter, and a quarter again by the distance.
+    // A quarter by the reverberation, and a quarter again by the distance.
     let ratio = f64::from(peak(19.8e-3) / peak(9.9e-3));
     assert!((ratio * 16.0 - 1.0).abs() < 0.02, "{ratio}");
 }

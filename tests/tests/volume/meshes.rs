@@ -12,7 +12,7 @@ fn a_surface_from_a_function_is_closed_and_has_its_volume() {
     };
     let surface = isosurface(&grid, sphere);
     let exact = 4.0 / 3.0 * std::f64::consts::PI * 27e-9;
-    // Chords lie h²/8r inside: 0.04 % of the radius, three times that of the volume.
+    // Chords are h²/8r inside: 0.04 % of the radius, three times that of the volume.
     assert!(
         (surface.volume() / exact - 1.0).abs() < 2e-3,
         "{}",

@@ -1,5 +1,6 @@
-//! The simulator in three dimensions: spreading, directivity, the elevation beam, shadows of triangles,
-//! meshes, known levels, and runs that resume.
+//! The simulator in three dimensions.
+//!
+//! Spreading, directivity, the elevation beam, shadows of triangles, meshes, known levels, and runs that resume.
 
 mod bones;
 mod meshes;
@@ -18,7 +19,7 @@ use ndarray::Axis;
 use std::fs;
 use std::path::Path;
 
-/// One element transmits in each beam: the record of beam i and element j is the pair's.
+/// One element transmits in each beam: row j of beam i is the pair (i, j).
 fn pairs() -> Settings {
     Settings {
         elements: 16,
@@ -82,7 +83,7 @@ fn an_echo_falls_with_the_square_of_its_distance() {
     for summation in [Summation::Direct, Summation::Cells] {
         let [near, far] = [10e-3, 25e-3]
             .map(|z| strength(&simulate(&settings, &point(x, 0.0, z), summation), 8, 8));
-        // Right before the element its directivity is 1 at every frequency.
+        // Directly in front of the element its directivity is 1 at every frequency.
         let ratio = near / far * (10.0f64 / 25.0).powi(2);
         assert!((ratio - 1.0).abs() < 1e-4, "{ratio}");
     }
@@ -181,7 +182,7 @@ fn the_elevation_beam_is_narrow_at_the_focus_and_wide_off_it() {
             .last()
             .unwrap();
         let found = width(z);
-        // A pulse has not one frequency: its beam's ripples are smoothed.
+        // A pulse has many frequencies: its beam's ripples are smoothed.
         assert!(
             (found / (2.0 * edge) - 1.0).abs() < 0.1,
             "{z}: {found} {edge}"
@@ -277,7 +278,7 @@ fn bits_depend_neither_on_instruction_sets_nor_threads_nor_interruptions() {
         let found = pool.install(|| run(set, &mut Checkpoint::none()));
         assert!(found == whole, "{}", set.name());
     }
-    // A run that is stopped in the middle leaves its file; the next goes on from there.
+    // A run that is stopped in the middle leaves its file; the next resumes from it.
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("data.npz.partial");
     let checkpoint = || Checkpoint::new(&path, &settings, &phantom).unwrap();
@@ -316,7 +317,7 @@ fn bits_depend_neither_on_instruction_sets_nor_threads_nor_interruptions() {
     assert!(*first.lock().unwrap() > 0.3, "it began anew");
     resumed.finish();
     assert!(!path.exists());
-    // Of another simulation it is of no use, and is told.
+    // The file of another simulation is not used, and is reported.
     fs::write(&path, b"nothing").unwrap();
     assert!(run(set, &mut checkpoint()) == whole);
 }

@@ -1,4 +1,4 @@
-//! Bone as a CT scanner sees it.
+//! Bone in a simulated CT scan.
 
 use super::*;
 
@@ -31,11 +31,11 @@ fn a_threshold_below_the_middle_of_a_blurred_step_lies_outside_it() {
             assert!(face.len() > 100);
             let expected = 4.0 + sigmas * blurred(axis);
             for found in face {
-                // Between voxels the step is taken for straight: that costs h²/8 times its bend, which is
-                // sigmas/σ, and about h³/σ²/30 where the bend changes. A micrometre is rounding to 1 HU.
+                // Between voxels the step is taken as straight: the error is h²/8 times its bend, which is sigmas/σ,
+                // and about h³/σ²/30 if the bend changes. A micrometre is rounding to 1 HU.
                 let (h, sigma) = (1e3 * CT.voxel[axis], blurred(axis));
                 let bend = h * h / 8.0 * sigmas / sigma + h.powi(3) / (sigma * sigma) / 25.0;
-                // Across x a face along the voxels is known to half the distance of five lines.
+                // Across x the position of a face along the voxels is known to half the distance of five lines.
                 let lines = if axis == 0 { 0.0 } else { h / 10.0 };
                 assert!(
                     (found - expected).abs() < 1.1 * bend + lines + 1e-3,
@@ -48,7 +48,7 @@ fn a_threshold_below_the_middle_of_a_blurred_step_lies_outside_it() {
 
 #[test]
 fn a_scanned_ball_has_the_radius_that_its_blur_leaves() {
-    // Of a ball in a Gaussian blur, by radius: ½(erf((R−r)/√2σ) + erf((R+r)/√2σ)) − (σ/r√2π)·(e^… − e^…).
+    // A ball in a Gaussian blur, by radius: ½(erf((R−r)/√2σ) + erf((R+r)/√2σ)) − (σ/r√2π)·(e^… − e^…).
     let (radius, sigma) = (1.0, 1e3 * CT.sigma());
     let phi = |x: f64| 0.5 * libm::erf(x / 2f64.sqrt());
     let bell = |x: f64| (-0.5 * x * x).exp() / (2.0 * std::f64::consts::PI).sqrt();

@@ -6,15 +6,16 @@ use crate::beamform::depth_step::DepthStep;
 use crate::beamform::segment::Segment;
 use num_complex::Complex;
 
-/// Elements whose additions are written out, so that a loop's bookkeeping is shared.
+/// Elements with unrolled additions, which share the loop's overhead.
 const BLOCK: usize = 8;
 
-/// The means over the `count` active elements of the segment's computed samples: each the sum in ascending order from zero,
-/// divided by the count, straight from the aligned samples.
+/// The means over the `count` active elements of the segment's computed samples.
 ///
-/// At the line's own scale where the sum can neither overflow nor lose bits to the end of the floats'
-/// range, else at its working scale; both give the same bits, but for samples below `2⁻¹²⁶` of the
-/// line's largest.
+/// Each is the sum in ascending order from zero, divided by the count, directly from the aligned samples.
+///
+/// The line's own scale is used if the sum can neither overflow nor lose bits at the end of the floats' range.
+/// Otherwise its working scale is used. Both give the same bits, except for samples below `2⁻¹²⁶` of the line's
+/// largest.
 ///
 /// With a window it is [`Window::das`].
 #[inline(always)]
@@ -27,14 +28,14 @@ pub(in crate::beamform) fn das(
     if let Some(window) = window {
         return window.das(segment, (count, step), z);
     }
-    // Each loop for itself: whole snapshots of known length take 3 % fewer instructions on a Cortex-M7.
+    // Separate loops: whole snapshots of known length take 3 % fewer instructions on a Cortex-M7.
     match step.get() {
         1 => means(segment, count, segment.all_snapshots(), z),
         _ => stepped(segment, (count, step), z),
     }
 }
 
-/// Apart, so that lines without a depth step stay small enough to be inlined.
+/// A separate function, so that the code without a depth step can be inlined.
 #[cold]
 #[inline(never)]
 fn stepped(segment: &Segment<'_>, (count, step): (usize, DepthStep), z: &mut [Complex<f32>]) {
@@ -74,7 +75,7 @@ pub(in crate::beamform) fn weights(
     }
 }
 
-/// The mean at the line's working scale, put back.
+/// The mean, computed at the line's working scale and converted back.
 #[cold]
 fn scaled(line: &AlignedLine<'_>, active: &[Complex<f32>]) -> Complex<f32> {
     let scale = line.scale();

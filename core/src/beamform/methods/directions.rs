@@ -13,7 +13,7 @@ use crate::linalg::matrix_vector::times_vector;
 use crate::linalg::panels::TILE;
 use crate::simd::{ComplexVector, Mask, Scalar, Vector, copy};
 
-/// How many sub-lines there are, and the subaperture's length.
+/// Number of sub-lines, and the subaperture's length.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::beamform) struct Shape {
     pub(in crate::beamform) sub_lines: usize,
@@ -117,7 +117,7 @@ fn of_groups<A: Averaging<V>, V: Vector, const N: usize>(
     if (solved | zero_power).all() {
         return;
     }
-    // The other methods, and the lanes that the faster solvers leave.
+    // The other methods, and the lanes in which the faster solvers fail.
     let subspace = method.subspace();
     stage(
         zero,
@@ -130,7 +130,7 @@ fn of_groups<A: Averaging<V>, V: Vector, const N: usize>(
     );
 }
 
-/// Runs a kernel: a function of its own for each (see `segments`).
+/// Runs a kernel, each as a separate function (see `segments`).
 #[inline(never)]
 fn stage<S: Scalar<V>, V: Vector, R>(
     zero: V,

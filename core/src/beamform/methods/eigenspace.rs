@@ -101,8 +101,8 @@ fn dominant<A: Averaging<V>, V: Vector>(
 
 /// [`esmv_rank1`] with the eigenpair of a fixed number of `steps` of power iteration.
 ///
-/// Every sample takes the same operations. Where `R` is singular in f32, `w_pᴴs` is 0: the eigensolver
-/// that serves the other methods there takes as long as it takes.
+/// Every sample takes the same operations. If `R` is singular in f32, `w_pᴴs` is 0: the eigensolver that serves the
+/// other methods there has no constant time.
 #[inline(always)]
 pub(in crate::beamform) fn esmv_rank1_steps<A: Averaging<V>, V: Vector>(
     zero: V,
@@ -228,7 +228,7 @@ pub(in crate::beamform) fn esmv<A: Averaging<V>, V: Vector>(
         tridiagonal,
     };
     eigen(matrix, &mut reduction, values, steering, data);
-    // What is left of the matrix gives way.
+    // The remains of the matrix are overwritten.
     let (Some(metrics), Some(order)) = (
         tridiagonal.diagonal.get_mut(..subaperture),
         tridiagonal.eigenvector.get_mut(..subaperture),
@@ -276,7 +276,7 @@ pub(super) fn subspace_sum<V: Vector>(
             };
             sum = ComplexVector::select(kept, sum + term, sum);
         } else if position > 0 {
-            // No rule takes up again what it has left out: the metric does not fall.
+            // The metric does not fall, so no later eigenvector is in the subspace.
             break;
         }
         before = metric;
@@ -284,9 +284,10 @@ pub(super) fn subspace_sum<V: Vector>(
     sum
 }
 
-/// Orders each lane's eigenvalues: `order` gets their indices, largest first, equal ones in the order
-/// found. Of the `metrics` `|e_kᴴa|²/λ_k` `values` become the cross-spectral metric (Eq. 8)
-/// `c_j = Σ_{k≤j} |e_kᴴa|²/λ_k`. Returns `c_L`.
+/// Orders each lane's eigenvalues: `order` gets their indices, largest first.
+///
+/// Equal ones keep their order. From the `metrics` `|e_kᴴa|²/λ_k`, `values` receives the cross-spectral metric (Eq.
+/// 8) `c_j = Σ_{k≤j} |e_kᴴa|²/λ_k`. Returns `c_L`.
 #[inline(always)]
 pub(in crate::beamform) fn rank_order<V: Vector>(
     zero: V,
@@ -408,7 +409,7 @@ pub(in crate::beamform) fn at_least_floor<V: Vector>(value: V) -> V {
     V::select(floor.less(value), value, floor)
 }
 
-/// Which eigenvectors make up a subspace.
+/// Selection of a subspace's eigenvectors.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::beamform) enum Subspace {
     /// All eigenvectors: the weights of MV.
@@ -438,7 +439,7 @@ impl Subspace {
             Subspace::All => all,
             Subspace::Largest(rank) if position < rank => all,
             Subspace::AllButLargest if position > 0 => all,
-            // The first always, another where those before it are not enough.
+            // The first always, others only if those before are not enough.
             Subspace::CrossSpectral(_) if position == 0 => all,
             Subspace::CrossSpectral(beta) => before.less(total.splat(beta) * total),
             _ => !all,
@@ -450,7 +451,7 @@ impl Subspace {
 mod tests {
     use super::*;
 
-    /// Even where a fraction of the metric is too small for f32.
+    /// The first is included even if a fraction of the metric is too small for f32.
     #[test]
     fn a_share_has_the_first_eigenvector() {
         let least = f32::from_bits(1);
@@ -459,7 +460,7 @@ mod tests {
                 assert!(Subspace::CrossSpectral(beta).has(0, 0.0, total));
             }
         }
-        // And no other where it is enough.
+        // No other one is if the first is enough.
         assert!(!Subspace::CrossSpectral(least).has(1, 0.25, 0.25));
     }
 }

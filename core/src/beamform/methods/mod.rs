@@ -90,12 +90,13 @@ const STEPS: Parameter = Parameter {
 type Output =
     fn(segment: &Segment<'_>, (usize, DepthStep), window: Option<&Window>, z: &mut [Complex<f32>]);
 
-/// A method that takes no covariance, and so neither a subaperture nor memory: it works straight on the
-/// aligned samples of a segment's `count` active elements.
+/// A method without covariance, and so without subaperture or memory.
+///
+/// It works directly on the aligned samples of a segment's `count` active elements.
 pub(super) struct Direct {
-    /// Makes `z`.
+    /// Computes `z`.
     pub(super) output: Output,
-    /// Makes the weights of the segment's first sample, one an active element.
+    /// Computes the weights of the segment's first sample, one for each active element.
     pub(super) weights:
         fn(segment: &Segment<'_>, window: Option<&Window>, weights: &mut [Complex<f32>]),
 }
@@ -106,7 +107,7 @@ impl Method {
     /// More steps would take longer than the whole eigensolver.
     pub const MOST_STEPS: usize = STEPS.range.most as usize;
 
-    /// The kernels of a method that takes no covariance.
+    /// The kernels of a method without covariance.
     pub(super) const fn direct(self) -> Option<Direct> {
         match self {
             Method::Das => Some(Direct {
@@ -117,7 +118,7 @@ impl Method {
         }
     }
 
-    /// The eigenvectors that the other methods' weights are made of.
+    /// The subspace of eigenvectors in the other methods' weights.
     pub(super) fn subspace(self) -> Subspace {
         match self {
             Method::EsmvBeta(beta) => Subspace::CrossSpectral(beta),
@@ -171,7 +172,7 @@ pub(super) fn weighted_sum<A: Averaging<V>, V: Vector>(
     if (solved | zero_power).all() {
         return sum;
     }
-    // The other methods, and the lanes that the faster solvers leave.
+    // The other methods, and the lanes in which the faster solvers fail.
     let subspace = method.subspace();
     let exact = solve(
         zero,
@@ -183,7 +184,9 @@ pub(super) fn weighted_sum<A: Averaging<V>, V: Vector>(
     ComplexVector::select(solved, sum, exact)
 }
 
-/// Runs a kernel on the loaded matrix and the data: a function of its own for each (see `segments`).
+/// Runs a kernel on the loaded matrix and the data, as a separate function.
+///
+/// See `segments`.
 #[inline(never)]
 fn solve<S: Scalar<V>, V: Vector, R>(
     zero: V,

@@ -11,8 +11,8 @@ use crate::simd::{ComplexVector, Scalar, Vector};
 ///
 /// `R = GGᴴ`, `y = G⁻¹a`, `t = G⁻¹s`; `wᴴs = aᴴR⁻¹s/aᴴR⁻¹a = yᴴt/‖y‖²`: no back substitution.
 ///
-/// Also returns the lanes that this is true of: where `R` is singular in f32, as it can be with a
-/// `Δ` near 0, the caller takes [`esmv`](super::eigenspace::esmv) with all eigenvectors instead.
+/// Also returns the lanes in which that holds. If `R` is singular in f32, as is possible with a `Δ` near 0, the
+/// caller uses [`esmv`](super::eigenspace::esmv) with all eigenvectors instead.
 ///
 /// Cost: one factorisation with two rows below it.
 #[inline(always)]

@@ -73,7 +73,7 @@ impl Beamformer {
             outputs.start * count..outputs.end * count
         };
         let active = |sample| block.active(sample);
-        // All is checked before anything is put out.
+        // All checks come before any output.
         for (first, length, set) in constant_segments(samples, active) {
             self.check_segment(&block.segment(first, set), set.count, length)?;
             let adaptive = block.adaptive.start < (first + length).min(block.adaptive.end)
@@ -92,7 +92,7 @@ impl Beamformer {
             let out = &mut [out.unwrap_or_default()];
             self.sub_lines_within(workspace, sizes, (lines, set.count), out)?;
         }
-        // Over what came with a segment above the samples wanted, too.
+        // DAS also overwrites the unwanted samples above a segment.
         let start = block.adaptive.start.min(samples);
         let end = block.adaptive.end.min(samples).max(start);
         for rest in [0..start, end..samples] {
@@ -242,7 +242,7 @@ impl Beamformer {
                 return;
             };
             if half_window > 0 {
-                // The sample that was pushed last lies `K` further on.
+                // The last pushed sample is `K` samples further on.
                 elements(zero, segments, place, active);
             }
             let sample = Sample {

@@ -68,7 +68,7 @@ impl<V: Vector> Powers<V> {
         power
     }
 
-    /// The next four; only where all before were taken so.
+    /// The next four powers; all calls before must have been of this function.
     #[inline(always)]
     fn tile(&mut self) -> [ComplexVector<V>; TILE] {
         let tile = self.next;
@@ -93,8 +93,8 @@ impl<V: Vector> Powers<V> {
 ///
 /// Order: `y_m = e^{−js(m−centre)}·x_m`; their subaperture sums slide as those of the line; sum `i` times `a_i`.
 ///
-/// Its stages are functions of their own: one loop that holds them all spills what each counts (a third of their
-/// instructions on a Cortex-M7).
+/// Its stages are separate functions: a single loop spills each stage's counters (a third of the instructions on a
+/// Cortex-M7).
 #[inline(always)]
 pub(super) fn steer<A: Averaging<V>, V: Vector>(
     zero: V,
@@ -209,7 +209,7 @@ fn look_up<V: Vector>(
     place: Place,
     (halves, phases): (&mut [ComplexVector<V>], &mut [ComplexVector<V>]),
 ) {
-    // Lanes without a segment look ahead.
+    // Lanes without a segment point straight ahead.
     let ahead = ComplexVector::from_real(zero.splat(1.0));
     if lines.segments.len() < V::LANES {
         halves.fill(ahead);

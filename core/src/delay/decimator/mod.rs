@@ -28,9 +28,9 @@ const LAST: usize = 6;
 const BEFORE: usize = 4;
 const LAST_BETA: f64 = 6.5;
 const BEFORE_BETA: f64 = 8.5;
-/// Samples in front of sample 0 of a decimated record: half of what both filters reach.
+/// Samples before sample 0 of a decimated record: half the reach of both filters.
 const MARGIN: usize = LAST + BEFORE - 1;
-/// Samples that come out together, at most.
+/// Maximum number of samples output together.
 const CHUNK: usize = 64;
 /// Samples of even index, and of odd index, that stay in front of new ones: at least 2P − 1, and a
 /// whole number of registers.
@@ -113,7 +113,7 @@ impl Decimator {
         }
     }
 
-    /// The most that all halvings make of samples of magnitude 1.
+    /// Largest gain of all halvings for samples of magnitude 1.
     #[cfg(test)]
     pub(super) fn gain(&self) -> f64 {
         let of =
@@ -168,7 +168,7 @@ impl Decimator {
                 odd: take_first(&mut rest, length),
             }
         });
-        // In front of the record everything is 0, so filters may begin there on nothing.
+        // Before the record all samples are 0, so filters may begin there without history.
         let start = needed.start.min(decimated.len());
         let begin = start.saturating_sub(LEAD) / OLD * OLD;
         let end = needed.end.min(decimated.len()).next_multiple_of(OLD);
@@ -212,7 +212,7 @@ impl Stream<'_> {
     /// Takes `length` new samples of the record from `first` on; samples outside are 0.
     #[inline(always)]
     fn take_record<V: Vector>(&mut self, zero: V, record: &[f32], first: isize, length: usize) {
-        // In front of the record, indices wrap around, to where there is nothing either.
+        // Before the record, indices wrap around to beyond its end, which is also empty.
         let first = first as usize;
         let Some(samples) = record.get(first..first.wrapping_add(length)) else {
             self.take_edge(record, first, length);

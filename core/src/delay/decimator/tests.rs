@@ -7,7 +7,7 @@ fn memory<'s, 'd>(streams: &'s mut [f32], decimated: &'d mut [f32]) -> Decimator
     DecimatorMemory { streams, decimated }
 }
 
-/// A record's samples after the halvings, from sample 0 on, and how many there are.
+/// A record's samples after the halvings, from sample 0 on, and their number.
 fn decimated(decimator: &Decimator, record: &[f32]) -> ([f32; 700], usize) {
     let (mut streams, mut decimated) = ([f32::NAN; 1200], [f32::NAN; 700]);
     let length = decimated_len(decimator.halvings(), record.len());
@@ -28,11 +28,11 @@ fn keeps_what_is_low_and_removes_what_would_fold_onto_it() {
     for ratio in ratios.into_iter().step_by(crate::step(8)) {
         let decimator = Decimator::new(ratio);
         let every = 1 << decimator.halvings();
-        // What the filters' errors come to, and roundings.
+        // The sum of the filters' errors, and roundings.
         let tolerance = 2.5e-4 + 1.6e-4 * (decimator.halvings() - 1) as f64 + 1e-6;
         let mut folding = 0;
         for part in (1..=400).step_by(crate::step(100)) {
-            // In halves of the output rate, up to half the record's; then what it becomes.
+            // In halves of the output rate, up to half the record's rate; then the folded frequency.
             let frequency = ratio * f64::from(part) / 400.0;
             let rate = 2.0 * ratio / every as f64;
             let folded = libm::fabs(frequency - libm::round(frequency / rate) * rate);
@@ -93,7 +93,7 @@ fn what_is_not_needed_changes_nothing() {
     }
 }
 
-/// What is needed has the bits of one lane, over any lanes.
+/// The needed samples have the bits of one lane, with any number of lanes.
 #[cfg(feature = "simd")]
 #[test]
 fn what_is_needed_does_not_depend_on_the_lanes() {
@@ -180,7 +180,7 @@ fn an_impulse_loses_nothing_at_the_ends_and_short_records_fit() {
         let decimator = Decimator::new(ratio);
         let every = 1 << decimator.halvings();
         for samples in (1..100).step_by(crate::step(60)) {
-            // As many impulses as come to one sample: their sum has no high frequencies.
+            // As many impulses as make up one output sample: their sum has no high frequencies.
             let mut record = [0.0; 100 + 8];
             record[samples - 1..][..every].fill(1.0);
             for record in [&record[..samples - 1 + every], &record] {

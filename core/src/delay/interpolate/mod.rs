@@ -194,7 +194,7 @@ impl Interpolator {
         Ok(Design { cutoff, beta })
     }
 
-    /// A value, and its like: h is even, h(u) and h(−u).
+    /// Writes a value and its mirror image: h is even, h(u) and h(−u).
     const fn put(&mut self, row: usize, tap: usize, value: f32) {
         let taps = self.taps();
         self.write(row * taps + tap, value);
@@ -213,7 +213,7 @@ impl Interpolator {
         self.blocks * PARTIAL_SUMS
     }
 
-    /// The taps at a fraction (0..1) between two samples, blended of two rows as where a record is read.
+    /// The taps at a fraction (0..1) between two samples, blended as for a read.
     pub(super) fn taps_at(&self, fraction: f32) -> impl Iterator<Item = f32> {
         let scaled = fraction * self.phases as f32;
         let row = (scaled as usize).min(self.phases - 1);

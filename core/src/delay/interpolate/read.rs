@@ -93,11 +93,10 @@ impl Interpolator {
         }
     }
 
-    /// The values of each of `records`, all of one length, at as many of `positions`; samples outside
-    /// the record read as 0.
+    /// The values of `records` of one length at `positions`; 0 outside the record.
     ///
-    /// Order, f32: that of [`Dot::blended_dots`], with the samples, the row and the next one. Cost:
-    /// 2·taps products and 3·taps additions a position, of which records share taps and 2·taps.
+    /// Order, f32: that of [`Dot::blended_dots`], with the samples, the row and the next one. Cost: 2·taps products
+    /// and 3·taps additions a position; records share taps products and 2·taps additions.
     #[inline(always)]
     pub(in super::super) fn read<V: Vector, const LINES: usize>(
         &self,
@@ -151,10 +150,10 @@ impl Interpolator {
     }
 }
 
-/// `length` numbers from `first` on, if they are all there.
+/// `length` numbers from `first` on; `None` if some are missing.
 #[inline(always)]
 fn window(from: &[f32], first: i32, length: usize) -> Option<&[f32]> {
-    // What is negative becomes large.
+    // A negative index becomes large.
     let first = first as u32 as usize;
     from.get(first..first.wrapping_add(length))
 }
@@ -186,7 +185,7 @@ fn at_the_edge<const BLOCKS: usize>(
     let mut samples = [[[0.0; PARTIAL_SUMS]; BLOCKS]; PARTIAL_SUMS];
     for (samples, &first) in samples.iter_mut().zip(&positions.first) {
         for (k, sample) in samples.as_flattened_mut().iter_mut().enumerate() {
-            // In front of the record, indices wrap around, to where there is nothing either.
+            // Before the record, indices wrap around to beyond its end, which is also empty.
             let index = (first as isize).wrapping_add(k as isize) as usize;
             *sample = record.get(index).copied().unwrap_or(0.0);
         }

@@ -17,7 +17,7 @@ const BESSEL: [f32; TERMS] = {
     }
     coefficients
 };
-/// Of sin πx over x, in x²: Taylor's, which err by 6·10⁻⁸ at x = ½.
+/// Taylor series of sin πx over x, in x²; it errs by 6·10⁻⁸ at x = ½.
 const SINE: [f32; 6] = [
     PI,
     -5.167_712_7,

@@ -1,4 +1,4 @@
-//! Interpolation beside its documented errors, and its filters beside their design.
+//! Interpolation against its documented errors, and filters against their design.
 
 use super::super::decimator::{DecimatorMemory, decimated_len, streams_len};
 use super::*;
@@ -59,7 +59,7 @@ fn a_filter_in_f32_has_the_documented_error() {
     assert!(worst < 5e-7, "{worst}");
 }
 
-/// The value at `position` of a record, decimated as it is to be.
+/// The value at `position` of a record, decimated if necessary.
 fn at(filter: &Interpolator, record: &[f32], position: f64) -> f32 {
     let decimator = filter.decimator();
     let (mut decimated, mut streams) = ([0.0; 620], [0.0; 1200]);
@@ -204,7 +204,9 @@ fn a_whole_position_returns_the_sample() {
     }
 }
 
-/// The table as it stands in the documentation of [`Interpolator::set`], by libm's functions.
+/// Differences from the table in the documentation of [`Interpolator::set`].
+///
+/// That table is computed by libm's functions.
 fn differences(fs: f64, fout: f64, f0: f64) -> usize {
     let filter = filter(fs, fout, f0).unwrap();
     let rate = fs / (1 << filter.halvings()) as f64;
@@ -273,7 +275,7 @@ fn the_usual_filters_are_those_of_libms_functions() {
     }
 }
 
-/// A zero of its sinc lies in row 25, where a tap is what a rounding leaves.
+/// A zero of its sinc is in row 25, where a tap consists of rounding only.
 #[test]
 fn rows_behind_the_middle_have_the_bits_of_those_before_it() {
     assert_eq!(differences(34e6, 20e6, F0), 0);

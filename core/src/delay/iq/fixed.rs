@@ -95,7 +95,7 @@ struct Row<'a> {
     window: &'a Window<'a, [i16; 2]>,
     receive_delays: &'a [f32],
     first_element: usize,
-    /// f_demod/fs, and the scale of what comes out.
+    /// f_demod/fs, and the scale of the output.
     rate: i32,
     table: &'static [u32; TABLE],
     scale: f32,
@@ -167,7 +167,7 @@ impl IqParameters {
         Ok(())
     }
 
-    /// Receive delays of the active elements; whether all are at the line's beginning.
+    /// Computes receive delays; returns whether all are at the line's beginning.
     ///
     /// # Errors
     /// [`Error::Parameter`] for an element that is out of reach.
@@ -234,7 +234,7 @@ impl IqParameters {
         // Of τ_tx + τ_rx, s.
         let step = (1.0 + slope) / (2.0 * p.output_rate);
         let position = whole(step * p.sampling_rate, 32);
-        // Beyond what a scanner has, a step may be lost in rounding above and be far here.
+        // For rates beyond those of a scanner, a step may be lost in rounding above and be far here.
         let way = position.checked_mul(last as i64);
         if way
             .and_then(|way| first.position.checked_add(way))
@@ -320,9 +320,9 @@ impl Row<'_> {
         centre: &Centre,
         out: &mut [Complex<f32>],
     ) {
-        // Far outside a record counts as less far outside, so that it fits.
+        // Positions far outside a record are clamped, so that they fit.
         let middle = (centre.position >> (32 - POSITION_BITS)).clamp(-FARTHEST, FARTHEST) as i32;
-        // So that cutting rounds.
+        // An offset of half a step makes truncation round.
         let cycles = centre
             .cycles
             .wrapping_add(1 << (DELAY_BITS + RATE_BITS - TABLE_BITS - 1));
@@ -346,10 +346,10 @@ impl Row<'_> {
             let first = first + k * element;
             let receive_delay = receive_delay_at::<LEVEL>([depth, square], receive_delay);
             let at = middle + (receive_delay >> (DELAY_BITS - POSITION_BITS));
-            // What is negative becomes large: at most 2¹⁹, times 2¹² elements.
+            // A negative position becomes large: at most 2¹⁹, times 2¹² elements.
             let index = (at as u32 >> POSITION_BITS) as usize;
             let start = first + index * sample;
-            // Where elements lie side by side, the last sample's have no next.
+            // If a sample's elements are consecutive, the last sample has no next one.
             let within = DENSE || index < last;
             let pair = next.get(start).zip(samples.get(start));
             let [a, b] = match pair {
@@ -376,7 +376,7 @@ impl Row<'_> {
     }
 }
 
-/// The receive delay of an element at `depth`, in 2⁻¹⁸ samples, cut.
+/// The receive delay of an element at `depth`, in 2⁻¹⁸ samples, truncated.
 #[inline(always)]
 fn receive_delay_at<const LEVEL: bool>(
     [depth, depth_square]: [f32; 2],
@@ -402,7 +402,7 @@ mod tests {
     use crate::delay::{IqDelay, IqInterpolation, IqLayout, IqRecord, IqSamples, ScanLine, Stage};
     use crate::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
 
-    /// Found by fuzzing: no position was far, but the step from one to the next was.
+    /// Found by fuzzing: no position was far, but the step between two was.
     #[test]
     fn steps_that_rounding_hides_do_not_overflow() {
         let delay = IqDelay::new(IqParameters {

@@ -202,7 +202,7 @@ impl Sinc {
 }
 
 impl Read<TAPS> for Sinc {
-    /// A lane after the other: each has rows of the table of its own.
+    /// One lane after the other, since each has other rows of the table.
     #[inline(always)]
     fn read<V: Vector>(
         &self,

@@ -125,7 +125,7 @@ impl IqParameters {
                 p.sound_speed,
                 p.sampling_rate,
             );
-            // The phase of the whole samples that `ahead` takes off, in cycles.
+            // The phase of the whole samples in `ahead`, in cycles.
             let whole = f64::from(receive_delay.ahead()) * a_sample;
             let cycles = (libm::ceil(whole) - whole) as f32;
             let group = (k / V::LANES) * DELAY_NUMBERS * V::LANES + k % V::LANES;

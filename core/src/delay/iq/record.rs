@@ -36,7 +36,7 @@ pub struct IqRecord<'a> {
     layout: IqLayout,
     elements: NonZeroUsize,
     length: usize,
-    /// Of the demodulator's phase.
+    /// Phase of the demodulator, in cycles.
     cycles: f64,
     /// The largest magnitude.
     largest: f32,
@@ -163,7 +163,7 @@ impl<'a> IqRecord<'a> {
     }
 }
 
-/// Samples of either order: how far it is to the next element, and to the next sample.
+/// Samples of either order, with the strides of elements and of samples.
 #[derive(Clone, Copy)]
 pub(super) struct Window<'a, T> {
     pub(super) samples: &'a [T],
@@ -200,11 +200,12 @@ impl<T: Sample> Window<'_, T> {
         first: i32,
     ) -> [Complex<f32>; TAPS] {
         let mut taps = [Complex::new(0.0, 0.0); TAPS];
-        // What is negative becomes large.
+        // A negative index becomes large.
         let first = first as u32 as usize;
         if first < self.length.saturating_sub(TAPS - 1) {
             let start = element * self.element + first * self.sample;
-            // Apart where vectors wait for them: one comparison for all. A microcontroller takes 5 % longer by it.
+            // A separate path with one comparison for all taps, for vectors. A microcontroller takes 5 % longer with
+            // it.
             if cfg!(target_pointer_width = "64")
                 && self.sample == 1
                 && let Some(samples) = self

@@ -166,8 +166,9 @@ impl Delay {
         }
     }
 
-    /// Depth, whole sample and fraction at which an element straight above the line is read; depth 0
-    /// where nothing can be read.
+    /// Depth, whole sample and fraction of an element straight above the line.
+    ///
+    /// The depth is 0 if nothing can be read.
     #[inline(always)]
     fn trace_centre(&self, source: &Source, centre: &mut CentrePath) {
         let p = &self.parameters;
@@ -204,8 +205,9 @@ impl Delay {
         )
     }
 
-    /// The samples of a decimated record that an element is read at: deeper is never earlier, so that
-    /// those of the first and the last readable depth enclose them.
+    /// The samples of a decimated record that an element reads.
+    ///
+    /// Deeper positions are never earlier, so the first and the last readable depth enclose all.
     #[inline(always)]
     fn span<const ELEMENTS: usize>(&self, path: &ElementPath<ELEMENTS>) -> Range<usize> {
         let ElementPath {
@@ -237,11 +239,11 @@ impl Delay {
         let half = self.interpolator.taps() / 2;
         let before = origin as f64 - (half - 1 + ROUNDING) as f64;
         let after = (origin + half + 1 + ROUNDING) as f64;
-        // What lies in front of the record is sample 0 here, and what lies behind it is left out there.
+        // Indices before the record become 0 here, and the caller drops indices behind it.
         (first + before) as usize..(last + after) as usize
     }
 
-    /// The same for an element that the line comes nearer to at first, by all positions.
+    /// The same by all positions, for an element that the line first approaches.
     #[inline(never)]
     fn widest_span(&self, centre: &CentrePath, receive_delay: &ReceiveDelay) -> Range<usize> {
         let (mut first, mut last) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -265,9 +267,10 @@ impl Delay {
         self.around(first, last)
     }
 
-    /// The values along the line of elements with this path. A function of its own,
-    /// as [`Delay::put`] is: the compiler then knows that the slices do not overlap, and keeps more in
-    /// registers.
+    /// The values along the line of elements with this path.
+    ///
+    /// A separate function, as [`Delay::put`] is: the compiler then knows that the slices do not overlap, and keeps
+    /// more in registers.
     #[inline(never)]
     fn read<V: Vector, const LINES: usize>(
         &self,
@@ -477,7 +480,7 @@ mod tests {
             assert!(none(&together, range.clone(), &Ray::down(x)), "{x}");
             assert!(none(&together, 0..20, &Ray::down(x)), "{x}");
         }
-        // Not as far along the line.
+        // An oblique ray.
         let aside = Ray::new(0.0, 0.0, 0.1);
         assert!(none(&array, range.clone(), &aside));
         let elements: [Element; 24] =

@@ -101,8 +101,9 @@ fn take(range: &mut Range<usize>, most: usize) -> Range<usize> {
 mod tests {
     use super::*;
 
-    /// How often each of 40 elements comes, and how many groups are mirrored, for a line at
-    /// `sum`/2 and elements `range`.
+    /// Number of times that each of 40 elements occurs, and of mirrored groups.
+    ///
+    /// The line is at `sum`/2, and the elements are `range`.
     fn counts(range: Range<usize>, lanes: usize, sum: usize) -> ([usize; 40], usize) {
         let mut counts = [0; 40];
         let mut mirrored = 0;
@@ -112,7 +113,7 @@ mod tests {
             for element in left.clone() {
                 counts[element] += 1;
             }
-            // The one on the line is not put twice.
+            // The element on the line is counted once.
             let twice = left.end.saturating_sub(right.start);
             assert!(!group.mirrored || twice <= 1);
             for element in right.clone().skip(twice) {
@@ -146,7 +147,7 @@ mod tests {
                                 "{start}..{end}, {lanes}, {sum}: {element}"
                             );
                         }
-                        // A column that lies within them has elements on both sides.
+                        // A line within the range has elements on both sides.
                         let within = 2 * start <= sum && sum < 2 * end - end.min(1);
                         let pairs = lanes > 1 && within && end > start;
                         assert_eq!(mirrored > 0, pairs, "{start}..{end}, {lanes}, {sum}");

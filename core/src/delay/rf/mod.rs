@@ -130,13 +130,13 @@ impl DelayParameters {
         Need::real(lines.saturating_add(PARTIAL_SUMS - 1 + decimated + 3 * line_len))
     }
 
-    /// So many output samples with the margins, up to full sixteens.
+    /// Length of a line of `samples` with its margins, up to full sixteens.
     const fn line_len(&self, samples: usize) -> usize {
         let outputs = within_limits(samples).next_multiple_of(CHUNK);
         (outputs + 2 * self.reach()).next_multiple_of(PARTIAL_SUMS)
     }
 
-    /// Rows of a lane each that the filters take.
+    /// Number of the filters' rows, of a lane each.
     const fn rows(&self) -> usize {
         2 * self.reach() + CHUNK
     }

@@ -8,7 +8,7 @@ use crate::Complex;
 use crate::delay::analytic::GROUP;
 use crate::simd::{MOST_LANES, Vector, copy, load, load_at, transpose};
 
-/// The lines of a group of elements, and what becomes of their analytic signals.
+/// The lines of a group of elements, and the output of their analytic signals.
 pub(super) struct GroupLines<'a> {
     /// A line for each element; there may be fewer elements than lanes.
     pub values: &'a [f32],
@@ -51,7 +51,7 @@ impl Delay {
             || {
                 let elements = self.parameters.elements;
                 let kept = CHUNK * V::LANES;
-                // A row holds a sample of each element. What the transformer reaches back for stays in front.
+                // A row holds a sample of each element. The rows that the transformer reaches back to stay in front.
                 let behind = 2 * self.hilbert.reach() * V::LANES;
                 let Some(rows) = rows.get_mut(..behind + kept) else {
                     return;
@@ -105,7 +105,7 @@ impl Delay {
 }
 
 impl Delay {
-    /// Zeros for the elements that are not active, and for samples that are not wanted.
+    /// Writes zeros for elements that are not active, and for unwanted samples.
     #[inline(always)]
     pub(super) fn clear_outside(&self, line: &ScanLine, wanted: Wanted, out: &mut [Complex<f32>]) {
         let end = line.active.first + line.active.count;
@@ -158,7 +158,7 @@ fn put_row<V: Vector>(lines: &GroupLines, (real, imaginary): (V, V), out: &mut [
         put_parts(compounding, &[real.lanes()[0], imaginary.lanes()[0]], left);
         return;
     }
-    // Both parts of half the elements a register, as they lie in memory.
+    // A register holds both parts of half the elements, in the order of memory.
     let (first, second) = real.interleave(imaginary);
     put_parts(compounding, first.lanes(), left);
     let Some(right) = out.get_mut(group.right.clone()) else {

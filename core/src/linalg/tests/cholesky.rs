@@ -56,7 +56,7 @@ fn cholesky_solves() {
 
 #[test]
 fn cholesky_tells_a_singular_matrix() {
-    // Of no and of rank 1; one of trace 1 with an eigenvalue of −0.1.
+    // Ranks 0 and 1; a matrix of trace 1 with an eigenvalue of −0.1.
     let indefinite = DVector::from_vec(vec![0.6, 0.3, 0.2, -0.1]).map(Complex::from);
     for a in [
         Matrix::zeros(4, 4),

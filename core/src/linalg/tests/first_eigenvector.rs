@@ -1,15 +1,15 @@
-//! The first eigenvector, by the Lanczos iteration and with what follows where that does not arrive.
+//! The first eigenvector, by the Lanczos iteration and by its fallback.
 
 use super::*;
 
-/// How far the iteration's vector is from e₁ (but for phase), where it says that it has arrived.
+/// Distance of the iteration's vector from e₁, up to phase, if it has converged.
 fn distance_to_first<S: Entry>(a: &Matrix, e1: &DVector<Complex<f64>>) -> Option<f64> {
     let (v, done) = lanczos_vector::<S>(a, false);
     let parallel = e1.dotc(&v);
     done.then(|| (&v - e1 * parallel).norm())
 }
 
-/// The iteration's vector, and whether it says that it has arrived.
+/// The iteration's vector, and whether it reports convergence.
 fn lanczos_vector<S: Entry>(a: &Matrix, ignored: bool) -> (DVector<Complex<f64>>, bool) {
     let n = a.nrows();
     let mut v = vec![[S::from_real(0.0); TILE]; n.div_ceil(TILE)];
@@ -39,8 +39,9 @@ fn lanczos_does_not_arrive_where_it_is_ignored() {
     assert!(!lanczos_vector::<f32>(&a, true).1);
 }
 
-/// How far from e₁ the Lanczos iteration may end: the documented accuracy, and the rounding of the
-/// matrix's product over the gap.
+/// Largest distance of the Lanczos iteration's vector from e₁.
+///
+/// It is the documented accuracy, plus the rounding of the matrix's product over the gap.
 fn documented_distance(values: &[f64]) -> f64 {
     f64::from(ACCURACY) + PRODUCT / (1.0 - values[1] / values[0])
 }
@@ -110,7 +111,7 @@ fn lanczos_arrives_or_says_that_it_did_not() {
     assert_lanczos::<ComplexVector<f32>>(false);
 }
 
-/// From few snapshots to many, whose eigenvalues lie close together, and one that stands out.
+/// From few snapshots to many, whose eigenvalues are close, with one far above.
 fn assert_random_covariances<S: Entry>(real: bool) {
     let mut arrived = 0;
     for seed in (0..1000).step_by(crate::step(504)) {
@@ -127,7 +128,7 @@ fn assert_random_covariances<S: Entry>(real: bool) {
         x += direction * signal.adjoint() * Complex::from((seed % 5) as f64);
         let a = &x * x.adjoint();
         let a = &a / a.trace();
-        // What the solver sees.
+        // The solver's view of the matrix.
         let eigen = a.map(|z| wide(S::entry(z))).symmetric_eigen();
         let e1 = eigen
             .eigenvectors

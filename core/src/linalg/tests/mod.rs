@@ -38,10 +38,10 @@ const PRODUCT: f64 = 1e-6;
 /// A matrix of 16 rows rounded to f32: its norm changes by at most 16·6e-8 of itself.
 const ROUNDED_MATRIX: f64 = 1e-6;
 
-/// Backward error of a Cholesky factor and of what it divides: 3·16 roundings of 6e-8 at most.
+/// Backward error of a Cholesky factor and its solves: 3·16 roundings of 6e-8.
 const CHOLESKY: f64 = 3e-6;
 
-/// The condition of the matrices that it is tried on, that of Δ = 5 % and L = 50.
+/// Condition of the tested matrices: that of Δ = 5 % and L = 50.
 const CONDITION: f64 = 1000.0;
 
 type Matrix = DMatrix<Complex<f64>>;
@@ -126,7 +126,7 @@ fn wide<S: Entry>(value: S) -> Complex<f64> {
     widen(value.complex().lane(0))
 }
 
-/// What a reduction works in.
+/// Memory of a reduction.
 struct Memory<S> {
     panels: Vec<PanelColumn<S>>,
     vectors: Vec<S>,

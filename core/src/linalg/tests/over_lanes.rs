@@ -3,7 +3,9 @@
 use super::*;
 use crate::simd::{InstructionSet, Mask, Task, Vector};
 
-/// The Lanczos iteration on a matrix in each lane, which take turns: the vectors' bits, and whether they arrived.
+/// The Lanczos iteration over lanes, which take the matrices in turn.
+///
+/// Returns the vectors' bits, and whether they converged.
 struct LanczosInLanes<'a>(&'a [Matrix]);
 
 impl Task for LanczosInLanes<'_> {
@@ -40,8 +42,9 @@ impl Task for LanczosInLanes<'_> {
     }
 }
 
-/// The first basis ends at once, and that lane is looked at. The second seems done then, but is not looked at: alone
-/// it takes another step. The third has no gap.
+/// The first basis ends at once, and that lane is checked.
+///
+/// The second seems converged then, but is not checked: alone it takes another step. The third has no gap.
 #[test]
 fn a_lane_is_looked_at_as_if_it_were_alone() {
     let matrices = [[0.9, 0.1, 0.0], [0.9, 0.1, 1.3e-6], [0.5, 0.5, 0.3]].map(|[a, b, c]| {

@@ -15,9 +15,10 @@ fn after_steps<S: Entry>(a: &Matrix, e1: &DVector<Complex<f64>>, steps: usize) -
 /// The steps of [`LEFT`].
 const STEPS: [usize; 6] = [1, 2, 4, 8, 16, 32];
 
-/// What power iteration leaves of the other eigenvectors for each `λ₂/λ₁`, the others evenly between
-/// `λ₂` and 0.01: the median and the 95th percentile of 400 random real matrices of 16 rows, as
-/// docs/numerics.md has them.
+/// Remainder of the other eigenvectors after power iteration, for each `λ₂/λ₁`.
+///
+/// The others are evenly spaced between `λ₂` and 0.01. Median and 95th percentile of 400 random real matrices of 16
+/// rows, as in docs/numerics.md.
 const LEFT: [(f64, [[f64; 2]; 6]); 5] = [
     (
         0.1,

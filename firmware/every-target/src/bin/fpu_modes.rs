@@ -1,5 +1,6 @@
-//! What the floating-point unit's modes and interrupts do to the golden cases on a Cortex-M: each mode
-//! prints how many hashes are those of the default mode, and the names of the others.
+//! Effects of floating-point modes and interrupts on a Cortex-M's golden cases.
+//!
+//! Each mode prints the number of hashes that equal the default mode's, and the names of the others.
 
 #![no_std]
 #![no_main]
@@ -14,16 +15,16 @@ use static_cell::ConstStaticCell;
 
 static WORKSPACES: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces::new());
 
-/// More than there are cases.
+/// An upper bound on the number of cases.
 const CASES: usize = 64;
 /// Processor cycles from one interrupt to the next.
 const PERIOD: u32 = 4001;
 
-/// What the interrupt has computed, as bits, and how often.
+/// The bits of the interrupt's result, and the number of interrupts.
 static SUM: AtomicU32 = AtomicU32::new(0);
 static INTERRUPTS: AtomicU32 = AtomicU32::new(0);
 
-/// Uses the floating-point unit, so that the registers of what is interrupted have to be stacked.
+/// Uses the floating-point unit, so that the interrupted code's state is stacked.
 #[exception]
 fn SysTick() {
     let mut sum = f32::from_bits(SUM.load(Ordering::Relaxed));
@@ -69,7 +70,7 @@ fn main() -> ! {
     process::exit(0)
 }
 
-/// Runs the cases and keeps their hashes; returns how many there are.
+/// Runs the cases and keeps their hashes; returns the number of cases.
 fn cases(workspaces: &mut Workspaces, hashes: &mut [u64; CASES]) -> usize {
     let mut count = 0;
     let outcome = bonebeam_tests::run(workspaces, &mut |_, hash| {
@@ -105,9 +106,9 @@ fn compare(workspaces: &mut Workspaces, expected: &[u64], mode: &str) {
 /// Does the work with the floating-point unit in another mode.
 #[allow(unsafe_code)]
 fn with(mode: Fpscr, default: Fpscr, work: impl FnOnce()) {
-    // SAFETY: rounding stays to nearest; the modes change what subnormal numbers and NaNs become.
+    // SAFETY: rounding stays to nearest; the modes change only the results for subnormal numbers and NaNs.
     unsafe { fpscr::write(mode) };
     work();
-    // SAFETY: as it was.
+    // SAFETY: the mode is the former one.
     unsafe { fpscr::write(default) };
 }

@@ -71,7 +71,7 @@ impl<'a, P: MockWords, const N: usize> MockLanes<'a, P, N> {
 }
 
 impl<P: MockWords, const N: usize> Deserialiser for MockLanes<'_, P, N> {
-    /// The lane that there is not.
+    /// Index of a lane that does not exist.
     type Error = usize;
     const TAPS: u16 = 32;
 

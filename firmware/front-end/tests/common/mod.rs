@@ -1,4 +1,4 @@
-//! An AFE5809 without hardware, and what passes to it.
+//! An AFE5809 without hardware, and a record of its bus.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -15,7 +15,7 @@ pub fn driver(part: &MockAfe) -> Mocked<'_> {
     Afe::afe5809(Blocking(part.spi()), part.reset(), part.select())
 }
 
-/// What happened on the bus and on the select line, in order.
+/// Events on the bus and on the select line, in order.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {
     Write(Vec<u8>),
@@ -23,7 +23,7 @@ pub enum Event {
     Select(bool),
 }
 
-/// Records what passes to a device or a pin.
+/// Records the calls to a device or a pin.
 #[derive(Clone)]
 pub struct Recorder<T>(pub T, pub Rc<RefCell<Vec<Event>>>);
 

@@ -13,13 +13,14 @@ use crate::report;
 
 const LARGEST: usize = 64;
 
-/// What is counted.
+/// A counted case.
 struct Case {
     name: &'static str,
     method: Method,
     echo: f32,
-    /// Bounds on the instructions per output sample for `M` = 16, 32 and 64: a quarter above what
-    /// Rust 1.95 gives, so that another compiler passes and a kernel grown slower is noticed.
+    /// Bounds on the instructions per output sample for `M` = 16, 32 and 64.
+    ///
+    /// They are a quarter above the counts of Rust 1.95, so that another compiler passes and a slower kernel fails.
     bounds: [u32; 3],
 }
 
@@ -35,7 +36,7 @@ const CASES: [Case; 7] = [
         ECHO,
         [9_600, 23_600, 80_600],
     ),
-    // No eigenvalue stands out.
+    // All eigenvalues are similar.
     case(
         "esmv-rank1-noise",
         Method::EsmvRank1,
@@ -107,7 +108,7 @@ impl Workspaces {
     }
 }
 
-/// Counts every case at every size; whether all stay within their bounds.
+/// Counts every case at every size; returns whether all stay within their bounds.
 pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error> {
     let Workspaces {
         m16,
@@ -130,8 +131,9 @@ pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, E
     Ok(within)
 }
 
-/// Counts one sample of every kind of data, and prints `spread NAME SIZE MEAN LEAST MOST`; whether what takes
-/// constant time does.
+/// Counts one sample of every kind of data.
+///
+/// Prints `spread NAME SIZE MEAN LEAST MOST`. Returns whether the methods of constant time are constant.
 fn spread<const M: usize, const REAL: usize, const COMPLEX: usize>(
     counter: &mut Counter,
     memory: &mut Memory<REAL, COMPLEX>,
@@ -161,8 +163,8 @@ fn spread<const M: usize, const REAL: usize, const COMPLEX: usize>(
     }
     let mean = sum / KINDS as u32;
     hprintln!("spread {} {M} {mean} {least} {most}", case.name);
-    // A comparison around the kernel, as in its scale, may take some instructions more or less, and so a tick,
-    // which is 40.
+    // A comparison around the kernel, for example in its scale, may take some instructions more or less, and so a
+    // tick of 40.
     let varies = !matches!(
         case.method,
         Method::Das | Method::Mv | Method::EsmvRank1Steps(_)

@@ -1,8 +1,8 @@
-//! Counts the instructions of a piece of work, and the stack that it takes.
+//! Counts the instructions of a piece of work, and its stack.
 //!
-//! Under QEMU's `-icount shift=0` virtual time advances by one nanosecond with every instruction
-//! and not otherwise, and the SysTick timer of the mps2-an500 ticks every 40 ns of it: one tick is
-//! 40 instructions. [`Counter::new`] checks that against a loop whose count is known.
+//! Under QEMU's `-icount shift=0` virtual time advances by one nanosecond with every instruction and not otherwise.
+//! The SysTick timer of the mps2-an500 ticks every 40 ns of virtual time: one tick is 40 instructions.
+//! [`Counter::new`] checks that against a loop with a known count.
 
 use core::hint::black_box;
 
@@ -13,10 +13,11 @@ const INSTRUCTIONS_PER_TICK: u32 = 40;
 /// SysTick counts down through 24 bits.
 const LAST_TICK: u32 = (1 << 24) - 1;
 
-/// What a piece of work took.
+/// Cost of a piece of work.
 pub struct Cost {
-    /// Instructions executed with the call's own dozen, in whole ticks; modulo 2²⁴ ticks, which is 671
-    /// million.
+    /// Instructions, including a dozen for the call, in whole ticks.
+    ///
+    /// Modulo 2²⁴ ticks, which are 671 million instructions.
     pub instructions: u32,
     /// Bytes of stack below the caller's.
     pub stack: u32,
@@ -26,7 +27,7 @@ pub struct Cost {
 pub struct Counter(SYST);
 
 impl Counter {
-    /// A running counter; none where the timer does not follow the instructions.
+    /// A running counter; `None` if the timer does not follow the instructions.
     pub fn new(mut timer: SYST) -> Option<Self> {
         timer.set_clock_source(SystClkSource::Core);
         timer.set_reload(LAST_TICK);
@@ -39,7 +40,7 @@ impl Counter {
         (counted.abs_diff(2 * turns) <= 2 * INSTRUCTIONS_PER_TICK).then_some(counter)
     }
 
-    /// Runs `work` and tells its cost.
+    /// Runs `work` and returns its cost.
     pub fn count<R>(&mut self, work: impl FnOnce() -> R) -> Cost {
         cortex_m_stack::repaint_stack();
         let free = cortex_m_stack::current_stack_free();
@@ -59,7 +60,7 @@ pub fn instructions(begin: u32, end: u32) -> u32 {
     (begin.wrapping_sub(end) & LAST_TICK) * INSTRUCTIONS_PER_TICK
 }
 
-/// The timer's value when it has just ticked, so that the same work reads the same.
+/// The timer's value just after a tick, so that the same work has the same count.
 fn next_tick() -> u32 {
     let before = SYST::get_current();
     loop {

@@ -31,7 +31,9 @@ impl Workspaces {
     }
 }
 
-/// Counts both over envelopes from 60 dB below their largest on; whether they stay within their bounds.
+/// Counts both over envelopes from 60 dB below their largest on.
+///
+/// Returns whether they stay within their bounds.
 pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error> {
     let Workspaces { envelopes, levels } = workspaces;
     for (n, envelope) in envelopes.iter_mut().enumerate() {

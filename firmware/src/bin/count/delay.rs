@@ -13,19 +13,20 @@ const PITCH: f64 = 0.308e-3;
 const OUTPUTS: usize = 256;
 const OUTPUT_RATE: f64 = 20e6;
 const CENTRE_FREQUENCY: f64 = 5e6;
-/// m/s, and the two-way time of the first sample, 10 mm deep, s.
+/// Sound speed, m/s, and two-way time of the first sample, 10 mm deep, s.
 const SOUND_SPEED: f64 = 1540.0;
 const START: f64 = 2.0 * 10e-3 / SOUND_SPEED;
-/// What a record goes beyond the first and the last sample on the axis, outputs.
+/// Output samples of the record beyond the first and the last sample on the axis.
 const BEYOND: usize = 32;
 pub const FASTEST: usize = 5;
 const SCRATCH: usize = parameters(FASTEST).need(1).real;
 
-/// Sampling rate over output rate, and the bound on the instructions per output sample of an element
-/// (see `beamform.rs`).
+/// Ratio of sampling rate to output rate, and bound on the instructions.
+///
+/// The bound is per output sample of an element (see `beamform.rs`).
 const CASES: [(usize, u32); 3] = [(1, 595), (2, 765), (FASTEST, 910)];
 
-/// Recorded at so many times the output rate.
+/// Parameters for a record at `ratio` times the output rate.
 pub const fn parameters(ratio: usize) -> DelayParameters {
     DelayParameters {
         sound_speed: SOUND_SPEED,
@@ -58,7 +59,9 @@ impl Workspaces {
     }
 }
 
-/// Counts every case, the check of the record included; whether all stay within their bounds.
+/// Counts every case; returns whether all stay within their bounds.
+///
+/// The check of the record is included.
 pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error> {
     let element_x: [f64; ELEMENTS] = core::array::from_fn(|m| m as f64 * PITCH);
     let mut within = true;

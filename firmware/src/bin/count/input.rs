@@ -1,4 +1,4 @@
-//! What is worked on; `plain-c/main.c` makes the same numbers.
+//! The input data; `plain-c/main.c` makes the same numbers.
 
 use bonebeam::Complex;
 
@@ -7,10 +7,11 @@ pub const SAMPLES: usize = 32;
 /// The amplitude of an echo 20 dB above the noise.
 pub const ECHO: f32 = 4.0;
 
-/// Aligned samples `[sample][element]` of `elements` elements: an echo from straight ahead of
-/// amplitude `echo`, one 10 dB weaker from the side, whose phase turns by a quarter an element, and
-/// noise. Both are at 5 MHz, a quarter of a turn a sample. Few bits, so that every compiler rounds
-/// alike.
+/// Aligned samples `[sample][element]` of `elements` elements.
+///
+/// They are an echo of amplitude `echo` from straight ahead, one 10 dB weaker from the side with a phase step of a
+/// quarter turn an element, and noise. Both echoes are at 5 MHz, a quarter turn a sample. Samples have few bits, so
+/// that every compiler rounds alike.
 pub fn snapshots(x: &mut [Complex<f32>], elements: usize, echo: f32) {
     const QUARTERS: [(f32, f32); 4] = [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)];
     let mut noise = noise();
@@ -23,15 +24,15 @@ pub fn snapshots(x: &mut [Complex<f32>], elements: usize, echo: f32) {
     }
 }
 
-/// How many kinds of snapshots [`of_kind`] makes.
+/// Number of kinds of snapshots that [`of_kind`] makes.
 pub const KINDS: usize = LEVELS.len() * RATIOS.len() * TURNS.len();
-/// Levels of an echo: from nothing to 70 dB above the noise.
+/// Amplitudes of an echo: from no echo to 70 dB above the noise.
 const LEVELS: [f32; 12] = [
     0.0, 0.125, 0.25, 0.375, 0.5, 0.75, 1.0, 1.5, 2.0, 4.0, 32.0, 1024.0,
 ];
-/// A second echo over the first.
+/// Ratios of the second echo to the first.
 const RATIOS: [f32; 6] = [0.0, 0.3125, 0.625, 0.875, 0.96875, 1.0];
-/// The second echo's turn from one element to the next: 0.01, 0.05, 0.11 and 0.25 of a whole one.
+/// Phase step of the second echo an element: 0.01, 0.05, 0.11 and 0.25 of a turn.
 const TURNS: [(f32, f32); 4] = [
     (0.998_026_7, 0.062_790_52),
     (0.951_056_5, 0.309_017),
@@ -45,7 +46,7 @@ pub fn of_kind(x: &mut [Complex<f32>], kind: usize) {
     let ratio = RATIOS[kind / LEVELS.len() % RATIOS.len()];
     let (cos, sin) = TURNS[kind / (LEVELS.len() * RATIOS.len()) % TURNS.len()];
     let mut noise = noise();
-    // Noise of its own for each.
+    // Independent noise for each.
     for _ in 0..2 * kind * x.len() {
         noise();
     }

@@ -15,12 +15,13 @@ const PITCH: f64 = 0.308e-3;
 const OUTPUTS: usize = 128;
 const RATE: f64 = 10e6;
 const RECORD: usize = OUTPUTS + 32;
-/// m/s, and the two-way time of the first sample, 10 mm deep, s.
+/// Sound speed, m/s, and two-way time of the first sample, 10 mm deep, s.
 const SOUND_SPEED: f64 = 1540.0;
 const START: f64 = 2.0 * 10e-3 / SOUND_SPEED;
 
-/// A reading, its name and its taps, and the bound on the instructions per output sample of an element (see
-/// `beamform.rs`).
+/// A reading, its name, its taps, and the bound on the instructions.
+///
+/// The bound is per output sample of an element (see `beamform.rs`).
 const CASES: [(IqInterpolation, &str, usize, u32); 4] = [
     (IqInterpolation::LinearFixed, "iq-fixed", 2, 63),
     (IqInterpolation::Linear, "iq", 2, 255),
@@ -59,7 +60,9 @@ impl Workspaces {
     }
 }
 
-/// Counts every case, the check of the record included; whether all stay within their bounds.
+/// Counts every case; returns whether all stay within their bounds.
+///
+/// The check of the record is included.
 pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error> {
     let Workspaces {
         counts,

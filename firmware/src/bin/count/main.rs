@@ -1,8 +1,8 @@
 //! Counts the instructions that the core takes on a Cortex-M7, per output sample and per pixel.
 //!
-//! Prints one line a case, `count NAME SIZE INSTRUCTIONS OUTPUTS BYTES STACK`, after lines
-//! `value NAME SIZE INDEX RE IM` with what it computed. `firmware/count` sets both beside the same
-//! work in plain C. Ends with a failure where a case takes more instructions than its bound.
+//! Prints one line for each case, `count NAME SIZE INSTRUCTIONS OUTPUTS BYTES STACK`, after lines
+//! `value NAME SIZE INDEX RE IM` with the results. `firmware/count` compares both with the same work in plain C.
+//! Ends with a failure if a case takes more instructions than its bound.
 
 #![no_std]
 #![no_main]
@@ -62,7 +62,7 @@ fn count(counter: &mut Counter) -> Result<bool, Error> {
     Ok(set_ups && delays && iq && beamformers && decibels && filters && surfaces)
 }
 
-/// Prints a case; whether its instructions per output stay within `bound`.
+/// Prints a case; returns whether its instructions per output are within `bound`.
 fn report(name: &str, size: usize, outputs: usize, cost: &Cost, bytes: usize, bound: u32) -> bool {
     let Cost {
         instructions,

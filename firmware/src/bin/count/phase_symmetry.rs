@@ -1,4 +1,6 @@
-//! Phase symmetry of two sizes, 18 filters, in strips and in one memory; the gains from tables and on the fly.
+//! Phase symmetry of two sizes with 18 filters.
+//!
+//! It runs in strips and in one memory, with gains from tables and on the fly.
 
 use core::hint::black_box;
 
@@ -19,9 +21,9 @@ const STRIP: usize = 16;
 const SCALES: [f64; 3] = [1.0 / 8.0, 1.0 / 16.0, 1.0 / 32.0];
 const THRESHOLD: f32 = 3.0;
 const LARGEST: usize = 128;
-/// What [`GainTables`] take for that.
+/// Length of [`GainTables`] for the largest size.
 const GAINS: usize = sizes(LARGEST).gain_tables_len(SCALES.len());
-/// Of strips, or of a map in one memory.
+/// Memory for strips, or for a map in one memory.
 const NEED: Need = sizes(LARGEST).need().or(sizes(LARGEST).map_need());
 
 /// Images of a square side, in strips.
@@ -33,14 +35,14 @@ const fn sizes(side: usize) -> Sizes {
     }
 }
 
-/// Every so many pixels one is printed, to be compared: a prime.
+/// Distance of the pixels that are printed for comparison; a prime.
 const PRINTED: usize = 61;
 /// The bound on copying the filters' tables.
 const COPY_BOUND: u32 = 20_000;
 const TABLES: &str = "phase-symmetry";
 const ON_THE_FLY: &str = "phase-symmetry-on-the-fly";
 const STRIPS: &str = "phase-symmetry-strips";
-/// What a step may take, between two kicks of a watchdog.
+/// Bound on a step, between two kicks of a watchdog.
 const STEP_BOUND: u32 = 1_000_000;
 
 /// The memory of the cases.
@@ -51,7 +53,7 @@ pub struct Workspaces {
     external: Arrays,
 }
 
-/// What may lie in slow memory.
+/// Arrays that may be in slow memory.
 struct Arrays {
     image: [f32; sizes(LARGEST).image_len()],
     spectrum: [f32; sizes(LARGEST).spectrum_len()],
@@ -78,8 +80,9 @@ impl Workspaces {
     }
 }
 
-/// Counts every case; whether all stay within their bounds on instructions per pixel, or of a set-up (see
-/// `beamform.rs`).
+/// Counts every case; returns whether all stay within their bounds.
+///
+/// Bounds are on the instructions per pixel, or of a set-up (see `beamform.rs`).
 pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error> {
     let Workspaces {
         tables,
@@ -110,7 +113,9 @@ pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, E
     Ok(copied && small && large)
 }
 
-/// One size; the bounds are those in one memory with tables and on the fly, in strips, and of making the tables.
+/// Counts one size.
+///
+/// The bounds are: one memory with tables, one memory with gains on the fly, strips, and making the tables.
 fn side<const SIDE: usize>(
     counter: &mut Counter,
     mut scratch: Scratch<'_>,
@@ -159,7 +164,7 @@ fn side<const SIDE: usize>(
     let tables = &GainTables::new(filters, &bank, gains)?;
     let memory = &mut StripSlices::new(sizes, scratch)?;
     let cost = strips(counter, memory, &bank, tables, external)?;
-    // All but the image and the map.
+    // All arrays except the image and the map.
     let stores = 4 * (sizes.spectrum_len() + sizes.filtered_len() + sizes.amplitude_len());
     let need = sizes.need();
     let bytes = 4 * need.real + 8 * need.complex + stores + gain_bytes;

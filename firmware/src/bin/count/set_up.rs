@@ -1,5 +1,6 @@
-//! What setting up takes, once: the delay stages, for parameters that are not known before. As a constant
-//! a stage takes nothing.
+//! Cost of setting up a delay stage, once, with parameters known only at run time.
+//!
+//! A stage that is a constant costs nothing.
 
 use core::hint::black_box;
 
@@ -10,7 +11,7 @@ use static_cell::ConstStaticCell;
 use crate::counter::Counter;
 use crate::{delay, iq, report};
 
-/// Recorded at so many times the output rate, and the bound on the instructions (see `beamform.rs`).
+/// Ratio of sampling rate to output rate, and bound (see `beamform.rs`).
 const CASES: [(usize, u32); 3] = [
     (1, 12_000_000),
     (2, 12_000_000),
@@ -27,7 +28,7 @@ static DELAY: ConstStaticCell<Delay> =
         Err(_) => panic!("the parameters are not valid"),
     });
 
-/// Counts every case; whether all stay within their bounds.
+/// Counts every case; returns whether all stay within their bounds.
 pub fn run(counter: &mut Counter) -> Result<bool, Error> {
     let delay = DELAY.take();
     let mut within = true;
@@ -40,7 +41,7 @@ pub fn run(counter: &mut Counter) -> Result<bool, Error> {
     let cost = counter.count(|| outcome = delay.set(black_box(faster)));
     outcome?;
     within &= report("set-up-kept", 40, 1, &cost, Delay::BYTES, KEPT_BOUND);
-    // Each has other filters than the one before it.
+    // Each stage has other filters than the one before.
     for (ratio, bound) in CASES {
         let parameters = black_box(delay::parameters(ratio));
         let mut outcome = Ok(());

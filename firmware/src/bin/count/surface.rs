@@ -11,7 +11,7 @@ use crate::report;
 const SAMPLES: usize = 1024;
 const LINES: usize = 20;
 
-/// 40 mm at 20 MHz, decided nine lines later.
+/// Lines of 40 mm at 20 MHz; a point is decided nine lines later.
 const PARAMETERS: Parameters = Parameters {
     samples: Axis {
         first: 3e-3,
@@ -47,7 +47,9 @@ impl Workspaces {
     }
 }
 
-/// Counts onset and path together, of noise with a bone that slopes, and the frame's levels.
+/// Counts onset and path together, and the frame's levels.
+///
+/// The data are noise with a sloping bone.
 pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error> {
     let Workspaces { memory, line } = workspaces;
     let detector = Detector::new(PARAMETERS)?;
@@ -72,7 +74,7 @@ pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, E
     let levels: Levels = survey.levels();
     let bytes = Memory::<{ NEED.real }, 0>::BYTES;
     let mut tracker = Tracker::new(&detector, memory.scratch())?;
-    // The ring is full when the last line comes.
+    // The ring is full before the last line.
     for k in 0..LINES {
         next(line, 500 + 3 * k);
         tracker.line(line, levels)?;

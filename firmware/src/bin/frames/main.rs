@@ -1,5 +1,7 @@
-//! Counts a frame of the scan of `stream` by several methods, with and without a depth gate, and by every
-//! reading of I/Q: which configuration is real time. docs/integration.md has the figures.
+//! Counts a frame of the scan of `stream` by several methods and readings of I/Q.
+//!
+//! Methods run with and without a depth gate. The counts show which configuration is real time; docs/integration.md
+//! has the figures.
 //!
 //! Prints `set-up INSTRUCTIONS STACK`, `focus READING MEAN` of a line without a beamformer, `line NAME READING MEAN MOST STACK`, `picture IMAGE MAP`, and
 //! `frame NAME READING INSTRUCTIONS` with a map's share; ends with a failure where a line takes more than its bound or
@@ -31,26 +33,29 @@ type Chain<'m> = stream::Chain<'m, Reference, BEAMS>;
 
 static MEMORY: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces::new());
 
-/// Numbers of the elements' lags.
+/// Length of the elements' lags.
 const LAGS: usize = IqParameters::of(&SCAN, INPUT.demodulation_frequency)
     .need(1)
     .real;
 
-/// Half of the scan's depth, 4.6 to 24.3 mm: the middle, where the surface lies.
+/// Half of the scan's depth, 4.6 to 24.3 mm: the middle, with the surface.
 const GATE: DepthGate = DepthGate {
     from: 10e-3,
     to: 19.82e-3,
 };
 
-/// The least frames a second by the fixed reading, of a processor that executes an instruction a cycle at 1 GHz.
+/// Minimum frames per second with the fixed reading.
+///
+/// The processor executes an instruction a cycle at 1 GHz.
 const REAL_TIME: [(&str, u32); 2] = [("mv", 25), ("esmv-rank1-gate", 15)];
 const CYCLES: u32 = 1_000_000_000;
 
 /// A bone map for every third frame.
 const MAP_EVERY: u32 = 3;
 
-/// A method, its gate, and the most that a line may take on average by the fixed reading: 5 % above what Rust 1.95
-/// gives.
+/// A method, its gate, and the bound on a line's average with the fixed reading.
+///
+/// The bound is 5 % above the count of Rust 1.95.
 struct Case {
     name: &'static str,
     method: Method,
@@ -87,7 +92,7 @@ const INTERPOLATIONS: [(&str, IqInterpolation); 4] = [
     ("sinc", IqInterpolation::Sinc),
 ];
 
-/// The memory of the chain, a block, and what a line is focused in.
+/// The memory of the chain, a block, and the aligned samples of a line.
 struct Workspaces {
     chain: ScanMemory,
     block: ScanBlock,
@@ -122,7 +127,7 @@ fn main() -> ! {
     exit(EXIT_FAILURE)
 }
 
-/// Counts; whether every frame stays within its bound.
+/// Counts; returns whether every frame stays within its bound.
 fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error> {
     let Workspaces {
         chain: memory,

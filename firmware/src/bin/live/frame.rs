@@ -1,5 +1,6 @@
-//! A frame of 64 lines of 208 samples by MV from I/Q in fixed point, image and map, with one shape of the beamformer in
-//! the program, as a scanner has it.
+//! A frame of 64 lines of 208 samples by MV from I/Q in fixed point, image and map.
+//!
+//! The program has one shape of the beamformer, as in a scanner.
 //!
 //! Prints `live NAME LINES IMAGE MAP STEP STACK`, instructions, with the largest step of image and map and the stack in bytes, and
 //! `frame NAME READING INSTRUCTIONS` with the map's share.
@@ -23,26 +24,26 @@ use crate::counter::{Counter, instructions};
 
 /// Samples of a line: those of the scan of `stream` down to 20.5 mm.
 const SAMPLES: usize = 208;
-/// Across the lines, metres.
+/// Lateral width of the lines, m.
 const WIDTH: f64 = 12e-3;
 
-/// What a frame is made of, and its bound.
+/// Contents of a frame, and its bound.
 pub struct Case {
-    /// The name that is printed.
+    /// The printed name.
     pub name: &'static str,
-    /// Lines that are focused.
+    /// Number of focused lines.
     pub lines: usize,
     /// Sub-lines of each.
     pub sub_lines: usize,
-    /// From one computed sample to the next.
+    /// Depth step between computed samples.
     pub depth_step: usize,
-    /// A bone map for every so manieth frame.
+    /// Number of frames for each bone map.
     pub map_every: u32,
-    /// The most instructions: 3 % above what Rust 1.95 gives.
+    /// Maximum number of instructions: 3 % above the count of Rust 1.95.
     pub bound: u32,
 }
 
-/// What a step of image or map may take, between two kicks of a watchdog.
+/// Bound on a step of image or map, between two kicks of a watchdog.
 const STEP_BOUND: u32 = 1_000_000;
 
 impl Case {
@@ -104,7 +105,7 @@ impl Workspaces {
     }
 }
 
-/// Counts the frame, and ends with a failure where it or a step exceeds its bound.
+/// Counts the frame; ends with a failure if it or a step exceeds its bound.
 pub fn main() -> ! {
     let Some(mut counter) = cortex_m::Peripherals::take().and_then(|p| Counter::new(p.SYST)) else {
         hprintln!("error: SysTick does not follow the instructions: run QEMU with -icount shift=0");

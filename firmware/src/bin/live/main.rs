@@ -1,4 +1,6 @@
-//! Counts a frame of 32 lines of two sub-lines, computed at every second sample, with a bone map for every third: frame.rs.
+//! Counts a frame of 32 lines of two sub-lines: frame.rs.
+//!
+//! It is computed at every second sample, with a bone map for every third frame.
 
 #![no_std]
 #![no_main]

@@ -25,12 +25,12 @@ fn active() -> Active {
     Active { first, count }
 }
 
-/// Calls all of it.
+/// Calls all functions.
 pub fn all() {
     memory();
     choices();
     vectors();
-    // Which method, nobody knows.
+    // The optimiser does not know the method.
     let method = opaque(Method::EsmvBeta(opaque(0.5)));
     take(one::<Forward>(method));
     take(one::<ForwardBackward>(method));
@@ -127,7 +127,7 @@ fn choices() {
     }
 }
 
-/// What the kernels themselves may not need of a vector of one lane.
+/// Functions of a one-lane vector that the kernels may not use.
 fn vectors() {
     let (x, other) = (opaque(0.0f32), opaque(1.0f32));
     take((x.zero(), x.interleave(other), x.deinterleave(other)));

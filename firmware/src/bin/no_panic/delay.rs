@@ -9,7 +9,7 @@ use bonebeam::delay::{
 use bonebeam::geometry::{Lines, Scan};
 use bonebeam::{Complex, Error};
 
-/// Calls all of it.
+/// Calls all functions.
 pub fn all() {
     take(hilbert_taps(opaque(1.0), opaque(1.0)));
     take(IqInterpolation::for_band(opaque(1.0), opaque(1.0)));

@@ -1,4 +1,4 @@
-//! Where things are.
+//! Geometry.
 
 use crate::{opaque, take};
 use bonebeam::Complex;
@@ -7,7 +7,7 @@ use bonebeam::geometry::{
     ScanParameters, Steering, SteeringTable, Transmit, TransmitLaw,
 };
 
-/// Calls all of it.
+/// Calls all functions.
 pub fn all() {
     let elements = [Element::convex(opaque(5), opaque(1.0), opaque(1.0), opaque(1)); 5];
     let rays = [Ray::new(opaque(0.0), opaque(0.0), opaque(0.1)); 5];

@@ -10,7 +10,7 @@ use bonebeam::image::{
 };
 use bonebeam::{Complex, Error};
 
-/// Calls all of it.
+/// Calls all functions.
 pub fn all() {
     let (z, from) = ([Complex::ZERO; 100], [0.0; 100]);
     let mut to = [0.0; 100];

@@ -1,12 +1,13 @@
-//! Shows that the core does not panic: an image that cannot be linked while a panic is left in it.
+//! Shows that the core does not panic: the image links only without a panic.
 //!
-//! It calls every public function of the core, for one lane and with sizes that are known only at run
-//! time; `tests/no_panic.py` shows that none is missing, and lists what cannot be called. What ends in a panic calls a function that is nowhere, so the linker refuses the image where the
-//! optimiser has not shown that it is never reached. The image is linked, never run.
+//! It calls every public function of the core, for one lane and with sizes known only at run time.
+//! `tests/no_panic.py` shows that none is missing, and lists those that cannot be called. A panic calls a function
+//! that does not exist. The linker therefore refuses the image unless the optimiser has shown that no panic is
+//! reached. The image is linked, never run.
 //!
-//! Not in it is the wording of an error, which is the standard library's.
+//! The text of an error is left out: the standard library formats it.
 //!
-//! What is left is found by giving the function an address, and looking for the calls:
+//! To find a remaining panic, give the function an address, and look for its calls:
 //!
 //! ```sh
 //! cargo rustc --release --features no-panic --bin no_panic -- -Clink-arg=--defsym=a_panic_is_left=1
@@ -42,12 +43,12 @@ fn main() -> ! {
     }
 }
 
-/// A value that the optimiser knows nothing of.
+/// A value unknown to the optimiser.
 fn opaque<T>(value: T) -> T {
     core::hint::black_box(value)
 }
 
-/// Takes a result, so that it is computed.
+/// Uses a result, so that it is computed.
 fn take<T>(value: T) {
     core::hint::black_box(value);
 }

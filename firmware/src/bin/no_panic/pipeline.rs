@@ -13,7 +13,7 @@ use bonebeam::pipeline::{Block, DepthGate, Frame, IqInput, LinePipeline, Paramet
 use bonebeam::surface::{Detector, Settings};
 use bonebeam::{Complex, Error};
 
-/// Calls all of it.
+/// Calls all functions.
 pub fn all() {
     let (x, scales) = ([0.0; 5], [0.1; 5]);
     for array in arrays(&x) {

@@ -1,4 +1,4 @@
-//! Time in instructions, by the timer whose interrupt is the scanner.
+//! Time in instructions, by the timer that also triggers the scanner.
 //!
 //! Under QEMU's `-icount shift=0` SysTick counts one tick in 40 instructions, as firmware/count checks.
 
@@ -14,7 +14,7 @@ static TURNS: AtomicU32 = AtomicU32::new(0);
 /// Ticks spent in the interrupt.
 static INTERRUPT: AtomicU32 = AtomicU32::new(0);
 
-/// A moment: what was executed until then.
+/// A moment: instructions executed until then.
 #[derive(Clone, Copy)]
 pub struct Moment {
     all: u64,
@@ -40,13 +40,13 @@ impl Clock {
         Clock { period }
     }
 
-    /// Now.
+    /// The present moment.
     pub fn now(&self) -> Moment {
         loop {
             let turns = TURNS.load(Ordering::Relaxed);
             let interrupt = INTERRUPT.load(Ordering::Relaxed);
             let left = SYST::get_current();
-            // Between the two the timer may have turned.
+            // The timer may have turned between the two reads.
             if turns == TURNS.load(Ordering::Relaxed) {
                 let ticks = u64::from(turns + 1) * u64::from(self.period) - u64::from(left);
                 return Moment {
@@ -70,7 +70,7 @@ pub fn turns() -> u32 {
     TURNS.load(Ordering::Relaxed)
 }
 
-/// The interrupt's own time: to be called around what it does.
+/// Measures the interrupt's own time: the interrupt calls it with its work.
 pub fn interrupt(work: impl FnOnce()) {
     let begin = SYST::get_current();
     TURNS.fetch_add(1, Ordering::Relaxed);
@@ -79,7 +79,7 @@ pub fn interrupt(work: impl FnOnce()) {
     INTERRUPT.fetch_add(ticks, Ordering::Relaxed);
 }
 
-/// Instructions in the interrupt, altogether, and how often it came.
+/// Total instructions in the interrupt, and the number of interrupts.
 pub fn interrupts() -> (u64, u32) {
     let ticks = INTERRUPT.load(Ordering::Relaxed);
     (

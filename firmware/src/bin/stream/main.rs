@@ -1,9 +1,9 @@
 //! A scanner's processor: blocks from an interrupt to bone maps, in statics.
 //!
-//! A timer's interrupt stands in for the front end and its DMA: see `scanner`. The main loop receives
-//! blocks, makes lines, images and maps of them, and logs through defmt over semihosting: faults as they
-//! come, a hash a frame, at the end instructions a stage and how far queues and stack were filled.
-//! Frame 7 shows what happens where the main loop does not keep up.
+//! A timer's interrupt replaces the front end and its DMA: see `scanner`. The main loop receives blocks, makes lines,
+//! images and maps of them, and logs through defmt over semihosting: faults at once, a hash for each frame, and at
+//! the end the instructions of each stage and the largest fill of queues and stack. Frame 7 shows the effect of a
+//! main loop that is too slow.
 //!
 //! `tests/run stream` decodes the log and compares it with `firmware/stream.log`, and the hashes with those
 //! of a workstation.
@@ -25,17 +25,19 @@ use static_cell::{ConstStaticCell, StaticCell};
 use stream::scan::{self, BEAMS, Reference, ScanBlock, ScanMemory};
 use stream::{Chain, Plan, Pool, Probe, Sequence, Sink, Stamp};
 
-/// Blocks: as many as come while image and map are made, and some to spare.
+/// Number of blocks: those that arrive while image and map are made, and spares.
 const BLOCKS: usize = 12;
-/// From one transmit to the next, instructions: a line, and its share of image and map.
+/// Instructions between two transmits: a line, and its share of image and map.
 const PERIOD: u32 = 3_200_000;
-/// Frames that the scanner begins before the image ends.
+/// Number of frames that the scanner begins before the image ends.
 const FRAMES: u32 = 10;
 /// A bone map for every third frame.
 const MAP_EVERY: u32 = 3;
 /// The frame after which the main loop stalls.
 const STALL: u32 = 6;
-/// The most instructions of a line, and of a frame, 3 to 5 % above what was counted: more is a failure.
+/// Bounds on the instructions of a line and of a frame.
+///
+/// They are 3 to 5 % above the counts; more is a failure.
 const BOUNDS: (u32, u32) = (3_800_000, 72_500_000);
 
 type Blocks = Pool<ScanBlock, BLOCKS, { BLOCKS + 1 }>;
@@ -61,7 +63,7 @@ fn main() -> ! {
     exit(EXIT_FAILURE)
 }
 
-/// What a stage took over all of its runs.
+/// Cost of a stage over all of its runs.
 #[derive(Default)]
 struct Stage {
     runs: u32,
@@ -178,19 +180,22 @@ fn run(clock: &Clock) -> Result<bool, Error> {
     Ok(lines.most <= BOUNDS.0 && frame <= BOUNDS.1.into())
 }
 
-/// The plan, in its static. Not inlined: what it takes of the stack until it lies there, `run` does not keep.
+/// The plan, in its static.
+///
+/// Not inlined, so that its stack during construction is not part of `run`'s frame.
 #[inline(never)]
 fn plan() -> Result<&'static Plan<Reference>, Error> {
     Ok(PLAN.init(Reference::plan()?))
 }
 
-/// The most bytes of stack since it was last painted.
+/// Maximum stack since it was last painted, bytes.
 fn stack_used() -> u32 {
     cortex_m_stack::stack_size() - cortex_m_stack::stack_painted()
 }
 
-/// Sleeps until a block is ready. Interrupts are held back between the look and the sleep, which ends all
-/// the same when one is pending.
+/// Sleeps until a block is ready.
+///
+/// Interrupts are masked between the check and the sleep. A pending interrupt still ends the sleep.
 fn wait(sink: &Sink<ScanBlock>) {
     cortex_m::interrupt::free(|_| {
         if sink.waiting() == 0 {
