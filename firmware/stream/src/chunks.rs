@@ -16,8 +16,8 @@ use crate::block::{Block, Overflow, Sample, saturated};
 /// sample. Samples are `[sample][element]`.
 ///
 /// ```
-/// use stream::scan::{BEAMS, ELEMENTS, SAMPLES};
-/// use stream::{Block, Chunks, Sequence};
+/// use bonebeam_stream::scan::{BEAMS, ELEMENTS, SAMPLES};
+/// use bonebeam_stream::{Block, Chunks, Sequence};
 ///
 /// type Record = Chunks<[i16; 2], ELEMENTS, SAMPLES, 100>;
 /// assert_eq!(Record::COUNT, 3);

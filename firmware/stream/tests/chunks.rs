@@ -4,9 +4,9 @@ mod common;
 
 use std::sync::LazyLock;
 
+use bonebeam_stream::scan::{self, BEAMS, ELEMENTS, Reference, SAMPLES, ScanMemory};
+use bonebeam_stream::{Block, Chain, Chunks, Fault, Overflow, Pool, Probe, Sequence, Stamp};
 use common::by_the_core;
-use stream::scan::{self, BEAMS, ELEMENTS, Reference, SAMPLES, ScanMemory};
-use stream::{Block, Chain, Chunks, Fault, Overflow, Pool, Probe, Sequence, Stamp};
 
 type Record<const C: usize> = Chunks<[i16; 2], ELEMENTS, SAMPLES, C>;
 
