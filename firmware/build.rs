@@ -1,5 +1,6 @@
 //! Hands the linker cortex-m-rt's script and the memory map: the one at the root of the repository, which is
 //! QEMU's, or that of the part that the environment variable BOARD names, of `firmware/boards`; and makes the recording that the image `stream` has compiled in.
+//! An image of minimum variance alone may have the size of mv.x.
 
 use std::path::PathBuf;
 use std::{env, fs};
@@ -18,6 +19,10 @@ fn main() {
     println!("cargo::rustc-link-search={}", out.display());
     println!("cargo::rustc-link-arg-bins=-Tlink.x");
     println!("cargo::rustc-link-arg-bin=stream=-Tdefmt.x");
+    if env::var_os("CARGO_FEATURE_EIGENSPACE").is_none() {
+        println!("cargo::rustc-link-arg-bin=mv=-Tmv.x");
+        println!("cargo::rerun-if-changed=mv.x");
+    }
     println!("cargo::rerun-if-changed={map}");
     println!("cargo::rerun-if-env-changed=BOARD");
     println!("cargo::rerun-if-changed=build.rs");
