@@ -1,7 +1,7 @@
 //! The stack that each public entry of the core takes, at most: bytes below the caller's frame.
 //!
 //! The stack is painted, the entry runs, and what is no longer painted is counted. Prints a line an entry,
-//! `stack NAME BYTES`. The stages work on noise, which takes the adaptive methods' slow ways too, and on
+//! `stack NAME BYTES ADDRESS`: `tests/stack_bound.py` bounds the stack of the function at this address. The stages work on noise, which takes the adaptive methods' slow ways too, and on
 //! records that end before the line does. Sizes hardly matter, since all arrays are the caller's.
 
 #![no_std]
@@ -147,19 +147,22 @@ fn main() -> ! {
 
 /// Runs an entry and prints the stack that it took.
 #[inline(never)]
-fn of<R>(name: &str, entry: impl FnOnce() -> Result<R, Error>) -> Result<(), Error> {
+fn of<R, F: FnOnce() -> Result<R, Error>>(name: &str, entry: F) -> Result<(), Error> {
     cortex_m_stack::repaint_stack();
     let free = cortex_m_stack::current_stack_free();
     let outcome = call(entry);
     let taken = free - cortex_m_stack::stack_painted();
     outcome?;
-    hprintln!("stack {name} {taken}");
+    hprintln!(
+        "stack {name} {taken} {}",
+        call::<R, F> as *const () as usize
+    );
     Ok(())
 }
 
 /// Keeps the entry's frame apart from the counter's; what it returns lies in its own.
 #[inline(never)]
-fn call<R>(entry: impl FnOnce() -> Result<R, Error>) -> Result<(), Error> {
+fn call<R, F: FnOnce() -> Result<R, Error>>(entry: F) -> Result<(), Error> {
     match entry() {
         Ok(value) => {
             black_box(&value);
