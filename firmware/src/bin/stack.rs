@@ -1,8 +1,9 @@
 //! The stack that each public entry of the core takes, at most: bytes below the caller's frame.
 //!
 //! The stack is painted, the entry runs, and what is no longer painted is counted. Prints a line an entry,
-//! `stack NAME BYTES ADDRESS`: `tests/stack_bound.py` bounds the stack of the function at this address. The stages work on noise, which takes the adaptive methods' slow ways too, and on
-//! records that end before the line does. Sizes hardly matter, since all arrays are the caller's.
+//! `stack NAME BYTES ADDRESS`: `tests/stack_bound.py` bounds the stack of the function at this address. The stages
+//! work on noise, which takes the adaptive methods' slow ways too, and on records that end before the line does.
+//! Sizes hardly matter, since all arrays are the caller's.
 
 #![no_std]
 #![no_main]

@@ -56,7 +56,7 @@ impl<S: Sample, const M: usize, const N: usize, const C: usize> Chunks<S, M, N, 
         }
     }
 
-    /// Copies a chunk; after the last one returns the record and its number of saturated samples.
+    /// Copies a chunk; at the end returns the record and its saturated samples.
     ///
     /// `index` is the chunk's in the frame, [`Verdict::line`](crate::Verdict::line). The record has the header of
     /// its last chunk, with its own beam. Samples at ±`limit` are counted as by [`Block::saturated`]. A record of
