@@ -2,6 +2,7 @@
 //!
 //! The map is QEMU's, at the root of the repository, or that of the part that the environment variable BOARD names,
 //! in `firmware/boards`. Also makes the recording that is compiled into the image `stream`.
+//! An image of minimum variance alone may have the size of mv.x.
 
 use std::path::PathBuf;
 use std::{env, fs};
@@ -20,6 +21,10 @@ fn main() {
     println!("cargo::rustc-link-search={}", out.display());
     println!("cargo::rustc-link-arg-bins=-Tlink.x");
     println!("cargo::rustc-link-arg-bin=stream=-Tdefmt.x");
+    if env::var_os("CARGO_FEATURE_EIGENSPACE").is_none() {
+        println!("cargo::rustc-link-arg-bin=mv=-Tmv.x");
+        println!("cargo::rerun-if-changed=mv.x");
+    }
     println!("cargo::rerun-if-changed={map}");
     println!("cargo::rerun-if-env-changed=BOARD");
     println!("cargo::rerun-if-changed=build.rs");

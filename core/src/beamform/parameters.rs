@@ -207,12 +207,14 @@ impl Beamformer {
     ///
     /// # Errors
     /// [`Error::Parameter`] for a value outside the range of its row in [`Parameters::TABLE`], or for an argument
-    /// of the method outside that of [`Method::parameter`]; for sub-lines beyond [`Parameters::SUB_LINES`].
+    /// of the method outside that of [`Method::parameter`]; for sub-lines beyond [`Parameters::SUB_LINES`]. Without
+    /// the feature `eigenspace`, for its methods, and for MV with a diagonal loading below 10⁻⁴.
     pub fn new(parameters: Parameters) -> Result<Self, Error> {
         let method = parameters.method;
         if let (Some(row), Some(argument)) = (method.parameter(), method.argument()) {
             row.check(argument)?;
         }
+        method.check_compiled(parameters.diagonal_loading)?;
         let sub_lines = parameters.sub_lines;
         Parameters::SUB_LINES.check(sub_lines as f64)?;
         if !sub_lines.is_power_of_two() {

@@ -230,7 +230,7 @@ pub(super) fn check_line<'a>(
     TransmitDelay::new(line.transmit.law, &line.ray, &line.array, sound_speed)
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "simd"))]
 mod tests {
     use crate::delay::{
         Compounding, Delay, DelayParameters, IqDelay, IqInterpolation, IqLayout, IqParameters,

@@ -46,8 +46,8 @@ impl OutputPin for NoPin {
 /// ```no_run
 /// # fn set_up<S: embedded_hal::spi::SpiDevice, P: embedded_hal::digital::OutputPin>(
 /// #     spi: S, reset: P, select: P, delay: impl embedded_hal::delay::DelayNs,
-/// # ) -> Result<(), front_end::Error> {
-/// use front_end::{Afe, Blocking, Power, Receiver, Settings, block};
+/// # ) -> Result<(), bonebeam_front_end::Error> {
+/// use bonebeam_front_end::{Afe, Blocking, Power, Receiver, Settings, block};
 ///
 /// let mut delay = Blocking(delay);
 /// let mut afe = Afe::afe5809(Blocking(spi), reset, select);

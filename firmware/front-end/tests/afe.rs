@@ -5,12 +5,12 @@ mod common;
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use common::{Event, Recorder, driver, write};
-use front_end::mock::{MockAfe, MockDelay, MockPart};
-use front_end::{
+use bonebeam_front_end::mock::{MockAfe, MockDelay, MockPart};
+use bonebeam_front_end::{
     Afe, Attenuator, Blocking, Error, Gain, LnaGain, LowPass, PgaGain, Power, Receiver, Settings,
     Termination, TestPattern, block,
 };
+use common::{Event, Recorder, driver, write};
 
 #[test]
 fn a_reset_is_a_pulse_that_clears_all() {

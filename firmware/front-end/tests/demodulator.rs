@@ -5,11 +5,11 @@ mod common;
 use std::cell::RefCell;
 use std::rc::Rc;
 
+use bonebeam_front_end::mock::{MockAfe, MockDelay, MockPart, Refused};
+use bonebeam_front_end::{Afe, Blocking, Demodulator, Error, NoPin, Receiver, TestPattern, block};
 use common::{Event, Mocked, Recorder, driver, write};
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::spi::{self, Operation, SpiDevice};
-use front_end::mock::{MockAfe, MockDelay, MockPart, Refused};
-use front_end::{Afe, Blocking, Demodulator, Error, NoPin, Receiver, TestPattern, block};
 
 const COEFFICIENTS: [[i16; 8]; 2] = [[-8192, 0, 0, 0, 0, 0, 0, 1], [0, -1, 0, 0, 0, 0, 0, 0]];
 const SETUP: Demodulator<'static> = Demodulator {

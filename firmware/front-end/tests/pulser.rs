@@ -1,7 +1,7 @@
 //! Transmit delays, and limits of transmits.
 
-use front_end::mock::{MockPulser, MockPulserError};
-use front_end::{
+use bonebeam_front_end::mock::{MockPulser, MockPulserError};
+use bonebeam_front_end::{
     Firing, Limit, LimitError, Limited, LimitedError, Limits, OutOfRange, Profile, Waveform, block,
 };
 

@@ -3,16 +3,16 @@
 use core::future::{Future, poll_fn};
 use core::task::Poll;
 
-use embedded_hal::spi::{ErrorType, Operation, SpiDevice};
-use front_end::ad9276::{self, Ad9276};
-use front_end::mock::{
+use bonebeam_front_end::ad9276::{self, Ad9276};
+use bonebeam_front_end::mock::{
     AdRefused, MockAd9276, MockAfe, MockDelay, MockLane, MockLanes, MockPart, MockSync, MockWords,
     Refused,
 };
-use front_end::{
+use bonebeam_front_end::{
     Afe, Afe58jd18, AlignError, Attenuator, Blocking, Error, Gain, Jd18LowPass, Lane, LnaGain,
     Pair, PairError, PgaGain, Power, Receiver, Settings, Termination, TestPattern, align, block,
 };
+use embedded_hal::spi::{ErrorType, Operation, SpiDevice};
 
 /// Calls of an application, for any receiver.
 fn bring_up<R: Receiver>(receiver: &mut R, settings: &R::Settings) -> Result<(), R::Error> {
@@ -74,8 +74,11 @@ fn the_second_part_needs_its_reset() {
     assert_eq!(part.refused(), Some(Refused::Interface));
 }
 
-type Driver<'a> =
-    Afe<Blocking<front_end::mock::MockSpi<'a>>, front_end::mock::MockPin<'a>, front_end::NoPin>;
+type Driver<'a> = Afe<
+    Blocking<bonebeam_front_end::mock::MockSpi<'a>>,
+    bonebeam_front_end::mock::MockPin<'a>,
+    bonebeam_front_end::NoPin,
+>;
 
 fn pair(parts: &[MockAfe; 2]) -> Pair<Driver<'_>, Driver<'_>, MockSync<'_>, Blocking<MockDelay>> {
     let [first, second] = parts

@@ -2,7 +2,7 @@
 
 use std::convert::Infallible;
 
-use front_end::{GainCurve, Vcat, VcatRange, block};
+use bonebeam_front_end::{GainCurve, Vcat, VcatRange, block};
 
 /// A converter of 12 bits over 3 V.
 struct Dac(Vec<u16>);

@@ -1,9 +1,11 @@
 //! A TX7332, on a mock of its registers and its board.
 
+use bonebeam_front_end::mock::{BoardFailed, MockBoard, MockTx7332, TxRefused};
+use bonebeam_front_end::tx7332::{Tx7332, TxError};
+use bonebeam_front_end::{
+    Blocking, Error, Limited, LimitedError, Limits, Profile, Waveform, block,
+};
 use embedded_hal::spi::SpiDevice;
-use front_end::mock::{BoardFailed, MockBoard, MockTx7332, TxRefused};
-use front_end::tx7332::{Tx7332, TxError};
-use front_end::{Blocking, Error, Limited, LimitedError, Limits, Profile, Waveform, block};
 
 const CLOCK: f64 = 100e6;
 

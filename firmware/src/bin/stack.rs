@@ -1,8 +1,9 @@
 //! Maximum stack of each public entry of the core: bytes below the caller's frame.
 //!
 //! The stack is painted, the entry runs, and the overwritten bytes are counted. Prints a line for each entry,
-//! `stack NAME BYTES`. The stages work on noise, which also takes the adaptive methods' slow paths, and on records
-//! that end before the line does. Sizes have little effect, since all arrays are the caller's.
+//! `stack NAME BYTES ADDRESS`: `tests/stack_bound.py` bounds the stack of the function at this address. The stages
+//! work on noise, which also takes the adaptive methods' slow paths, and on records that end before the line does.
+//! Sizes have little effect, since all arrays are the caller's.
 
 #![no_std]
 #![no_main]
@@ -147,13 +148,16 @@ fn main() -> ! {
 
 /// Runs an entry and prints the stack that it took.
 #[inline(never)]
-fn of<R>(name: &str, entry: impl FnOnce() -> Result<R, Error>) -> Result<(), Error> {
+fn of<R, F: FnOnce() -> Result<R, Error>>(name: &str, entry: F) -> Result<(), Error> {
     cortex_m_stack::repaint_stack();
     let free = cortex_m_stack::current_stack_free();
     let outcome = call(entry);
     let taken = free - cortex_m_stack::stack_painted();
     outcome?;
-    hprintln!("stack {name} {taken}");
+    hprintln!(
+        "stack {name} {taken} {}",
+        call::<R, F> as *const () as usize
+    );
     Ok(())
 }
 
@@ -161,7 +165,7 @@ fn of<R>(name: &str, entry: impl FnOnce() -> Result<R, Error>) -> Result<(), Err
 ///
 /// The entry's result is in its own frame.
 #[inline(never)]
-fn call<R>(entry: impl FnOnce() -> Result<R, Error>) -> Result<(), Error> {
+fn call<R, F: FnOnce() -> Result<R, Error>>(entry: F) -> Result<(), Error> {
     match entry() {
         Ok(value) => {
             black_box(&value);

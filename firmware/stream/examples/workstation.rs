@@ -5,8 +5,8 @@
 mod common;
 
 use bonebeam::memory::Memory;
-use stream::scan::{self, BEAMS, ScanBlock, Shallow};
-use stream::{Chain, Probe, Stamp};
+use bonebeam_stream::scan::{self, BEAMS, ScanBlock, Shallow};
+use bonebeam_stream::{Chain, Probe, Stamp};
 
 fn main() -> Result<(), bonebeam::Error> {
     let (image, map) = common::by_the_core()?;

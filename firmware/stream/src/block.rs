@@ -62,11 +62,14 @@ impl<S: Sample, const M: usize, const N: usize> Block<S, M, N> {
     /// `limit` is 8191 for 14 bits. Cost: a pass over the block. The front end's flag [`Overflow::CLIPPED`] says
     /// that there is one. A few clipped samples do not spoil a line; many do.
     pub fn saturated(&self, limit: u16) -> u32 {
-        let samples = self.samples.as_flattened().iter();
-        samples
-            .map(|sample| u32::from(sample.saturated(limit)))
-            .sum()
+        saturated(self.samples.as_flattened(), limit)
     }
+}
+
+/// Counts samples at ±`limit`, or beyond.
+pub(crate) fn saturated<S: Sample>(samples: &[S], limit: u16) -> u32 {
+    let beyond = samples.iter().map(|sample| sample.saturated(limit));
+    beyond.map(u32::from).sum()
 }
 
 impl<S: Copy, const M: usize, const N: usize> Block<S, M, N> {

@@ -14,8 +14,8 @@ use crate::{Plan, Probe};
 ///
 /// ```
 /// use bonebeam::memory::{Memory, Need};
-/// use stream::scan::{self, Reference};
-/// use stream::{Chain, Probe};
+/// use bonebeam_stream::scan::{self, Reference};
+/// use bonebeam_stream::{Chain, Probe};
 ///
 /// const NEED: Need = Reference::NEED; // .or(Other::NEED)
 /// let plan = Reference::plan()?;

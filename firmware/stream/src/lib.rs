@@ -10,7 +10,7 @@
 //! A [`Block`] is the record of one transmit. A [`Pool`] owns all blocks: the interrupt has its [`Source`], the
 //! main loop its [`Sink`]. No block is copied, and each has one owner at a time. [`Sequence`] finds lost, repeated
 //! and overflowed blocks. [`Chain`] makes lines, images and maps for any [`Probe`], by the core's pipeline.
-//! [`rf_record`] reads RF of 16 bits in either layout.
+//! [`rf_record`] reads RF of 16 bits in either layout. [`Chunks`] receives records in chunks of depth.
 //!
 //! The main loop sleeps by `wfi`, or waits by [`Sink::ready`] under an async executor.
 //! `firmware/src/bin/rtic.rs` and `firmware/src/bin/embassy.rs` are examples of both, and run in QEMU.
@@ -28,6 +28,7 @@
 
 mod block;
 mod chain;
+mod chunks;
 mod pool;
 mod probe;
 mod rf;
@@ -36,6 +37,7 @@ mod sequence;
 
 pub use block::{Block, Overflow, Sample};
 pub use chain::{Chain, Image, Line, Stamp};
+pub use chunks::Chunks;
 pub use pool::{Counters, Pool, Received, Sink, Source};
 pub use probe::{Plan, Probe};
 pub use rf::rf_record;

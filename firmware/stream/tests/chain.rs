@@ -10,9 +10,11 @@ use bonebeam::delay::{Delay, IqLayout};
 use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters, Transmit, TransmitLaw};
 use bonebeam::memory::{Memory, Need};
 use bonebeam::pipeline::{Parameters, Pipeline};
+use bonebeam_stream::scan::{self, BEAMS, ELEMENTS, Reference, ScanBlock, ScanMemory};
+use bonebeam_stream::{
+    Chain, Fault, Line, Overflow, Plan, Pool, Probe, Sequence, Stamp, rf_record,
+};
 use common::by_the_core;
-use stream::scan::{self, BEAMS, ELEMENTS, Reference, ScanBlock, ScanMemory};
-use stream::{Chain, Fault, Line, Overflow, Plan, Pool, Probe, Sequence, Stamp, rf_record};
 
 type ScanChain<'m> = Chain<'m, Reference, BEAMS>;
 

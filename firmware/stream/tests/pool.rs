@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::task::{Context, Poll, Wake, Waker};
 use std::thread;
 
-use stream::{Block, Pool, Sink, Source};
+use bonebeam_stream::{Block, Pool, Sink, Source};
 
 type Small = Block<[i16; 2], 2, 3>;
 

@@ -1,6 +1,6 @@
 //! Faults of blocks, and which frames they harm.
 
-use stream::{Fault, Overflow, Sequence, Verdict};
+use bonebeam_stream::{Fault, Overflow, Sequence, Verdict};
 
 const OK: Overflow = Overflow(0);
 

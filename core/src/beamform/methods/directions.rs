@@ -1,9 +1,9 @@
 //! The methods for several directions, from one factor and one set of eigenvectors.
 
-use super::Method;
 use super::eigenspace::{
     Subspace, accumulate, at_least_floor, first_eigenpair, sort, stepped_eigenpair, subspace_sum,
 };
+use super::{EIGENSPACE, Method};
 use crate::beamform::workspace::{Directions, Solver};
 use crate::covariance::Averaging;
 use crate::linalg::cholesky::{divide_backward, divide_forward, factorise};
@@ -73,7 +73,7 @@ fn of_groups<A: Averaging<V>, V: Vector, const N: usize>(
             #[inline(always)]
             move |solver, directions| mv::<A, V, N>(zero, solver, directions, shape),
         ),
-        Method::EsmvRank1 => stage(
+        Method::EsmvRank1 if EIGENSPACE => stage(
             zero,
             solver,
             directions,
@@ -88,7 +88,7 @@ fn of_groups<A: Averaging<V>, V: Vector, const N: usize>(
                 None => none,
             },
         ),
-        Method::EsmvRank1Steps(steps) => {
+        Method::EsmvRank1Steps(steps) if EIGENSPACE => {
             return stage(
                 zero,
                 solver,
@@ -115,6 +115,13 @@ fn of_groups<A: Averaging<V>, V: Vector, const N: usize>(
         solved = solved & answer.is_finite();
     }
     if (solved | zero_power).all() {
+        return;
+    }
+    if !EIGENSPACE {
+        let nothing = ComplexVector::from_real(zero);
+        for answer in directions.answers.iter_mut() {
+            *answer = ComplexVector::select(solved, *answer, nothing);
+        }
         return;
     }
     // The other methods, and the lanes in which the faster solvers fail.

@@ -15,6 +15,7 @@ use super::depth_step::DepthStep;
 use super::segment::Segment;
 use super::table::{Parameter, Range, choices, range};
 use super::workspace::Solver;
+use crate::Error;
 use crate::covariance::Averaging;
 use crate::simd::{ComplexVector, Mask, Scalar, Vector};
 use eigenspace::{esmv, esmv_rank1, esmv_rank1_steps};
@@ -101,7 +102,41 @@ pub(super) struct Direct {
         fn(segment: &Segment<'_>, window: Option<&Window>, weights: &mut [Complex<f32>]),
 }
 
+/// Whether the eigenspace methods and their solvers are compiled in.
+pub(super) const EIGENSPACE: bool = cfg!(feature = "eigenspace");
+
+/// The least diagonal loading of MV without eigensolvers: no covariance is then singular in f32.
+const LEAST_LOADING: f32 = 1e-4;
+
 impl Method {
+    /// Checks that the solvers that the method may take are compiled in.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] without the feature `eigenspace`: for its methods, and for MV if a covariance of this
+    /// diagonal loading may be singular in f32.
+    pub(crate) fn check_compiled(self, diagonal_loading: f32) -> Result<(), Error> {
+        let (name, value, expected) = match self {
+            _ if EIGENSPACE => return Ok(()),
+            Method::Das => return Ok(()),
+            Method::Mv if diagonal_loading >= LEAST_LOADING => return Ok(()),
+            Method::Mv => (
+                "diagonal_loading",
+                f64::from(diagonal_loading),
+                "at least 1e-4 without the feature eigenspace",
+            ),
+            _ => (
+                self.name(),
+                self.argument().unwrap_or(0.0),
+                "the feature eigenspace",
+            ),
+        };
+        Err(Error::Parameter {
+            name,
+            value,
+            expected,
+        })
+    }
+
     /// Maximum steps of [`Method::EsmvRank1Steps`].
     ///
     /// More steps would take longer than the whole eigensolver.
@@ -151,14 +186,14 @@ pub(super) fn weighted_sum<A: Averaging<V>, V: Vector>(
             #[inline(always)]
             move |solver, s| mv::<A, V>(zero, solver, subaperture, s),
         ),
-        Method::EsmvRank1 => solve(
+        Method::EsmvRank1 if EIGENSPACE => solve(
             zero,
             solver,
             s,
             #[inline(always)]
             move |solver, s| esmv_rank1::<A, V>(zero, solver, subaperture, s, zero_power),
         ),
-        Method::EsmvRank1Steps(steps) => {
+        Method::EsmvRank1Steps(steps) if EIGENSPACE => {
             return solve(
                 zero,
                 solver,
@@ -171,6 +206,9 @@ pub(super) fn weighted_sum<A: Averaging<V>, V: Vector>(
     };
     if (solved | zero_power).all() {
         return sum;
+    }
+    if !EIGENSPACE {
+        return ComplexVector::select(solved, sum, nothing);
     }
     // The other methods, and the lanes in which the faster solvers fail.
     let subspace = method.subspace();

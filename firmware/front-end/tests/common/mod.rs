@@ -3,10 +3,10 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
+use bonebeam_front_end::mock::{MockAfe, MockPin, MockSpi};
+use bonebeam_front_end::{Afe, Blocking};
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::spi::{self, Operation, SpiDevice};
-use front_end::mock::{MockAfe, MockPin, MockSpi};
-use front_end::{Afe, Blocking};
 
 pub type Mocked<'a> = Afe<Blocking<MockSpi<'a>>, MockPin<'a>, MockPin<'a>>;
 

@@ -8,7 +8,7 @@ use bonebeam::{Complex, Error};
 use cortex_m_semihosting::hprintln;
 
 use crate::counter::Counter;
-use crate::input::{ECHO, KINDS, SAMPLES, of_kind, snapshots};
+use crate::input::{ECHO, EXTREMES, KINDS, SAMPLES, of_extreme, of_kind, snapshots};
 use crate::report;
 
 const LARGEST: usize = 64;
@@ -148,30 +148,45 @@ fn spread<const M: usize, const REAL: usize, const COMPLEX: usize>(
     let all = |_| Active { first: 0, count: M };
     let mut z = [Complex::new(0.0, 0.0)];
     let (mut sum, mut least, mut most) = (0, u32::MAX, 0);
-    for kind in 0..KINDS {
-        of_kind(x, kind);
+    let mut count = |x: &[Complex<f32>]| {
         let line = AlignedLine::new(x, M)?;
         let mut outcome = Ok(());
         let cost = counter.count(|| {
             outcome = Workspace::<ForwardBackward>::new(0.0, sizes(M), memory.scratch())
                 .and_then(|mut workspace| beamformer.line(&mut workspace, line, all, &mut z));
         });
-        outcome?;
-        sum += cost.instructions;
-        least = least.min(cost.instructions);
-        most = most.max(cost.instructions);
+        outcome.map(|()| cost.instructions)
+    };
+    for kind in 0..KINDS {
+        of_kind(x, kind);
+        let instructions = count(x)?;
+        sum += instructions;
+        least = least.min(instructions);
+        most = most.max(instructions);
     }
     let mean = sum / KINDS as u32;
     hprintln!("spread {} {M} {mean} {least} {most}", case.name);
     // A comparison around the kernel, for example in its scale, may take some instructions more or less, and so a
-    // tick of 40.
-    let varies = !matches!(
-        case.method,
-        Method::Das | Method::Mv | Method::EsmvRank1Steps(_)
-    );
-    let constant = varies || most - least <= 40 + most / 500;
+    // tick of 40. DAS scales lines whose largest sample is 0 or beyond 2^±64.
+    let (tolerance, of_extremes) = match case.method {
+        Method::Das => (40 + most / 500, 40 + most / 3),
+        Method::Mv | Method::EsmvRank1Steps(_) => (40 + most / 500, 40 + most / 500),
+        _ => return Ok(true),
+    };
+    let mut constant = most - least <= tolerance;
     if !constant {
         hprintln!("error: {} takes {least} to {most} instructions", case.name);
+    }
+    for (name, magnitude, elements) in EXTREMES {
+        of_extreme(x, magnitude, elements);
+        let instructions = count(x)?;
+        if instructions.abs_diff(least) > of_extremes || instructions.abs_diff(most) > of_extremes {
+            hprintln!(
+                "error: {} takes {least}, of {name} {instructions}",
+                case.name
+            );
+            constant = false;
+        }
     }
     Ok(constant)
 }

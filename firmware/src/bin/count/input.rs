@@ -58,6 +58,26 @@ pub fn of_kind(x: &mut [Complex<f32>], kind: usize) {
     }
 }
 
+/// Noise at the ends of what may come: its name, magnitude, and elements that have it; the others are silent.
+pub const EXTREMES: [(&str, f32, usize); 7] = [
+    ("zeros", 0.0, 0),
+    ("the smallest numbers", 1e-45, usize::MAX),
+    ("subnormal numbers", 1e-39, usize::MAX),
+    ("tiny numbers", 1e-30, usize::MAX),
+    ("huge numbers", 1e30, usize::MAX),
+    ("the largest numbers", f32::MAX, usize::MAX),
+    ("one element alone", 1.0, 1),
+];
+
+/// A snapshot of [`EXTREMES`].
+pub fn of_extreme(x: &mut [Complex<f32>], magnitude: f32, elements: usize) {
+    let mut noise = noise();
+    x.fill(Complex::new(0.0, 0.0));
+    for x in x.iter_mut().take(elements) {
+        *x = Complex::new(2.0 * noise() * magnitude, 2.0 * noise() * magnitude);
+    }
+}
+
 /// An image of `side` × `side` pixels: two bright ridges that cross, on speckle.
 pub fn image(pixels: &mut [f32], side: usize) {
     for (n, pixel) in pixels.iter_mut().enumerate() {

@@ -13,7 +13,7 @@ use bonebeam::phase_symmetry::{
     StripSlices,
 };
 use bonebeam::{Complex, Error};
-use stream::scan::{self, BEAMS, ELEMENTS, INPUT, LENGTH, PARAMETERS, SCAN, TRANSMIT};
+use bonebeam_stream::scan::{self, BEAMS, ELEMENTS, INPUT, LENGTH, PARAMETERS, SCAN, TRANSMIT};
 
 const SIDE: usize = 64;
 const PIXELS: usize = SIDE * SIDE;
