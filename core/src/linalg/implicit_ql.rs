@@ -19,7 +19,7 @@ const NOTHING: f32 = f32::from_bits((127 - 50) << 23); // 2^-50
 
 /// Eigenvalues of the tridiagonal matrix with diagonal `d` and off-diagonal `e`.
 ///
-/// They are left in `d`, unordered; `e` is destroyed. The last entry of `e` is not used.
+/// They are left in `d`, unordered; `e`, whose last entry is not used, is destroyed.
 ///
 /// `x` and `y` take part, `N` of each, as row vectors that the eigenvectors multiply from the right: `x ← x·S` for
 /// `T = S·diag(d)·Sᵀ`.
@@ -82,9 +82,7 @@ struct Block<V: Vector> {
 }
 
 impl<V: Vector> Search<V> {
-    /// The next block of each lane, after the eigenvalues already found.
-    ///
-    /// `None` if every lane has found all.
+    /// The next block of each lane, after the eigenvalues already found; `None` if all are.
     #[inline(always)]
     fn block(&mut self, d: &[V], e: &[V]) -> Option<Block<V>> {
         let n = d.len().min(e.len());
@@ -415,9 +413,7 @@ mod tests {
         /// The most rows of the matrices that are searched.
         const ROWS: usize = 9;
 
-        /// Searches a matrix in each lane, and each of them by the one-lane path as well.
-        ///
-        /// Matrices of fewer rows have no coupling after their last row.
+        /// A matrix in each lane, and by the one-lane path; short ones have no coupling after their last row.
         struct SearchBeside {
             matrices: [([f32; ROWS], [f32; ROWS]); MOST_LANES],
             random: ChaCha8Rng,

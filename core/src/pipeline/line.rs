@@ -269,9 +269,7 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         behind.saturating_sub(1)
     }
 
-    /// The aligned samples of a block, wanted at every `step`-th sample of the line.
-    ///
-    /// Returns an upper bound of their magnitudes.
+    /// Aligns samples of a block, for every `step`-th sample of the line; returns a bound of their magnitudes.
     fn compound<'r, V: Vector>(
         &self,
         zero: V,
