@@ -139,7 +139,8 @@ fn a_file_larger_than_memory_is_beamformed_frame_by_frame() {
     assert!(refused.contains("is not available"), "{refused}");
 }
 
-/// Stored, compressed, and in columns, which is read whole: the same numbers.
+/// Stored, compressed, and in columns, which is read whole: the same numbers, also in blocks of any length, in order
+/// or not.
 #[test]
 fn some_frames_are_those_of_the_whole() {
     let folder = tempdir().unwrap();
@@ -176,6 +177,22 @@ fn some_frames_are_those_of_the_whole() {
                 assert_eq!(data.samples.rf(own).unwrap(), rf, "{how}, frame {frame}");
             }
         }
+        for at_a_time in [1, 2, 3, 7] {
+            let file = RecordingFile::open(&path, &Variables::default()).unwrap();
+            let (shared, mut blocks) = file.into_blocks(0..5, at_a_time);
+            assert_eq!(shared.frames(), 0);
+            for start in (0..5).step_by(at_a_time).chain([3, 0, 4]) {
+                let (recording, own) = blocks.block(start).unwrap();
+                let Recording::Channel(data) = recording else {
+                    panic!("channel data were written");
+                };
+                assert_eq!(own.len(), at_a_time.min(5 - start), "{how}");
+                for (own, frame) in own.zip(start..) {
+                    let rf = all.index_axis(Axis(0), frame).mapv(f32::from);
+                    assert_eq!(data.samples.rf(own).unwrap(), rf, "{how}, frame {frame}");
+                }
+            }
+        }
     }
 }
 
@@ -200,6 +217,13 @@ fn a_frame_cut_off_is_reported() {
         let file = RecordingFile::open(&path, &Variables::default()).unwrap();
         file.read(3..4).unwrap();
         let error = file.read(4..5).unwrap_err().to_string();
+        assert!(error.contains("`rf` is truncated"), "{error}");
+        // It is read ahead, and told in its turn.
+        let (_, mut blocks) = file.into_blocks(0..5, 1);
+        for start in 0..4 {
+            blocks.block(start).unwrap();
+        }
+        let error = blocks.block(4).err().unwrap().to_string();
         assert!(error.contains("`rf` is truncated"), "{error}");
         let refused = run(&folder, "beamform data.npz -o lines.npz", None).unwrap_err();
         assert!(refused.contains("`rf` is truncated"), "{refused}");
