@@ -16,6 +16,7 @@ use ndarray::{Array, Array3, Array4, ArrayD, Axis, ShapeBuilder};
 use ndarray_npy::{NpzReader, WritableElement, WriteNpyExt};
 use num_complex::Complex;
 use tempfile::{TempDir, tempdir};
+use twox_hash::XxHash3_128;
 use zip::CompressionMethod;
 use zip::write::{SimpleFileOptions, ZipWriter};
 
@@ -109,9 +110,13 @@ fn a_file_larger_than_memory_is_beamformed_frame_by_frame() {
         ..Beamform::default()
     };
 
-    run(&folder, command, Some(LIMIT)).unwrap();
+    let printed = run(&folder, &format!("{command} --json"), Some(LIMIT)).unwrap();
     let z = lines(&folder);
     assert_eq!(z.shape()[0], FRAMES);
+    // It is hashed while it is read.
+    let json: serde_json::Value = serde_json::from_str(&printed).unwrap();
+    let hash = XxHash3_128::oneshot(&std::fs::read(&path).unwrap());
+    assert_eq!(json["input_xxh128"], format!("{hash:032x}"));
     for frame in [0, 1, 37, FRAMES - 1] {
         let own = z.index_axis(Axis(0), frame).into_owned();
         assert_eq!(own, expected(&path, frame, &parameters), "frame {frame}");

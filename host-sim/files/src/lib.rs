@@ -9,6 +9,7 @@ mod aligned;
 pub mod atomic;
 mod channel_data;
 mod error;
+mod hash;
 #[cfg(feature = "png")]
 pub mod image;
 pub mod input;
@@ -36,6 +37,7 @@ mod volume;
 pub use aligned::AlignedData;
 pub use channel_data::{ChannelData, check_plane};
 pub use error::{Error, Result};
+pub use hash::FileHash;
 pub use input::cannot_be_opened;
 pub use lines::{BeamRays, BeamformedLines};
 pub use npy::read_array;

@@ -299,6 +299,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let beamformer = RecordingFrames::new(&shared, &config.beamform);
     let beamformer = beamformer.map_err(|e| about(&arguments.recording, e))?;
     let bar = Progress::new("beamforming", 1000);
+    let hashing = snapshot.hashing(frames.len() == of, frames.len() == at_a_time);
     let mut seconds = 0.0;
     // The lines of the next frames after so many.
     let mut next = |done: usize| -> Result<Vec<BeamformedLines>> {
@@ -307,6 +308,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
         let block = own.len() as f64;
         let share = |part: f64| (done as f64 + part * block) / frames.len() as f64;
         let progress = |part: f64| bar.set((1000.0 * share(part)) as u64, 1000);
+        hashing.follow(share(1.0));
         let begin = Instant::now();
         let lines = beamformer.lines(recording, own, &progress);
         seconds += begin.elapsed().as_secs_f64();
@@ -330,7 +332,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     };
     let resumed = partial.as_ref().map_or(0, PartialLines::resumed);
     bar.clear();
-    let input = snapshot.hashed(frames.len() == of)?;
+    let input = hashing.finish()?;
     let mut measures = Measures::new(&input, format, seconds, resumed, &lines);
     let mut summary = summary_of_lines(&shared, &config.beamform, frames.len(), &lines);
     if resumed > 0 {
