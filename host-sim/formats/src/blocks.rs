@@ -1,10 +1,10 @@
 //! Blocks of a file's frames: the next is read while one is in use.
 
 use std::ops::Range;
-use std::panic::resume_unwind;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::thread::{Builder, JoinHandle};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread::Builder;
 
 use bonebeam_files::{Recording, Result};
 
@@ -22,8 +22,15 @@ pub struct Blocks {
     held: Option<Held>,
     /// Memory of the block before it.
     spare: Option<Recording>,
-    /// The thread that reads the next block.
-    next: Option<JoinHandle<Result<Held>>>,
+    reader: Option<Reader>,
+    /// Whether the reader was asked for a block.
+    is_asked: bool,
+}
+
+/// A thread that reads blocks into memory that is no longer needed.
+struct Reader {
+    asked: Sender<(Range<usize>, Option<Recording>)>,
+    read: Receiver<Result<Held>>,
 }
 
 /// What a file's frames are read with.
@@ -56,6 +63,23 @@ impl Source {
     }
 }
 
+impl Reader {
+    /// Begins the thread. If there is none, it cannot be asked.
+    fn new(source: Arc<Source>) -> Self {
+        let (asked, receiver) = channel();
+        let (sender, read) = channel();
+        let serve = move || {
+            for (frames, spare) in receiver {
+                if sender.send(source.read(frames, spare)).is_err() {
+                    return;
+                }
+            }
+        };
+        let _ = Builder::new().spawn(serve);
+        Reader { asked, read }
+    }
+}
+
 impl Held {
     fn holds(&self, frames: &Range<usize>) -> bool {
         self.frames.start <= frames.start && frames.end <= self.frames.end
@@ -79,7 +103,8 @@ impl Blocks {
                 recording: first,
             }),
             spare: None,
-            next: None,
+            reader: None,
+            is_asked: false,
         }
     }
 
@@ -89,9 +114,11 @@ impl Blocks {
     /// As [`RecordingFile::read`](crate::RecordingFile::read).
     pub fn block(&mut self, start: usize) -> Result<(&Recording, Range<usize>)> {
         let block = self.range(start);
-        if let Some(thread) = self.next.take() {
-            let read = thread.join().unwrap_or_else(|panic| resume_unwind(panic))?;
-            self.spare = self.held.replace(read).map(|held| held.recording);
+        if std::mem::take(&mut self.is_asked)
+            && let Some(reader) = &self.reader
+            && let Ok(read) = reader.read.recv()
+        {
+            self.spare = self.held.replace(read?).map(|held| held.recording);
         }
         let held = match self.held.take() {
             Some(held) if held.holds(&block) => held,
@@ -101,10 +128,10 @@ impl Blocks {
         };
         let next = self.range(block.end);
         if !next.is_empty() && !held.holds(&next) {
-            let (source, spare) = (self.source.clone(), self.spare.take());
-            let read = move || source.read(next, spare);
-            // If there is no thread, the block is read when it is asked for.
-            self.next = Builder::new().spawn(read).ok();
+            let new = || Reader::new(self.source.clone());
+            let reader = self.reader.get_or_insert_with(new);
+            // If there is no thread, the block is read when it is needed.
+            self.is_asked = reader.asked.send((next, self.spare.take())).is_ok();
         }
         let held = self.held.insert(held);
         let first = block.start.saturating_sub(held.frames.start);
