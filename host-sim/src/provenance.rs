@@ -1,15 +1,16 @@
 //! Provenance of a result: the program's version and commit, hashes of the inputs.
 
 use std::fs::{self, Metadata};
-use std::io::Read;
+use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
-use std::thread;
+use std::sync::mpsc::{Sender, channel};
+use std::thread::{self, JoinHandle};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use twox_hash::XxHash3_128;
 
 use crate::{Error, Result};
-use bonebeam_files::{cannot_be_opened, file_error, input};
+use bonebeam_files::{FileHash, cannot_be_opened, file_error};
 
 /// The program's version.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -39,7 +40,7 @@ pub struct Input {
 /// State of a file, or of a folder's files, before they are read.
 ///
 /// Readers of archives and of HDF5 seek in a file, skip parts of it and read others twice, so the bytes cannot be
-/// hashed as they are read. The file is hashed afterwards, and must not have changed in between.
+/// hashed as they are read. The file is hashed by itself, and must not have changed from the snapshot to the end.
 pub struct Snapshot {
     path: PathBuf,
     files: Vec<State>,
@@ -88,35 +89,52 @@ impl Snapshot {
     /// # Errors
     /// A file that changed or that cannot be read.
     pub fn hashed(&self, is_whole: bool) -> Result<Input> {
-        let bytes: u64 = self.files.iter().map(|file| file.bytes).sum();
-        let xxh128 = match is_whole || bytes <= PART {
-            true => Some(format!("{:032x}", self.hash()?)),
-            false => None,
+        self.input(self.hash(is_whole))
+    }
+
+    /// Begins to hash the input, behind its reader. `is_whole`: all of it is used.
+    ///
+    /// An input that is read at once needs no thread, but is hashed at the end.
+    pub fn hashing(&self, is_whole: bool, is_read_at_once: bool) -> Hashing<'_> {
+        let (read, receiver) = channel();
+        let (mut hash, bytes) = (self.hash(is_whole), self.bytes());
+        let follow = move || {
+            for share in receiver {
+                if let Some(hash) = &mut hash {
+                    hash.up_to((share * bytes as f64) as u64)?;
+                }
+            }
+            Ok(hash)
         };
+        Hashing {
+            snapshot: self,
+            is_whole,
+            read,
+            thread: match is_read_at_once {
+                true => None,
+                false => thread::Builder::new().spawn(follow).ok(),
+            },
+        }
+    }
+
+    /// The hash of the input, unless it is a part of a large file.
+    fn hash(&self, is_whole: bool) -> Option<FileHash> {
+        let of_folder = self.files.iter().any(|file| file.path != self.path);
+        let files = self.files.iter().map(|file| file.path.clone()).collect();
+        (is_whole || self.bytes() <= PART).then(|| FileHash::new(files, of_folder))
+    }
+
+    fn bytes(&self) -> u64 {
+        self.files.iter().map(|file| file.bytes).sum()
+    }
+
+    fn input(&self, hash: Option<FileHash>) -> Result<Input> {
+        let xxh128 = hash.map(FileHash::finish).transpose()?;
         self.check()?;
         Ok(Input {
             path: self.path.clone(),
-            xxh128,
+            xxh128: xxh128.map(|hash| format!("{hash:032x}")),
         })
-    }
-
-    fn hash(&self) -> Result<u128> {
-        let mut hasher = XxHash3_128::with_seed(0);
-        let mut buffer = vec![0; 1 << 18];
-        for State { path, .. } in &self.files {
-            if *path != self.path {
-                hasher.write(path.file_name().unwrap_or_default().as_encoded_bytes());
-            }
-            let wrong = |e| unreadable(path, &e);
-            let mut opened = input::open(path).map_err(wrong)?;
-            loop {
-                match opened.read(&mut buffer).map_err(wrong)? {
-                    0 => break,
-                    count => hasher.write(&buffer[..count]),
-                }
-            }
-        }
-        Ok(hasher.finish_128())
     }
 
     /// A key that changes with the input's path, length or time, and with `settings`.
@@ -135,6 +153,37 @@ impl Snapshot {
             hasher.write(&changed.unwrap_or_default().as_nanos().to_le_bytes());
         }
         Ok(hasher.finish_128())
+    }
+}
+
+/// A hash of an input, in a thread while the input is used.
+///
+/// It stays behind the reader, whose bytes the system then still has in memory.
+pub struct Hashing<'s> {
+    snapshot: &'s Snapshot,
+    is_whole: bool,
+    read: Sender<f64>,
+    thread: Option<JoinHandle<Result<Option<FileHash>>>>,
+}
+
+impl Hashing<'_> {
+    /// Follows the reader to a share of the input.
+    pub fn follow(&self, share: f64) {
+        // A thread that has failed tells why at the end.
+        let _ = self.read.send(share);
+    }
+
+    /// Hashes the rest.
+    ///
+    /// # Errors
+    /// As [`Snapshot::hashed`].
+    pub fn finish(self) -> Result<Input> {
+        drop(self.read);
+        let hash = match self.thread {
+            Some(thread) => thread.join().unwrap_or_else(|panic| resume_unwind(panic))?,
+            None => self.snapshot.hash(self.is_whole),
+        };
+        self.snapshot.input(hash)
     }
 }
 

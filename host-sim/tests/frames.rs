@@ -18,6 +18,7 @@ use ndarray::{Array, Array3, Array4, ArrayD, Axis, ShapeBuilder};
 use ndarray_npy::{NpzReader, WritableElement, WriteNpyExt};
 use num_complex::Complex;
 use tempfile::{TempDir, tempdir};
+use twox_hash::XxHash3_128;
 use zip::CompressionMethod;
 use zip::write::{SimpleFileOptions, ZipWriter};
 
@@ -113,9 +114,13 @@ fn a_file_larger_than_memory_is_beamformed_frame_by_frame() {
         ..Beamform::default()
     };
 
-    run(&folder, command, Some(LIMIT)).unwrap();
+    let printed = run(&folder, &format!("{command} --json"), Some(LIMIT)).unwrap();
     let z = lines(&folder);
     assert_eq!(z.shape()[0], FRAMES);
+    // It is hashed while it is read.
+    let json: serde_json::Value = serde_json::from_str(&printed).unwrap();
+    let hash = XxHash3_128::oneshot(&std::fs::read(&path).unwrap());
+    assert_eq!(json["input_xxh128"], format!("{hash:032x}"));
     for frame in [0, 1, 37, FRAMES - 1] {
         let own = z.index_axis(Axis(0), frame).into_owned();
         assert_eq!(own, expected(&path, frame, &parameters), "frame {frame}");
@@ -143,7 +148,7 @@ fn a_file_larger_than_memory_is_beamformed_frame_by_frame() {
     assert!(refused.contains("is not available"), "{refused}");
 }
 
-/// Stored, compressed, and column-major (read whole): the same numbers.
+/// Stored, compressed, and column-major (read whole): the same numbers, also in blocks of any length and order.
 #[test]
 fn some_frames_are_those_of_the_whole() {
     let folder = tempdir().unwrap();
@@ -180,6 +185,22 @@ fn some_frames_are_those_of_the_whole() {
                 assert_eq!(data.samples.rf(own).unwrap(), rf, "{how}, frame {frame}");
             }
         }
+        for at_a_time in [1, 2, 3, 7] {
+            let file = RecordingFile::open(&path, &Variables::default()).unwrap();
+            let (shared, mut blocks) = file.into_blocks(0..5, at_a_time);
+            assert_eq!(shared.frames(), 0);
+            for start in (0..5).step_by(at_a_time).chain([3, 0, 4]) {
+                let (recording, own) = blocks.block(start).unwrap();
+                let Recording::Channel(data) = recording else {
+                    panic!("channel data were written");
+                };
+                assert_eq!(own.len(), at_a_time.min(5 - start), "{how}");
+                for (own, frame) in own.zip(start..) {
+                    let rf = all.index_axis(Axis(0), frame).mapv(f32::from);
+                    assert_eq!(data.samples.rf(own).unwrap(), rf, "{how}, frame {frame}");
+                }
+            }
+        }
     }
 }
 
@@ -204,6 +225,13 @@ fn a_frame_cut_off_is_reported() {
         let file = RecordingFile::open(&path, &Variables::default()).unwrap();
         file.read(3..4).unwrap();
         let error = file.read(4..5).unwrap_err().to_string();
+        assert!(error.contains("`rf` is truncated"), "{error}");
+        // It is read ahead, and told in its turn.
+        let (_, mut blocks) = file.into_blocks(0..5, 1);
+        for start in 0..4 {
+            blocks.block(start).unwrap();
+        }
+        let error = blocks.block(4).err().unwrap().to_string();
         assert!(error.contains("`rf` is truncated"), "{error}");
         let refused = run(&folder, "beamform data.npz -o lines.npz", None).unwrap_err();
         assert!(refused.contains("`rf` is truncated"), "{refused}");

@@ -38,7 +38,7 @@ enum Of<'a> {
 }
 
 impl<'a> RecordingFrames<'a> {
-    /// For the frames of a recording of which at least one is in memory.
+    /// For the frames of a recording, which itself needs none of them.
     ///
     /// # Errors
     /// Parameters that do not fit the record; see [`DelayStage::new`] and [`Plan::new`].

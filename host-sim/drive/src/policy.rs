@@ -86,10 +86,10 @@ pub fn check_depths(data: &ChannelData, parameters: &Beamform) -> Result<Option<
     )))
 }
 
-/// Memory that beamforming needs beside a recording, bytes.
+/// Memory that beamforming needs beside a recording's first frame, bytes.
 ///
-/// For `frames` frames at a time: the samples in order, the threads' aligned samples, the lines, and the pictures
-/// of one frame.
+/// For `frames` frames at a time: a block in use and one that is read, the weighted samples of a frame, the
+/// threads' aligned samples, the lines, and the pictures of one frame.
 pub fn working_memory(
     recording: &Recording,
     parameters: &Beamform,
@@ -97,8 +97,10 @@ pub fn working_memory(
     frames: usize,
 ) -> usize {
     const COMPLEX: usize = size_of::<Complex<f32>>();
+    let frame = recording.bytes() / recording.frames().max(1);
+    let blocks = product(&[(2 * frames).saturating_sub(1), frame]);
     let beamforming = match recording {
-        Recording::Aligned(data) => vec![product(&[2, data.x.len(), COMPLEX])],
+        Recording::Aligned(_) => vec![blocks, frame],
         Recording::Channel(data) => {
             let c = parameters.sound_speed.unwrap_or(data.c);
             let [first, last] = data.depths(c);
@@ -123,8 +125,10 @@ pub fn working_memory(
                 }
                 _ => 0,
             };
+            let weighted = parameters.transmit_weights.as_ref().map_or(0, |_| frame);
             vec![
-                data.samples.bytes(),
+                blocks,
+                weighted,
                 upsampled,
                 product(&[rayon::current_num_threads(), TILE]),
                 product(&[lines, directions, COMPLEX]),

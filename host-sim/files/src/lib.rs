@@ -10,6 +10,7 @@ pub mod atomic;
 mod channel_data;
 pub mod document;
 mod error;
+mod hash;
 #[cfg(feature = "png")]
 pub mod image;
 pub mod input;
@@ -37,6 +38,7 @@ mod volume;
 pub use aligned::AlignedData;
 pub use channel_data::{ChannelData, check_plane};
 pub use error::{Error, Result};
+pub use hash::FileHash;
 pub use input::cannot_be_opened;
 pub use lines::{BeamRays, BeamformedLines};
 pub use npy::read_array;

@@ -30,6 +30,8 @@ pub struct PartialLines {
     /// The file, once it exists and belongs to this run alone.
     file: Option<File>,
     shape: (usize, usize),
+    /// Memory of the frame that is written.
+    record: Vec<u8>,
     done: usize,
     resumed: usize,
     begin: Instant,
@@ -49,6 +51,7 @@ impl PartialLines {
             key,
             file: None,
             shape: (0, 0),
+            record: Vec::new(),
             done: 0,
             resumed: 0,
             begin: Instant::now(),
@@ -213,15 +216,16 @@ impl PartialLines {
         if z.dim() != self.shape {
             return Err(io::Error::other("frames of several shapes"));
         }
-        let mut record = Vec::new();
+        let record = &mut self.record;
+        record.clear();
         record.try_reserve_exact(z.len() * size_of::<Complex<f32>>() + size_of::<u32>())?;
         for value in z {
             record.extend(value.re.to_le_bytes());
             record.extend(value.im.to_le_bytes());
         }
-        record.extend(crc32fast::hash(&record).to_le_bytes());
+        record.extend(crc32fast::hash(record).to_le_bytes());
         file.seek(SeekFrom::Start(start))?;
-        file.write_all(&record)?;
+        file.write_all(record)?;
         self.done += 1;
         Ok(())
     }

@@ -116,6 +116,30 @@ impl Recording {
         }
     }
 
+    /// A copy without frames: what all frames share.
+    pub fn shared(&mut self) -> Self {
+        match self {
+            Recording::Channel(data) => {
+                let none = match data.samples.frame(0) {
+                    Some(frame) => frame.none(),
+                    None => data.samples.clone(),
+                };
+                let samples = std::mem::replace(&mut data.samples, none);
+                let shared = data.clone();
+                data.samples = samples;
+                Recording::Channel(shared)
+            }
+            Recording::Aligned(data) => {
+                let (_, beams, samples, elements) = data.x.dim();
+                Recording::Aligned(AlignedData {
+                    x: Array4::default((0, beams, samples, elements)),
+                    beam_x: data.beam_x.clone(),
+                    ..*data
+                })
+            }
+        }
+    }
+
     /// Number of frames.
     pub fn frames(&self) -> usize {
         match self {

@@ -4,6 +4,7 @@
 //! [`RecordingFile`].
 
 mod aliases;
+mod blocks;
 mod export;
 mod guard;
 mod hdf5;
@@ -20,6 +21,7 @@ mod variables;
 mod waves;
 mod zea;
 
+pub use blocks::Blocks;
 pub use export::{Export, add_lines};
 pub use layout::Layout;
 pub use recording_file::RecordingFile;

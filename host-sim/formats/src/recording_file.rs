@@ -2,11 +2,12 @@
 
 use std::borrow::Cow;
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use bonebeam_files::atomic::Outputs;
 use bonebeam_files::{Recording, Result};
 
+use crate::blocks::{Blocks, Source};
 use crate::export::add_recording;
 use crate::{Export, Format, Found, Variables};
 
@@ -17,9 +18,7 @@ const AT_A_TIME: usize = 16 << 20;
 ///
 /// So it may be larger than memory. Formats that are only read whole are in memory.
 pub struct RecordingFile {
-    path: PathBuf,
-    variables: Variables,
-    format: Format,
+    source: Source,
     frames: usize,
     /// The first frame, or all.
     first: Recording,
@@ -36,9 +35,11 @@ impl RecordingFile {
     pub fn open(path: &Path, variables: &Variables) -> Result<Self> {
         let found = crate::read(path, variables, 0..1)?;
         Ok(Self {
-            path: path.to_path_buf(),
-            variables: variables.clone(),
-            format: found.format,
+            source: Source {
+                path: path.to_path_buf(),
+                variables: variables.clone(),
+                format: found.format,
+            },
             frames: found.frames,
             first: found.recording,
             assumed: found.assumed,
@@ -47,7 +48,7 @@ impl RecordingFile {
 
     /// Format of the file.
     pub fn format(&self) -> Format {
-        self.format
+        self.source.format
     }
 
     /// Assumed values that the file does not give.
@@ -79,31 +80,19 @@ impl RecordingFile {
         if frames.end <= self.first.frames() {
             return Ok((Cow::Borrowed(&self.first), frames));
         }
-        let Found { recording, .. } = crate::read(&self.path, &self.variables, frames)?;
+        let Found { recording, .. } =
+            crate::read(&self.source.path, &self.source.variables, frames)?;
         let all = 0..recording.frames();
         Ok((Cow::Owned(recording), all))
     }
 
-    /// Reads some frames into the memory of earlier ones in `spare`.
+    /// Splits into what all frames share, and blocks of `at_a_time` of some frames.
     ///
-    /// Not all formats allow that. If so, all frames together need the memory of one.
-    ///
-    /// # Errors
-    /// As [`RecordingFile::read`].
-    pub fn read_into<'s>(
-        &'s self,
-        frames: Range<usize>,
-        spare: &'s mut Option<Recording>,
-    ) -> Result<(&'s Recording, Range<usize>)> {
-        if frames.end <= self.first.frames() {
-            return Ok((&self.first, frames));
-        }
-        let recording = match self.format {
-            Format::Npz => Recording::read_npz_into(&self.path, frames, spare.take())?.0,
-            _ => crate::read(&self.path, &self.variables, frames)?.recording,
-        };
-        let all = 0..recording.frames();
-        Ok((spare.insert(recording), all))
+    /// The former is the recording without frames.
+    pub fn into_blocks(mut self, frames: Range<usize>, at_a_time: usize) -> (Recording, Blocks) {
+        let shared = self.first.shared();
+        let blocks = Blocks::new(self.source, self.first, frames, at_a_time);
+        (shared, blocks)
     }
 
     /// Stages the recording in a format, a few frames at a time.

@@ -162,6 +162,21 @@ impl Arguments {
         check_outputs(&[&self.recording], &outputs)
     }
 
+    /// Whether an image or a bone map was asked for.
+    fn pictured(&self) -> bool {
+        self.image.is_some() || self.bone_map.is_some()
+    }
+
+    /// Refuses beams that the surface or a picture cannot have.
+    fn check_beams(&self, recording: &Recording) -> Result<()> {
+        match given_beams(recording) {
+            Some(beam_x) if self.pictured() || self.surface.is_some() => {
+                check_beams(beam_x).map_err(|e| about(&self.recording, e))
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// The pictures that were asked for.
     fn pictures<'a>(&self, config: &'a Config) -> Pictures<'a> {
         Pictures {
@@ -270,31 +285,30 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let file = RecordingFile::open(&arguments.recording, &config.variables)?;
     let first = file.first();
     arguments.refuse_flags_without_effect(first)?;
-    let pictured = arguments.image.is_some() || arguments.bone_map.is_some();
-    if (pictured || arguments.surface.is_some())
-        && let Some(beam_x) = given_beams(first)
-    {
-        check_beams(beam_x).map_err(|e| about(&arguments.recording, e))?;
-    }
+    arguments.check_beams(first)?;
     arguments.warn_of(first, &config)?;
     tell_assumed(&arguments.recording, &file);
+    let pictured = arguments.pictured();
     let pictures = pictured.then(|| arguments.pictures(&config));
     let frames = FrameRange::of(arguments.frames.as_ref(), file.frames())?;
     let at_a_time = file.frames_at_a_time().min(frames.len());
     let bytes = working_memory(first, &config.beamform, pictures.as_ref(), at_a_time);
     memory::check(bytes, "beamforming").map_err(|e| about(&arguments.recording, e))?;
-    let beamformer = RecordingFrames::new(first, &config.beamform);
+    let (format, of) = (file.format(), file.frames());
+    let (shared, mut blocks) = file.into_blocks(frames.clone(), at_a_time);
+    let beamformer = RecordingFrames::new(&shared, &config.beamform);
     let beamformer = beamformer.map_err(|e| about(&arguments.recording, e))?;
     let bar = Progress::new("beamforming", 1000);
-    let (mut seconds, mut spare) = (0.0, None);
+    let hashing = snapshot.hashing(frames.len() == of, frames.len() == at_a_time);
+    let mut seconds = 0.0;
     // The lines of the next frames after so many.
     let mut next = |done: usize| -> Result<Vec<BeamformedLines>> {
-        let start = frames.start + done;
-        let block = start..frames.end.min(start + at_a_time);
-        let share = |part: f64| (done as f64 + part * block.len() as f64) / frames.len() as f64;
-        let progress = |part: f64| bar.set((1000.0 * share(part)) as u64, 1000);
-        let (recording, own) = file.read_into(block.clone(), &mut spare)?;
+        let (recording, own) = blocks.block(frames.start + done)?;
         snapshot.check()?;
+        let block = own.len() as f64;
+        let share = |part: f64| (done as f64 + part * block) / frames.len() as f64;
+        let progress = |part: f64| bar.set((1000.0 * share(part)) as u64, 1000);
+        hashing.follow(share(1.0));
         let begin = Instant::now();
         let lines = beamformer.lines(recording, own, &progress);
         seconds += begin.elapsed().as_secs_f64();
@@ -302,7 +316,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     };
 
     let mut outputs = Outputs::new();
-    let (lines, partial) = match file.frames() {
+    let (lines, partial) = match of {
         1 => {
             let lines = next(0)?.remove(0);
             lines.add_to(&arguments.output, &mut outputs)?;
@@ -318,9 +332,9 @@ pub fn run(arguments: Arguments) -> Result<()> {
     };
     let resumed = partial.as_ref().map_or(0, PartialLines::resumed);
     bar.clear();
-    let input = snapshot.hashed(frames.len() == file.frames())?;
-    let mut measures = Measures::new(&input, file.format(), seconds, resumed, &lines);
-    let mut summary = summary_of_lines(first, &config.beamform, frames.len(), &lines);
+    let input = hashing.finish()?;
+    let mut measures = Measures::new(&input, format, seconds, resumed, &lines);
+    let mut summary = summary_of_lines(&shared, &config.beamform, frames.len(), &lines);
     if resumed > 0 {
         summary += &format!(", {resumed} of them from an interrupted run");
     }
@@ -337,7 +351,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
         measures.add_image(&image);
     }
     summary += &arguments.add_surface(&lines, &config, &mut outputs)?;
-    if let Recording::Channel(_) = first {
+    if let Recording::Channel(_) = shared {
         config.beamform.output_rate = Some(lines.fs);
     }
     config.add_to(&command_line(), &[input], &config_path, &mut outputs)?;

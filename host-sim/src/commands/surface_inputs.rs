@@ -243,18 +243,18 @@ fn of_recording(source: &Source<'_>, config: &Config, snapshot: &Snapshot) -> Re
     let at_a_time = file.frames_at_a_time().min(frames.len());
     let bytes = working_memory(first, &config.beamform, pictures.as_ref(), at_a_time);
     memory::check(bytes, "beamforming").map_err(|e| about(path, e))?;
-    let beamformer = RecordingFrames::new(first, &config.beamform).map_err(|e| about(path, e))?;
+    let (shared, mut blocks) = file.into_blocks(frames.clone(), at_a_time);
+    let beamformer = RecordingFrames::new(&shared, &config.beamform).map_err(|e| about(path, e))?;
     let bar = Progress::new("beamforming", 1000);
-    let (mut found, mut spare) = (None, None);
+    let mut found = None;
     for start in frames.clone().step_by(at_a_time.max(1)) {
-        let block = start..frames.end.min(start + at_a_time);
-        let done = (start - frames.start) as f64;
-        let share = |part: f64| (done + part * block.len() as f64) / frames.len() as f64;
-        let progress = |part: f64| bar.set((1000.0 * share(part)) as u64, 1000);
-        let (recording, own) = file.read_into(block.clone(), &mut spare)?;
+        let (recording, own) = blocks.block(start)?;
         snapshot.check()?;
+        let (done, block) = ((start - frames.start) as f64, own.len() as f64);
+        let share = |part: f64| (done + part * block) / frames.len() as f64;
+        let progress = |part: f64| bar.set((1000.0 * share(part)) as u64, 1000);
         let lines = beamformer.lines(recording, own, &progress);
-        for (index, lines) in block.clone().zip(lines.map_err(|e| about(path, e))?) {
+        for (index, lines) in (start..).zip(lines.map_err(|e| about(path, e))?) {
             add_frame(&mut found, index, &lines, source, config)?;
         }
     }

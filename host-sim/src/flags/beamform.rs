@@ -3,7 +3,7 @@
 use bonebeam::beamform::Apodization;
 use bonebeam::covariance::Covariance;
 use bonebeam_drive::config::{
-    Beamform, DEPTH_STEP, Interpolation, LineKind, Preset, RfInterpolation, TransmitWeights,
+    Beamform, Interpolation, LineKind, Preset, RfInterpolation, TransmitWeights,
 };
 use bonebeam_drive::methods::MethodName;
 use clap::Args;
@@ -205,10 +205,8 @@ impl BeamformFlags {
     /// Replaces the section's values by those of the flags.
     pub fn apply(&self, section: &mut Beamform) {
         self.apply_method(section);
-        section.preset = self.preset.or(section.preset);
-        if self.core.has(DEPTH_STEP) {
-            section.preset = None;
-        }
+        let preset = self.preset.or(section.preset);
+        section.preset = preset.and_then(|preset| preset.unless(|key| self.core.has(key)));
         self.core.apply(&mut section.core);
         section.covariance = self.covariance.unwrap_or(section.covariance);
         section.adaptive_depth_start = self.adaptive_depth_start.or(section.adaptive_depth_start);

@@ -209,22 +209,32 @@ impl Point {
         beamform_channel_data(record, &section, &|_| {}).expect("lines")
     }
 
-    /// The level of the point, dB, and the lateral offset of its peak, m.
-    fn peak(&self, section: &Beamform, sub_lines: Option<usize>) -> [f64; 2] {
+    /// The level of the point, dB, and two lateral errors, m.
+    ///
+    /// They are of its largest sample, and of the vertex of a parabola through the levels of that line and its neighbours.
+    fn peak(&self, section: &Beamform, sub_lines: Option<usize>) -> [f64; 3] {
         let lines = self.lines(section, sub_lines);
         let largest = lines.z.indexed_iter().max_by(|(_, a), (_, b)| {
             let power = |z: &Complex<f32>| z.norm_sqr();
             power(a).total_cmp(&power(b))
         });
         let ((beam, sample), z) = largest.expect("a sample");
+        let decibels = |z: &Complex<f32>| 20.0 * f64::from(z.norm()).log10();
         let depth = C * (lines.t0 + sample as f64 / lines.fs) / 2.0;
-        let (_, angle) = match &lines.rays {
-            None => (0.0, 0.0),
-            Some(rays) => (rays.z[beam], rays.angle[beam]),
+        let x = |beam: usize| {
+            let angle = lines.rays.as_ref().map_or(0.0, |rays| rays.angle[beam]);
+            lines.beam_x[beam] + depth * angle.sin()
         };
-        let x = lines.beam_x[beam] + depth * angle.sin();
-        let [point_x, _] = self.position();
-        [20.0 * f64::from(z.norm()).log10(), (x - point_x).abs()]
+        let level = |beam: usize| {
+            let levels = lines.z.row(beam).into_iter().map(decibels);
+            levels.fold(f64::MIN, f64::max)
+        };
+        let inner = beam.clamp(1, lines.z.nrows() - 2);
+        let [left, middle, right] = [inner - 1, inner, inner + 1].map(level);
+        let vertex = (left - right) / (left - 2.0 * middle + right) / 2.0;
+        let between = x(inner) + vertex * (x(inner + 1) - x(inner - 1)) / 2.0;
+        let beside = |x: f64| (x - self.position()[0]).abs();
+        [decibels(z), beside(x(beam)), beside(between)]
     }
 }
 
@@ -237,16 +247,16 @@ fn section(method: MethodName) -> Beamform {
 
 /// Level of a point beside a line relative to one on the line, dB.
 ///
-/// The second value is the lateral offset of the peak, m.
-fn loss(point: &Point, method: MethodName, sub_lines: Option<usize>) -> [f64; 2] {
+/// The other values are the lateral errors of the peak and of the vertex, m.
+fn loss(point: &Point, method: MethodName, sub_lines: Option<usize>) -> [f64; 3] {
     let on = Point {
         beside: 0.0,
         ..*point
     };
     let section = section(method);
-    let [level, _] = on.peak(&section, Some(1));
-    let [beside, off] = point.peak(&section, sub_lines);
-    [level - beside, off]
+    let [level, ..] = on.peak(&section, Some(1));
+    let [beside, off, vertex] = point.peak(&section, sub_lines);
+    [level - beside, off, vertex]
 }
 
 /// A point half way between two lines keeps its level with 16 or 32 sub-lines.
@@ -270,16 +280,16 @@ fn a_point_between_two_lines_keeps_its_level() {
                 iq,
             };
             for method in [MethodName::Mv, MethodName::EsmvRank1] {
-                let [alone, _] = loss(&point, method, Some(1));
+                let [alone, ..] = loss(&point, method, Some(1));
                 let name = format!("{geometry:?} {method:?} I/Q {iq}");
                 assert!(alone > 6.0, "{name}: {alone} dB");
                 for (sub_lines, bound) in [(16, 2.5), (32, 1.0)] {
-                    let [with, off] = loss(&point, method, Some(sub_lines));
+                    let [with, off, _] = loss(&point, method, Some(sub_lines));
                     assert!(with < bound, "{name}, {sub_lines}: {with} dB");
                     assert!(off < 0.02e-3, "{name}, {sub_lines}: {off} m");
                 }
             }
-            let [das, _] = loss(&point, MethodName::Das, Some(16));
+            let [das, ..] = loss(&point, MethodName::Das, Some(16));
             // The loss of the transmits, which focus on the line.
             assert!(das.abs() < 0.5, "{geometry:?} DAS: {das} dB");
         }
@@ -308,9 +318,12 @@ fn the_default_keeps_a_point_anywhere() {
                     iq,
                 };
                 for method in [MethodName::Mv, MethodName::EsmvRank1] {
-                    let [lost, _] = loss(&point, method, None);
+                    let [lost, _, off] = loss(&point, method, None);
                     let name = format!("{geometry:?} {f0} {beside} {method:?} I/Q {iq}");
                     assert!(lost < 2.5, "{name}: {lost} dB");
+                    // The peak lies on a line, up to half of a pitch away.
+                    let bound = 0.15 * point.wavelength();
+                    assert!(off < bound, "{name}: {off} m between lines");
                     let lines = point.lines(&section(method), None);
                     assert_eq!((lines.z.nrows(), lines.sub_lines), (127, 1), "{name}");
                 }

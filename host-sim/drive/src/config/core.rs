@@ -13,8 +13,6 @@ use bonebeam_files::settings::out_of_range;
 pub const POSTFILTER: &str = "postfilter";
 /// The key of the apodization.
 pub const APODIZATION: &str = "apodization";
-/// The key of the depth step, which presets choose.
-pub const DEPTH_STEP: &str = "depth_step";
 /// Former names of keys and flags.
 pub const ALIASES: [(&str, &str); 3] = [
     ("temporal", "temporal_half_window"),

@@ -9,7 +9,7 @@ mod surface;
 pub(crate) use core::plain;
 
 pub use beamform::{Beamform, Interpolation, LineKind, Preset, RfInterpolation, TransmitWeights};
-pub use core::{ALIASES, APODIZATION, DEPTH_STEP, POSTFILTER};
+pub use core::{ALIASES, APODIZATION, POSTFILTER};
 pub use image::{Grid, Image, LONGER_SIDE, SubLines};
 pub use phase_symmetry::{PhaseSymmetry, Size};
 pub use surface::Surface;

@@ -133,18 +133,32 @@ pub enum Preset {
 }
 
 impl Preset {
-    /// Sets the preset's values for the section's method.
+    /// The keys that the preset sets, and their values for a method.
     ///
     /// docs/reproduction.md has the errors of [`Preset::Live`]: below 3 grey levels of 255 in the bright half, with the
     /// bone within 0.02 mm.
-    pub fn apply(self, section: &mut Beamform) {
+    fn values(self, method: MethodName) -> [(&'static str, f64); 1] {
         match self {
             Preset::Live => {
-                section.core.depth_step = match section.method {
-                    MethodName::Das | MethodName::Mv => 4,
-                    MethodName::Esmv | MethodName::EsmvRank1 => 2,
+                let depth_step = match method {
+                    MethodName::Das | MethodName::Mv => 4.0,
+                    MethodName::Esmv | MethodName::EsmvRank1 => 2.0,
                 };
+                [("depth_step", depth_step)]
             }
+        }
+    }
+
+    /// The preset, unless a key that it sets is `given`.
+    pub fn unless(self, given: impl Fn(&str) -> bool) -> Option<Self> {
+        let keys = self.values(MethodName::Das).map(|(key, _)| key);
+        (!keys.into_iter().any(given)).then_some(self)
+    }
+
+    /// Sets the preset's values for the section's method.
+    pub fn apply(self, section: &mut Beamform) {
+        for (key, value) in self.values(section.method) {
+            section.core.set(key, value).expect("a row of the table");
         }
     }
 }

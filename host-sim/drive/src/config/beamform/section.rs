@@ -9,7 +9,7 @@ use serde::de::{DeserializeSeed, MapAccess, Visitor};
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::super::core::{APODIZATION, DEPTH_STEP, POSTFILTER, plain, row};
+use super::super::core::{APODIZATION, POSTFILTER, plain, row};
 use super::Beamform;
 
 impl Serialize for Beamform {
@@ -71,14 +71,15 @@ impl<'de> Visitor<'de> for Section {
 
     fn visit_map<A: MapAccess<'de>>(self, map: A) -> std::result::Result<Beamform, A::Error> {
         let mut core = Parameters::DEFAULT;
-        let mut has_depth_step = false;
+        let mut rows = Vec::new();
         let others = Others {
             map,
             core: &mut core,
-            has_depth_step: &mut has_depth_step,
+            rows: &mut rows,
         };
         let section = Beamform::deserialize(MapAccessDeserializer::new(others))?;
-        let preset = section.preset.filter(|_| !has_depth_step);
+        let preset = section.preset;
+        let preset = preset.and_then(|preset| preset.unless(|key| rows.contains(&key)));
         Ok(Beamform {
             core,
             preset,
@@ -91,8 +92,8 @@ impl<'de> Visitor<'de> for Section {
 struct Others<'a, A> {
     map: A,
     core: &'a mut Parameters,
-    /// Whether the map has the depth step, which overrides that of a preset.
-    has_depth_step: &'a mut bool,
+    /// Rows of the core's table in the map, which override those of a preset.
+    rows: &'a mut Vec<&'static str>,
 }
 
 impl<'de, A: MapAccess<'de>> MapAccess<'de> for Others<'_, A> {
@@ -109,7 +110,7 @@ impl<'de, A: MapAccess<'de>> MapAccess<'de> for Others<'_, A> {
                 Key::Postfilter => self.core.postfilter = self.map.next_value()?,
                 Key::Apodization => self.core.apodization = self.map.next_value()?,
                 Key::Row(row) => {
-                    *self.has_depth_step |= row.name == DEPTH_STEP;
+                    self.rows.push(row.name);
                     let value = match row.whole {
                         true => self.map.next_value::<usize>()? as f64,
                         false => self.map.next_value()?,
