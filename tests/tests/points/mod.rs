@@ -211,7 +211,7 @@ impl Point {
 
     /// The level of the point, dB, and two lateral errors, m.
     ///
-    /// They are of its largest sample, and of the vertex of a parabola through the levels of that line and its neighbours.
+    /// They are of its largest sample, and of the vertex of a parabola through that line's level and its neighbours'.
     fn peak(&self, section: &Beamform, sub_lines: Option<usize>) -> [f64; 3] {
         let lines = self.lines(section, sub_lines);
         let largest = lines.z.indexed_iter().max_by(|(_, a), (_, b)| {
