@@ -230,7 +230,8 @@ pub(super) fn check_line<'a>(
     TransmitDelay::new(line.transmit.law, &line.ray, &line.array, sound_speed)
 }
 
-#[cfg(all(test, feature = "simd"))]
+#[cfg(feature = "simd")]
+#[cfg(test)]
 mod tests {
     use crate::delay::{
         Compounding, Delay, DelayParameters, IqDelay, IqInterpolation, IqLayout, IqParameters,
