@@ -5,7 +5,7 @@ use std::fs;
 use std::mem::offset_of;
 use std::path::{Path, PathBuf};
 
-use stream::{Block, Overflow};
+use bonebeam_stream::{Block, Overflow};
 
 const ELEMENTS: usize = 4;
 const SAMPLES: usize = 7;
