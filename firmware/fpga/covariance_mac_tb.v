@@ -12,18 +12,7 @@ module covariance_mac_tb;
     integer round, v, i, j, l, entry = 0, errors = 0, gaps = 0, stalls = 0;
 
     covariance_mac mac (clock, reset, enable, in_valid, in_ready, last, a, b, out_valid, out_ready, re, im);
-    always #5 clock = ~clock;
-
-    function chance(input integer percent);
-        chance = $unsigned($random) % 100 < percent;
-    endfunction
-
-    always @(negedge clock) begin
-        out_ready = !chance(stalls);
-        enable = !chance(gaps / 4);
-    end
-
-    always @(posedge clock) if (!enable && in_ready) errors = errors + 1;
+    `include "stalls.vh"
 
     always @(posedge clock) if (!reset && out_valid && out_ready) begin
         if ({re, im} !== expected[entry]) begin

@@ -13,18 +13,7 @@ module das_tree_tb;
     integer round, sent, received = 0, errors = 0, gaps = 0, stalls = 0, limit, k, re, im;
 
     das_tree #(ELEMENTS) tree (clock, reset, enable, in_valid, in_ready, words, out_valid, out_ready, mean);
-    always #5 clock = ~clock;
-
-    function chance(input integer percent);
-        chance = $unsigned($random) % 100 < percent;
-    endfunction
-
-    always @(negedge clock) begin
-        out_ready = !chance(stalls);
-        enable = !chance(gaps / 4);
-    end
-
-    always @(posedge clock) if (!enable && in_ready) errors = errors + 1;
+    `include "stalls.vh"
 
     always @(posedge clock) if (!reset && out_valid && out_ready) begin
         re = 0;

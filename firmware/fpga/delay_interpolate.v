@@ -139,7 +139,7 @@ module delay_interpolate #(
         end
     endgenerate
 
-    // --- 5: the rotated sample, of which each product is cut. 6: its weight.
+    // --- 5: the rotated sample, each product truncated. 6: its weight.
     reg signed [BITS+11:0] re_5, im_5;
     wire signed [BITS+28:0] re_weighted = re_5 * $signed({1'b0, weight_5});
     wire signed [BITS+28:0] im_weighted = im_5 * $signed({1'b0, weight_5});

@@ -22,18 +22,7 @@ module delay_interpolate_tb;
     delay_interpolate #(ELEMENTS, SAMPLES, 13) dut (clock, reset, enable, write, sample, element,
         {word[28:16], word[12:0]}, start, first_position[51:0], first_cycles[43:0], step_position[51:0],
         step_cycles[43:0], rate[27:0], in_valid, in_ready, delay, weight, out_valid, out_ready, last, re, im);
-    always #5 clock = ~clock;
-
-    function chance(input integer percent);
-        chance = $unsigned($random) % 100 < percent;
-    endfunction
-
-    always @(negedge clock) begin
-        out_ready = !chance(stalls);
-        enable = !chance(gaps / 4);
-    end
-
-    always @(posedge clock) if (!enable && in_ready) errors = errors + 1;
+    `include "stalls.vh"
 
     always @(posedge clock) if (!reset && out_valid && out_ready) begin
         if ({{7{re[24]}}, re, {7{im[24]}}, im} !== expected[received] || last !== (received % ELEMENTS == ELEMENTS - 1)) begin

@@ -169,7 +169,7 @@ pub struct Hashing<'s> {
 impl Hashing<'_> {
     /// Follows the reader to a share of the input.
     pub fn follow(&self, share: f64) {
-        // A thread that has failed tells why at the end.
+        // `finish` returns the error of a thread that has ended.
         let _ = self.read.send(share);
     }
 

@@ -226,7 +226,7 @@ fn a_frame_cut_off_is_reported() {
         file.read(3..4).unwrap();
         let error = file.read(4..5).unwrap_err().to_string();
         assert!(error.contains("`rf` is truncated"), "{error}");
-        // It is read ahead, and told in its turn.
+        // The block is read ahead; its error comes with the block's turn.
         let (_, mut blocks) = file.into_blocks(0..5, 1);
         for start in 0..4 {
             blocks.block(start).unwrap();
