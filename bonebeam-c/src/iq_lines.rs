@@ -107,7 +107,7 @@ impl IqScan {
         let count = |line| pipeline.scan().active(line, deepest).count;
         let elements = (0..scan.lines()).map(count).max().unwrap_or(0);
         Ok(Plan {
-            need: pipeline.need(self.block),
+            need: pipeline.need(1, self.block),
             sizes: pipeline.beamformer().sizes(elements),
             pipeline,
         })

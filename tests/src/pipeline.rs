@@ -73,7 +73,7 @@ pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Re
         // Two waves, compounded.
         let wave = |angle| (Transmit::new(TransmitLaw::Plane { angle }, 0.1e-6), &record);
         let mut scratch = memory.scratch.scratch();
-        let own = scratch.take(lines.need(STRETCH))?;
+        let own = scratch.take(lines.need(1, STRETCH))?;
         let mut workspace = Workspace::<ForwardBackward>::new(0.0, SIZES, scratch)?;
         let waves = [wave(-0.1), wave(0.15)];
         lines.line(line, waves, own, &mut workspace, &mut memory.z)?;

@@ -171,7 +171,7 @@ fn line_of<'r, D: Stage>(
     record: &'r D::Record<'r>,
     block: usize,
 ) -> Vec<Complex<f32>> {
-    let need = lines.need(block);
+    let need = lines.need(1, block);
     let memory = Scratch {
         real: &mut vec![f32::NAN; need.real],
         complex: &mut vec![Complex::new(f32::NAN, f32::NAN); need.complex],
@@ -257,7 +257,7 @@ fn assert_lines_alike<'r, D: Stage>(
     let mut before = 0;
     // The first block is shorter than a time window; the last is the whole line.
     for block in [1, 21, 22, 40, 45, 64, 100, usize::MAX] {
-        let need = lines.need(block);
+        let need = lines.need(1, block);
         assert!(need.complex >= before);
         before = need.complex;
         assert!(
@@ -413,9 +413,9 @@ fn memory_for_a_block_does_not_grow_with_the_line_and_less_is_refused() {
         LinePipeline::of_iq(scan, iq_input(None), PARAMETERS.beamformer).unwrap()
     };
     let lines = long(12e-3);
-    assert_eq!(lines.need(20), long(60e-3).need(20));
-    assert_eq!(lines.need(20).complex, (20 + 2) * ELEMENTS);
-    assert_eq!(lines.need(usize::MAX).complex, lines.aligned_len());
+    assert_eq!(lines.need(1, 20), long(60e-3).need(1, 20));
+    assert_eq!(lines.need(1, 20).complex, (20 + 2) * ELEMENTS);
+    assert_eq!(lines.need(1, usize::MAX).complex, lines.aligned_len());
     let rf = |end: f64| {
         let scan = ScanParameters {
             end: Depth::Metres(end),
@@ -423,11 +423,11 @@ fn memory_for_a_block_does_not_grow_with_the_line_and_less_is_refused() {
         };
         LinePipeline::new(Scan::new(scan).unwrap(), PARAMETERS.beamformer).unwrap()
     };
-    assert_eq!(rf(12e-3).need(20), rf(60e-3).need(20));
+    assert_eq!(rf(12e-3).need(1, 20), rf(60e-3).need(1, 20));
 
     let counts = counts(5);
     let record = counted(&counts);
-    let fewest = lines.need(0);
+    let fewest = lines.need(1, 0);
     assert_eq!(fewest.complex, (3 + 2) * ELEMENTS);
     for (shorter, name, length) in [
         ((1, 0), "scratch", fewest.real),

@@ -11,6 +11,7 @@ use crate::Error;
 use crate::covariance::Averaging;
 use crate::error::check_length;
 use crate::geometry::Active;
+use crate::simd::{MOST_LANES, Vector, split_front};
 use core::ops::Range;
 use num_complex::Complex;
 
@@ -54,19 +55,40 @@ impl<'a, F: Fn(usize) -> Active> LineBlock<'a, F> {
     }
 }
 
+/// First sample of a block, number of samples and active set of samples with one active set.
+pub(super) type Run = (usize, usize, Active);
+
+/// Parts of a run, one for each lane.
+pub(super) struct Parts<'a, 'z> {
+    segments: [Segment<'a>; MOST_LANES],
+    z: [&'z mut [Complex<f32>]; MOST_LANES],
+    /// Number of parts.
+    count: usize,
+}
+
+impl<'a, 'z> Parts<'a, 'z> {
+    /// The segments and their outputs.
+    pub(super) fn used(&mut self) -> (&[Segment<'a>], &mut [&'z mut [Complex<f32>]]) {
+        (
+            self.segments.get(..self.count).unwrap_or_default(),
+            self.z.get_mut(..self.count).unwrap_or_default(),
+        )
+    }
+}
+
 impl Beamformer {
     /// Beamforms one beam: `z[n]` from `line`, with the active set `active(n)`.
     ///
     /// With a [depth step](super::Parameters::depth_step) `s`, `z[i]` is sample `n = i·s`. One active set serves
-    /// the whole time window of a sample. Samples without an active element are 0. See [`Beamformer::segments`] for
-    /// scale and cost. `active` is called twice for each sample: the whole line is checked before any output.
+    /// the whole time window of a sample. Samples without an active element are 0. A workspace of several lanes has a
+    /// part of the depths in each. See [`Beamformer::segments`] for scale and cost. `active` is called twice for each sample: the whole line is checked before any output.
     ///
     /// # Errors
     /// As [`Beamformer::segments`]; [`Error::Length`] unless `z` has [`Beamformer::line_samples`] numbers.
     #[inline]
-    pub fn line<A: Averaging<f32>>(
+    pub fn line<A: Averaging<V>, V: Vector>(
         &self,
-        workspace: &mut Workspace<'_, A>,
+        workspace: &mut Workspace<'_, A, V>,
         line: AlignedLine<'_>,
         active: impl Fn(usize) -> Active,
         z: &mut [Complex<f32>],
@@ -88,9 +110,9 @@ impl Beamformer {
     /// Inlined, so that the compiler knows constant `sizes` of the workspace. They are read once a line, since the
     /// compiler must assume that a kernel changes them.
     #[inline(always)]
-    pub(crate) fn block<A: Averaging<f32>>(
+    pub(crate) fn block<A: Averaging<V>, V: Vector>(
         &self,
-        workspace: &mut Workspace<'_, A>,
+        workspace: &mut Workspace<'_, A, V>,
         sizes: Sizes,
         block: &LineBlock<'_, impl Fn(usize) -> Active>,
         z: &mut [Complex<f32>],
@@ -104,9 +126,9 @@ impl Beamformer {
 
     /// A block whose samples are all adaptive.
     #[inline(always)]
-    fn adaptive_block<A: Averaging<f32>>(
+    fn adaptive_block<A: Averaging<V>, V: Vector>(
         &self,
-        workspace: &mut Workspace<'_, A>,
+        workspace: &mut Workspace<'_, A, V>,
         sizes: Sizes,
         block: &LineBlock<'_, impl Fn(usize) -> Active>,
         z: &mut [Complex<f32>],
@@ -120,15 +142,62 @@ impl Beamformer {
             }
         }
         for (first_sample, samples, set) in constant_segments(block.samples, &active) {
-            let group = SegmentGroup {
-                segments: &[block.segment(first_sample, set)],
-                count: set.count,
-            };
             let out = z.get_mut(block.outputs(step, first_sample..first_sample + samples));
-            let out = out.unwrap_or_default();
-            self.segments_within(workspace, sizes, group, &mut [out])?;
+            let run = (first_sample, samples, set);
+            self.run(workspace, sizes, (block, run), out.unwrap_or_default())?;
         }
         Ok(())
+    }
+
+    /// A run of samples with one active set, a part of it in each lane.
+    #[inline(always)]
+    fn run<A: Averaging<V>, V: Vector>(
+        &self,
+        workspace: &mut Workspace<'_, A, V>,
+        sizes: Sizes,
+        (block, run): (&LineBlock<'_, impl Fn(usize) -> Active>, Run),
+        z: &mut [Complex<f32>],
+    ) -> Result<(), Error> {
+        let (first, _, set) = run;
+        let count = set.count;
+        if V::LANES == 1 {
+            let segments = &[block.segment(first, set)];
+            let group = SegmentGroup { segments, count };
+            return self.segments_within(workspace, sizes, group, &mut [z]);
+        }
+        let mut parts = self.parts(V::LANES, (block, run), 1, z);
+        let (segments, z) = parts.used();
+        self.segments_within(workspace, sizes, SegmentGroup { segments, count }, z)
+    }
+
+    /// Cuts a run into a part for each lane, with `numbers` of `z` for each computed sample.
+    ///
+    /// A part begins a block of the run's time windows, so that its bits are those of the whole run.
+    pub(super) fn parts<'a, 'z>(
+        &self,
+        lanes: usize,
+        (block, (first, samples, set)): (&LineBlock<'a, impl Fn(usize) -> Active>, Run),
+        numbers: usize,
+        z: &'z mut [Complex<f32>],
+    ) -> Parts<'a, 'z> {
+        let windows = self.parameters().temporal_half_window.saturating_mul(2) + 1;
+        let length = samples.div_ceil(lanes.max(1)).next_multiple_of(windows);
+        let mut parts = Parts {
+            segments: [block.segment(first, set); MOST_LANES],
+            z: [(); MOST_LANES].map(|()| Default::default()),
+            count: 0,
+        };
+        let (mut rest, end) = (z, first + samples);
+        let firsts = (first..end).step_by(length.max(1));
+        let lanes = parts.segments.iter_mut().zip(&mut parts.z);
+        for (first, (segment, z)) in firsts.zip(lanes) {
+            let part = first..(first + length).min(end);
+            *segment = block.segment(first, set);
+            let outputs = block.outputs(self.parameters().step(), part).len();
+            *z = split_front(&mut rest, outputs.saturating_mul(numbers));
+            parts.count += 1;
+        }
+        parts
     }
 
     /// [`Beamformer::line`] for the samples `adaptive`, and DAS for the others.
@@ -139,9 +208,9 @@ impl Beamformer {
     /// # Errors
     /// As [`Beamformer::line`].
     #[inline]
-    pub fn line_within<A: Averaging<f32>>(
+    pub fn line_within<A: Averaging<V>, V: Vector>(
         &self,
-        workspace: &mut Workspace<'_, A>,
+        workspace: &mut Workspace<'_, A, V>,
         line: AlignedLine<'_>,
         active: impl Fn(usize) -> Active,
         adaptive: Range<usize>,
@@ -161,9 +230,9 @@ impl Beamformer {
 
     /// A block in which some samples are adaptive and the others are DAS.
     #[inline(always)]
-    fn gated_block<A: Averaging<f32>>(
+    fn gated_block<A: Averaging<V>, V: Vector>(
         &self,
-        workspace: &mut Workspace<'_, A>,
+        workspace: &mut Workspace<'_, A, V>,
         sizes: Sizes,
         block: &LineBlock<'_, impl Fn(usize) -> Active>,
         z: &mut [Complex<f32>],
@@ -185,12 +254,8 @@ impl Beamformer {
         }
         for (first, length, set) in within() {
             let out = z.get_mut(block.outputs(step, first..first + length));
-            let out = out.unwrap_or_default();
-            let group = SegmentGroup {
-                segments: &[block.segment(first, set)],
-                count: set.count,
-            };
-            self.segments_within(workspace, sizes, group, &mut [out])?;
+            let run = (first, length, set);
+            self.run(workspace, sizes, (block, run), out.unwrap_or_default())?;
         }
         // DAS also overwrites the unwanted samples above a segment.
         let Some(das) = Method::Das.direct() else {

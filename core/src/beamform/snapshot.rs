@@ -86,8 +86,27 @@ pub(super) fn gather<V: Vector>(
         outside.fill(ComplexVector::from_real(zero));
         return;
     }
-    let mut rows: [&[Complex<f32>]; MOST_LANES] = [&[]; MOST_LANES];
-    let mut scales = [zero; MOST_LANES];
+    // As many as lanes: a longer square would be memory, cleared each time.
+    let at = (place, first);
+    if const { V::LANES == 4 } {
+        gather_lanes::<V, 4>(zero, segments, at, snapshot);
+    } else if const { V::LANES == 8 } {
+        gather_lanes::<V, 8>(zero, segments, at, snapshot);
+    } else {
+        gather_lanes::<V, MOST_LANES>(zero, segments, at, snapshot);
+    }
+}
+
+/// [`gather`] by squares of `N` vectors.
+#[inline(always)]
+fn gather_lanes<V: Vector, const N: usize>(
+    zero: V,
+    segments: &[Segment<'_>],
+    (place, first): (Place, usize),
+    snapshot: &mut [ComplexVector<V>],
+) {
+    let mut rows: [&[Complex<f32>]; N] = [&[]; N];
+    let mut scales = [zero; N];
     let lanes = rows.iter_mut().zip(&mut scales);
     for (segment, (row, scale)) in segments.iter().zip(lanes) {
         let next = elements_of(segment, place.next(), first);
@@ -97,7 +116,7 @@ pub(super) fn gather<V: Vector>(
     }
     // A register holds both parts of half as many elements.
     for (block, snapshot) in snapshot.chunks_mut(V::LANES / 2).enumerate() {
-        let mut square = [zero; MOST_LANES];
+        let mut square = [zero; N];
         let lanes = square.iter_mut().zip(rows.iter().zip(&scales));
         for (square, (row, &scale)) in lanes.take(segments.len()) {
             let row = row.get(block * (V::LANES / 2)..).unwrap_or(&[]);

@@ -36,7 +36,7 @@ use crate::simd::{ComplexVector, Vector, split_front};
 /// ```
 pub struct Workspace<'a, A: Averaging<V> = ForwardBackward, V: Vector = f32> {
     /// Source of new vectors.
-    pub(super) zero: V,
+    pub(crate) zero: V,
     pub(super) sizes: Sizes,
     /// The active elements of one sample.
     pub(super) snapshot: &'a mut [ComplexVector<V>],

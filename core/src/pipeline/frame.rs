@@ -1,18 +1,18 @@
 //! A pipeline with its memory.
 
 use super::line::Output;
-use super::{Parts, Pipeline};
+use super::{LinePipeline, Parts, Pipeline};
 
 use crate::beamform::{Sizes, Workspace};
 use crate::covariance::{Averaging, ForwardBackward};
 use crate::delay::{Delay, Stage};
 use crate::error::check_length;
-use crate::geometry::{ApertureTable, SteeringTable, Transmit};
+use crate::geometry::{ApertureTable, Steering, SteeringTable, Transmit};
 use crate::image::{Pooling, largest};
 use crate::instructions::integers;
 use crate::memory::Scratch;
 use crate::phase_symmetry::{AnyGains, GainTables, LogGabor};
-use crate::simd::split_front;
+use crate::simd::{Vector, split_front};
 use crate::surface::{Detector, Point, grey};
 use crate::{Complex, Error};
 use core::marker::PhantomData;
@@ -212,12 +212,115 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
     where
         D::Record<'r>: 'r,
     {
+        let own = self.pipeline.parts.line;
+        let beamform = |of: OfLine<'_, '_, D>, mut scratch: Scratch<'_>, z: &mut _| {
+            let memory = scratch.take(own)?;
+            let mut workspace = Workspace::<A>::new(0.0, sizes, scratch)?;
+            of.beamform(transmits, memory, &mut workspace, z)
+        };
+        self.line_in(line, beamform)
+    }
+
+    /// [`Frame::line`] by vectors, each lane a part of the depths.
+    ///
+    /// The line has the same bits. The memory of the frame has [`Pipeline::need_over`] numbers; the workspace is
+    /// apart, with the shapes of [`Beamformer::sizes`] for the scan's elements.
+    ///
+    /// ```
+    /// # use bonebeam::beamform;
+    /// # use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
+    /// use bonebeam::beamform::Workspace;
+    /// use bonebeam::covariance::{Covariance, ForwardBackward};
+    /// use bonebeam::delay::Record;
+    /// use bonebeam::geometry::{Transmit, TransmitLaw};
+    /// use bonebeam::memory::Scratch;
+    /// use bonebeam::pipeline::{Frame, Parameters, Pipeline};
+    /// use bonebeam::simd::Vector;
+    /// use bonebeam::{Complex, Error};
+    ///
+    /// # let parameters = Parameters {
+    /// #     scan: ScanParameters {
+    /// #         array: Array::linear(16, 0.3e-3),
+    /// #         lines: Lines::Even(Axis::centred(64, 0.1e-3)),
+    /// #         sound_speed: 1540.0,
+    /// #         centre_frequency: 5e6,
+    /// #         sampling_rate: 20e6,
+    /// #         record_samples: 512,
+    /// #         output_rate: 20e6,
+    /// #         start: Depth::Metres(4e-3),
+    /// #         end: Depth::Metres(12e-3),
+    /// #         f_number: 1.5,
+    /// #         min_elements: 8,
+    /// #     },
+    /// #     beamformer: beamform::Parameters::DEFAULT,
+    /// #     rows: 64,
+    /// #     columns: 64,
+    /// #     dynamic_range: 50.0,
+    /// #     median: true,
+    /// #     scales: &[0.125],
+    /// #     threshold: 10.0,
+    /// #     strip: 8,
+    /// #     block: 32,
+    /// # };
+    /// /// By the vectors of `zero`: see `InstructionSet::dispatch`.
+    /// fn top_left<V: Vector>(zero: V, pipeline: &Pipeline) -> Result<f32, Error> {
+    ///     let need = pipeline.need_over(V::LANES, Covariance::ForwardBackward);
+    ///     let (mut real, mut complex) = (vec![0.0; need.real], vec![Complex::ZERO; need.complex]);
+    ///     let scratch = Scratch { real: &mut real, complex: &mut complex };
+    ///     let mut frame = Frame::new(pipeline, scratch)?;
+    ///
+    ///     let sizes = pipeline.lines().beamformer().sizes(16); // elements
+    ///     let need = sizes.need(Covariance::ForwardBackward);
+    ///     let mut real = vec![zero; need.real];
+    ///     let mut complex = vec![Complex::new(zero, zero); need.complex];
+    ///     let scratch = Scratch { real: &mut real, complex: &mut complex };
+    ///     let mut workspace = Workspace::<ForwardBackward, V>::new(zero, sizes, scratch)?;
+    ///
+    ///     let rf = vec![0.0; 16 * 512]; // the record of one transmit
+    ///     let transmit = Transmit::new(TransmitLaw::Focused, 0.0);
+    ///     for line in 0..64 {
+    ///         let transmits = [(transmit, &Record::new(&rf, 16)?)];
+    ///         frame.line_over(&mut workspace, line, transmits)?;
+    ///     }
+    ///     Ok(frame.image()?[0])
+    /// }
+    ///
+    /// assert_eq!(top_left(0.0f32, &Pipeline::new(parameters)?)?, 0.0);
+    /// # Ok::<(), Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Frame::line_by`]; [`Error::Length`] for memory that is too short.
+    ///
+    /// [`Beamformer::sizes`]: crate::beamform::Beamformer::sizes
+    pub fn line_over<'r, V: Vector>(
+        &mut self,
+        workspace: &mut Workspace<'_, A, V>,
+        line: usize,
+        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>), IntoIter: Clone>,
+    ) -> Result<&[Complex<f32>], Error>
+    where
+        D::Record<'r>: 'r,
+        A: Averaging<V>,
+    {
+        let beamform = |of: OfLine<'_, '_, D>, scratch: Scratch<'_>, z: &mut _| {
+            of.beamform(transmits, scratch, workspace, z)
+        };
+        self.line_in(line, beamform)
+    }
+
+    /// Beamforms a line by a function of its scratch and output, and keeps the envelope.
+    #[inline(always)]
+    fn line_in(
+        &mut self,
+        line: usize,
+        beamform: impl FnOnce(OfLine<'_, '_, D>, Scratch<'_>, &mut [Complex<f32>]) -> Result<(), Error>,
+    ) -> Result<&[Complex<f32>], Error> {
         let Parts {
             samples,
             line_samples,
             interpolation,
             sub_lines,
-            line: own,
             ..
         } = self.pipeline.parts;
         let lines = self.pipeline.lines().scan().lines();
@@ -230,15 +333,13 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
         };
         let mut scratch = self.scratch.reborrow();
         let z = split_front(&mut scratch.complex, line_samples.saturating_mul(sub_lines));
-        let mut work = scratch.reborrow();
-        let memory = work.take(own)?;
-        let mut workspace = Workspace::<A>::new(0.0, sizes, work)?;
-        let pipeline = self.pipeline.lines();
-        let centre = ApertureTable::centre(pipeline.scan(), line);
-        let active = |sample| self.apertures.active(centre, sample);
-        let steering = self.steering.and_then(|table| table.line(line));
-        let output = Output { steering, z };
-        pipeline.line_with(line, transmits, memory, &mut workspace, (active, output))?;
+        let of_line = OfLine {
+            lines: self.pipeline.lines(),
+            line,
+            apertures: &self.apertures,
+            steering: self.steering.and_then(|table| table.line(line)),
+        };
+        beamform(of_line, scratch.reborrow(), z)?;
         let work = scratch.take(interpolation)?.complex;
         let of_line = (sub_lines, self.pooling);
         self.pipeline
@@ -328,5 +429,34 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
             grey(levels, out)?;
         }
         detector.frame(all, memory, out)
+    }
+}
+
+/// A line of a frame, with its apertures and directions.
+struct OfLine<'a, 'p, D> {
+    lines: &'a LinePipeline<'p, D>,
+    line: usize,
+    apertures: &'a ApertureTable<'a>,
+    steering: Option<Steering<'a>>,
+}
+
+impl<D: Stage> OfLine<'_, '_, D> {
+    #[inline(always)]
+    fn beamform<'r, A: Averaging<V>, V: Vector>(
+        self,
+        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>), IntoIter: Clone>,
+        memory: Scratch<'_>,
+        workspace: &mut Workspace<'_, A, V>,
+        z: &mut [Complex<f32>],
+    ) -> Result<(), Error>
+    where
+        D::Record<'r>: 'r,
+    {
+        let centre = ApertureTable::centre(self.lines.scan(), self.line);
+        let active = |sample| self.apertures.active(centre, sample);
+        let steering = self.steering;
+        let output = Output { steering, z };
+        self.lines
+            .line_with(self.line, transmits, memory, workspace, (active, output))
     }
 }

@@ -208,14 +208,14 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         self.scan.samples() * self.scan.elements()
     }
 
-    /// Memory for lines in blocks of `block` samples.
+    /// Memory for lines in blocks of `block` samples, with a workspace of `lanes` lanes.
     ///
     /// Real numbers for the delay stage, complex numbers for the aligned samples. A block is at least as long as
     /// the time window. The beamformer's workspace is separate.
-    pub fn need(&self, block: usize) -> Need {
+    pub fn need(&self, lanes: usize, block: usize) -> Need {
         let half_window = self.beamformer.parameters().temporal_half_window;
         let buffered = buffered(self.scan.samples(), half_window, block);
-        self.delay.need(1, buffered).and(Need {
+        self.delay.need(lanes, buffered).and(Need {
             real: 0,
             complex: buffered * self.scan.elements(),
         })
@@ -336,12 +336,12 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
     /// # Errors
     /// As these two; [`Error::Length`] unless `z` has [`LinePipeline::line_samples`] numbers, and the memory one of
     /// [`LinePipeline::need`]. `z` may be changed in part.
-    pub fn line<'r, A: Averaging<f32>>(
+    pub fn line<'r, A: Averaging<V>, V: Vector>(
         &self,
         line: usize,
         transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>), IntoIter: Clone>,
         scratch: Scratch<'_>,
-        workspace: &mut Workspace<'_, A>,
+        workspace: &mut Workspace<'_, A, V>,
         z: &mut [Complex<f32>],
     ) -> Result<(), Error>
     where
@@ -358,12 +358,12 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
     ///
     /// # Errors
     /// As these two.
-    pub fn sub_lines<'r, A: Averaging<f32>>(
+    pub fn sub_lines<'r, A: Averaging<V>, V: Vector>(
         &self,
         line: usize,
         transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>), IntoIter: Clone>,
         scratch: Scratch<'_>,
-        workspace: &mut Workspace<'_, A>,
+        workspace: &mut Workspace<'_, A, V>,
         (steering, z): (Steering<'_>, &mut [Complex<f32>]),
     ) -> Result<(), Error>
     where
@@ -376,12 +376,12 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
     }
 
     /// [`LinePipeline::line`] with the active sets from elsewhere.
-    pub(super) fn line_with<'r, A: Averaging<f32>>(
+    pub(super) fn line_with<'r, A: Averaging<V>, V: Vector>(
         &self,
         line: usize,
         transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>), IntoIter: Clone>,
         scratch: Scratch<'_>,
-        workspace: &mut Workspace<'_, A>,
+        workspace: &mut Workspace<'_, A, V>,
         (active, output): (impl Fn(usize) -> Active, Output<'_>),
     ) -> Result<(), Error>
     where
@@ -431,7 +431,7 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
                 active: active(self.deepest(needed.end)),
             };
             let block = (block, wanted);
-            let largest = self.compound(0.0f32, block, transmits.clone(), scratch, new)?;
+            let largest = self.compound(workspace.zero, block, transmits.clone(), scratch, new)?;
             let x = AlignedLine::block(x, elements, (needed.start, samples), largest);
             let outputs = step.outputs_of(own.clone());
             let out = z.get_mut(outputs.start * count..outputs.end * count);

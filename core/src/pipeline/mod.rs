@@ -112,6 +112,8 @@ pub struct Pipeline<'a, D = Delay> {
     b_mode: BMode,
     phase_symmetry: PhaseSymmetry,
     parts: Parts,
+    /// Samples of a line that are beamformed at a time.
+    block: usize,
 }
 
 impl<'a> Pipeline<'a> {
@@ -266,6 +268,7 @@ impl<'a, D: Stage> Pipeline<'a, D> {
                 threshold: parameters.threshold,
             })?,
             parts,
+            block: parameters.block,
         })
     }
 
@@ -303,6 +306,18 @@ impl<'a, D: Stage> Pipeline<'a, D> {
     /// Memory of a [`Frame`], for the averaging of its beamformer.
     pub fn need(&self, covariance: Covariance) -> Need {
         self.parts.need(covariance)
+    }
+
+    /// Memory of a [`Frame`] whose lines are computed by vectors of `lanes` lanes: [`Frame::line_over`].
+    ///
+    /// The workspace is apart.
+    pub fn need_over(&self, lanes: usize, covariance: Covariance) -> Need {
+        let of_lines = Parts {
+            line: self.lines.need(lanes, self.block),
+            beamformer: beamform::Sizes::default(),
+            ..self.parts
+        };
+        of_lines.need(covariance).or(self.parts.need(covariance))
     }
 }
 

@@ -65,9 +65,9 @@ pub(crate) fn copy<T: Copy>(from: &[T], to: &mut [T]) {
     }
 }
 
-/// Transposes the first `V::LANES` vectors: vector `k` gets lane `k` of every vector.
+/// Transposes the first `V::LANES` vectors, of `N` at least: vector `k` gets lane `k` of every vector.
 #[inline(always)]
-pub(crate) fn transpose<V: Vector>(square: &mut [V; MOST_LANES]) {
+pub(crate) fn transpose<V: Vector, const N: usize>(square: &mut [V; N]) {
     // Each round moves one more bit of the row's number into the lane's.
     for _ in 0..V::LANES.trailing_zeros() {
         let before = *square;

@@ -16,7 +16,7 @@ use static_cell::ConstStaticCell;
 static WORKSPACES: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces::new());
 
 /// Main function of every processor after its start-up.
-fn golden() -> ! {
+fn run() -> ! {
     let outcome = bonebeam_tests::run(WORKSPACES.take(), &mut |name, hash| {
         println!("{name} {hash:016x}");
     });

@@ -7,13 +7,13 @@
 fn main() -> ! {
     // Links the crate for its critical sections, which guard the golden cases' memory.
     let _ = cortex_m::peripheral::SCB::vect_active();
-    crate::golden()
+    crate::run()
 }
 
 #[cfg(target_arch = "riscv32")]
 #[riscv_rt::entry]
 fn main() -> ! {
-    crate::golden()
+    crate::run()
 }
 
 #[cfg(target_arch = "aarch64")]
@@ -47,6 +47,6 @@ mod aarch64 {
 
     entry!(main);
     fn main(_: u64, _: u64, _: u64, _: u64) -> ! {
-        crate::golden()
+        crate::run()
     }
 }

@@ -4,6 +4,7 @@
 //! delay stage.
 
 mod iq;
+mod lanes;
 
 use crate::common;
 use bonebeam::beamform::{self, AlignedLine, Method, Segment, constant_segments};

@@ -19,7 +19,7 @@ use crate::Error;
 use crate::covariance::Averaging;
 use crate::error::check_length;
 use crate::geometry::{Active, Steering};
-use crate::simd::{ComplexVector, Scalar, Vector};
+use crate::simd::{ComplexVector, MOST_LANES, Scalar, Vector};
 use num_complex::Complex;
 use steer::{Sample, steer};
 
@@ -35,9 +35,9 @@ impl Beamformer {
     /// As [`Beamformer::sub_line_segments`]; [`Error::Length`] unless `z` has `N` times
     /// [`Beamformer::line_samples`] numbers.
     #[inline]
-    pub fn sub_lines<A: Averaging<f32>>(
+    pub fn sub_lines<A: Averaging<V>, V: Vector>(
         &self,
-        workspace: &mut Workspace<'_, A>,
+        workspace: &mut Workspace<'_, A, V>,
         (line, steering): (AlignedLine<'_>, Steering<'_>),
         active: impl Fn(usize) -> Active,
         z: &mut [Complex<f32>],
@@ -58,9 +58,9 @@ impl Beamformer {
     }
 
     /// The sub-lines of a block's computed samples.
-    pub(crate) fn sub_line_block<A: Averaging<f32>>(
+    pub(crate) fn sub_line_block<A: Averaging<V>, V: Vector>(
         &self,
-        workspace: &mut Workspace<'_, A>,
+        workspace: &mut Workspace<'_, A, V>,
         sizes: Sizes,
         (block, steering): (&LineBlock<'_, impl Fn(usize) -> Active>, Steering<'_>),
         z: &mut [Complex<f32>],
@@ -84,12 +84,22 @@ impl Beamformer {
         }
         let within = segments_within(samples, active, block.adaptive.clone(), half_window);
         for (first, length, set) in within {
-            let out = z.get_mut(of(first..first + length));
+            let out = z.get_mut(of(first..first + length)).unwrap_or_default();
+            if V::LANES == 1 {
+                let lines = SteeredSegments {
+                    segments: &[block.segment(first, set)],
+                    steering: &[steering],
+                };
+                self.sub_lines_within(workspace, sizes, (lines, set.count), &mut [out])?;
+                continue;
+            }
+            let mut parts = self.parts(V::LANES, (block, (first, length, set)), count, out);
+            let (segments, out) = parts.used();
+            let steering = [steering; MOST_LANES];
             let lines = SteeredSegments {
-                segments: &[block.segment(first, set)],
-                steering: &[steering],
+                segments,
+                steering: steering.get(..segments.len()).unwrap_or_default(),
             };
-            let out = &mut [out.unwrap_or_default()];
             self.sub_lines_within(workspace, sizes, (lines, set.count), out)?;
         }
         // DAS also overwrites the unwanted samples above a segment.

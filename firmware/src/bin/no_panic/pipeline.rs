@@ -126,6 +126,9 @@ fn frames<'r, D: Stage>(pipeline: &Pipeline<D>, record: &'r D::Record<'r>) -> Re
         sub_lines: 1,
     });
     take(frame.line_by(sizes, opaque(1), opaque([(transmit(), record)]))?);
+    take(pipeline.need_over(opaque(1), opaque(Covariance::Forward)));
+    let mut workspace = Workspace::<ForwardBackward>::new(0.0, sizes, opaque(Scratch::empty()))?;
+    take(frame.line_over(&mut workspace, opaque(1), opaque([(transmit(), record)]))?);
     take(opaque(frame.with_pooling(opaque(Pooling::Rms))).image()?);
     let mut gains = [0.0; 100];
     let frame = Frame::new(pipeline, opaque(Scratch::empty()))?;
@@ -147,7 +150,7 @@ fn lines<'r, D: Stage>(pipeline: &LinePipeline<D>, record: &'r D::Record<'r>) ->
         pipeline.align_need(opaque(1)).real,
         pipeline.aligned_len(),
         pipeline.line_samples(),
-        pipeline.need(opaque(1)),
+        pipeline.need(opaque(1), opaque(1)),
     ));
     let (mut scratch, mut aligned, mut z) =
         ([0.0; 100], [Complex::ZERO; 100], [Complex::ZERO; 100]);

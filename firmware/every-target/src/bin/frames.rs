@@ -1,0 +1,190 @@
+//! Instructions of a frame of the example, by one lane and by the processor's vectors.
+//!
+//! Prints `frame METHOD LANES LINES IMAGE MAP`, in instructions, with all lines of a frame of RF. Both frames have the
+//! same bits.
+
+#![no_std]
+#![no_main]
+
+#[path = "../start.rs"]
+mod start;
+
+use bonebeam::Error;
+use bonebeam::beamform::{self, Workspace};
+use bonebeam::covariance::ForwardBackward;
+use bonebeam::phase_symmetry::Sizes;
+use bonebeam::prelude::*;
+use bonebeam::simd::{InstructionSet, Task, Vector};
+use semihosting::{eprintln, println, process};
+use static_cell::ConstStaticCell;
+
+const ELEMENTS: usize = 16;
+const LINES: usize = 64;
+/// The scan of core/examples/bone_map.rs.
+const PARAMETERS: Parameters = Parameters {
+    scan: ScanParameters {
+        array: Array::linear(ELEMENTS, 0.3e-3),
+        lines: Lines::Even(Axis::centred(LINES, 0.15e-3)),
+        sound_speed: 1540.0,
+        centre_frequency: 5e6,
+        sampling_rate: 20e6,
+        record_samples: 384,
+        output_rate: 20e6,
+        start: Depth::Metres(4e-3),
+        end: Depth::Metres(12e-3),
+        f_number: 1.5,
+        min_elements: 8,
+    },
+    beamformer: beamform::Parameters::DEFAULT,
+    rows: 64,
+    columns: 64,
+    dynamic_range: 50.0,
+    median: true,
+    scales: &[1.0 / 8.0, 1.0 / 16.0, 1.0 / 32.0],
+    threshold: 10.0,
+    strip: 8,
+    block: 256,
+};
+const NEED: Need = match PARAMETERS.need(Covariance::ForwardBackward) {
+    Ok(need) => need,
+    Err(_) => panic!("the scan is not valid"),
+};
+/// More memory than one lane needs: for the delay stage by vectors.
+const MORE: usize = 16 * 1024;
+
+const SIZES: Sizes = Sizes {
+    rows: PARAMETERS.rows,
+    columns: PARAMETERS.columns,
+    strip: PARAMETERS.strip,
+};
+
+static WORKSPACES: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces {
+    frame: Memory::new(),
+    gains: [0.0; SIZES.gain_tables_len(PARAMETERS.scales.len())],
+});
+
+struct Workspaces {
+    frame: Memory<{ NEED.real + MORE }, { NEED.complex }>,
+    gains: [f32; SIZES.gain_tables_len(PARAMETERS.scales.len())],
+}
+
+/// All methods of a frame, by vectors.
+struct Frames<'a>(&'a mut Workspaces);
+
+impl Task for Frames<'_> {
+    type Output = Result<(), Error>;
+
+    fn run<V: Vector>(self, zero: V) -> Self::Output {
+        let Workspaces {
+            frame: memory,
+            gains,
+        } = self.0;
+        // Bone maps take the same by one lane and by vectors.
+        let methods = [
+            ("das", Method::Das),
+            ("mv", Method::Mv),
+            ("esmv-rank1", Method::EsmvRank1),
+        ];
+        for (name, method) in methods {
+            let pipeline = Pipeline::new(Parameters {
+                beamformer: beamform::Parameters {
+                    method,
+                    ..PARAMETERS.beamformer
+                },
+                ..PARAMETERS
+            })?;
+            let mut frame = Frame::new(&pipeline, memory.scratch())?.with_gain_tables(gains)?;
+            let (mut real, mut complex) = ([zero; 512], [Complex::new(zero, zero); 512]);
+            let scratch = Scratch {
+                real: &mut real,
+                complex: &mut complex,
+            };
+            let sizes = pipeline.lines().beamformer().sizes(ELEMENTS);
+            let mut workspace = Workspace::<ForwardBackward, V>::new(zero, sizes, scratch)?;
+            let mut lines = 0;
+            for line in 0..LINES {
+                let rf = noise(line as u32);
+                let record = Record::new(&rf, ELEMENTS)?;
+                let transmits = [(Transmit::new(TransmitLaw::Focused, 0.0), &record)];
+                let begin = clock::now();
+                frame.line_over(&mut workspace, line, transmits)?;
+                lines += clock::since(begin);
+            }
+            let begin = clock::now();
+            frame.image()?;
+            let image = clock::since(begin);
+            let begin = clock::now();
+            frame.bone_map()?;
+            let map = clock::since(begin);
+            println!("frame {name} {} {lines} {image} {map}", V::LANES);
+        }
+        Ok(())
+    }
+}
+
+/// The record of a line: a strong echo in noise.
+fn noise(seed: u32) -> [f32; ELEMENTS * PARAMETERS.scan.record_samples] {
+    let mut state = seed;
+    let mut rf = [0.0; ELEMENTS * PARAMETERS.scan.record_samples];
+    for (n, value) in rf.iter_mut().enumerate() {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        *value = (state >> 8) as f32 / (1u32 << 23) as f32 - 1.0;
+        if (208..216).contains(&(n % PARAMETERS.scan.record_samples)) {
+            *value += [40.0, 0.0, -40.0, 0.0][n % 4];
+        }
+    }
+    rf
+}
+
+/// Runs every instruction set.
+fn run() -> ! {
+    clock::start();
+    let workspaces = WORKSPACES.take();
+    for set in InstructionSet::available() {
+        if let Err(error) = set.dispatch(Frames(workspaces)) {
+            eprintln!("error: {error}");
+            process::exit(1)
+        }
+    }
+    process::exit(0)
+}
+
+/// Time under QEMU's `-icount shift=0`: an instruction a nanosecond.
+mod clock {
+    /// QEMU's counter has 62.5 MHz.
+    #[cfg(target_arch = "aarch64")]
+    const INSTRUCTIONS_PER_TICK: u64 = 16;
+    /// SysTick of QEMU's mps2-an505 has 20 MHz.
+    #[cfg(target_arch = "arm")]
+    const INSTRUCTIONS_PER_TICK: u64 = 50;
+
+    /// Starts the timer.
+    pub fn start() {
+        #[cfg(target_arch = "arm")]
+        if let Some(peripherals) = cortex_m::Peripherals::take() {
+            let mut timer = peripherals.SYST;
+            timer.set_clock_source(cortex_m::peripheral::syst::SystClkSource::Core);
+            timer.set_reload((1 << 24) - 1);
+            timer.clear_current();
+            timer.enable_counter();
+        }
+    }
+
+    /// Ticks of the timer.
+    #[cfg(target_arch = "aarch64")]
+    pub fn now() -> u64 {
+        use aarch64_cpu::registers::{CNTVCT_EL0, Readable};
+        CNTVCT_EL0.get()
+    }
+
+    /// Ticks of the timer, which counts down through 24 bits.
+    #[cfg(target_arch = "arm")]
+    pub fn now() -> u64 {
+        !u64::from(cortex_m::peripheral::SYST::get_current())
+    }
+
+    /// Instructions since a tick: on a Cortex-M fewer than 800 million.
+    pub fn since(begin: u64) -> u64 {
+        (now().wrapping_sub(begin) & ((1 << 24) - 1)) * INSTRUCTIONS_PER_TICK
+    }
+}
