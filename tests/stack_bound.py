@@ -1,15 +1,21 @@
 """Bounds the stack below functions of a Cortex-M image, from its disassembly.
 
-    tests/stack_bound.py OBJDUMP IMAGE < what the image `stack` printed
+    tests/stack_bound.py OBJDUMP IMAGE [write | compare] < what the image `stack` printed
 
 Each line `stack NAME BYTES ADDRESS` names a function. Its bound is the bytes that it takes, pushed or subtracted, and
 the largest bound of what it calls. Refused are recursion, an indirect call that INDIRECT does not list, a stack pointer
-of another origin, and a bound below the bytes that were found by painting. Prints the table of docs/memory.md.
+of another origin, and a bound below the bytes that were found by painting. Prints the table of docs/memory.md, writes
+it there, or compares: figures of the document may be 5 % off.
 """
 
+import pathlib
 import re
 import subprocess
 import sys
+
+DOCUMENT = pathlib.Path(__file__).parent.parent / "docs/memory.md"
+# The document's table, with what is around it.
+TABLE = re.compile(r"(<!-- stack -->\n)(.*?)(<!-- end of stack -->)", re.DOTALL)
 
 # Functions that call by address, and all that they may call there; the first that fits counts.
 INDIRECT = {
@@ -111,16 +117,34 @@ def bound(functions, address, known, path=()):
 
 
 def main():
-    objdump, image = sys.argv[1:]
+    objdump, image, *mode = sys.argv[1:]
     functions, known = read(objdump, image), {}
+    table = "| entry | bytes, painted | bound |\n|---|---|---|\n"
     for line in sys.stdin:
         if not line.startswith("stack "):
             continue
         name, painted, address = re.match(r"stack (.*) (\d+) (\d+)$", line).groups()
         most = bound(functions, int(address) & ~1, known)
-        print(f"| {name} | {painted} | {most} |")
+        table += f"| {name} | {painted} | {most} |\n"
         if most < int(painted):
             sys.exit(f"{name}: painted {painted} bytes, more than the bound")
+    document = DOCUMENT.read_text()
+    if mode == ["write"]:
+        DOCUMENT.write_text(TABLE.sub(lambda found: found[1] + table + found[3], document))
+        return
+    print(table, end="")
+    if mode == ["compare"] and not alike(TABLE.search(document)[2], table):
+        sys.exit("docs/memory.md: write the table of the stack by firmware/count --docs")
+
+
+def alike(told, counted):
+    """Whether the tables have the same rows, with numbers 5 % apart at most."""
+    told, counted = (re.split(r"(\d+)", table) for table in (told, counted))
+    near = (
+        abs(int(a) - int(b)) <= 0.05 * int(b) if b.isdigit() and a.isdigit() else a == b
+        for a, b in zip(told, counted)
+    )
+    return len(told) == len(counted) and all(near)
 
 
 main()
