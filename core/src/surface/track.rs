@@ -16,6 +16,9 @@ use crate::simd::split_front;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Point {
     /// Depth along the line, m.
+    ///
+    /// It is a mean over the line and up to three lines on either side in the same piece, as many on both sides, with
+    /// the weights 1, 2, 3, 4, 3, 2, 1.
     pub depth: f32,
     /// Confidence, from 0 to 1.
     ///
@@ -328,11 +331,10 @@ impl<'p, 'm> Tracker<'p, 'm> {
         let line = self.decided;
         self.decided = self.decided.saturating_add(1);
         let (cell, begins) = self.at(line)?;
+        let offset = self.offset(line, cell, begins);
         let margin = self.margin(line, cell, begins);
         Some(Point {
-            depth: self
-                .detector
-                .depth(cell as usize, self.fraction(line, cell)),
+            depth: self.detector.depth(cell as usize, offset),
             confidence: self.confidence(margin),
             begins,
         })
@@ -355,33 +357,55 @@ impl<'p, 'm> Tracker<'p, 'm> {
         ((cell as usize) < searched).then_some(Pointer(pointer).score())
     }
 
+    /// Up to [`AROUND`] lines before a line in the same piece, and their cells, the nearest first.
+    fn before(&self, line: usize, begins: bool) -> impl Iterator<Item = (usize, u32)> {
+        let mut begun = begins;
+        (1..=AROUND).map_while(move |back| {
+            let line = line.checked_sub(back).filter(|_| !begun)?;
+            let (cell, begins) = self.at(line)?;
+            begun = begins;
+            Some((line, cell))
+        })
+    }
+
+    /// The same after a line.
+    fn after(&self, line: usize) -> impl Iterator<Item = (usize, u32)> {
+        let lines = line + 1..self.lines.min(line + 1 + AROUND);
+        lines.map_while(|line| match self.at(line)? {
+            (cell, false) => Some((line, cell)),
+            _ => None,
+        })
+    }
+
     /// The mean of the scores above absence.
     ///
     /// It extends over up to [`AROUND`] lines on either side of the same piece.
     fn margin(&self, line: usize, cell: u32, begins: bool) -> f32 {
         let mut sum = self.score(line, cell).unwrap_or_default();
         let mut count = 1.0;
-        let mut begun = begins;
-        for back in 1..=AROUND {
-            let Some(line) = line.checked_sub(back).filter(|_| !begun) else {
-                break;
-            };
-            let Some((cell, begins)) = self.at(line) else {
-                break;
-            };
-            sum += self.score(line, cell).unwrap_or_default();
-            count += 1.0;
-            begun = begins;
-        }
-        for line in line + 1..self.lines.min(line + 1 + AROUND) {
-            let Some((cell, false)) = self.at(line) else {
-                break;
-            };
+        for (line, cell) in self.before(line, begins).chain(self.after(line)) {
             sum += self.score(line, cell).unwrap_or_default();
             count += 1.0;
         }
         let absence = self.detector.prices.absence as f32 / NAT as f32;
         sum / count - absence
+    }
+
+    /// Mean depth of the piece around a line, in cells below the line's cell.
+    ///
+    /// Weights fall evenly, to 0 at [`AROUND`] lines.
+    fn offset(&self, line: usize, cell: u32, begins: bool) -> f32 {
+        let below =
+            |(line, other): (usize, u32)| other as f32 - cell as f32 + self.fraction(line, other);
+        let mut weight = AROUND as f32;
+        let mut weights = weight;
+        let mut sum = weight * below((line, cell));
+        for (before, after) in self.before(line, begins).zip(self.after(line)) {
+            weight -= 1.0;
+            weights += 2.0 * weight;
+            sum += weight * (below(before) + below(after));
+        }
+        sum / weights
     }
 
     fn confidence(&self, margin: f32) -> f32 {
