@@ -88,6 +88,25 @@ fn bone_is_found_where_it_is_and_nowhere_else() {
 }
 
 #[test]
+fn depth_is_a_mean_along_a_piece() {
+    // Two pieces whose echoes lie at one depth and a cell below, by turns.
+    let zigzag = |line: usize| if line < 20 { 200 } else { 350 } + 4 * (line % 2);
+    let bones: Vec<Option<usize>> = (0..40).map(|line| Some(zigzag(line))).collect();
+    let points = found(PARAMETERS, &lines(600, &bones, 0, 7));
+    let depths: Vec<f64> = points.iter().flatten().map(|p| p.depth.into()).collect();
+    assert_eq!(depths.len(), 40);
+    for piece in [&depths[..20], &depths[20..]] {
+        // Lines with three others on both sides.
+        let inner = &piece[3..17];
+        let mean = inner.iter().sum::<f64>() / inner.len() as f64;
+        let off = |depth: &f64| (depth - mean).abs() / PARAMETERS.samples.step;
+        assert!(inner.iter().all(|depth| off(depth) < 0.5), "{piece:?}");
+        // Alone, lines would differ by a cell.
+        assert!(off(&piece[0]) + off(&piece[19]) > 2.0, "{piece:?}");
+    }
+}
+
+#[test]
 fn tissue_alone_a_black_and_a_white_frame_have_no_surface() {
     let speckle = lines(600, &[None; 40], 0, 2);
     for frame in [speckle, vec![0; 24_000], vec![255; 24_000]] {

@@ -10,7 +10,7 @@
 //! [`Scratch`](crate::memory::Scratch). [`Detector::frame`] computes a whole frame; a tracker takes line after line
 //! with bounded latency.
 //!
-//! All arithmetic is on integers, from grey levels of eight bits ([`grey`]): means in 1/16 of a level, scores in
+//! Scores and paths are integers, from grey levels of eight bits ([`grey`]): means in 1/16 of a level, scores in
 //! 1/1024 nat. The bits are therefore the same everywhere, in any order of the sums.
 //!
 //! ```

@@ -151,10 +151,10 @@ impl Settings {
         },
         shadow_range: 0.063,
         depths: [5e-3, f64::INFINITY],
-        absence: -2.33,
-        end: 7.2,
-        jump: 10.5,
-        slope: 2.95e3,
+        absence: -2.35,
+        end: 8.0,
+        jump: 8.5,
+        slope: 2.5e3,
         spacing: 0.308e-3,
         confidence: [0.96, 0.69],
     };
@@ -239,7 +239,7 @@ pub(super) struct Sizes {
     pub kept: usize,
 }
 
-/// Lines on either side over which confidence is a mean.
+/// Lines on either side over which depth and confidence are means.
 pub(super) const AROUND: usize = 4;
 
 impl Parameters {

@@ -16,6 +16,9 @@ use crate::simd::split_front;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Point {
     /// Depth along the line, m.
+    ///
+    /// It is a mean over the line and up to three lines on either side in the same piece, as many on both sides, with
+    /// the weights 1, 2, 3, 4, 3, 2, 1.
     pub depth: f32,
     /// Confidence, from 0 to 1.
     ///
@@ -55,9 +58,9 @@ impl Pointer {
         i32::from(self.0) & Self::ORIGIN
     }
 
-    /// In nats.
-    fn score(self) -> f32 {
-        f32::from(self.0 >> Self::BITS) / 32.0 - 10.0
+    /// In 1/32 nat above −10.
+    fn score(self) -> i32 {
+        i32::from(self.0 >> Self::BITS)
     }
 }
 
@@ -328,11 +331,10 @@ impl<'p, 'm> Tracker<'p, 'm> {
         let line = self.decided;
         self.decided = self.decided.saturating_add(1);
         let (cell, begins) = self.at(line)?;
+        let offset = self.offset(line, cell, begins);
         let margin = self.margin(line, cell, begins);
         Some(Point {
-            depth: self
-                .detector
-                .depth(cell as usize, self.fraction(line, cell)),
+            depth: self.detector.depth(cell as usize, offset),
             confidence: self.confidence(margin),
             begins,
         })
@@ -346,42 +348,73 @@ impl<'p, 'm> Tracker<'p, 'm> {
         Some((cell, mark & BEGINS != 0))
     }
 
-    /// The score of a cell, in nats.
-    fn score(&self, line: usize, cell: u32) -> Option<f32> {
+    /// The back pointers of a line.
+    fn pointers(&self, line: usize) -> &[u16] {
         let Sizes { searched, kept, .. } = self.detector.sizes;
-        let slot = line.checked_rem(kept)?;
-        let index = slot.checked_mul(searched)?.checked_add(cell as usize)?;
-        let pointer = self.pointers.get(index).copied()?;
-        ((cell as usize) < searched).then_some(Pointer(pointer).score())
+        let slot = line.checked_rem(kept).unwrap_or(0);
+        let pointers = self.pointers.get(slot.saturating_mul(searched)..);
+        let pointers = pointers.and_then(|pointers| pointers.get(..searched));
+        pointers.unwrap_or_default()
+    }
+
+    /// The score of a cell, in nats.
+    fn score(&self, line: usize, cell: u32) -> f32 {
+        let pointer = self.pointers(line).get(cell as usize);
+        pointer.map_or(0.0, |&pointer| {
+            Pointer(pointer).score() as f32 / 32.0 - 10.0
+        })
+    }
+
+    /// Up to [`AROUND`] lines before a line in the same piece, and their cells, the nearest first.
+    fn before(&self, line: usize, begins: bool) -> impl Iterator<Item = (usize, u32)> {
+        let mut begun = begins;
+        (1..=AROUND).map_while(move |back| {
+            let line = line.checked_sub(back).filter(|_| !begun)?;
+            let (cell, begins) = self.at(line)?;
+            begun = begins;
+            Some((line, cell))
+        })
+    }
+
+    /// The same after a line.
+    fn after(&self, line: usize) -> impl Iterator<Item = (usize, u32)> {
+        let lines = line + 1..self.lines.min(line + 1 + AROUND);
+        lines.map_while(|line| match self.at(line)? {
+            (cell, false) => Some((line, cell)),
+            _ => None,
+        })
     }
 
     /// The mean of the scores above absence.
     ///
     /// It extends over up to [`AROUND`] lines on either side of the same piece.
     fn margin(&self, line: usize, cell: u32, begins: bool) -> f32 {
-        let mut sum = self.score(line, cell).unwrap_or_default();
+        let mut sum = self.score(line, cell);
         let mut count = 1.0;
-        let mut begun = begins;
-        for back in 1..=AROUND {
-            let Some(line) = line.checked_sub(back).filter(|_| !begun) else {
-                break;
-            };
-            let Some((cell, begins)) = self.at(line) else {
-                break;
-            };
-            sum += self.score(line, cell).unwrap_or_default();
-            count += 1.0;
-            begun = begins;
-        }
-        for line in line + 1..self.lines.min(line + 1 + AROUND) {
-            let Some((cell, false)) = self.at(line) else {
-                break;
-            };
-            sum += self.score(line, cell).unwrap_or_default();
+        for (line, cell) in self.before(line, begins).chain(self.after(line)) {
+            sum += self.score(line, cell);
             count += 1.0;
         }
         let absence = self.detector.prices.absence as f32 / NAT as f32;
         sum / count - absence
+    }
+
+    /// Mean depth of the piece around a line, in cells below the line's cell.
+    ///
+    /// Weights fall evenly, to 0 at [`AROUND`] lines.
+    fn offset(&self, line: usize, cell: u32, begins: bool) -> f32 {
+        let below =
+            |(line, other): (usize, u32)| other as f32 - cell as f32 + self.fraction(line, other);
+        let mut weight = AROUND as f32;
+        let mut weights = weight;
+        let mut sum = weight * below((line, cell));
+        let beside = self.before(line, begins).zip(self.after(line));
+        for (before, after) in beside.take(AROUND - 1) {
+            weight -= 1.0;
+            weights += 2.0 * weight;
+            sum += weight * (below(before) + below(after));
+        }
+        sum / weights
     }
 
     fn confidence(&self, margin: f32) -> f32 {
@@ -391,18 +424,18 @@ impl<'p, 'm> Tracker<'p, 'm> {
 
     /// Maximum of the parabola through a score and its neighbours, −½ to ½ cell.
     fn fraction(&self, line: usize, cell: u32) -> f32 {
-        let beside = [cell.checked_sub(1), cell.checked_add(1)];
-        let [Some(above), Some(below)] = beside.map(|cell| self.score(line, cell?)) else {
+        let from = cell
+            .checked_sub(1)
+            .and_then(|above| self.pointers(line).get(above as usize..));
+        let Some(&beside) = from.and_then(|pointers| pointers.first_chunk::<3>()) else {
             return 0.0;
         };
-        let Some(score) = self.score(line, cell) else {
-            return 0.0;
-        };
-        let curvature = 2.0 * score - above - below;
-        if score < above || score < below || curvature <= 0.0 {
+        let [above, score, below] = beside.map(|pointer| Pointer(pointer).score());
+        let curvature = 2 * score - above - below;
+        if score < above || score < below || curvature <= 0 {
             return 0.0;
         }
-        0.5 * (below - above) / curvature
+        0.5 * (below - above) as f32 / curvature as f32
     }
 }
 

@@ -288,14 +288,29 @@ pub fn of_scores(p: &Parameters, scores: &[Vec<i64>]) -> Vec<Option<Point>> {
         let absence = (1024.0 * p.settings.absence).round() as f32 / 1024.0;
         let margin = sum / (last - first + 1) as f32 - absence;
         let [a, b] = p.settings.confidence;
-        let mut fraction = 0.0;
-        if cell > 0 && cell + 1 < cells.searched {
-            let (above, below) = (nats(line, cell - 1), nats(line, cell + 1));
+        // The cell's place in its line, moved by the parabola.
+        let place = |line: usize, at: usize| {
+            let offset = at as f32 - cell as f32;
+            if at == 0 || at + 1 >= cells.searched {
+                return offset;
+            }
+            let [above, own, below] = [at - 1, at, at + 1].map(|cell| nats(line, cell));
             let curvature = 2.0 * own - above - below;
             if own >= above && own >= below && curvature > 0.0 {
-                fraction = 0.5 * (below - above) / curvature;
+                offset + 0.5 * (below - above) / curvature
+            } else {
+                offset
             }
+        };
+        let (mut weights, mut sum) = (4.0, 4.0 * place(line, cell));
+        for away in 1..=(line - first).min(last - line).min(3) {
+            let weight = (4 - away) as f32;
+            let beside = [line - away, line + away];
+            let [before, after] = beside.map(|k| path[k].map_or(0.0, |(c, _)| place(k, c)));
+            weights += 2.0 * weight;
+            sum += weight * (before + after);
         }
+        let fraction = sum / weights;
         let sample = ((cells.first + cell) as f64 + f64::from(fraction)) * cells.stride as f64
             + (cells.stride - 1) as f64 / 2.0;
         Some(Point {
