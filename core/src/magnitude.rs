@@ -41,23 +41,33 @@ fn in_one_chain<T, const PARTS: usize>(x: &[T], parts: impl Fn(&T) -> [f32; PART
     largest >> 1
 }
 
-/// For registers of any size, and signed, since SSE2 compares no others.
+/// For registers of any size. Maxima of numbers are instructions of all of them, but lose a NaN: a sum beside them,
+/// in any order, keeps it. Sums of large numbers may overflow, too; bits are then compared.
 #[inline(always)]
 fn side_by_side<T, const PARTS: usize>(x: &[T], parts: impl Fn(&T) -> [f32; PARTS]) -> u32 {
     const SIDE_BY_SIDE: usize = 8;
-    let mut largest = [[0; PARTS]; SIDE_BY_SIDE];
+    let mut largest = [[0.0; PARTS]; SIDE_BY_SIDE];
+    let mut sums = [[0.0; PARTS]; SIDE_BY_SIDE];
     let (blocks, rest) = x.as_chunks::<SIDE_BY_SIDE>();
     for block in blocks {
-        for (largest, value) in largest.iter_mut().zip(block) {
-            for (largest, part) in largest.iter_mut().zip(parts(value)) {
-                let part = magnitude(part);
+        for ((largest, sums), value) in largest.iter_mut().zip(&mut sums).zip(block) {
+            for ((largest, sum), part) in largest.iter_mut().zip(sums).zip(parts(value)) {
+                let part = libm::fabsf(part);
                 *largest = if *largest < part { part } else { *largest };
+                *sum += part;
             }
         }
     }
-    let mut all = 0;
+    let mut finite = true;
+    for &sum in sums.as_flattened() {
+        finite &= sum.is_finite();
+    }
+    if !finite {
+        return in_one_chain(x, parts);
+    }
     let rest = rest.iter().flat_map(|value| parts(value).map(magnitude));
-    for part in largest.into_iter().flatten().chain(rest) {
+    let mut all = 0;
+    for part in largest.into_iter().flatten().map(magnitude).chain(rest) {
         all = if all < part { part } else { all };
     }
     all as u32

@@ -37,6 +37,7 @@ mod complex;
 #[cfg(feature = "simd")]
 mod dispatch;
 mod dot;
+mod gather;
 #[cfg(feature = "simd")]
 mod lanes;
 mod memory;
@@ -46,6 +47,7 @@ pub(crate) use complex::Scalar;
 #[cfg(feature = "simd")]
 pub use dispatch::{InstructionSet, Task, UnknownInstructionSet};
 pub(crate) use dot::{Dot, PARTIAL_SUMS, Term};
+pub(crate) use gather::Gather;
 #[cfg(feature = "simd")]
 pub use lanes::Lanes;
 pub(crate) use memory::{MOST_LANES, copy, get, get_mut, load, load_at, split_front, transpose};
@@ -80,6 +82,7 @@ use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 /// ```
 pub trait Vector:
     Dot
+    + Gather
     + Send
     + Sync
     + 'static

@@ -1,36 +1,18 @@
 //! One line of I/Q in floating point.
 
-use super::interpolation::Read;
+use super::chunk::{CHUNK, Centre, Chunk, Factors};
+use super::interpolation::{Read, Values};
 use super::parameters::{DELAY_NUMBERS, IqParameters};
-use super::phasor;
 use super::record::{IqSamples, IqSource, Sample, Window};
+use super::records::{Places, Records};
 use crate::Complex;
 use crate::delay::FAR;
-use crate::delay::delay_law::{ReceiveDelay, TransmitDelay};
-use crate::delay::scan_line::{Compounding, ScanLine};
-use crate::simd::{MOST_LANES, Vector, load};
+use crate::delay::delay_law::ReceiveDelay;
+use crate::delay::scan_line::{Compounding, ScanLine, put_parts};
+use crate::simd::{ComplexVector, MOST_LANES, Vector, load};
 
-/// The largest number of cycles whose fraction is kept in f32.
-const MOST_CYCLES: f32 = (1 << 22) as f32;
-/// Largest f_demod/fs; positions of a record are then within [`MOST_CYCLES`].
+/// Largest f_demod/fs; positions of a record are then exact enough.
 pub(super) const MAX_CYCLES_PER_SAMPLE: f64 = 1e6;
-
-/// Where an element straight above the line is read at an output sample, and the carrier phase there, in cycles.
-#[derive(Clone, Copy)]
-struct Centre {
-    depth: f32,
-    whole: f32,
-    fraction: f32,
-    cycles: f32,
-}
-
-/// Reads the samples of a line: positions, factors, and interpolation.
-struct Reader<'a, T, R> {
-    parameters: &'a IqParameters,
-    window: &'a Window<'a, T>,
-    scale: f32,
-    read: &'a R,
-}
 
 impl IqParameters {
     /// The line by one interpolation, for samples of either type.
@@ -55,7 +37,7 @@ impl IqParameters {
         }
     }
 
-    #[inline(never)]
+    #[inline(always)]
     fn values_of<V: Vector, T: Sample, const TAPS: usize>(
         &self,
         zero: V,
@@ -65,51 +47,106 @@ impl IqParameters {
         receive_delays: &[f32],
         out: &mut [Complex<f32>],
     ) {
+        if V::LANES == 1 {
+            return self.one_by_one(zero, read, source, window, receive_delays, out);
+        }
+        let receive_delays = (window, receive_delays);
+        if window.sample == 1 {
+            self.chunks::<V, T, TAPS, true>(zero, read, source, receive_delays, out);
+        } else {
+            self.chunks::<V, T, TAPS, false>(zero, read, source, receive_delays, out);
+        }
+    }
+
+    #[inline(never)]
+    fn chunks<V: Vector, T: Sample, const TAPS: usize, const PLANAR: bool>(
+        &self,
+        zero: V,
+        read: &impl Read<TAPS>,
+        source: &IqSource,
+        (window, receive_delays): (&Window<'_, T>, &[f32]),
+        out: &mut [Complex<f32>],
+    ) {
         let IqSource {
-            line,
-            transmit,
-            record,
-            first,
-            step,
-            ..
-        } = source;
+            line, first, step, ..
+        } = *source;
         zero.vectorize(
             #[inline(always)]
             || {
-                let elements = self.elements;
+                let elements = self.elements.max(1);
                 let active = line.active.first..line.active.first + line.active.count;
-                for (n, row) in out.chunks_exact_mut(elements.max(1)).enumerate() {
-                    if line.compounding == Compounding::Replace {
-                        row.fill(Complex::new(0.0, 0.0));
+                let factors = self.factors::<TAPS>(source, window.length);
+                let mut centres = [Centre::NONE; CHUNK];
+                let mut rows = [0; CHUNK];
+                let mut chunk = Chunk::<V>::new(zero);
+                let mut values = Values::<V>::new(zero);
+                // As many depths as are wanted of these.
+                let span = CHUNK.saturating_mul(step);
+                let chunks = out.chunks_mut(span.saturating_mul(elements));
+                for (first, out) in (first..).step_by(span).zip(chunks) {
+                    let mut count = 0;
+                    for (row, out) in out.chunks_exact_mut(elements).enumerate() {
+                        let centre = if (first + row).is_multiple_of(step) {
+                            self.centre(source, first + row)
+                        } else {
+                            Centre::NONE
+                        };
+                        let mut written = 0..0;
+                        if centre.depth > 0.0
+                            && let Some(slot) = centres.get_mut(count).zip(rows.get_mut(count))
+                        {
+                            (*slot.0, *slot.1) = (centre, row * elements);
+                            count += 1;
+                            written = active.clone();
+                        }
+                        if line.compounding == Compounding::Replace {
+                            for outside in [0..written.start, written.end..elements] {
+                                let outside = out.get_mut(outside).unwrap_or_default();
+                                outside.fill(Complex::new(0.0, 0.0));
+                            }
+                        }
                     }
-                    let n = first + n;
-                    if !n.is_multiple_of(*step) {
-                        continue;
-                    }
-                    let centre = self.centre(transmit, record.cycles(), line.transmit.t0, n);
-                    let Some(row) = row.get_mut(active.clone()) else {
-                        return;
-                    };
-                    if centre.depth > 0.0 {
-                        let groups = row
-                            .chunks_mut(V::LANES)
-                            .zip(receive_delays.chunks_exact(DELAY_NUMBERS * V::LANES));
-                        for (group, (row, receive_delay)) in groups.enumerate() {
-                            let first = active.start + group * V::LANES;
-                            let reader = Reader {
-                                parameters: self,
-                                window,
-                                scale: record.scale(),
-                                read,
-                            };
-                            let elements = (first, row.len());
-                            let values = reader.values(zero, &centre, receive_delay, elements);
-                            put(line.compounding, values, row);
+                    let centres = centres.get(..count).unwrap_or_default();
+                    let receive_delays = receive_delays.chunks_exact(DELAY_NUMBERS * V::LANES);
+                    for (start, numbers) in active.clone().step_by(V::LANES).zip(receive_delays) {
+                        let group = start..active.end.min(start + V::LANES);
+                        let numbers = [0, 1, 2, 3, 4, 5, 6].map(
+                            #[inline(always)]
+                            |row| load(zero, &numbers[row * V::LANES..]),
+                        );
+                        let records = &Records::<T, PLANAR>::new::<V>(window, &group);
+                        let offsets = if PLANAR {
+                            &records.offsets
+                        } else {
+                            &[0; MOST_LANES]
+                        };
+                        chunk.locate(&factors, centres, &numbers, offsets);
+                        let weights = chunk.weight.get(..count).unwrap_or_default();
+                        let chunk = &chunk;
+                        read.read(weights, &Places { records, chunk }, &mut values);
+                        let turns = chunk.cosine.iter().zip(&chunk.sine);
+                        for ((value, turn), &row) in
+                            values.values.iter().zip(turns).zip(&rows).take(count)
+                        {
+                            let place = row + group.start..row + group.end;
+                            let place = out.get_mut(place).unwrap_or_default();
+                            put(line.compounding, turned(*value, turn), place);
                         }
                     }
                 }
             },
         );
+    }
+
+    /// What all elements share.
+    #[inline(always)]
+    pub(super) fn factors<const TAPS: usize>(&self, source: &IqSource, length: usize) -> Factors {
+        Factors {
+            a_sample: (self.demodulation_frequency / self.sampling_rate) as f32,
+            scale: source.record.scale(),
+            before: (TAPS / 2 - 1) as f32,
+            end: (length + 1).saturating_sub(TAPS) as f32,
+        }
     }
 
     /// The receive delays of the active elements, a group of lanes after the other.
@@ -118,7 +155,9 @@ impl IqParameters {
         let p = self;
         let active = line.active.first..line.active.first + line.active.count;
         let a_sample = p.demodulation_frequency / p.sampling_rate;
-        for (k, element) in active.enumerate() {
+        // Lanes behind the last element have its numbers once more.
+        for k in 0..line.active.count.next_multiple_of(V::LANES) {
+            let element = (active.start + k).min(active.end.saturating_sub(1));
             let receive_delay = ReceiveDelay::new(
                 line.array.position(element),
                 &line.ray,
@@ -146,21 +185,17 @@ impl IqParameters {
     /// Depth, position and carrier phase of an element straight above the line at output sample `n`; depth 0 where
     /// nothing can be read.
     #[inline(always)]
-    fn centre(&self, transmit: &TransmitDelay, cycles: f64, t0: f64, n: usize) -> Centre {
+    pub(super) fn centre(&self, source: &IqSource, n: usize) -> Centre {
         let p = self;
+        let (transmit, t0) = (&source.transmit, source.line.transmit.t0);
         let t = p.output_start + n as f64 / p.output_rate;
         let r = p.sound_speed * t / 2.0;
         let flight = transmit.time(r) + r / p.sound_speed;
         let position = (flight - t0) * p.sampling_rate;
-        let cycles = flight * p.demodulation_frequency + cycles;
+        let cycles = flight * p.demodulation_frequency + source.record.cycles();
         let near = position > -FAR && position < FAR && cycles > -f64::MAX && cycles < f64::MAX;
         if !near {
-            return Centre {
-                depth: 0.0,
-                whole: 0.0,
-                fraction: 0.0,
-                cycles: 0.0,
-            };
+            return Centre::NONE;
         }
         let floor = libm::floor(position);
         Centre {
@@ -172,71 +207,29 @@ impl IqParameters {
     }
 }
 
-impl<T: Sample, R> Reader<'_, T, R> {
-    /// The values of a group of elements, `count` of them from `first` on, real and imaginary parts.
-    #[inline(always)]
-    fn values<V: Vector, const TAPS: usize>(
-        &self,
-        zero: V,
-        centre: &Centre,
-        receive_delay: &[f32],
-        (first, count): (usize, usize),
-    ) -> (V, V)
-    where
-        R: Read<TAPS>,
-    {
-        let p = self.parameters;
-        let [square, scaled, along, rate, part, ahead, own] = [0, 1, 2, 3, 4, 5, 6].map(
-            #[inline(always)]
-            |row| load(zero, &receive_delay[row * V::LANES..]),
-        );
-        let depth = zero.splat(centre.depth);
-        let receive_delay = ReceiveDelay::samples_of(depth, [square, scaled, along, rate, part]);
-        let position = zero.splat(centre.fraction) + receive_delay;
-        let a_sample = (p.demodulation_frequency / p.sampling_rate) as f32;
-        let cycles = zero.splat(centre.cycles) + (receive_delay * zero.splat(a_sample) + own);
-        // False for a NaN, too.
-        let valid =
-            position.less(zero.splat(FAR as f32)) & cycles.abs().less(zero.splat(MOST_CYCLES));
-        let position = V::select(valid, position, zero);
-        let cycles = V::select(valid, cycles, zero);
-
-        // Below 2²³ and not negative, so that truncation is the floor.
-        let (mut floors, mut wholes) = ([0i32; MOST_LANES], [0i32; MOST_LANES]);
-        position.truncate(&mut floors);
-        (zero.splat(centre.whole) - ahead).truncate(&mut wholes);
-        let mut floor = zero;
-        for (floor, &whole) in floor.lanes_mut().iter_mut().zip(&floors) {
-            *floor = whole as f32;
-        }
-        let before = TAPS as i32 / 2 - 1;
-        let y = self.read.read(
-            position - floor,
-            count,
-            #[inline(always)]
-            |lane| {
-                let start = |(whole, floor): (&i32, &i32)| whole + floor - before;
-                let start = wholes.get(lane).zip(floors.get(lane)).map_or(0, start);
-                self.window.taps(first + lane, start)
-            },
-        );
-
-        let (cosine, sine) = phasor::phasor(cycles);
-        let (re, im) = (V::select(valid, y.re, zero), V::select(valid, y.im, zero));
-        let scale = zero.splat(self.scale);
-        let (cosine, sine) = (cosine * scale, sine * scale);
-        (re * cosine - im * sine, re * sine + im * cosine)
+/// The product of values with a cosine and sine.
+#[inline(always)]
+fn turned<V: Vector>(
+    ComplexVector { re, im }: ComplexVector<V>,
+    (&cosine, &sine): (&V, &V),
+) -> ComplexVector<V> {
+    ComplexVector {
+        re: re * cosine - im * sine,
+        im: re * sine + im * cosine,
     }
 }
 
 /// Puts values into a row, or adds them to it.
 #[inline(always)]
-fn put<V: Vector>(compounding: Compounding, (re, im): (V, V), row: &mut [Complex<f32>]) {
-    let values = re.lanes().iter().zip(im.lanes());
-    for (y, (&re, &im)) in row.iter_mut().zip(values) {
-        match compounding {
-            Compounding::Replace => *y = Complex::new(re, im),
-            Compounding::Add => *y += Complex::new(re, im),
-        }
+fn put<V: Vector>(
+    compounding: Compounding,
+    ComplexVector { re, im }: ComplexVector<V>,
+    row: &mut [Complex<f32>],
+) {
+    let (first, second) = re.interleave(im);
+    let half = row.len().min(V::LANES / 2);
+    if let Some((left, right)) = row.split_at_mut_checked(half) {
+        put_parts(compounding, first.lanes(), left);
+        put_parts(compounding, second.lanes(), right);
     }
 }

@@ -6,12 +6,15 @@
 //!
 //! Lanes are elements: those of a group are neighbours in the output.
 
+mod chunk;
 mod fixed;
 mod interpolation;
 mod line;
+mod one_lane;
 mod parameters;
 mod phasor;
 mod record;
+mod records;
 
 pub use interpolation::IqInterpolation;
 pub use parameters::IqParameters;
