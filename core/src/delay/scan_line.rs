@@ -2,6 +2,7 @@
 
 use crate::Complex;
 use crate::geometry::{Active, Array, Ray, Scan, Transmit};
+use crate::instructions::parts;
 
 /// Coherent compounding: the use of the line that `out` already holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,8 +53,8 @@ impl<'a> ScanLine<'a> {
 
 /// Puts real and imaginary parts alternately into `out`, which may be shorter.
 #[inline(always)]
-pub(super) fn put_parts(compounding: Compounding, parts: &[f32], out: &mut [Complex<f32>]) {
-    let values = parts.as_chunks::<2>().0;
+pub(super) fn put_parts(compounding: Compounding, values: &[f32], out: &mut [Complex<f32>]) {
+    let out = parts(out);
     // Whole registers by themselves: their number is known when this is compiled.
     match out.get_mut(..values.len()) {
         Some(out) => put_values(compounding, values, out),
@@ -62,16 +63,16 @@ pub(super) fn put_parts(compounding: Compounding, parts: &[f32], out: &mut [Comp
 }
 
 #[inline(always)]
-fn put_values(compounding: Compounding, values: &[[f32; 2]], out: &mut [Complex<f32>]) {
+fn put_values(compounding: Compounding, values: &[f32], out: &mut [f32]) {
     let out = out.iter_mut().zip(values);
     match compounding {
         Compounding::Replace => out.for_each(
             #[inline(always)]
-            |(y, &[re, im])| *y = Complex::new(re, im),
+            |(y, &value)| *y = value,
         ),
         Compounding::Add => out.for_each(
             #[inline(always)]
-            |(y, &[re, im])| *y += Complex::new(re, im),
+            |(y, &value)| *y += value,
         ),
     }
 }

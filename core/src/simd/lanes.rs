@@ -105,6 +105,10 @@ impl<S: Simd> Vector for Lanes<S> {
         (Lanes(even), Lanes(odd))
     }
     #[inline(always)]
+    fn reverse(self) -> Self {
+        Lanes(self.0.reverse())
+    }
+    #[inline(always)]
     fn slide(self, next: Self, by: usize) -> Self {
         let (a, b) = (self.0, next.0);
         // A constant at compile time, so that one branch is left.

@@ -33,6 +33,9 @@ impl Centre {
     };
 }
 
+/// From the first record of a group to that of each lane, in samples.
+pub(super) type Offsets = [u32; MOST_LANES];
+
 /// What all elements of a line share.
 pub(super) struct Factors {
     /// f_demod/fs, cycles.
@@ -63,8 +66,8 @@ pub(super) fn position<V: Vector>(
 
 /// Where the elements of a group are read at some depths, and their factors.
 pub(super) struct Chunk<V> {
-    /// The first tap of each lane, with an offset: the bits of integers.
-    starts: [V; CHUNK],
+    /// The first tap of each lane with its offset: the bits of integers. Then those of mirrored elements.
+    starts: [[V; CHUNK]; 2],
     /// Whether the taps of all lanes are within their records.
     pub(super) within: [bool; CHUNK],
     pub(super) weight: [V; CHUNK],
@@ -76,7 +79,7 @@ impl<V: Vector> Chunk<V> {
     #[inline(always)]
     pub(super) fn new(zero: V) -> Self {
         Chunk {
-            starts: [zero; CHUNK],
+            starts: [[zero; CHUNK]; 2],
             within: [false; CHUNK],
             weight: [zero; CHUNK],
             cosine: [zero; CHUNK],
@@ -84,10 +87,11 @@ impl<V: Vector> Chunk<V> {
         }
     }
 
-    /// The first tap of a lane at the n-th depth.
+    /// The first tap of a lane at the n-th depth, with its offset; of the mirrored elements or not.
     #[inline(always)]
-    pub(super) fn start(&self, n: usize, lane: usize) -> Option<u32> {
-        Some(self.starts.get(n)?.lanes().get(lane)?.to_bits())
+    pub(super) fn start(&self, mirrored: bool, n: usize, lane: usize) -> Option<u32> {
+        let starts = &self.starts[usize::from(mirrored)];
+        Some(starts.get(n)?.lanes().get(lane)?.to_bits())
     }
 
     /// Positions and factors of the elements with these receive delays.
@@ -100,7 +104,7 @@ impl<V: Vector> Chunk<V> {
         factors: &Factors,
         centres: &[Centre],
         &[square, scaled, along, rate, part, ahead, own]: &[V; DELAY_NUMBERS],
-        offsets: &[i32; MOST_LANES],
+        offsets: [&Offsets; 2],
     ) {
         let zero = square.zero();
         let numbers = [square, scaled, along, rate, part];
@@ -110,8 +114,9 @@ impl<V: Vector> Chunk<V> {
         }
         // The phase in the place of the cosine.
         let phases = self.weight.iter_mut().zip(&mut self.cosine);
-        let starts = self.starts.iter_mut().zip(&mut self.within);
-        for (((weight, phase), (start, within)), centre) in phases.zip(starts).zip(centres) {
+        let [starts, mirrored] = &mut self.starts;
+        let starts = starts.iter_mut().zip(mirrored).zip(&mut self.within);
+        for (((weight, phase), (starts, within)), centre) in phases.zip(starts).zip(centres) {
             let receive_delay = *weight;
             let position = zero.splat(centre.fraction) + receive_delay;
             let cycles =
@@ -134,9 +139,11 @@ impl<V: Vector> Chunk<V> {
             let first = V::select(valid, first, zero.splat(OUTSIDE));
             *within = (!first.less(zero) & first.less(zero.splat(factors.end))).all();
             first.truncate(&mut integers);
-            let integers = integers.iter().zip(offsets);
-            for (start, (&integer, &offset)) in start.lanes_mut().iter_mut().zip(integers) {
-                *start = f32::from_bits(integer.wrapping_add(offset) as u32);
+            for (start, offsets) in [starts.0, starts.1].into_iter().zip(offsets) {
+                let sums = integers.iter().zip(offsets);
+                for (start, (&integer, &offset)) in start.lanes_mut().iter_mut().zip(sums) {
+                    *start = f32::from_bits((integer as u32).wrapping_add(offset));
+                }
             }
         }
         let scale = zero.splat(factors.scale);

@@ -4,10 +4,11 @@ use super::chunk::{CHUNK, Centre, Chunk, Factors};
 use super::interpolation::{Read, Values};
 use super::parameters::{DELAY_NUMBERS, IqParameters};
 use super::record::{IqSamples, IqSource, Sample, Window};
-use super::records::{Places, Records};
+use super::records::{Elements, Places, Records};
 use crate::Complex;
 use crate::delay::FAR;
 use crate::delay::delay_law::ReceiveDelay;
+use crate::delay::groups::Groups;
 use crate::delay::scan_line::{Compounding, ScanLine, put_parts};
 use crate::simd::{ComplexVector, MOST_LANES, Vector, load};
 
@@ -76,6 +77,7 @@ impl IqParameters {
                 let elements = self.elements.max(1);
                 let active = line.active.first..line.active.first + line.active.count;
                 let factors = self.factors::<TAPS>(source, window.length);
+                let groups = self.groups::<V>(line);
                 let mut centres = [Centre::NONE; CHUNK];
                 let mut rows = [0; CHUNK];
                 let mut chunk = Chunk::<V>::new(zero);
@@ -107,30 +109,58 @@ impl IqParameters {
                         }
                     }
                     let centres = centres.get(..count).unwrap_or_default();
-                    let receive_delays = receive_delays.chunks_exact(DELAY_NUMBERS * V::LANES);
-                    for (start, numbers) in active.clone().step_by(V::LANES).zip(receive_delays) {
-                        let group = start..active.end.min(start + V::LANES);
-                        let numbers = [0, 1, 2, 3, 4, 5, 6].map(
+                    let mut receive_delays = receive_delays.chunks_exact(DELAY_NUMBERS * V::LANES);
+                    for halves in groups.clone().map(Elements::of) {
+                        let records = halves.each_ref().map(
                             #[inline(always)]
-                            |row| load(zero, &numbers[row * V::LANES..]),
+                            |lanes| Records::<T, PLANAR>::new::<V>(window, lanes),
                         );
-                        let records = &Records::<T, PLANAR>::new::<V>(window, &group);
-                        let offsets = if PLANAR {
-                            &records.offsets
-                        } else {
-                            &[0; MOST_LANES]
-                        };
-                        chunk.locate(&factors, centres, &numbers, offsets);
-                        let weights = chunk.weight.get(..count).unwrap_or_default();
-                        let chunk = &chunk;
-                        read.read(weights, &Places { records, chunk }, &mut values);
-                        let turns = chunk.cosine.iter().zip(&chunk.sine);
-                        for ((value, turn), &row) in
-                            values.values.iter().zip(turns).zip(&rows).take(count)
-                        {
-                            let place = row + group.start..row + group.end;
-                            let place = out.get_mut(place).unwrap_or_default();
-                            put(line.compounding, turned(*value, turn), place);
+                        // Starts of samples that are not consecutive do not include offsets.
+                        let offsets = records.each_ref().map(
+                            #[inline(always)]
+                            |records| {
+                                if PLANAR {
+                                    &records.offsets
+                                } else {
+                                    &[0; MOST_LANES]
+                                }
+                            },
+                        );
+                        for (lanes, records) in halves.iter().zip(&records) {
+                            if lanes.range.is_empty() {
+                                continue;
+                            }
+                            let mirrored = lanes.reversed;
+                            if !mirrored && let Some(numbers) = receive_delays.next() {
+                                let numbers = [0, 1, 2, 3, 4, 5, 6].map(
+                                    #[inline(always)]
+                                    |row| load(zero, &numbers[row * V::LANES..]),
+                                );
+                                let own = if PLANAR {
+                                    &records.offsets
+                                } else {
+                                    &[0; MOST_LANES]
+                                };
+                                chunk.locate(&factors, centres, &numbers, [own, offsets[1]]);
+                            }
+                            let weights = chunk.weight.get(..count).unwrap_or_default();
+                            let chunk = &chunk;
+                            read.read(
+                                weights,
+                                &Places {
+                                    records,
+                                    chunk,
+                                    mirrored,
+                                },
+                                &mut values,
+                            );
+                            let turns = chunk.cosine.iter().zip(&chunk.sine);
+                            let values = values.values.iter().zip(turns).zip(&rows);
+                            for ((value, turn), &row) in values.take(count) {
+                                let place = row + lanes.written.start..row + lanes.written.end;
+                                let place = out.get_mut(place).unwrap_or_default();
+                                put(line.compounding, turned(*value, turn), lanes, place);
+                            }
                         }
                     }
                 }
@@ -149,32 +179,40 @@ impl IqParameters {
         }
     }
 
-    /// The receive delays of the active elements, a group of lanes after the other.
+    /// The active elements, in groups of two vectors.
+    #[inline(always)]
+    fn groups<V: Vector>(&self, line: &ScanLine) -> Groups {
+        // In order for one lane. Fewer pairs than lanes would need more memory for receive delays, too.
+        let lanes = if V::LANES == 1 { 1 } else { 2 * V::LANES };
+        Groups::new(line, lanes, V::LANES, |left, right| {
+            self.receive_delay(line, left) == self.receive_delay(line, right)
+        })
+    }
+
+    fn receive_delay(&self, line: &ScanLine, element: usize) -> ReceiveDelay {
+        let position = line.array.position(element);
+        ReceiveDelay::new(position, &line.ray, self.sound_speed, self.sampling_rate)
+    }
+
+    /// The receive delays of the active elements, a vector of elements after the other.
+    ///
+    /// Mirrored elements have those of their partners.
     #[inline(always)]
     fn receive_delays<'s, V: Vector>(&self, line: &ScanLine, scratch: &'s mut [f32]) -> &'s [f32] {
-        let p = self;
-        let active = line.active.first..line.active.first + line.active.count;
-        let a_sample = p.demodulation_frequency / p.sampling_rate;
-        // Lanes behind the last element have its numbers once more.
-        for k in 0..line.active.count.next_multiple_of(V::LANES) {
-            let element = (active.start + k).min(active.end.saturating_sub(1));
-            let receive_delay = ReceiveDelay::new(
-                line.array.position(element),
-                &line.ray,
-                p.sound_speed,
-                p.sampling_rate,
-            );
-            // The phase of the whole samples in `ahead`, in cycles.
-            let whole = f64::from(receive_delay.ahead()) * a_sample;
-            let cycles = (libm::ceil(whole) - whole) as f32;
-            let group = (k / V::LANES) * DELAY_NUMBERS * V::LANES + k % V::LANES;
-            for (row, value) in receive_delay
-                .numbers()
-                .into_iter()
-                .chain([cycles])
-                .enumerate()
-            {
-                if let Some(slot) = scratch.get_mut(group + row * V::LANES) {
+        let a_sample = self.demodulation_frequency / self.sampling_rate;
+        let elements = self.groups::<V>(line).flat_map(Elements::of);
+        let own = elements.filter(|elements| !elements.range.is_empty() && !elements.reversed);
+        for (elements, numbers) in own.zip(scratch.chunks_exact_mut(DELAY_NUMBERS * V::LANES)) {
+            let Elements { range, .. } = elements;
+            for lane in 0..V::LANES {
+                // Lanes behind the last element have its numbers once more.
+                let element = (range.start + lane).min(range.end.saturating_sub(1));
+                let receive_delay = self.receive_delay(line, element);
+                // The phase of the whole samples in `ahead`, in cycles.
+                let whole = f64::from(receive_delay.ahead()) * a_sample;
+                let cycles = (libm::ceil(whole) - whole) as f32;
+                let values = receive_delay.numbers().into_iter().chain([cycles]);
+                for (slot, value) in numbers.iter_mut().skip(lane).step_by(V::LANES).zip(values) {
                     *slot = value;
                 }
             }
@@ -224,12 +262,28 @@ fn turned<V: Vector>(
 fn put<V: Vector>(
     compounding: Compounding,
     ComplexVector { re, im }: ComplexVector<V>,
+    elements: &Elements,
     row: &mut [Complex<f32>],
 ) {
-    let (first, second) = re.interleave(im);
-    let half = row.len().min(V::LANES / 2);
-    if let Some((left, right)) = row.split_at_mut_checked(half) {
+    let reversed = elements.reversed;
+    if row.len() == V::LANES
+        && let Some((left, right)) = row.split_at_mut_checked(V::LANES / 2)
+    {
+        let (re, im) = if reversed {
+            (re.reverse(), im.reverse())
+        } else {
+            (re, im)
+        };
+        let (first, second) = re.interleave(im);
         put_parts(compounding, first.lanes(), left);
         put_parts(compounding, second.lanes(), right);
+        return;
+    }
+    let last = row.len().saturating_sub(1);
+    for (k, y) in row.iter_mut().enumerate() {
+        let lane = if reversed { last - k } else { k };
+        if let (Some(&re), Some(&im)) = (re.lanes().get(lane), im.lanes().get(lane)) {
+            put_parts(compounding, &[re, im], core::slice::from_mut(y));
+        }
     }
 }

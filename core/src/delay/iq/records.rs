@@ -2,18 +2,52 @@
 
 use core::ops::Range;
 
-use super::chunk::Chunk;
+use super::chunk::{Chunk, Offsets};
 use super::interpolation::Taps;
 use super::record::{Sample, Window};
 use crate::Complex;
+use crate::delay::groups::Group;
 use crate::simd::{MOST_LANES, Vector};
 
-/// The records of a group of elements, one a lane; behind the last element, its record once more.
+/// Elements side by side that are read together, at most one a lane.
+pub(super) struct Elements {
+    pub(super) range: Range<usize>,
+    /// Those that no other lanes write: an element on the line is its own mirror image.
+    pub(super) written: Range<usize>,
+    /// Whether lanes have the elements from the last to the first: they mirror the elements before them.
+    pub(super) reversed: bool,
+}
+
+impl Elements {
+    /// The two halves of a group, either of which may be empty.
+    #[inline(always)]
+    pub(super) fn of(group: Group) -> [Self; 2] {
+        let Group {
+            left,
+            right,
+            mirrored,
+        } = group;
+        [
+            Elements {
+                written: left.clone(),
+                range: left.clone(),
+                reversed: false,
+            },
+            Elements {
+                written: right.start.max(left.end)..right.end,
+                range: right,
+                reversed: mirrored,
+            },
+        ]
+    }
+}
+
+/// The records of elements, one a lane; behind the last lane's element, its record once more.
 pub(super) struct Records<'a, T, const PLANAR: bool> {
     /// From the first element's first sample on.
     samples: &'a [T],
     /// From the first element's samples to those of each lane.
-    pub(super) offsets: [i32; MOST_LANES],
+    pub(super) offsets: Offsets,
     /// From a sample to the next; 1 if planar.
     sample: usize,
     pub(super) length: usize,
@@ -21,12 +55,18 @@ pub(super) struct Records<'a, T, const PLANAR: bool> {
 
 impl<'a, T: Sample, const PLANAR: bool> Records<'a, T, PLANAR> {
     #[inline(always)]
-    pub(super) fn new<V: Vector>(window: &Window<'a, T>, group: &Range<usize>) -> Self {
-        let samples = window.samples.get(group.start * window.element..);
-        let last = group.len().saturating_sub(1);
+    pub(super) fn new<V: Vector>(window: &Window<'a, T>, elements: &Elements) -> Self {
+        let Elements {
+            range, reversed, ..
+        } = elements;
+        let samples = window.samples.get(range.start * window.element..);
+        let last = range.len().saturating_sub(1);
         let mut offsets = [0; MOST_LANES];
         for (lane, offset) in offsets.iter_mut().enumerate().take(V::LANES) {
-            *offset = (lane.min(last) * window.element) as i32;
+            let element = lane.min(last);
+            let element = if *reversed { last - element } else { element };
+            // At most as many elements as lanes, of MAX_SAMPLES each, or of consecutive samples.
+            *offset = (element * window.element) as u32;
         }
         Records {
             samples: samples.unwrap_or_default(),
@@ -36,7 +76,6 @@ impl<'a, T: Sample, const PLANAR: bool> Records<'a, T, PLANAR> {
         }
     }
 
-    /// The offset of a lane if starts do not include it.
     #[inline(always)]
     fn offset(&self, lane: usize) -> usize {
         self.offsets.get(lane).map_or(0, |&offset| offset as usize)
@@ -47,6 +86,7 @@ impl<'a, T: Sample, const PLANAR: bool> Records<'a, T, PLANAR> {
 pub(super) struct Places<'a, 'r, V, T, const PLANAR: bool> {
     pub(super) records: &'r Records<'a, T, PLANAR>,
     pub(super) chunk: &'r Chunk<V>,
+    pub(super) mirrored: bool,
 }
 
 impl<V: Vector, T: Sample, const PLANAR: bool> Taps for Places<'_, '_, V, T, PLANAR> {
@@ -57,7 +97,7 @@ impl<V: Vector, T: Sample, const PLANAR: bool> Taps for Places<'_, '_, V, T, PLA
 
     #[inline(always)]
     fn within<const TAPS: usize>(&self, n: usize, lane: usize) -> Option<[Complex<f32>; TAPS]> {
-        let start = self.chunk.start(n, lane)? as usize;
+        let start = self.chunk.start(self.mirrored, n, lane)? as usize;
         let Records {
             samples, sample, ..
         } = *self.records;
@@ -84,7 +124,7 @@ impl<V: Vector, T: Sample, const PLANAR: bool> Taps for Places<'_, '_, V, T, PLA
             ..
         } = *self.records;
         let offset = self.records.offset(lane);
-        let start = self.chunk.start(n, lane).unwrap_or(0);
+        let start = self.chunk.start(self.mirrored, n, lane).unwrap_or(0);
         let start = if PLANAR {
             start.wrapping_sub(offset as u32)
         } else {

@@ -2,10 +2,10 @@
 //!
 //! Its input is rows of samples with one element a lane.
 
-use super::groups::Group;
 use super::{CHUNK, Compounding, Delay, ScanLine};
 use crate::Complex;
 use crate::delay::analytic::GROUP;
+use crate::delay::groups::Group;
 use crate::delay::scan_line::put_parts;
 use crate::simd::{MOST_LANES, Vector, copy, load, load_at, transpose};
 
