@@ -41,8 +41,8 @@ fn in_one_chain<T, const PARTS: usize>(x: &[T], parts: impl Fn(&T) -> [f32; PART
     largest >> 1
 }
 
-/// For registers of any size. Maxima of numbers are instructions of all of them, but lose a NaN: a sum beside them,
-/// in any order, keeps it. Sums of large numbers may overflow, too; bits are then compared.
+/// For registers of any size. All have instructions for the larger of two numbers, but these lose a NaN. A sum keeps it,
+/// in any order: if it is not finite, bits are compared.
 #[inline(always)]
 fn side_by_side<T, const PARTS: usize>(x: &[T], parts: impl Fn(&T) -> [f32; PARTS]) -> u32 {
     const SIDE_BY_SIDE: usize = 8;
@@ -99,6 +99,17 @@ mod tests {
             }
         }
         assert_eq!(largest(&[]), 0);
+        // Sums of these are not finite; the numbers are, or one is not.
+        let mut x = [f32::MAX; 70];
+        assert_eq!(side_by_side(&x, |&x| [x]), f32::MAX.to_bits());
+        for other in [f32::NAN, -f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            for index in [0, 8, 69] {
+                x = [1.0; 70];
+                x[index] = other;
+                let expected = other.to_bits() & 0x7fff_ffff;
+                assert_eq!(side_by_side(&x, |&x| [x]), expected, "{index}");
+            }
+        }
         assert!(largest(&[1.0, -f32::NAN]) > f32::INFINITY.to_bits());
         assert_eq!(largest(&[1.0, f32::NEG_INFINITY]), f32::INFINITY.to_bits());
     }

@@ -33,7 +33,7 @@ impl Centre {
     };
 }
 
-/// From the first record of a group to that of each lane, in samples.
+/// From the first record of some elements to that of each lane, in samples.
 pub(super) type Offsets = [u32; MOST_LANES];
 
 /// What all elements of a line share.
@@ -117,13 +117,7 @@ impl<V: Vector> Chunk<V> {
         let [starts, mirrored] = &mut self.starts;
         let starts = starts.iter_mut().zip(mirrored).zip(&mut self.within);
         for (((weight, phase), (starts, within)), centre) in phases.zip(starts).zip(centres) {
-            let receive_delay = *weight;
-            let position = zero.splat(centre.fraction) + receive_delay;
-            let cycles =
-                zero.splat(centre.cycles) + (receive_delay * zero.splat(factors.a_sample) + own);
-            // False for a NaN, too.
-            let valid =
-                position.less(zero.splat(FAR as f32)) & cycles.abs().less(zero.splat(MOST_CYCLES));
+            let (valid, position, cycles) = position(factors, centre, *weight, own);
             let position = V::select(valid, position, zero);
             *phase = V::select(valid, cycles, zero);
             // Below 2²³ and not negative, so that truncation is the floor.

@@ -68,7 +68,6 @@ pub(super) trait Read<const TAPS: usize> {
     fn one<V: Vector>(&self, weight: V, taps: &[Complex<f32>; TAPS]) -> ComplexVector<V>;
 
     /// The values at the first depths of a chunk, one a weight.
-    ///
     fn read<V: Vector>(&self, weights: &[V], taps: &impl Taps, memory: &mut Values<V>);
 }
 
@@ -203,9 +202,17 @@ fn at_the_edge<V: Vector, const TAPS: usize, const PAIRS: usize>(
     n: usize,
     loaded: &mut [Quarters<V>; PAIRS],
 ) {
-    load_quarters(zero, loaded, |lane| {
-        Some(pairs(taps.anywhere::<TAPS>(n, lane)))
-    });
+    zero.vectorize(
+        #[inline(always)]
+        || {
+            load_quarters(
+                zero,
+                loaded,
+                #[inline(always)]
+                |lane| Some(pairs(taps.anywhere::<TAPS>(n, lane))),
+            )
+        },
+    );
 }
 
 #[inline(always)]

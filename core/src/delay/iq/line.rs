@@ -10,9 +10,9 @@ use crate::delay::FAR;
 use crate::delay::delay_law::ReceiveDelay;
 use crate::delay::groups::Groups;
 use crate::delay::scan_line::{Compounding, ScanLine, put_parts};
-use crate::simd::{ComplexVector, MOST_LANES, Vector, load};
+use crate::simd::{ComplexVector, Vector, load};
 
-/// Largest f_demod/fs; positions of a record are then exact enough.
+/// Largest f_demod/fs; phases at positions of a record are then kept in f32.
 pub(super) const MAX_CYCLES_PER_SAMPLE: f64 = 1e6;
 
 impl IqParameters {
@@ -68,104 +68,92 @@ impl IqParameters {
         (window, receive_delays): (&Window<'_, T>, &[f32]),
         out: &mut [Complex<f32>],
     ) {
-        let IqSource {
-            line, first, step, ..
-        } = *source;
         zero.vectorize(
             #[inline(always)]
             || {
                 let elements = self.elements.max(1);
-                let active = line.active.first..line.active.first + line.active.count;
                 let factors = self.factors::<TAPS>(source, window.length);
-                let groups = self.groups::<V>(line);
-                let mut centres = [Centre::NONE; CHUNK];
-                let mut rows = [0; CHUNK];
+                let groups = self.groups::<V>(source.line);
                 let mut chunk = Chunk::<V>::new(zero);
                 let mut values = Values::<V>::new(zero);
                 // As many depths as are wanted of these.
-                let span = CHUNK.saturating_mul(step);
+                let span = CHUNK.saturating_mul(source.step);
                 let chunks = out.chunks_mut(span.saturating_mul(elements));
-                for (first, out) in (first..).step_by(span).zip(chunks) {
-                    let mut count = 0;
-                    for (row, out) in out.chunks_exact_mut(elements).enumerate() {
-                        let centre = if (first + row).is_multiple_of(step) {
-                            self.centre(source, first + row)
-                        } else {
-                            Centre::NONE
-                        };
-                        let mut written = 0..0;
-                        if centre.depth > 0.0
-                            && let Some(slot) = centres.get_mut(count).zip(rows.get_mut(count))
-                        {
-                            (*slot.0, *slot.1) = (centre, row * elements);
-                            count += 1;
-                            written = active.clone();
-                        }
-                        if line.compounding == Compounding::Replace {
-                            for outside in [0..written.start, written.end..elements] {
-                                let outside = out.get_mut(outside).unwrap_or_default();
-                                outside.fill(Complex::new(0.0, 0.0));
-                            }
-                        }
-                    }
-                    let centres = centres.get(..count).unwrap_or_default();
+                for (k, out) in chunks.enumerate() {
+                    let depths = self.depths(source, source.first + k * span, out);
+                    let (centres, rows) = depths.read();
                     let mut receive_delays = receive_delays.chunks_exact(DELAY_NUMBERS * V::LANES);
                     for halves in groups.clone().map(Elements::of) {
                         let records = halves.each_ref().map(
                             #[inline(always)]
-                            |lanes| Records::<T, PLANAR>::new::<V>(window, lanes),
+                            |half| Records::<T, PLANAR>::new::<V>(window, half),
                         );
-                        // Starts of samples that are not consecutive do not include offsets.
-                        let offsets = records.each_ref().map(
-                            #[inline(always)]
-                            |records| {
-                                if PLANAR {
-                                    &records.offsets
-                                } else {
-                                    &[0; MOST_LANES]
-                                }
-                            },
-                        );
-                        for (lanes, records) in halves.iter().zip(&records) {
-                            if lanes.range.is_empty() {
+                        let mirrored_offsets = records[1].included();
+                        for (half, records) in halves.iter().zip(&records) {
+                            if half.range.is_empty() {
                                 continue;
                             }
-                            let mirrored = lanes.reversed;
-                            if !mirrored && let Some(numbers) = receive_delays.next() {
+                            if !half.mirrored
+                                && let Some(numbers) = receive_delays.next()
+                            {
                                 let numbers = [0, 1, 2, 3, 4, 5, 6].map(
                                     #[inline(always)]
                                     |row| load(zero, &numbers[row * V::LANES..]),
                                 );
-                                let own = if PLANAR {
-                                    &records.offsets
-                                } else {
-                                    &[0; MOST_LANES]
-                                };
-                                chunk.locate(&factors, centres, &numbers, [own, offsets[1]]);
+                                let offsets = [records.included(), mirrored_offsets];
+                                chunk.locate(&factors, centres, &numbers, offsets);
                             }
-                            let weights = chunk.weight.get(..count).unwrap_or_default();
-                            let chunk = &chunk;
-                            read.read(
-                                weights,
-                                &Places {
-                                    records,
-                                    chunk,
-                                    mirrored,
-                                },
-                                &mut values,
-                            );
+                            let places = Places {
+                                records,
+                                chunk: &chunk,
+                                mirrored: half.mirrored,
+                            };
+                            let weights = chunk.weight.get(..centres.len()).unwrap_or_default();
+                            read.read(weights, &places, &mut values);
                             let turns = chunk.cosine.iter().zip(&chunk.sine);
-                            let values = values.values.iter().zip(turns).zip(&rows);
-                            for ((value, turn), &row) in values.take(count) {
-                                let place = row + lanes.written.start..row + lanes.written.end;
-                                let place = out.get_mut(place).unwrap_or_default();
-                                put(line.compounding, turned(*value, turn), lanes, place);
+                            let values = values.values.iter().zip(turns);
+                            for ((value, turn), row) in values.zip(rows) {
+                                let row = row + half.written.start..row + half.written.end;
+                                let row = out.get_mut(row).unwrap_or_default();
+                                let value = turned(*value, turn);
+                                put(source.line.compounding, value, half.mirrored, row);
                             }
                         }
                     }
                 }
             },
         );
+    }
+
+    /// The depths of rows from output sample `first` on, as many as a chunk has at most. Clears what of these is not
+    /// read.
+    #[inline(always)]
+    fn depths(&self, source: &IqSource, first: usize, out: &mut [Complex<f32>]) -> Depths {
+        let IqSource { line, step, .. } = *source;
+        let mut depths = Depths {
+            centres: [Centre::NONE; CHUNK],
+            rows: [0; CHUNK],
+            count: 0,
+        };
+        let elements = self.elements.max(1);
+        for (row, out) in out.chunks_exact_mut(elements).enumerate() {
+            let mut centre = Centre::NONE;
+            if (first + row).is_multiple_of(step) {
+                centre = self.centre(source, first + row);
+            }
+            let mut read = 0..0;
+            if centre.depth > 0.0 {
+                depths.push(row * elements, centre);
+                read = line.active.first..line.active.first + line.active.count;
+            }
+            if line.compounding == Compounding::Replace {
+                for outside in [0..read.start, read.end..elements] {
+                    let outside = out.get_mut(outside).unwrap_or_default();
+                    outside.fill(Complex::new(0.0, 0.0));
+                }
+            }
+        }
+        depths
     }
 
     /// What all elements share.
@@ -182,9 +170,8 @@ impl IqParameters {
     /// The active elements, in groups of two vectors.
     #[inline(always)]
     fn groups<V: Vector>(&self, line: &ScanLine) -> Groups {
-        // In order for one lane. Fewer pairs than lanes would need more memory for receive delays, too.
-        let lanes = if V::LANES == 1 { 1 } else { 2 * V::LANES };
-        Groups::new(line, lanes, V::LANES, |left, right| {
+        // Fewer pairs than lanes would need more memory for receive delays.
+        Groups::new(line, 2 * V::LANES, V::LANES, |left, right| {
             self.receive_delay(line, left) == self.receive_delay(line, right)
         })
     }
@@ -194,30 +181,47 @@ impl IqParameters {
         ReceiveDelay::new(position, &line.ray, self.sound_speed, self.sampling_rate)
     }
 
-    /// The receive delays of the active elements, a vector of elements after the other.
-    ///
-    /// Mirrored elements have those of their partners.
+    /// The receive delays of the active elements, a vector of elements after the other; mirrored elements have those of
+    /// their partners.
     #[inline(always)]
     fn receive_delays<'s, V: Vector>(&self, line: &ScanLine, scratch: &'s mut [f32]) -> &'s [f32] {
-        let a_sample = self.demodulation_frequency / self.sampling_rate;
+        let vectors = scratch.chunks_exact_mut(DELAY_NUMBERS * V::LANES);
+        if V::LANES == 1 {
+            for (k, numbers) in vectors.take(line.active.count).enumerate() {
+                self.put_receive_delay(line, line.active.first + k, numbers.iter_mut());
+            }
+            return scratch;
+        }
         let elements = self.groups::<V>(line).flat_map(Elements::of);
-        let own = elements.filter(|elements| !elements.range.is_empty() && !elements.reversed);
-        for (elements, numbers) in own.zip(scratch.chunks_exact_mut(DELAY_NUMBERS * V::LANES)) {
-            let Elements { range, .. } = elements;
+        let own = elements.filter(|elements| !elements.range.is_empty() && !elements.mirrored);
+        for (Elements { range, .. }, numbers) in own.zip(vectors) {
             for lane in 0..V::LANES {
                 // Lanes behind the last element have its numbers once more.
                 let element = (range.start + lane).min(range.end.saturating_sub(1));
-                let receive_delay = self.receive_delay(line, element);
-                // The phase of the whole samples in `ahead`, in cycles.
-                let whole = f64::from(receive_delay.ahead()) * a_sample;
-                let cycles = (libm::ceil(whole) - whole) as f32;
-                let values = receive_delay.numbers().into_iter().chain([cycles]);
-                for (slot, value) in numbers.iter_mut().skip(lane).step_by(V::LANES).zip(values) {
-                    *slot = value;
-                }
+                let numbers = numbers.iter_mut().skip(lane).step_by(V::LANES);
+                self.put_receive_delay(line, element, numbers);
             }
         }
         scratch
+    }
+
+    /// Puts the numbers of an element's receive delay into `slots`, at last a phase.
+    #[inline(always)]
+    fn put_receive_delay<'s>(
+        &self,
+        line: &ScanLine,
+        element: usize,
+        slots: impl Iterator<Item = &'s mut f32>,
+    ) {
+        let receive_delay = self.receive_delay(line, element);
+        // The phase of the whole samples in `ahead`, in cycles.
+        let a_sample = self.demodulation_frequency / self.sampling_rate;
+        let whole = f64::from(receive_delay.ahead()) * a_sample;
+        let cycles = (libm::ceil(whole) - whole) as f32;
+        let numbers = receive_delay.numbers().into_iter().chain([cycles]);
+        for (slot, number) in slots.zip(numbers) {
+            *slot = number;
+        }
     }
 
     /// Depth, position and carrier phase of an element straight above the line at output sample `n`; depth 0 where
@@ -245,6 +249,34 @@ impl IqParameters {
     }
 }
 
+/// The depths of some rows that are read.
+struct Depths {
+    centres: [Centre; CHUNK],
+    /// Where their rows begin.
+    rows: [usize; CHUNK],
+    count: usize,
+}
+
+impl Depths {
+    #[inline(always)]
+    fn push(&mut self, row: usize, centre: Centre) {
+        let place = self.centres.get_mut(self.count);
+        if let Some((centre_place, row_place)) = place.zip(self.rows.get_mut(self.count)) {
+            (*centre_place, *row_place) = (centre, row);
+            self.count += 1;
+        }
+    }
+
+    #[inline(always)]
+    fn read(&self) -> (&[Centre], &[usize]) {
+        let both = self
+            .centres
+            .get(..self.count)
+            .zip(self.rows.get(..self.count));
+        both.unwrap_or_default()
+    }
+}
+
 /// The product of values with a cosine and sine.
 #[inline(always)]
 fn turned<V: Vector>(
@@ -257,19 +289,18 @@ fn turned<V: Vector>(
     }
 }
 
-/// Puts values into a row, or adds them to it.
+/// Puts values into a row, or adds them to it; mirrored, from the last to the first.
 #[inline(always)]
 fn put<V: Vector>(
     compounding: Compounding,
     ComplexVector { re, im }: ComplexVector<V>,
-    elements: &Elements,
+    mirrored: bool,
     row: &mut [Complex<f32>],
 ) {
-    let reversed = elements.reversed;
     if row.len() == V::LANES
         && let Some((left, right)) = row.split_at_mut_checked(V::LANES / 2)
     {
-        let (re, im) = if reversed {
+        let (re, im) = if mirrored {
             (re.reverse(), im.reverse())
         } else {
             (re, im)
@@ -281,9 +312,124 @@ fn put<V: Vector>(
     }
     let last = row.len().saturating_sub(1);
     for (k, y) in row.iter_mut().enumerate() {
-        let lane = if reversed { last - k } else { k };
+        let lane = if mirrored { last - k } else { k };
         if let (Some(&re), Some(&im)) = (re.lanes().get(lane), im.lanes().get(lane)) {
             put_parts(compounding, &[re, im], core::slice::from_mut(y));
+        }
+    }
+}
+
+#[cfg(test)]
+#[cfg(feature = "simd")]
+mod tests {
+    use crate::Complex;
+    use crate::delay::{
+        Compounding, IqDelay, IqInterpolation, IqLayout, IqParameters, IqRecord, IqSamples,
+        ScanLine, Stage,
+    };
+    use crate::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
+    use crate::simd::{InstructionSet, Task, Vector};
+    use std::vec::Vec;
+    use std::{format, vec};
+
+    const ELEMENTS: usize = 47;
+    const SAMPLES: usize = 90;
+    const OUTPUTS: usize = 70;
+    const PITCH: f64 = 0.3e-3;
+
+    struct Line<'a> {
+        delay: &'a IqDelay,
+        line: &'a ScanLine<'a>,
+        record: &'a IqRecord<'a>,
+        step: usize,
+    }
+
+    impl Task for Line<'_> {
+        type Output = Vec<Complex<f32>>;
+
+        fn run<V: Vector>(self, zero: V) -> Self::Output {
+            let mut x = vec![Complex::new(0.5, -0.25); OUTPUTS * ELEMENTS];
+            let mut scratch = vec![f32::NAN; self.delay.parameters().need(V::LANES).real];
+            self.delay
+                .block_at_every(
+                    zero,
+                    self.line,
+                    self.record,
+                    (0, self.step),
+                    &mut scratch,
+                    &mut x,
+                )
+                .unwrap();
+            x
+        }
+    }
+
+    /// Lines that pair all elements, some or none, with one between the pairs or not, read before and behind the record,
+    /// from either order, put or added.
+    #[test]
+    fn lanes_have_the_bits_of_one() {
+        let number = |k: usize| ((k * 7919 + k / 3) % 2003) as f32 - 1001.0;
+        let samples: Vec<_> = (0..ELEMENTS * SAMPLES)
+            .map(|k| Complex::new(number(2 * k), number(2 * k + 1)))
+            .collect();
+        let array = Array::linear(ELEMENTS, PITCH);
+        let rays = [23.0, 22.5, 17.0, 30.5, 22.7].map(|element| {
+            let (first, last) = (array.x(0), array.x(ELEMENTS - 1));
+            Ray::down(first + element / 46.0 * (last - first))
+        });
+        let actives = [(0, 47), (3, 40), (7, 31), (20, 5), (46, 1), (9, 0)];
+        let interpolations = [
+            (IqInterpolation::Linear, 1),
+            (IqInterpolation::Cubic, 2),
+            (IqInterpolation::Sinc, 3),
+        ];
+        let rays = rays.into_iter().chain([Ray::new(1e-3, 0.0, 0.3)]);
+        let cases = rays.flat_map(|ray| actives.map(|active| (ray, active)));
+        for (k, (ray, (first, count))) in cases.enumerate().step_by(crate::step(7)) {
+            for (interpolation, step) in interpolations {
+                let delay = IqDelay::new(IqParameters {
+                    sound_speed: 1540.0,
+                    sampling_rate: 10e6,
+                    demodulation_frequency: 5.1e6,
+                    output_rate: 12e6,
+                    output_start: 0.4e-6,
+                    output_samples: OUTPUTS,
+                    elements: ELEMENTS,
+                    record_samples: SAMPLES,
+                    interpolation,
+                })
+                .unwrap();
+                let (layout, compounding) = match k % 4 {
+                    0 => (IqLayout::Planar, Compounding::Replace),
+                    1 => (IqLayout::Interleaved, Compounding::Replace),
+                    2 => (IqLayout::Planar, Compounding::Add),
+                    _ => (IqLayout::Interleaved, Compounding::Add),
+                };
+                let record = IqRecord::new(IqSamples::Float(&samples), layout, ELEMENTS).unwrap();
+                let line = ScanLine {
+                    transmit: Transmit::new(TransmitLaw::Focused, 1.1e-6),
+                    ray,
+                    array,
+                    active: Active { first, count },
+                    compounding,
+                };
+                let bits = |set: InstructionSet| {
+                    let task = Line {
+                        delay: &delay,
+                        line: &line,
+                        record: &record,
+                        step,
+                    };
+                    let x = set.dispatch(task).into_iter();
+                    x.map(|x| [x.re.to_bits(), x.im.to_bits()])
+                        .collect::<Vec<_>>()
+                };
+                let one = bits(InstructionSet::Scalar);
+                for set in InstructionSet::available() {
+                    let name = format!("{set:?}, {ray:?}, {first}, {count}, {interpolation:?}");
+                    assert!(bits(set) == one, "{name}, {layout:?}, {compounding:?}");
+                }
+            }
         }
     }
 }

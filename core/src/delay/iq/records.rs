@@ -14,8 +14,8 @@ pub(super) struct Elements {
     pub(super) range: Range<usize>,
     /// Those that no other lanes write: an element on the line is its own mirror image.
     pub(super) written: Range<usize>,
-    /// Whether lanes have the elements from the last to the first: they mirror the elements before them.
-    pub(super) reversed: bool,
+    /// Whether they mirror the elements before them. Lanes then have them from the last to the first.
+    pub(super) mirrored: bool,
 }
 
 impl Elements {
@@ -31,12 +31,12 @@ impl Elements {
             Elements {
                 written: left.clone(),
                 range: left.clone(),
-                reversed: false,
+                mirrored: false,
             },
             Elements {
                 written: right.start.max(left.end)..right.end,
                 range: right,
-                reversed: mirrored,
+                mirrored,
             },
         ]
     }
@@ -47,24 +47,24 @@ pub(super) struct Records<'a, T, const PLANAR: bool> {
     /// From the first element's first sample on.
     samples: &'a [T],
     /// From the first element's samples to those of each lane.
-    pub(super) offsets: Offsets,
+    offsets: Offsets,
     /// From a sample to the next; 1 if planar.
     sample: usize,
-    pub(super) length: usize,
+    length: usize,
 }
 
 impl<'a, T: Sample, const PLANAR: bool> Records<'a, T, PLANAR> {
     #[inline(always)]
     pub(super) fn new<V: Vector>(window: &Window<'a, T>, elements: &Elements) -> Self {
         let Elements {
-            range, reversed, ..
+            range, mirrored, ..
         } = elements;
         let samples = window.samples.get(range.start * window.element..);
         let last = range.len().saturating_sub(1);
         let mut offsets = [0; MOST_LANES];
         for (lane, offset) in offsets.iter_mut().enumerate().take(V::LANES) {
             let element = lane.min(last);
-            let element = if *reversed { last - element } else { element };
+            let element = if *mirrored { last - element } else { element };
             // At most as many elements as lanes, of MAX_SAMPLES each, or of consecutive samples.
             *offset = (element * window.element) as u32;
         }
@@ -76,9 +76,11 @@ impl<'a, T: Sample, const PLANAR: bool> Records<'a, T, PLANAR> {
         }
     }
 
+    /// The offsets that starts include: those of consecutive samples.
     #[inline(always)]
-    fn offset(&self, lane: usize) -> usize {
-        self.offsets.get(lane).map_or(0, |&offset| offset as usize)
+    pub(super) fn included(&self) -> &Offsets {
+        const NONE: &Offsets = &[0; MOST_LANES];
+        if PLANAR { &self.offsets } else { NONE }
     }
 }
 
@@ -106,7 +108,7 @@ impl<V: Vector, T: Sample, const PLANAR: bool> Taps for Places<'_, '_, V, T, PLA
             let taps = samples.get(start..start + TAPS)?.first_chunk::<TAPS>()?;
             return Some(taps.map(Sample::value));
         }
-        let start = start.wrapping_mul(sample) + self.records.offset(lane);
+        let start = start.wrapping_mul(sample) + *self.records.offsets.get(lane)? as usize;
         let mut taps = [Complex::new(0.0, 0.0); TAPS];
         for (k, tap) in taps.iter_mut().enumerate() {
             *tap = samples.get(start + k * sample)?.value();
@@ -123,19 +125,18 @@ impl<V: Vector, T: Sample, const PLANAR: bool> Taps for Places<'_, '_, V, T, PLA
             length,
             ..
         } = *self.records;
-        let offset = self.records.offset(lane);
+        let [first, included] = [&self.records.offsets, self.records.included()].map(
+            #[inline(always)]
+            |offsets| offsets.get(lane).map_or(0, |&offset| offset),
+        );
         let start = self.chunk.start(self.mirrored, n, lane).unwrap_or(0);
-        let start = if PLANAR {
-            start.wrapping_sub(offset as u32)
-        } else {
-            start
-        };
+        let (start, first) = (start.wrapping_sub(included), first as usize);
         let mut taps = [Complex::new(0.0, 0.0); TAPS];
         for (k, tap) in taps.iter_mut().enumerate() {
             // In front of the record, indices wrap around, to its first samples.
             let index = start.wrapping_add(k as u32) as usize;
             if index < length
-                && let Some(sample) = samples.get(offset + index * sample)
+                && let Some(sample) = samples.get(first + index * sample)
             {
                 *tap = sample.value();
             }
