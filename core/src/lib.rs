@@ -127,7 +127,7 @@
 //! | The same bits on every target, instruction set and optimisation level | golden hashes in `tests/golden/hashes.txt`; [`self_test()`] on a device |
 //! | No panic | the linker refuses the image `firmware/src/bin/no_panic` if a panic is left, for one lane; tests with overflow checks for several |
 //! | No NaN and no infinity in an output | inputs are checked first, with the place of a bad sample in the [`Error`]; fuzz targets in `fuzz/` |
-//! | No `unsafe`, except for two instructions and two casts | `unsafe_code` is denied outside the module `instructions` |
+//! | No `unsafe`, except for two instructions and three casts | `unsafe_code` is denied outside the module `instructions` |
 //!
 //! `docs/numerics.md` has equations, error bounds and the fixed orders of operations.
 

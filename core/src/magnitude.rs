@@ -41,23 +41,33 @@ fn in_one_chain<T, const PARTS: usize>(x: &[T], parts: impl Fn(&T) -> [f32; PART
     largest >> 1
 }
 
-/// For registers of any size, and signed, since SSE2 compares no others.
+/// For registers of any size. All have instructions for the larger of two numbers, but these lose a NaN. A sum keeps it,
+/// in any order: if it is not finite, bits are compared.
 #[inline(always)]
 fn side_by_side<T, const PARTS: usize>(x: &[T], parts: impl Fn(&T) -> [f32; PARTS]) -> u32 {
     const SIDE_BY_SIDE: usize = 8;
-    let mut largest = [[0; PARTS]; SIDE_BY_SIDE];
+    let mut largest = [[0.0; PARTS]; SIDE_BY_SIDE];
+    let mut sums = [[0.0; PARTS]; SIDE_BY_SIDE];
     let (blocks, rest) = x.as_chunks::<SIDE_BY_SIDE>();
     for block in blocks {
-        for (largest, value) in largest.iter_mut().zip(block) {
-            for (largest, part) in largest.iter_mut().zip(parts(value)) {
-                let part = magnitude(part);
+        for ((largest, sums), value) in largest.iter_mut().zip(&mut sums).zip(block) {
+            for ((largest, sum), part) in largest.iter_mut().zip(sums).zip(parts(value)) {
+                let part = libm::fabsf(part);
                 *largest = if *largest < part { part } else { *largest };
+                *sum += part;
             }
         }
     }
-    let mut all = 0;
+    let mut finite = true;
+    for &sum in sums.as_flattened() {
+        finite &= sum.is_finite();
+    }
+    if !finite {
+        return in_one_chain(x, parts);
+    }
     let rest = rest.iter().flat_map(|value| parts(value).map(magnitude));
-    for part in largest.into_iter().flatten().chain(rest) {
+    let mut all = 0;
+    for part in largest.into_iter().flatten().map(magnitude).chain(rest) {
         all = if all < part { part } else { all };
     }
     all as u32
@@ -89,6 +99,17 @@ mod tests {
             }
         }
         assert_eq!(largest(&[]), 0);
+        // Sums of these are not finite; the numbers are, or one is not.
+        let mut x = [f32::MAX; 70];
+        assert_eq!(side_by_side(&x, |&x| [x]), f32::MAX.to_bits());
+        for other in [f32::NAN, -f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            for index in [0, 8, 69] {
+                x = [1.0; 70];
+                x[index] = other;
+                let expected = other.to_bits() & 0x7fff_ffff;
+                assert_eq!(side_by_side(&x, |&x| [x]), expected, "{index}");
+            }
+        }
         assert!(largest(&[1.0, -f32::NAN]) > f32::INFINITY.to_bits());
         assert_eq!(largest(&[1.0, f32::NEG_INFINITY]), f32::INFINITY.to_bits());
     }

@@ -1,6 +1,8 @@
 //! One scan line of one transmit: the input of a delay stage.
 
+use crate::Complex;
 use crate::geometry::{Active, Array, Ray, Scan, Transmit};
+use crate::instructions::parts;
 
 /// Coherent compounding: the use of the line that `out` already holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,5 +48,31 @@ impl<'a> ScanLine<'a> {
             active: scan.widest(line),
             compounding,
         }
+    }
+}
+
+/// Puts real and imaginary parts alternately into `out`, which may be shorter.
+#[inline(always)]
+pub(super) fn put_parts(compounding: Compounding, values: &[f32], out: &mut [Complex<f32>]) {
+    let out = parts(out);
+    // Whole registers by themselves: their number is known when this is compiled.
+    match out.get_mut(..values.len()) {
+        Some(out) => put_values(compounding, values, out),
+        None => put_values(compounding, values, out),
+    }
+}
+
+#[inline(always)]
+fn put_values(compounding: Compounding, values: &[f32], out: &mut [f32]) {
+    let out = out.iter_mut().zip(values);
+    match compounding {
+        Compounding::Replace => out.for_each(
+            #[inline(always)]
+            |(y, &value)| *y = value,
+        ),
+        Compounding::Add => out.for_each(
+            #[inline(always)]
+            |(y, &value)| *y += value,
+        ),
     }
 }

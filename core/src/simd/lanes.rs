@@ -1,11 +1,11 @@
 //! Registers of an instruction set, by the `fearless_simd` crate.
 
-use super::{Dot, Mask, PARTIAL_SUMS, Term, Vector};
+use super::{Dot, Gather, Mask, PARTIAL_SUMS, Term, Vector, copy};
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
-use fearless_simd::f32x16;
 use fearless_simd::prelude::{
     ExtractToken, Select, Simd, SimdBase, SimdCombine, SimdFloat, SimdMask, SimdSplit,
 };
+use fearless_simd::{f32x4, f32x8, f32x16};
 
 /// One register of `f32`: 4 lanes with SSE2 and NEON, 8 with AVX2, 16 with AVX-512.
 ///
@@ -103,6 +103,10 @@ impl<S: Simd> Vector for Lanes<S> {
     fn deinterleave(self, other: Self) -> (Self, Self) {
         let (even, odd) = self.0.deinterleave(other.0);
         (Lanes(even), Lanes(odd))
+    }
+    #[inline(always)]
+    fn reverse(self) -> Self {
+        Lanes(self.0.reverse())
     }
     #[inline(always)]
     fn slide(self, next: Self, by: usize) -> Self {
@@ -259,6 +263,43 @@ fn products<S: Simd, const BLOCKS: usize, const LINES: usize>(
         *product = f32x16::from_slice(simd, &samples[block]) * coefficients;
     }
     products
+}
+
+impl<S: Simd> Gather for Lanes<S> {
+    #[inline(always)]
+    fn gather<const FOURS: usize>(
+        self,
+        block: impl Fn(usize) -> Option<[[f32; 4]; FOURS]>,
+    ) -> Option<[Self; FOURS]> {
+        let simd = self.0.token();
+        let mut registers = [self; FOURS];
+        let a = block(0)?;
+        if Self::LANES == 4 {
+            for f in 0..FOURS {
+                copy(&a[f], registers[f].lanes_mut());
+            }
+            return Some(registers);
+        }
+        let b = block(1)?;
+        if Self::LANES == 8 {
+            for f in 0..FOURS {
+                copy(two(simd, &a[f], &b[f]).as_slice(), registers[f].lanes_mut());
+            }
+            return Some(registers);
+        }
+        let (c, d) = (block(2)?, block(3)?);
+        for f in 0..FOURS {
+            let four = two(simd, &a[f], &b[f]).combine(two(simd, &c[f], &d[f]));
+            copy(four.as_slice(), registers[f].lanes_mut());
+        }
+        Some(registers)
+    }
+}
+
+/// Two blocks side by side.
+#[inline(always)]
+fn two<S: Simd>(simd: S, a: &[f32; 4], b: &[f32; 4]) -> f32x8<S> {
+    f32x4::from_slice(simd, a).combine(f32x4::from_slice(simd, b))
 }
 
 impl<S: Simd> Mask for LanesMask<S> {

@@ -37,6 +37,7 @@ mod complex;
 #[cfg(feature = "simd")]
 mod dispatch;
 mod dot;
+mod gather;
 #[cfg(feature = "simd")]
 mod lanes;
 mod memory;
@@ -46,6 +47,7 @@ pub(crate) use complex::Scalar;
 #[cfg(feature = "simd")]
 pub use dispatch::{InstructionSet, Task, UnknownInstructionSet};
 pub(crate) use dot::{Dot, PARTIAL_SUMS, Term};
+pub(crate) use gather::Gather;
 #[cfg(feature = "simd")]
 pub use lanes::Lanes;
 pub(crate) use memory::{MOST_LANES, copy, get, get_mut, load, load_at, split_front, transpose};
@@ -80,6 +82,7 @@ use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 /// ```
 pub trait Vector:
     Dot
+    + Gather
     + Send
     + Sync
     + 'static
@@ -131,14 +134,17 @@ pub trait Vector:
 
     /// Interleaves two vectors: `a₀ b₀ a₁ b₁ …`, first half and second half.
     ///
-    /// Only this function, its inverse and [`Vector::slide`] move values between lanes. None computes with several
-    /// lanes.
+    /// Only this function, its inverse, [`Vector::reverse`] and [`Vector::slide`] move values between lanes. None
+    /// computes with several lanes.
     fn interleave(self, other: Self) -> (Self, Self);
 
     /// The inverse of [`Vector::interleave`]: values at even and at odd indices.
     ///
     /// The indices count through `self` and then `other`.
     fn deinterleave(self, other: Self) -> (Self, Self);
+
+    /// The lanes in reverse order.
+    fn reverse(self) -> Self;
 
     /// Lanes `by..by + LANES` of the concatenation `[self, next]`.
     ///
@@ -236,6 +242,10 @@ impl Vector for f32 {
     #[inline(always)]
     fn deinterleave(self, other: Self) -> (Self, Self) {
         (self, other)
+    }
+    #[inline(always)]
+    fn reverse(self) -> Self {
+        self
     }
     #[inline(always)]
     fn slide(self, next: Self, by: usize) -> Self {
@@ -389,6 +399,8 @@ mod tests {
         assert_eq!([first.lanes(), second.lanes()].concat(), turns);
         let (even, odd) = first.deinterleave(second);
         assert_eq!((even.lanes(), odd.lanes()), (a.lanes(), b.lanes()));
+        let reverse = (0..V::LANES).rev().map(|k| k as f32).collect::<Vec<f32>>();
+        assert_eq!(a.reverse().lanes(), reverse);
         for by in 0..=V::LANES {
             assert_eq!(a.slide(b, by).lanes(), counted(by).lanes(), "by {by}");
         }
@@ -400,6 +412,22 @@ mod tests {
         for (k, column) in square[..V::LANES].iter().enumerate() {
             let expected = (0..V::LANES).map(|row| (100 * row + k) as f32);
             assert_eq!(column.lanes(), expected.collect::<Vec<f32>>());
+        }
+    }
+
+    /// Blocks of two fours each, from places in any order; and none if one is missing.
+    fn blocks_are_gathered<V: Vector>(zero: V) {
+        let block =
+            |k: usize| [0, 1].map(|f| [0, 1, 2, 3].map(|j| (100 * (7 - k) + 10 * f + j) as f32));
+        let registers = zero.gather(|k| Some(block(k))).unwrap();
+        for (f, register) in registers.iter().enumerate() {
+            for (lane, &number) in register.lanes().iter().enumerate() {
+                assert_eq!(number, block(lane / 4)[f][lane % 4], "{f}, lane {lane}");
+            }
+        }
+        for none in 0..V::LANES.div_ceil(4) {
+            let registers = zero.gather(|k| (k != none).then(|| block(k)));
+            assert!(registers.is_none(), "without block {none}");
         }
     }
 
@@ -444,6 +472,7 @@ mod tests {
         lanes_beyond_the_last_are_zero_and_stay_so(zero);
         lanes_are_numbers(zero);
         lanes_move(zero);
+        blocks_are_gathered(zero);
         dot_products(zero);
     }
 

@@ -11,9 +11,10 @@
 //! | 13.3 | 5.1·10⁻³ | 1.2·10⁻⁴ | 3.4·10⁻⁴ |
 //! | 32 | 8.8·10⁻⁴ | 3.6·10⁻⁶ | 3.2·10⁻⁴ |
 
+use super::chunk::CHUNK;
 use crate::Complex;
 use crate::kaiser::Kaiser;
-use crate::simd::{ComplexVector, Vector};
+use crate::simd::{ComplexVector, MOST_LANES, Vector};
 use crate::sine::sin;
 use core::f64::consts::PI;
 
@@ -61,46 +62,183 @@ impl IqInterpolation {
     }
 }
 
-/// Interpolates the samples around a position, an element in each lane.
+/// Interpolates the samples around positions, an element in each lane.
 pub(super) trait Read<const TAPS: usize> {
-    /// The values `weight` (0..1) of a sample after the one in the middle, of the first `count` lanes: `taps(lane)` are
-    /// the samples of a lane, the one before its position at `TAPS/2 − 1`.
-    fn read<V: Vector>(
-        &self,
-        weight: V,
-        count: usize,
-        taps: impl Fn(usize) -> [Complex<f32>; TAPS],
-    ) -> ComplexVector<V>;
+    /// The value in every lane, `weight` (0..1) of a sample after tap `TAPS/2 − 1`.
+    fn one<V: Vector>(&self, weight: V, taps: &[Complex<f32>; TAPS]) -> ComplexVector<V>;
+
+    /// The values at the first depths of a chunk, one a weight.
+    fn read<V: Vector>(&self, weights: &[V], taps: &impl Taps, memory: &mut Values<V>);
+}
+
+/// The samples that elements are read at, at each depth of a chunk.
+pub(super) trait Taps {
+    /// Whether those of all lanes are within the records.
+    fn all_within(&self, n: usize) -> bool;
+
+    /// Those of a lane at the n-th depth; none if the record does not have them.
+    fn within<const TAPS: usize>(&self, n: usize, lane: usize) -> Option<[Complex<f32>; TAPS]>;
+
+    /// The same with 0 outside the record.
+    fn anywhere<const TAPS: usize>(&self, n: usize, lane: usize) -> [Complex<f32>; TAPS];
+}
+
+/// Pairs of taps that a depth loads at once.
+const MOST_PAIRS: usize = 2;
+
+/// The values at the depths of a chunk, and memory of the pairs of taps loaded.
+pub(super) struct Values<V> {
+    pub(super) values: [ComplexVector<V>; CHUNK],
+    loaded: [[Quarters<V>; MOST_PAIRS]; CHUNK],
+}
+
+/// Blocks of four numbers, one for each lane: a quarter of the lanes in each register.
+type Quarters<V> = [V; 4];
+
+impl<V: Vector> Values<V> {
+    #[inline(always)]
+    pub(super) fn new(zero: V) -> Self {
+        Values {
+            values: [ComplexVector::from_real(zero); CHUNK],
+            loaded: [[[zero; 4]; MOST_PAIRS]; CHUNK],
+        }
+    }
+
+    /// The values by `interpolate`, of a weight and the taps.
+    ///
+    /// The taps of all depths are loaded first: a processor looks ahead over so many instructions only.
+    #[inline(always)]
+    fn by_pairs<const TAPS: usize, const PAIRS: usize>(
+        &mut self,
+        weights: &[V],
+        taps: &impl Taps,
+        interpolate: impl Fn(V, [ComplexVector<V>; TAPS]) -> ComplexVector<V>,
+    ) {
+        for (n, (&weight, loaded)) in weights.iter().zip(&mut self.loaded).enumerate() {
+            if let Some(loaded) = loaded.first_chunk_mut::<PAIRS>() {
+                load_taps::<V, TAPS, PAIRS>(weight, taps, n, loaded);
+            }
+        }
+        let loaded = self.loaded.iter().zip(weights);
+        for (value, (loaded, &weight)) in self.values.iter_mut().zip(loaded) {
+            if let Some(loaded) = loaded.first_chunk::<PAIRS>() {
+                *value = interpolate(weight, side_by_side(loaded));
+            }
+        }
+    }
+}
+
+/// The numbers of all blocks side by side: the first of each lane, the second, and so on.
+#[inline(always)]
+fn columns<V: Vector>([a, b, c, d]: Quarters<V>) -> [V; 4] {
+    let ((even, odd), (even_behind, odd_behind)) = (a.deinterleave(b), c.deinterleave(d));
+    let (first, third) = even.deinterleave(even_behind);
+    let (second, fourth) = odd.deinterleave(odd_behind);
+    [first, second, third, fourth]
 }
 
 /// The taps of all lanes side by side.
 #[inline(always)]
-fn side_by_side<V: Vector, const TAPS: usize>(
-    zero: V,
-    count: usize,
-    taps: impl Fn(usize) -> [Complex<f32>; TAPS],
+fn side_by_side<V: Vector, const TAPS: usize, const PAIRS: usize>(
+    pairs: &[Quarters<V>; PAIRS],
 ) -> [ComplexVector<V>; TAPS] {
-    let mut vectors = [ComplexVector::from_real(zero); TAPS];
-    for lane in 0..count.min(V::LANES) {
-        for (vector, tap) in vectors.iter_mut().zip(taps(lane)) {
-            vector.set_lane(lane, tap);
+    let mut taps = [ComplexVector::from_real(pairs[0][0].zero()); TAPS];
+    for (taps, &pair) in taps.as_chunks_mut::<2>().0.iter_mut().zip(pairs) {
+        let [a_re, a_im, b_re, b_im] = columns(pair);
+        *taps = [(a_re, a_im), (b_re, b_im)].map(
+            #[inline(always)]
+            |(re, im)| ComplexVector { re, im },
+        );
+    }
+    taps
+}
+
+/// Loads blocks of all lanes; none if one lane has none.
+#[inline(always)]
+fn load_quarters<V: Vector, const FOURS: usize>(
+    zero: V,
+    loaded: &mut [Quarters<V>; FOURS],
+    block: impl Fn(usize) -> Option<[[f32; 4]; FOURS]>,
+) -> Option<()> {
+    for quarter in 0..4 {
+        let registers = zero.gather::<FOURS>(
+            #[inline(always)]
+            |k| block(quarter * (V::LANES / 4) + k),
+        )?;
+        for (loaded, register) in loaded.iter_mut().zip(registers) {
+            loaded[quarter] = register;
         }
     }
-    vectors
+    Some(())
+}
+
+/// Loads the taps of all lanes.
+#[inline(always)]
+fn load_taps<V: Vector, const TAPS: usize, const PAIRS: usize>(
+    zero: V,
+    taps: &impl Taps,
+    n: usize,
+    loaded: &mut [Quarters<V>; PAIRS],
+) {
+    let within = taps.all_within(n)
+        && load_quarters(
+            zero,
+            loaded,
+            #[inline(always)]
+            |lane| Some(pairs(taps.within::<TAPS>(n, lane)?)),
+        )
+        .is_some();
+    if !within {
+        at_the_edge::<V, TAPS, PAIRS>(zero, taps, n, loaded);
+    }
+}
+
+/// Loads the taps of all lanes, some of them outside the records.
+#[cold]
+#[inline(never)]
+fn at_the_edge<V: Vector, const TAPS: usize, const PAIRS: usize>(
+    zero: V,
+    taps: &impl Taps,
+    n: usize,
+    loaded: &mut [Quarters<V>; PAIRS],
+) {
+    zero.vectorize(
+        #[inline(always)]
+        || {
+            load_quarters(
+                zero,
+                loaded,
+                #[inline(always)]
+                |lane| Some(pairs(taps.anywhere::<TAPS>(n, lane))),
+            )
+        },
+    );
+}
+
+#[inline(always)]
+fn pairs<const TAPS: usize, const PAIRS: usize>(taps: [Complex<f32>; TAPS]) -> [[f32; 4]; PAIRS] {
+    let mut pairs = [[0.0; 4]; PAIRS];
+    for (pair, [a, b]) in pairs.iter_mut().zip(taps.as_chunks::<2>().0) {
+        *pair = [a.re, a.im, b.re, b.im];
+    }
+    pairs
+}
+
+/// The same number in every lane.
+#[inline(always)]
+fn splat<V: Vector>(zero: V, value: Complex<f32>) -> ComplexVector<V> {
+    ComplexVector {
+        re: zero.splat(value.re),
+        im: zero.splat(value.im),
+    }
 }
 
 pub(super) struct Linear;
 
-impl Read<2> for Linear {
+impl Linear {
     /// `a + weight·(b − a)`.
     #[inline(always)]
-    fn read<V: Vector>(
-        &self,
-        weight: V,
-        count: usize,
-        taps: impl Fn(usize) -> [Complex<f32>; 2],
-    ) -> ComplexVector<V> {
-        let [a, b] = side_by_side(weight.zero(), count, taps);
+    fn value<V: Vector>(weight: V, [a, b]: [ComplexVector<V>; 2]) -> ComplexVector<V> {
         ComplexVector {
             re: a.re + weight * (b.re - a.re),
             im: a.im + weight * (b.im - a.im),
@@ -108,20 +246,36 @@ impl Read<2> for Linear {
     }
 }
 
+impl Read<2> for Linear {
+    #[inline(always)]
+    fn one<V: Vector>(&self, weight: V, taps: &[Complex<f32>; 2]) -> ComplexVector<V> {
+        Self::value(
+            weight,
+            taps.map(
+                #[inline(always)]
+                |tap| splat(weight, tap),
+            ),
+        )
+    }
+
+    #[inline(always)]
+    fn read<V: Vector>(&self, weights: &[V], taps: &impl Taps, memory: &mut Values<V>) {
+        memory.by_pairs::<2, 1>(
+            weights,
+            taps,
+            #[inline(always)]
+            |weight, taps| Self::value(weight, taps),
+        );
+    }
+}
+
 pub(super) struct Cubic;
 
-impl Read<4> for Cubic {
+impl Cubic {
     /// Lagrange's: with u = weight, p = u·(u − 1), q = (u + 1)·(u − 2), the weights are
     /// −p·(u − 2)/6, q·(u − 1)/2, −q·u/2 and p·(u + 1)/6; sums (a + b) + (c + d).
     #[inline(always)]
-    fn read<V: Vector>(
-        &self,
-        weight: V,
-        count: usize,
-        taps: impl Fn(usize) -> [Complex<f32>; 4],
-    ) -> ComplexVector<V> {
-        let [a, b, c, d] = side_by_side(weight.zero(), count, taps);
-        let u = weight;
+    fn value<V: Vector>(u: V, [a, b, c, d]: [ComplexVector<V>; 4]) -> ComplexVector<V> {
         let (one, two) = (u.splat(1.0), u.splat(2.0));
         let p = u.splat(1.0 / 6.0) * (u * (u - one));
         let q = u.splat(0.5) * ((u + one) * (u - two));
@@ -130,6 +284,29 @@ impl Read<4> for Cubic {
             re: (f * a.re + g * b.re) + (h * c.re + i * d.re),
             im: (f * a.im + g * b.im) + (h * c.im + i * d.im),
         }
+    }
+}
+
+impl Read<4> for Cubic {
+    #[inline(always)]
+    fn one<V: Vector>(&self, weight: V, taps: &[Complex<f32>; 4]) -> ComplexVector<V> {
+        Self::value(
+            weight,
+            taps.map(
+                #[inline(always)]
+                |tap| splat(weight, tap),
+            ),
+        )
+    }
+
+    #[inline(always)]
+    fn read<V: Vector>(&self, weights: &[V], taps: &impl Taps, memory: &mut Values<V>) {
+        memory.by_pairs::<4, 2>(
+            weights,
+            taps,
+            #[inline(always)]
+            |weight, taps| Self::value(weight, taps),
+        );
     }
 }
 
@@ -201,20 +378,69 @@ impl Sinc {
     }
 }
 
-impl Read<TAPS> for Sinc {
-    /// One lane after the other, since each has other rows of the table.
+impl Sinc {
+    /// [`Sinc::value`] of all lanes at the n-th depth.
     #[inline(always)]
-    fn read<V: Vector>(
-        &self,
-        weight: V,
-        count: usize,
-        taps: impl Fn(usize) -> [Complex<f32>; TAPS],
-    ) -> ComplexVector<V> {
-        let mut values = ComplexVector::from_real(weight.zero());
-        for (lane, &weight) in weight.lanes().iter().enumerate().take(count) {
-            values.set_lane(lane, self.value(&taps(lane), weight));
+    fn values<V: Vector>(&self, weight: V, taps: &impl Taps, n: usize) -> ComplexVector<V> {
+        let zero = weight.zero();
+        let mut loaded = [[zero; 4]; TAPS / 2];
+        load_taps::<V, TAPS, { TAPS / 2 }>(zero, taps, n, &mut loaded);
+        let s = weight * zero.splat(PHASES as f32);
+        let mut rows = [0i32; MOST_LANES];
+        s.truncate(&mut rows);
+        let mut floor = zero;
+        for (floor, row) in floor.lanes_mut().iter_mut().zip(&mut rows) {
+            *row = if *row < PHASES as i32 {
+                *row
+            } else {
+                PHASES as i32 - 1
+            };
+            *floor = *row as f32;
         }
-        values
+        let part = s - floor;
+        // A row and the next one.
+        let mut table = [[zero; 4]; TAPS / 2];
+        let found = load_quarters(
+            zero,
+            &mut table,
+            #[inline(always)]
+            |lane| {
+                let first = *rows.get(lane)? as usize * TAPS;
+                let pair = self.table.as_flattened().get(first..first + 2 * TAPS)?;
+                let (fours, _) = pair.as_chunks::<4>();
+                fours.first_chunk::<{ TAPS / 2 }>().copied()
+            },
+        );
+        if found.is_none() {
+            return ComplexVector::from_real(zero);
+        }
+        let samples: [ComplexVector<V>; TAPS] = side_by_side(&loaded);
+        let samples = samples.as_chunks::<SUMS>().0;
+        let mut sums = [ComplexVector::from_real(zero); SUMS];
+        for four in 0..TAPS / SUMS {
+            let (row, next) = (columns(table[four]), columns(table[four + TAPS / SUMS]));
+            for (j, (sum, sample)) in sums.iter_mut().zip(&samples[four]).enumerate() {
+                let tap = row[j] + part * (next[j] - row[j]);
+                sum.re = sum.re + tap * sample.re;
+                sum.im = sum.im + tap * sample.im;
+            }
+        }
+        let [a, b, c, d] = sums;
+        (a + c) + (b + d)
+    }
+}
+
+impl Read<TAPS> for Sinc {
+    #[inline(always)]
+    fn one<V: Vector>(&self, weight: V, taps: &[Complex<f32>; TAPS]) -> ComplexVector<V> {
+        splat(weight, self.value(taps, weight.lanes()[0]))
+    }
+
+    #[inline(always)]
+    fn read<V: Vector>(&self, weights: &[V], taps: &impl Taps, memory: &mut Values<V>) {
+        for (n, (&weight, value)) in weights.iter().zip(&mut memory.values).enumerate() {
+            *value = self.values(weight, taps, n);
+        }
     }
 }
 
@@ -239,7 +465,7 @@ mod tests {
                     Complex::new(envelope, -0.5 * envelope)
                 };
                 let samples: [Complex<f32>; TAPS] = core::array::from_fn(sample);
-                let value = read.read(weight as f32, 1, |_| samples).lane(0);
+                let value = read.one(weight as f32, &samples).lane(0);
                 worst = worst.max(libm::fabs(f64::from(value.re) - pulse(t)));
                 worst = worst.max(2.0 * libm::fabs(f64::from(value.im) + 0.5 * pulse(t)));
             }
@@ -275,16 +501,13 @@ mod tests {
         let samples: [Complex<f32>; TAPS] =
             core::array::from_fn(|k| Complex::new(k as f32, 1.0 - k as f32));
         let near = |value: Complex<f32>, sample: Complex<f32>| (value - sample).norm() < 1e-5;
-        assert!(near(SINC.read(0.0f32, 1, |_| samples).lane(0), samples[5]));
-        assert_eq!(
-            Cubic
-                .read(0.0f32, 1, |_| [2, 3, 7, 1].map(|k| samples[k]))
-                .lane(0),
-            samples[3]
-        );
-        let linear = Linear.read(0.0f32, 1, |_| [samples[2], samples[3]]);
-        assert_eq!(linear.lane(0), samples[2]);
+        assert!(near(SINC.one(0.0f32, &samples).lane(0), samples[5]));
+        let taps = [2, 3, 7, 1].map(|k| samples[k]);
+        assert_eq!(Cubic.one(0.0f32, &taps).lane(0), samples[3]);
+        let taps = [samples[2], samples[3]];
+        assert_eq!(Linear.one(0.0f32, &taps).lane(0), samples[2]);
     }
+
     #[test]
     fn the_sinc_is_that_of_libms_functions() {
         for (row, taps) in SINC.table.iter().enumerate() {

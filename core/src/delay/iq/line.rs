@@ -1,36 +1,19 @@
 //! One line of I/Q in floating point.
 
-use super::interpolation::Read;
+use super::chunk::{CHUNK, Centre, Chunk, Factors};
+use super::interpolation::{Read, Values};
 use super::parameters::{DELAY_NUMBERS, IqParameters};
-use super::phasor;
 use super::record::{IqSamples, IqSource, Sample, Window};
+use super::records::{Elements, Places, Records};
 use crate::Complex;
 use crate::delay::FAR;
-use crate::delay::delay_law::{ReceiveDelay, TransmitDelay};
-use crate::delay::scan_line::{Compounding, ScanLine};
-use crate::simd::{MOST_LANES, Vector, load};
+use crate::delay::delay_law::ReceiveDelay;
+use crate::delay::groups::Groups;
+use crate::delay::scan_line::{Compounding, ScanLine, put_parts};
+use crate::simd::{ComplexVector, Vector, load};
 
-/// The largest number of cycles whose fraction is kept in f32.
-const MOST_CYCLES: f32 = (1 << 22) as f32;
-/// Largest f_demod/fs; positions of a record are then within [`MOST_CYCLES`].
+/// Largest f_demod/fs; phases at positions of a record are then kept in f32.
 pub(super) const MAX_CYCLES_PER_SAMPLE: f64 = 1e6;
-
-/// Where an element straight above the line is read at an output sample, and the carrier phase there, in cycles.
-#[derive(Clone, Copy)]
-struct Centre {
-    depth: f32,
-    whole: f32,
-    fraction: f32,
-    cycles: f32,
-}
-
-/// Reads the samples of a line: positions, factors, and interpolation.
-struct Reader<'a, T, R> {
-    parameters: &'a IqParameters,
-    window: &'a Window<'a, T>,
-    scale: f32,
-    read: &'a R,
-}
 
 impl IqParameters {
     /// The line by one interpolation, for samples of either type.
@@ -55,7 +38,7 @@ impl IqParameters {
         }
     }
 
-    #[inline(never)]
+    #[inline(always)]
     fn values_of<V: Vector, T: Sample, const TAPS: usize>(
         &self,
         zero: V,
@@ -65,46 +48,76 @@ impl IqParameters {
         receive_delays: &[f32],
         out: &mut [Complex<f32>],
     ) {
-        let IqSource {
-            line,
-            transmit,
-            record,
-            first,
-            step,
-            ..
-        } = source;
+        if V::LANES == 1 {
+            return self.one_by_one(zero, read, source, window, receive_delays, out);
+        }
+        let receive_delays = (window, receive_delays);
+        if window.sample == 1 {
+            self.chunks::<V, T, TAPS, true>(zero, read, source, receive_delays, out);
+        } else {
+            self.chunks::<V, T, TAPS, false>(zero, read, source, receive_delays, out);
+        }
+    }
+
+    #[inline(never)]
+    fn chunks<V: Vector, T: Sample, const TAPS: usize, const PLANAR: bool>(
+        &self,
+        zero: V,
+        read: &impl Read<TAPS>,
+        source: &IqSource,
+        (window, receive_delays): (&Window<'_, T>, &[f32]),
+        out: &mut [Complex<f32>],
+    ) {
         zero.vectorize(
             #[inline(always)]
             || {
-                let elements = self.elements;
-                let active = line.active.first..line.active.first + line.active.count;
-                for (n, row) in out.chunks_exact_mut(elements.max(1)).enumerate() {
-                    if line.compounding == Compounding::Replace {
-                        row.fill(Complex::new(0.0, 0.0));
-                    }
-                    let n = first + n;
-                    if !n.is_multiple_of(*step) {
-                        continue;
-                    }
-                    let centre = self.centre(transmit, record.cycles(), line.transmit.t0, n);
-                    let Some(row) = row.get_mut(active.clone()) else {
-                        return;
-                    };
-                    if centre.depth > 0.0 {
-                        let groups = row
-                            .chunks_mut(V::LANES)
-                            .zip(receive_delays.chunks_exact(DELAY_NUMBERS * V::LANES));
-                        for (group, (row, receive_delay)) in groups.enumerate() {
-                            let first = active.start + group * V::LANES;
-                            let reader = Reader {
-                                parameters: self,
-                                window,
-                                scale: record.scale(),
-                                read,
+                let elements = self.elements.max(1);
+                let factors = self.factors::<TAPS>(source, window.length);
+                let groups = self.groups::<V>(source.line);
+                let mut chunk = Chunk::<V>::new(zero);
+                let mut values = Values::<V>::new(zero);
+                // As many depths as are wanted of these.
+                let span = CHUNK.saturating_mul(source.step);
+                let chunks = out.chunks_mut(span.saturating_mul(elements));
+                for (k, out) in chunks.enumerate() {
+                    let depths = self.depths(source, source.first + k * span, out);
+                    let (centres, rows) = depths.read();
+                    let mut receive_delays = receive_delays.chunks_exact(DELAY_NUMBERS * V::LANES);
+                    for halves in groups.clone().map(Elements::of) {
+                        let records = halves.each_ref().map(
+                            #[inline(always)]
+                            |half| Records::<T, PLANAR>::new::<V>(window, half),
+                        );
+                        let mirrored_offsets = records[1].included();
+                        for (half, records) in halves.iter().zip(&records) {
+                            if half.range.is_empty() {
+                                continue;
+                            }
+                            if !half.mirrored
+                                && let Some(numbers) = receive_delays.next()
+                            {
+                                let numbers = [0, 1, 2, 3, 4, 5, 6].map(
+                                    #[inline(always)]
+                                    |row| load(zero, &numbers[row * V::LANES..]),
+                                );
+                                let offsets = [records.included(), mirrored_offsets];
+                                chunk.locate(&factors, centres, &numbers, offsets);
+                            }
+                            let places = Places {
+                                records,
+                                chunk: &chunk,
+                                mirrored: half.mirrored,
                             };
-                            let elements = (first, row.len());
-                            let values = reader.values(zero, &centre, receive_delay, elements);
-                            put(line.compounding, values, row);
+                            let weights = chunk.weight.get(..centres.len()).unwrap_or_default();
+                            read.read(weights, &places, &mut values);
+                            let turns = chunk.cosine.iter().zip(&chunk.sine);
+                            let values = values.values.iter().zip(turns);
+                            for ((value, turn), row) in values.zip(rows) {
+                                let row = row + half.written.start..row + half.written.end;
+                                let row = out.get_mut(row).unwrap_or_default();
+                                let value = turned(*value, turn);
+                                put(source.line.compounding, value, half.mirrored, row);
+                            }
                         }
                     }
                 }
@@ -112,55 +125,119 @@ impl IqParameters {
         );
     }
 
-    /// The receive delays of the active elements, a group of lanes after the other.
+    /// The depths of rows from output sample `first` on, as many as a chunk has at most. Clears what of these is not
+    /// read.
+    #[inline(always)]
+    fn depths(&self, source: &IqSource, first: usize, out: &mut [Complex<f32>]) -> Depths {
+        let IqSource { line, step, .. } = *source;
+        let mut depths = Depths {
+            centres: [Centre::NONE; CHUNK],
+            rows: [0; CHUNK],
+            count: 0,
+        };
+        let elements = self.elements.max(1);
+        for (row, out) in out.chunks_exact_mut(elements).enumerate() {
+            let mut centre = Centre::NONE;
+            if (first + row).is_multiple_of(step) {
+                centre = self.centre(source, first + row);
+            }
+            let mut read = 0..0;
+            if centre.depth > 0.0 {
+                depths.push(row * elements, centre);
+                read = line.active.first..line.active.first + line.active.count;
+            }
+            if line.compounding == Compounding::Replace {
+                for outside in [0..read.start, read.end..elements] {
+                    let outside = out.get_mut(outside).unwrap_or_default();
+                    outside.fill(Complex::new(0.0, 0.0));
+                }
+            }
+        }
+        depths
+    }
+
+    /// What all elements share.
+    #[inline(always)]
+    pub(super) fn factors<const TAPS: usize>(&self, source: &IqSource, length: usize) -> Factors {
+        Factors {
+            a_sample: (self.demodulation_frequency / self.sampling_rate) as f32,
+            scale: source.record.scale(),
+            before: (TAPS / 2 - 1) as f32,
+            end: (length + 1).saturating_sub(TAPS) as f32,
+        }
+    }
+
+    /// The active elements, in groups of two vectors.
+    #[inline(always)]
+    fn groups<V: Vector>(&self, line: &ScanLine) -> Groups {
+        // Fewer pairs than lanes would need more memory for receive delays.
+        Groups::new(line, 2 * V::LANES, V::LANES, |left, right| {
+            self.receive_delay(line, left) == self.receive_delay(line, right)
+        })
+    }
+
+    fn receive_delay(&self, line: &ScanLine, element: usize) -> ReceiveDelay {
+        let position = line.array.position(element);
+        ReceiveDelay::new(position, &line.ray, self.sound_speed, self.sampling_rate)
+    }
+
+    /// The receive delays of the active elements, a vector of elements after the other; mirrored elements have those of
+    /// their partners.
     #[inline(always)]
     fn receive_delays<'s, V: Vector>(&self, line: &ScanLine, scratch: &'s mut [f32]) -> &'s [f32] {
-        let p = self;
-        let active = line.active.first..line.active.first + line.active.count;
-        let a_sample = p.demodulation_frequency / p.sampling_rate;
-        for (k, element) in active.enumerate() {
-            let receive_delay = ReceiveDelay::new(
-                line.array.position(element),
-                &line.ray,
-                p.sound_speed,
-                p.sampling_rate,
-            );
-            // The phase of the whole samples in `ahead`, in cycles.
-            let whole = f64::from(receive_delay.ahead()) * a_sample;
-            let cycles = (libm::ceil(whole) - whole) as f32;
-            let group = (k / V::LANES) * DELAY_NUMBERS * V::LANES + k % V::LANES;
-            for (row, value) in receive_delay
-                .numbers()
-                .into_iter()
-                .chain([cycles])
-                .enumerate()
-            {
-                if let Some(slot) = scratch.get_mut(group + row * V::LANES) {
-                    *slot = value;
-                }
+        let vectors = scratch.chunks_exact_mut(DELAY_NUMBERS * V::LANES);
+        if V::LANES == 1 {
+            for (k, numbers) in vectors.take(line.active.count).enumerate() {
+                self.put_receive_delay(line, line.active.first + k, numbers.iter_mut());
+            }
+            return scratch;
+        }
+        let elements = self.groups::<V>(line).flat_map(Elements::of);
+        let own = elements.filter(|elements| !elements.range.is_empty() && !elements.mirrored);
+        for (Elements { range, .. }, numbers) in own.zip(vectors) {
+            for lane in 0..V::LANES {
+                // Lanes behind the last element have its numbers once more.
+                let element = (range.start + lane).min(range.end.saturating_sub(1));
+                let numbers = numbers.iter_mut().skip(lane).step_by(V::LANES);
+                self.put_receive_delay(line, element, numbers);
             }
         }
         scratch
     }
 
+    /// Puts the numbers of an element's receive delay into `slots`, at last a phase.
+    #[inline(always)]
+    fn put_receive_delay<'s>(
+        &self,
+        line: &ScanLine,
+        element: usize,
+        slots: impl Iterator<Item = &'s mut f32>,
+    ) {
+        let receive_delay = self.receive_delay(line, element);
+        // The phase of the whole samples in `ahead`, in cycles.
+        let a_sample = self.demodulation_frequency / self.sampling_rate;
+        let whole = f64::from(receive_delay.ahead()) * a_sample;
+        let cycles = (libm::ceil(whole) - whole) as f32;
+        let numbers = receive_delay.numbers().into_iter().chain([cycles]);
+        for (slot, number) in slots.zip(numbers) {
+            *slot = number;
+        }
+    }
+
     /// Depth, position and carrier phase of an element straight above the line at output sample `n`; depth 0 where
     /// nothing can be read.
     #[inline(always)]
-    fn centre(&self, transmit: &TransmitDelay, cycles: f64, t0: f64, n: usize) -> Centre {
+    pub(super) fn centre(&self, source: &IqSource, n: usize) -> Centre {
         let p = self;
+        let (transmit, t0) = (&source.transmit, source.line.transmit.t0);
         let t = p.output_start + n as f64 / p.output_rate;
         let r = p.sound_speed * t / 2.0;
         let flight = transmit.time(r) + r / p.sound_speed;
         let position = (flight - t0) * p.sampling_rate;
-        let cycles = flight * p.demodulation_frequency + cycles;
+        let cycles = flight * p.demodulation_frequency + source.record.cycles();
         let near = position > -FAR && position < FAR && cycles > -f64::MAX && cycles < f64::MAX;
         if !near {
-            return Centre {
-                depth: 0.0,
-                whole: 0.0,
-                fraction: 0.0,
-                cycles: 0.0,
-            };
+            return Centre::NONE;
         }
         let floor = libm::floor(position);
         Centre {
@@ -172,71 +249,187 @@ impl IqParameters {
     }
 }
 
-impl<T: Sample, R> Reader<'_, T, R> {
-    /// The values of a group of elements, `count` of them from `first` on, real and imaginary parts.
+/// The depths of some rows that are read.
+struct Depths {
+    centres: [Centre; CHUNK],
+    /// Where their rows begin.
+    rows: [usize; CHUNK],
+    count: usize,
+}
+
+impl Depths {
     #[inline(always)]
-    fn values<V: Vector, const TAPS: usize>(
-        &self,
-        zero: V,
-        centre: &Centre,
-        receive_delay: &[f32],
-        (first, count): (usize, usize),
-    ) -> (V, V)
-    where
-        R: Read<TAPS>,
-    {
-        let p = self.parameters;
-        let [square, scaled, along, rate, part, ahead, own] = [0, 1, 2, 3, 4, 5, 6].map(
-            #[inline(always)]
-            |row| load(zero, &receive_delay[row * V::LANES..]),
-        );
-        let depth = zero.splat(centre.depth);
-        let receive_delay = ReceiveDelay::samples_of(depth, [square, scaled, along, rate, part]);
-        let position = zero.splat(centre.fraction) + receive_delay;
-        let a_sample = (p.demodulation_frequency / p.sampling_rate) as f32;
-        let cycles = zero.splat(centre.cycles) + (receive_delay * zero.splat(a_sample) + own);
-        // False for a NaN, too.
-        let valid =
-            position.less(zero.splat(FAR as f32)) & cycles.abs().less(zero.splat(MOST_CYCLES));
-        let position = V::select(valid, position, zero);
-        let cycles = V::select(valid, cycles, zero);
-
-        // Below 2²³ and not negative, so that truncation is the floor.
-        let (mut floors, mut wholes) = ([0i32; MOST_LANES], [0i32; MOST_LANES]);
-        position.truncate(&mut floors);
-        (zero.splat(centre.whole) - ahead).truncate(&mut wholes);
-        let mut floor = zero;
-        for (floor, &whole) in floor.lanes_mut().iter_mut().zip(&floors) {
-            *floor = whole as f32;
+    fn push(&mut self, row: usize, centre: Centre) {
+        let place = self.centres.get_mut(self.count);
+        if let Some((centre_place, row_place)) = place.zip(self.rows.get_mut(self.count)) {
+            (*centre_place, *row_place) = (centre, row);
+            self.count += 1;
         }
-        let before = TAPS as i32 / 2 - 1;
-        let y = self.read.read(
-            position - floor,
-            count,
-            #[inline(always)]
-            |lane| {
-                let start = |(whole, floor): (&i32, &i32)| whole + floor - before;
-                let start = wholes.get(lane).zip(floors.get(lane)).map_or(0, start);
-                self.window.taps(first + lane, start)
-            },
-        );
+    }
 
-        let (cosine, sine) = phasor::phasor(cycles);
-        let (re, im) = (V::select(valid, y.re, zero), V::select(valid, y.im, zero));
-        let scale = zero.splat(self.scale);
-        let (cosine, sine) = (cosine * scale, sine * scale);
-        (re * cosine - im * sine, re * sine + im * cosine)
+    #[inline(always)]
+    fn read(&self) -> (&[Centre], &[usize]) {
+        let both = self
+            .centres
+            .get(..self.count)
+            .zip(self.rows.get(..self.count));
+        both.unwrap_or_default()
     }
 }
 
-/// Puts values into a row, or adds them to it.
+/// The product of values with a cosine and sine.
 #[inline(always)]
-fn put<V: Vector>(compounding: Compounding, (re, im): (V, V), row: &mut [Complex<f32>]) {
-    let values = re.lanes().iter().zip(im.lanes());
-    for (y, (&re, &im)) in row.iter_mut().zip(values) {
-        match compounding {
-            Compounding::Replace => *y = Complex::new(re, im),
-            Compounding::Add => *y += Complex::new(re, im),
+fn turned<V: Vector>(
+    ComplexVector { re, im }: ComplexVector<V>,
+    (&cosine, &sine): (&V, &V),
+) -> ComplexVector<V> {
+    ComplexVector {
+        re: re * cosine - im * sine,
+        im: re * sine + im * cosine,
+    }
+}
+
+/// Puts values into a row, or adds them to it; mirrored, from the last to the first.
+#[inline(always)]
+fn put<V: Vector>(
+    compounding: Compounding,
+    ComplexVector { re, im }: ComplexVector<V>,
+    mirrored: bool,
+    row: &mut [Complex<f32>],
+) {
+    if row.len() == V::LANES
+        && let Some((left, right)) = row.split_at_mut_checked(V::LANES / 2)
+    {
+        let (re, im) = if mirrored {
+            (re.reverse(), im.reverse())
+        } else {
+            (re, im)
+        };
+        let (first, second) = re.interleave(im);
+        put_parts(compounding, first.lanes(), left);
+        put_parts(compounding, second.lanes(), right);
+        return;
+    }
+    let last = row.len().saturating_sub(1);
+    for (k, y) in row.iter_mut().enumerate() {
+        let lane = if mirrored { last - k } else { k };
+        if let (Some(&re), Some(&im)) = (re.lanes().get(lane), im.lanes().get(lane)) {
+            put_parts(compounding, &[re, im], core::slice::from_mut(y));
+        }
+    }
+}
+
+#[cfg(test)]
+#[cfg(feature = "simd")]
+mod tests {
+    use crate::Complex;
+    use crate::delay::{
+        Compounding, IqDelay, IqInterpolation, IqLayout, IqParameters, IqRecord, IqSamples,
+        ScanLine, Stage,
+    };
+    use crate::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
+    use crate::simd::{InstructionSet, Task, Vector};
+    use std::vec::Vec;
+    use std::{format, vec};
+
+    const ELEMENTS: usize = 47;
+    const SAMPLES: usize = 90;
+    const OUTPUTS: usize = 70;
+    const PITCH: f64 = 0.3e-3;
+
+    struct Line<'a> {
+        delay: &'a IqDelay,
+        line: &'a ScanLine<'a>,
+        record: &'a IqRecord<'a>,
+        step: usize,
+    }
+
+    impl Task for Line<'_> {
+        type Output = Vec<Complex<f32>>;
+
+        fn run<V: Vector>(self, zero: V) -> Self::Output {
+            let mut x = vec![Complex::new(0.5, -0.25); OUTPUTS * ELEMENTS];
+            let mut scratch = vec![f32::NAN; self.delay.parameters().need(V::LANES).real];
+            self.delay
+                .block_at_every(
+                    zero,
+                    self.line,
+                    self.record,
+                    (0, self.step),
+                    &mut scratch,
+                    &mut x,
+                )
+                .unwrap();
+            x
+        }
+    }
+
+    /// Lines that pair all elements, some or none, with one between the pairs or not, read before and behind the record,
+    /// from either order, put or added.
+    #[test]
+    fn lanes_have_the_bits_of_one() {
+        let number = |k: usize| ((k * 7919 + k / 3) % 2003) as f32 - 1001.0;
+        let samples: Vec<_> = (0..ELEMENTS * SAMPLES)
+            .map(|k| Complex::new(number(2 * k), number(2 * k + 1)))
+            .collect();
+        let array = Array::linear(ELEMENTS, PITCH);
+        let rays = [23.0, 22.5, 17.0, 30.5, 22.7].map(|element| {
+            let (first, last) = (array.x(0), array.x(ELEMENTS - 1));
+            Ray::down(first + element / 46.0 * (last - first))
+        });
+        let actives = [(0, 47), (3, 40), (7, 31), (20, 5), (46, 1), (9, 0)];
+        let interpolations = [
+            (IqInterpolation::Linear, 1),
+            (IqInterpolation::Cubic, 2),
+            (IqInterpolation::Sinc, 3),
+        ];
+        let rays = rays.into_iter().chain([Ray::new(1e-3, 0.0, 0.3)]);
+        let cases = rays.flat_map(|ray| actives.map(|active| (ray, active)));
+        for (k, (ray, (first, count))) in cases.enumerate().step_by(crate::step(7)) {
+            for (interpolation, step) in interpolations {
+                let delay = IqDelay::new(IqParameters {
+                    sound_speed: 1540.0,
+                    sampling_rate: 10e6,
+                    demodulation_frequency: 5.1e6,
+                    output_rate: 12e6,
+                    output_start: 0.4e-6,
+                    output_samples: OUTPUTS,
+                    elements: ELEMENTS,
+                    record_samples: SAMPLES,
+                    interpolation,
+                })
+                .unwrap();
+                let (layout, compounding) = match k % 4 {
+                    0 => (IqLayout::Planar, Compounding::Replace),
+                    1 => (IqLayout::Interleaved, Compounding::Replace),
+                    2 => (IqLayout::Planar, Compounding::Add),
+                    _ => (IqLayout::Interleaved, Compounding::Add),
+                };
+                let record = IqRecord::new(IqSamples::Float(&samples), layout, ELEMENTS).unwrap();
+                let line = ScanLine {
+                    transmit: Transmit::new(TransmitLaw::Focused, 1.1e-6),
+                    ray,
+                    array,
+                    active: Active { first, count },
+                    compounding,
+                };
+                let bits = |set: InstructionSet| {
+                    let task = Line {
+                        delay: &delay,
+                        line: &line,
+                        record: &record,
+                        step,
+                    };
+                    let x = set.dispatch(task).into_iter();
+                    x.map(|x| [x.re.to_bits(), x.im.to_bits()])
+                        .collect::<Vec<_>>()
+                };
+                let one = bits(InstructionSet::Scalar);
+                for set in InstructionSet::available() {
+                    let name = format!("{set:?}, {ray:?}, {first}, {count}, {interpolation:?}");
+                    assert!(bits(set) == one, "{name}, {layout:?}, {compounding:?}");
+                }
+            }
         }
     }
 }

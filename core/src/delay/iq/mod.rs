@@ -4,14 +4,19 @@
 //! The interpolated value is multiplied by e^(+j2π·f_demod·(τ_tx + τ_rx)). The result is the analytic signal of the
 //! RF, up to the demodulator's band. No filter follows, so no line and no margin is stored.
 //!
-//! Lanes are elements: those of a group are neighbours in the output.
+//! Lanes are elements, neighbours in the output. They are read at 16 depths together, in steps: positions, carrier
+//! phases, loads of taps, interpolation. Elements at the same distance on either side of the line share positions and
+//! phases.
 
+mod chunk;
 mod fixed;
 mod interpolation;
 mod line;
+mod one_lane;
 mod parameters;
 mod phasor;
 mod record;
+mod records;
 
 pub use interpolation::IqInterpolation;
 pub use parameters::IqParameters;

@@ -5,14 +5,13 @@
 use core::ops::Range;
 use core::slice;
 
-use super::groups::{Group, Groups};
 use super::put::{GroupLines, Wanted};
 use super::{Compounding, Delay, FAR, STEP, ScanLine, Source};
 use crate::Complex;
 use crate::delay::decimator::{DecimatorMemory, streams_len};
 use crate::delay::delay_law::ReceiveDelay;
+use crate::delay::groups::{Group, Groups};
 use crate::delay::interpolate::{Locator, TapPositions};
-use crate::geometry::{Array, Ray};
 use crate::simd::{PARTIAL_SUMS, Vector, load, split_front};
 
 /// Bytes of a cache line; rows across two lines take longer.
@@ -114,9 +113,7 @@ impl Delay {
     /// The active elements, in groups that are computed together.
     #[inline(always)]
     fn groups(&self, line: &ScanLine, lanes: usize) -> Groups {
-        let range = line.active.first..line.active.first + line.active.count;
-        let sum = mirror(&line.array, range.clone(), &line.ray);
-        Groups::new(range, lanes, sum, |left, right| {
+        Groups::new(line, lanes, 1, |left, right| {
             self.receive_delay(line, left) == self.receive_delay(line, right)
         })
     }
@@ -367,30 +364,6 @@ fn locate<V: Vector, const ELEMENTS: usize, const LEVEL: bool>(
     }
 }
 
-/// Sum of the indices of two mirrored elements of a range.
-///
-/// For evenly spaced elements with the line halfway between the two. If the line is beside all elements, the result
-/// exceeds every sum.
-fn mirror(array: &Array, range: Range<usize>, ray: &Ray) -> usize {
-    let Range { start, end } = range;
-    let none = 2 * end;
-    if end - start < 2 {
-        return none;
-    }
-    let Some(x) = level(array, ray) else {
-        return none;
-    };
-    let first = array.x(start);
-    let pitch = (array.x(end - 1) - first) / (end - 1 - start) as f64;
-    let sum = libm::round(2.0 * (x - first) / pitch);
-    // False for a NaN, too.
-    if sum >= 0.0 && sum < (2 * (end - start)) as f64 {
-        2 * start + sum as usize
-    } else {
-        none
-    }
-}
-
 /// Sixteens of values, from value `start` on.
 #[inline(always)]
 fn sixteens(values: &[f32], start: usize) -> slice::Iter<'_, [f32; PARTIAL_SUMS]> {
@@ -398,20 +371,10 @@ fn sixteens(values: &[f32], start: usize) -> slice::Iter<'_, [f32; PARTIAL_SUMS]
     values.as_chunks().0.iter()
 }
 
-/// Lateral position of the line, if all elements are at its beginning.
-///
-/// This is so straight down from a linear array.
-fn level(array: &Array, ray: &Ray) -> Option<f64> {
-    (array.is_linear() && ray.is_down()).then(|| ray.x())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::delay::DelayParameters;
-    use crate::geometry::Element;
-
-    const PITCH: f64 = 0.3e-3;
 
     /// The taps on either side, 3 samples for roundings, and the 9 in front of sample 0.
     #[test]
@@ -436,59 +399,5 @@ mod tests {
             assert_eq!(delay.around(100.9, 200.9), needed);
             assert_eq!(delay.around(-1000.0, -900.0), 0..0);
         }
-    }
-
-    /// Every pair of a range, from a line halfway between them, or 0.2 pitches aside.
-    #[test]
-    fn indices_of_a_pair_come_to_the_mirror() {
-        let x: [f64; 24] = core::array::from_fn(|m| (m as f64 - 11.5) * PITCH);
-        for array in [Array::linear(24, PITCH), Array::LinearAt(&x)] {
-            for range in [0..24, 5..24, 3..20, 7..9, 22..24] {
-                for left in range.clone() {
-                    for right in left..range.end {
-                        let middle = (array.x(left) + array.x(right)) / 2.0;
-                        for aside in [0.0, 0.2 * PITCH, -0.2 * PITCH] {
-                            let ray = Ray::down(middle + aside);
-                            let sum = mirror(&array, range.clone(), &ray);
-                            assert_eq!(sum, left + right, "{range:?}");
-                        }
-                    }
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn no_two_elements_come_to_the_mirror_where_there_are_no_pairs() {
-        let array = Array::linear(24, PITCH);
-        let range = 5..20;
-        let none = |array: &Array, range: Range<usize>, ray: &Ray| {
-            mirror(array, range.clone(), ray) > 2 * (range.end - 1)
-        };
-        for beside in [0.6, 3.0, 100.0, 1e300] {
-            for x in [array.x(5) - beside * PITCH, array.x(19) + beside * PITCH] {
-                assert!(none(&array, range.clone(), &Ray::down(x)), "{x}");
-            }
-        }
-        // One element, or none.
-        for range in [19..20, 19..19] {
-            assert!(none(&array, range, &Ray::down(array.x(19))));
-        }
-        // All in one position: on the line, and beside it.
-        let together = Array::LinearAt(&[0.0; 24]);
-        for x in [0.0, 1e-3, -1e-3] {
-            assert!(none(&together, range.clone(), &Ray::down(x)), "{x}");
-            assert!(none(&together, 0..20, &Ray::down(x)), "{x}");
-        }
-        // An oblique ray.
-        let aside = Ray::new(0.0, 0.0, 0.1);
-        assert!(none(&array, range.clone(), &aside));
-        let elements: [Element; 24] =
-            core::array::from_fn(|m| Element::convex(24, PITCH, 40e-3, m));
-        let convex = Array::At {
-            elements: &elements,
-            pitch: PITCH,
-        };
-        assert!(none(&convex, range, &Ray::down(0.0)));
     }
 }

@@ -12,7 +12,6 @@
 //! two.
 
 mod align;
-mod groups;
 mod put;
 mod upsampled;
 

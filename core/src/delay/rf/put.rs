@@ -2,10 +2,11 @@
 //!
 //! Its input is rows of samples with one element a lane.
 
-use super::groups::Group;
 use super::{CHUNK, Compounding, Delay, ScanLine};
 use crate::Complex;
 use crate::delay::analytic::GROUP;
+use crate::delay::groups::Group;
+use crate::delay::scan_line::put_parts;
 use crate::simd::{MOST_LANES, Vector, copy, load, load_at, transpose};
 
 /// The lines of a group of elements, and the output of their analytic signals.
@@ -170,32 +171,6 @@ fn put_row<V: Vector>(lines: &GroupLines, (real, imaginary): (V, V), out: &mut [
         put_parts(compounding, second.lanes(), right);
     } else if let (Some(parts), Some(right)) = (second.lanes().get(2..), right.get_mut(1..)) {
         put_parts(compounding, parts, right);
-    }
-}
-
-/// Puts real and imaginary parts alternately into `out`, which may be shorter.
-#[inline(always)]
-fn put_parts(compounding: Compounding, parts: &[f32], out: &mut [Complex<f32>]) {
-    let values = parts.as_chunks::<2>().0;
-    // Whole registers by themselves: their number is known when this is compiled.
-    match out.get_mut(..values.len()) {
-        Some(out) => put_values(compounding, values, out),
-        None => put_values(compounding, values, out),
-    }
-}
-
-#[inline(always)]
-fn put_values(compounding: Compounding, values: &[[f32; 2]], out: &mut [Complex<f32>]) {
-    let out = out.iter_mut().zip(values);
-    match compounding {
-        Compounding::Replace => out.for_each(
-            #[inline(always)]
-            |(y, &[re, im])| *y = Complex::new(re, im),
-        ),
-        Compounding::Add => out.for_each(
-            #[inline(always)]
-            |(y, &[re, im])| *y += Complex::new(re, im),
-        ),
     }
 }
 

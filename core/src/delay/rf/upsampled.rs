@@ -10,11 +10,11 @@
 //! Positions are integers in units of 2⁻¹⁵ of a sample. The transmit's part, which all elements share, and the
 //! element's part, which all transmits share, are each computed once and added.
 
-use super::groups::Group;
 use super::put::{GroupLines, Wanted};
 use super::{Compounding, Delay, FAR, ScanLine};
 #[cfg(doc)]
 use crate::delay::Stage;
+use crate::delay::groups::Group;
 use crate::delay::interpolate::MOST_TAPS;
 use crate::delay::stage::check_line;
 use crate::error::check_length;

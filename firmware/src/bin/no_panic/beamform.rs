@@ -132,6 +132,7 @@ fn vectors() {
     let (x, other) = (opaque(0.0f32), opaque(1.0f32));
     take((x.zero(), x.interleave(other), x.deinterleave(other)));
     take(x.slide(other, opaque(1)));
+    take(x.reverse());
     take((Vector::is_finite(x), Vector::is_nan(x)));
     let mask = x.mask(|lane| opaque(lane) == 0);
     take((mask.all(), mask.any(), mask.lane(opaque(0))));
