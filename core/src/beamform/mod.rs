@@ -13,6 +13,7 @@ mod postfilter;
 mod pushes;
 mod segment;
 mod segments;
+mod shape;
 mod sizes;
 mod snapshot;
 mod sub_lines;

@@ -6,6 +6,7 @@ use super::segment::Segment;
 use crate::covariance::Averaging;
 use crate::covariance::lag_sums::subaperture_sum;
 use crate::instructions::prefetch;
+use crate::linalg::size::Size;
 use crate::simd::{ComplexVector, MOST_LANES, Vector, transpose};
 use num_complex::Complex;
 
@@ -14,12 +15,20 @@ use num_complex::Complex;
 /// `sum` holds the sum of their subapertures, weighted by a window; `data` holds it in the solver's coordinates.
 #[inline(never)]
 pub(super) fn snapshot<A: Averaging<V>, V: Vector>(
-    segments: &[Segment<'_>],
-    place: Place,
+    (segments, place): (&[Segment<'_>], Place),
     window: Option<&Window>,
+    (count, subaperture): (impl Size, impl Size),
     active: &mut [ComplexVector<V>],
     (sum, data): (&mut [ComplexVector<V>], &mut [ComplexVector<V>]),
 ) {
+    let length = subaperture.get();
+    let (Some(active), Some(sum), Some(data)) = (
+        count.front_mut(active, count.get()),
+        subaperture.front_mut(sum, length),
+        subaperture.front_mut(data, length),
+    ) else {
+        return;
+    };
     let Some(first) = active.first() else {
         return;
     };

@@ -1,6 +1,7 @@
 //! Covariance sums over the subapertures of one sample, by sliding along the array.
 
 use super::Averaging;
+use crate::linalg::size::{Known, Size};
 use crate::simd::{ComplexVector, Scalar, Vector};
 
 /// Computes the covariance of one sample, summed over its subapertures.
@@ -21,21 +22,27 @@ use crate::simd::{ComplexVector, Scalar, Vector};
 #[inline(always)]
 pub fn lag_sums<A: Averaging<V>, V: Vector>(
     x: &[ComplexVector<V>],
-    subaperture: usize,
+    (count, subaperture): (impl Size, impl Size),
     scratch: &mut [ComplexVector<V>],
     lags: &mut [ComplexVector<V>],
 ) {
+    if V::LANES == 1 && subaperture.known() == Some(8) {
+        group::<A, V, 4>(x, (count, subaperture, Known::<0>), scratch, lags);
+        group::<A, V, 4>(x, (count, subaperture, Known::<4>), scratch, lags);
+        return;
+    }
+    let length = subaperture.get();
     let mut lag = 0;
-    while V::LANES == 1 && lag + 4 <= subaperture {
-        group::<A, V, 4>(x, subaperture, lag, scratch, lags);
+    while V::LANES == 1 && lag + 4 <= length {
+        group::<A, V, 4>(x, (count, subaperture, lag), scratch, lags);
         lag += 4;
     }
-    while lag + 2 <= subaperture {
-        group::<A, V, 2>(x, subaperture, lag, scratch, lags);
+    while lag + 2 <= length {
+        group::<A, V, 2>(x, (count, subaperture, lag), scratch, lags);
         lag += 2;
     }
-    if lag < subaperture {
-        group::<A, V, 1>(x, subaperture, lag, scratch, lags);
+    if lag < length {
+        group::<A, V, 1>(x, (count, subaperture, lag), scratch, lags);
     }
 }
 
@@ -43,11 +50,14 @@ pub fn lag_sums<A: Averaging<V>, V: Vector>(
 #[inline(never)]
 fn group<A: Averaging<V>, V: Vector, const LAGS: usize>(
     x: &[ComplexVector<V>],
-    subaperture: usize,
-    lag: usize,
+    (count, subaperture, lag): (impl Size, impl Size, impl Size),
     scratch: &mut [ComplexVector<V>],
     lags: &mut [ComplexVector<V>],
 ) {
+    let (subaperture, lag) = (subaperture.get(), lag.get());
+    let Some(x) = count.front(x, count.get()) else {
+        return;
+    };
     let Some(first) = x.first() else {
         return;
     };

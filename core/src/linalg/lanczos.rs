@@ -24,6 +24,7 @@ use super::gap::{gap_by_squares, squared_deviations};
 use super::inner_product::inner_product;
 use super::matrix_vector::times_vector;
 use super::panels::{PanelColumn, TILE, panel, trace};
+use super::size::Size;
 use super::tridiagonal::Tridiagonal;
 use crate::simd::{Mask, Scalar, Vector, get, get_mut};
 
@@ -86,7 +87,7 @@ pub struct Memory<'a, 't, S, V> {
 pub fn lanczos<S: Scalar<V>, V: Vector>(
     zero: V,
     a: &[PanelColumn<S>],
-    n: usize,
+    n: impl Size,
     memory: Memory<'_, '_, S, V>,
     ignored: V::Mask,
 ) -> (V, V::Mask) {
@@ -96,7 +97,11 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
         tridiagonal,
         kept,
     } = memory;
+    let vector = n.front_mut(vector, n.get().div_ceil(TILE));
+    let vector = vector.unwrap_or_default();
     let one = zero.splat(1.0);
+    let size = n;
+    let n = n.get();
     let tiles = vector.len();
     let steps = step_limit(n);
     let never = ignored & !ignored;
@@ -139,7 +144,7 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
                 break;
             };
             let along = if V::LANES == 1 {
-                step_apart(a, shift, basis, second, vector, components)
+                step_apart((a, size), shift, basis, second, vector, components)
             } else {
                 step(a, shift, basis, second, vector, components)
             };
@@ -364,7 +369,8 @@ fn step<S: Scalar<V>, V: Vector>(
     components: &mut [S],
 ) -> V {
     let newest = basis.len().wrapping_sub(w.len());
-    let Some(newest) = get::<V, _, _>(basis, newest..) else {
+    let newest = newest..newest.wrapping_add(w.len());
+    let Some(newest) = get::<V, _, _>(basis, newest) else {
         return shift.zero();
     };
     times_vector(a, shift, newest, w);
@@ -378,13 +384,17 @@ fn step<S: Scalar<V>, V: Vector>(
 /// are its own, too: through a closure they take 4 % of rank 1's instructions at M/L = 16/8.
 #[inline(never)]
 fn step_apart<S: Scalar<V>, V: Vector>(
-    a: &[PanelColumn<S>],
+    (a, n): (&[PanelColumn<S>], impl Size),
     shift: V,
     basis: &[PanelColumn<S>],
     second: V::Mask,
     w: &mut [PanelColumn<S>],
     components: &mut [S],
 ) -> V {
+    let tiles = n.get().div_ceil(TILE);
+    let (Some(a), Some(w)) = (n.front(a, panel(tiles)), n.front_mut(w, tiles)) else {
+        return shift.zero();
+    };
     step(a, shift, basis, second, w, components)
 }
 

@@ -306,7 +306,7 @@ fn forward<A: Averaging<V>, V: Vector, const N: usize>(
         return none;
     };
     let panels = padded / TILE;
-    let definite = factorise::<_, _, N>(zero, solver.matrix, solver.factor, first, panels);
+    let definite = factorise::<_, _, N>(zero, solver.matrix, solver.factor, first, subaperture);
     divide_forward(solver.factor, rest, panels);
     let (powers, _) = directions.powers.as_chunks_mut::<N>();
     for (rows, powers) in rows.chunks_exact(padded.max(1)).zip(powers) {

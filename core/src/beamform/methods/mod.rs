@@ -17,6 +17,7 @@ use super::table::{Parameter, Range, choices, range};
 use super::workspace::Solver;
 use crate::Error;
 use crate::covariance::Averaging;
+use crate::linalg::size::Size;
 use crate::simd::{ComplexVector, Mask, Scalar, Vector};
 use eigenspace::{esmv, esmv_rank1, esmv_rank1_steps};
 use mv::mv;
@@ -173,7 +174,7 @@ pub(super) fn weighted_sum<A: Averaging<V>, V: Vector>(
     zero: V,
     method: Method,
     solver: &mut Solver<'_, A::Scalar, V>,
-    subaperture: usize,
+    subaperture: impl Size,
     s: &[ComplexVector<V>],
     zero_power: V::Mask,
 ) -> ComplexVector<V> {
@@ -210,16 +211,28 @@ pub(super) fn weighted_sum<A: Averaging<V>, V: Vector>(
     if !EIGENSPACE {
         return ComplexVector::select(solved, sum, nothing);
     }
-    // The other methods, and the lanes in which the faster solvers fail.
-    let subspace = method.subspace();
-    let exact = solve(
+    let exact = exact::<A, V>(zero, method.subspace(), solver, subaperture.get(), s);
+    ComplexVector::select(solved, sum, exact)
+}
+
+/// The other methods, and the lanes in which the faster solvers fail.
+///
+/// Compiled once, for sizes in constants or not.
+#[inline(always)]
+fn exact<A: Averaging<V>, V: Vector>(
+    zero: V,
+    subspace: Subspace,
+    solver: &mut Solver<'_, A::Scalar, V>,
+    subaperture: usize,
+    s: &[ComplexVector<V>],
+) -> ComplexVector<V> {
+    solve(
         zero,
         solver,
         s,
         #[inline(always)]
         move |solver, s| esmv::<A, V>(zero, subspace, solver, subaperture, s),
-    );
-    ComplexVector::select(solved, sum, exact)
+    )
 }
 
 /// Runs a kernel on the loaded matrix and the data, as a separate function.

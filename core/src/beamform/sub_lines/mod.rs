@@ -12,6 +12,7 @@ use super::methods::{Shape, answers};
 use super::parameters::Beamformer;
 use super::segment::{Segment, SegmentGroup, SteeredSegments, constant_segments, segments_within};
 use super::segments::emit;
+use super::shape::Given;
 use super::sizes::Sizes;
 use super::snapshot::elements;
 use super::workspace::Workspace;
@@ -213,7 +214,11 @@ impl Beamformer {
         let parameters = self.parameters();
         let (half_window, sub_lines) = (parameters.temporal_half_window, parameters.sub_lines);
         let segments = lines.segments;
-        let group = SegmentGroup { segments, count };
+        let shape = Given {
+            count,
+            subaperture,
+            half_window,
+        };
         let pushes = parameters.pushes();
         let mut most = 0;
         for (segment, z) in segments.iter().zip(z.iter()) {
@@ -225,7 +230,7 @@ impl Beamformer {
         let window = parameters.window();
         let gain = self.gain::<A, V>(count - subaperture + 1);
         for push in 0..most {
-            let Some(zero_power) = self.push::<A, V, false>(workspace, group, subaperture, push)
+            let Some(zero_power) = self.push::<A, V, false>(workspace, segments, shape, push)
             else {
                 continue;
             };

@@ -1,0 +1,61 @@
+//! The shape of a segment's samples, as arguments or as constants.
+
+use crate::linalg::size::{Known, Size};
+
+/// Active elements, subaperture and time window of a segment.
+pub(super) trait Shape: Copy {
+    /// The number of active elements.
+    fn count(self) -> impl Size;
+
+    /// The subaperture's length.
+    fn subaperture(self) -> impl Size;
+
+    /// `K` of the time window.
+    fn half_window(self) -> usize;
+}
+
+/// A shape that is known when the segment is.
+#[derive(Clone, Copy)]
+pub(super) struct Given {
+    pub(super) count: usize,
+    pub(super) subaperture: usize,
+    pub(super) half_window: usize,
+}
+
+impl Shape for Given {
+    #[inline(always)]
+    fn count(self) -> impl Size {
+        self.count
+    }
+
+    #[inline(always)]
+    fn subaperture(self) -> impl Size {
+        self.subaperture
+    }
+
+    #[inline(always)]
+    fn half_window(self) -> usize {
+        self.half_window
+    }
+}
+
+/// `M` elements in subapertures of `L`, without a time window.
+#[derive(Clone, Copy)]
+pub(super) struct Constant<const M: usize, const L: usize>;
+
+impl<const M: usize, const L: usize> Shape for Constant<M, L> {
+    #[inline(always)]
+    fn count(self) -> impl Size {
+        Known::<M>
+    }
+
+    #[inline(always)]
+    fn subaperture(self) -> impl Size {
+        Known::<L>
+    }
+
+    #[inline(always)]
+    fn half_window(self) -> usize {
+        0
+    }
+}
