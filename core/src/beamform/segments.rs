@@ -106,11 +106,7 @@ impl Beamformer {
         match (V::LANES, count, subaperture, half_window) {
             (1, 16, 8, 0) => self.fitting_segments(workspace, segments, Constant::<16, 8>, z),
             _ => {
-                let shape = Given {
-                    count,
-                    subaperture,
-                    half_window,
-                };
+                let shape = Given { count, subaperture };
                 self.fitting_segments(workspace, segments, shape, z);
             }
         }
@@ -170,7 +166,8 @@ impl Beamformer {
         shape: impl Shape,
         z: &mut [&mut [Complex<f32>]],
     ) {
-        let (half_window, subaperture) = (shape.half_window(), shape.subaperture());
+        let (half_window, subaperture) =
+            (shape.half_window(self.parameters()), shape.subaperture());
         let pushes = Pushes::new(half_window, self.parameters().step());
         let mut most = 0;
         for (segment, z) in segments.iter().zip(z.iter()) {
@@ -218,7 +215,7 @@ impl Beamformer {
         shape: impl Shape,
         push: usize,
     ) -> Option<V::Mask> {
-        let half_window = shape.half_window();
+        let half_window = shape.half_window(self.parameters());
         let (count, subaperture) = (shape.count(), shape.subaperture());
         let Workspace {
             zero,

@@ -1,5 +1,6 @@
 //! The shape of a segment's samples, as arguments or as constants.
 
+use super::parameters::Parameters;
 use crate::linalg::size::{Known, Size};
 
 /// Active elements, subaperture and time window of a segment.
@@ -11,15 +12,14 @@ pub(super) trait Shape: Copy {
     fn subaperture(self) -> impl Size;
 
     /// `K` of the time window.
-    fn half_window(self) -> usize;
+    fn half_window(self, parameters: &Parameters) -> usize;
 }
 
-/// A shape that is known when the segment is.
+/// A shape that is known when the segment is; two numbers, so that it is passed in registers.
 #[derive(Clone, Copy)]
 pub(super) struct Given {
     pub(super) count: usize,
     pub(super) subaperture: usize,
-    pub(super) half_window: usize,
 }
 
 impl Shape for Given {
@@ -34,8 +34,8 @@ impl Shape for Given {
     }
 
     #[inline(always)]
-    fn half_window(self) -> usize {
-        self.half_window
+    fn half_window(self, parameters: &Parameters) -> usize {
+        parameters.temporal_half_window
     }
 }
 
@@ -55,7 +55,7 @@ impl<const M: usize, const L: usize> Shape for Constant<M, L> {
     }
 
     #[inline(always)]
-    fn half_window(self) -> usize {
+    fn half_window(self, _: &Parameters) -> usize {
         0
     }
 }

@@ -62,7 +62,6 @@ impl Beamformer {
         let shape = Given {
             count,
             subaperture: length,
-            half_window: self.parameters().temporal_half_window,
         };
         let mut zero_power = true;
         // For any sample, computed in a line or not.

@@ -27,22 +27,22 @@ pub fn lag_sums<A: Averaging<V>, V: Vector>(
     lags: &mut [ComplexVector<V>],
 ) {
     if V::LANES == 1 && subaperture.known() == Some(8) {
-        group::<A, V, 4>(x, (count, subaperture, Known::<0>), scratch, lags);
-        group::<A, V, 4>(x, (count, subaperture, Known::<4>), scratch, lags);
+        group::<A, V, 4>(x, count, (subaperture, Known::<0>), scratch, lags);
+        group::<A, V, 4>(x, count, (subaperture, Known::<4>), scratch, lags);
         return;
     }
     let length = subaperture.get();
     let mut lag = 0;
     while V::LANES == 1 && lag + 4 <= length {
-        group::<A, V, 4>(x, (count, subaperture, lag), scratch, lags);
+        group::<A, V, 4>(x, count, (subaperture, lag), scratch, lags);
         lag += 4;
     }
     while lag + 2 <= length {
-        group::<A, V, 2>(x, (count, subaperture, lag), scratch, lags);
+        group::<A, V, 2>(x, count, (subaperture, lag), scratch, lags);
         lag += 2;
     }
     if lag < length {
-        group::<A, V, 1>(x, (count, subaperture, lag), scratch, lags);
+        group::<A, V, 1>(x, count, (subaperture, lag), scratch, lags);
     }
 }
 
@@ -50,7 +50,8 @@ pub fn lag_sums<A: Averaging<V>, V: Vector>(
 #[inline(never)]
 fn group<A: Averaging<V>, V: Vector, const LAGS: usize>(
     x: &[ComplexVector<V>],
-    (count, subaperture, lag): (impl Size, impl Size, impl Size),
+    count: impl Size,
+    (subaperture, lag): (impl Size, impl Size),
     scratch: &mut [ComplexVector<V>],
     lags: &mut [ComplexVector<V>],
 ) {

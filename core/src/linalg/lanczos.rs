@@ -146,7 +146,7 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
             let along = if V::LANES == 1 {
                 step_apart((a, size), shift, basis, second, vector, components)
             } else {
-                step(a, shift, basis, second, vector, components)
+                step((a, size), shift, basis, second, vector, components)
             };
             put::<V, _>(tridiagonal.diagonal, k, along + shift);
             bound = tridiagonal.upper_bound(k + 1, bound);
@@ -361,7 +361,7 @@ fn clear<S: Scalar<V>, V: Vector>(w: &mut [PanelColumn<S>], second: V::Mask) {
 /// vector; returns the one along the last.
 #[inline(always)]
 fn step<S: Scalar<V>, V: Vector>(
-    a: &[PanelColumn<S>],
+    (a, n): (&[PanelColumn<S>], impl Size),
     shift: V,
     basis: &[PanelColumn<S>],
     second: V::Mask,
@@ -369,8 +369,8 @@ fn step<S: Scalar<V>, V: Vector>(
     components: &mut [S],
 ) -> V {
     let newest = basis.len().wrapping_sub(w.len());
-    let newest = newest..newest.wrapping_add(w.len());
-    let Some(newest) = get::<V, _, _>(basis, newest) else {
+    let newest = get::<V, _, _>(basis, newest..);
+    let Some(newest) = newest.and_then(|newest| n.front(newest, w.len())) else {
         return shift.zero();
     };
     times_vector(a, shift, newest, w);
@@ -395,7 +395,7 @@ fn step_apart<S: Scalar<V>, V: Vector>(
     let (Some(a), Some(w)) = (n.front(a, panel(tiles)), n.front_mut(w, tiles)) else {
         return shift.zero();
     };
-    step(a, shift, basis, second, w, components)
+    step((a, n), shift, basis, second, w, components)
 }
 
 /// Subtracts from `w` its components `h_i = v_iᴴw` along the basis vectors.

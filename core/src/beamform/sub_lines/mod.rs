@@ -214,11 +214,7 @@ impl Beamformer {
         let parameters = self.parameters();
         let (half_window, sub_lines) = (parameters.temporal_half_window, parameters.sub_lines);
         let segments = lines.segments;
-        let shape = Given {
-            count,
-            subaperture,
-            half_window,
-        };
+        let shape = Given { count, subaperture };
         let pushes = parameters.pushes();
         let mut most = 0;
         for (segment, z) in segments.iter().zip(z.iter()) {
