@@ -6,6 +6,7 @@
 mod aligned_line;
 mod apodization;
 mod depth_step;
+mod extent;
 mod line;
 mod methods;
 mod parameters;
@@ -13,7 +14,6 @@ mod postfilter;
 mod pushes;
 mod segment;
 mod segments;
-mod shape;
 mod sizes;
 mod snapshot;
 mod sub_lines;

@@ -137,46 +137,53 @@ pub fn divide_forward<S: Scalar<V>, V: Vector, const ROWS: usize>(
 pub fn divide_backward<S: Scalar<V>, V: Vector, const ROWS: usize>(
     g: &[PanelColumn<S>],
     rows: &mut [[S; ROWS]],
-    panels: usize,
+    n: impl Size,
 ) {
-    let (g, _) = g.as_chunks::<TILE>();
+    let panels = n.get().div_ceil(TILE);
     let (rows, _) = rows.as_chunks_mut::<TILE>();
-    for i in (0..panels).rev() {
-        let tile = |panel: usize| g.get(first_tile(panel) + i);
-        let Some(diagonal) = tile(i) else {
-            break;
-        };
-        for rows in rows.chunks_exact_mut(panels.max(1)) {
-            let Some(([.., slot], behind)) = rows.split_at_mut_checked(i + 1) else {
-                break;
-            };
-            let mut row = *slot;
-            let below = |offset: usize| tile(i + 1 + offset);
-            match V::REGISTERS / (2 * ROWS * S::PARTS) {
-                4.. => subtract_below::<S, V, ROWS, 4>(&mut row, 0, behind, below),
-                2..4 => {
-                    subtract_below::<S, V, ROWS, 2>(&mut row, 0, behind, below);
-                    subtract_below::<S, V, ROWS, 2>(&mut row, 2, behind, below);
-                }
-                _ => {
-                    for c in 0..TILE {
-                        subtract_below::<S, V, ROWS, 1>(&mut row, c, behind, below);
+    let Some(g) = n.front(g.as_chunks::<TILE>().0, first_tile(panels)) else {
+        return;
+    };
+    n.each(
+        panels,
+        #[inline(always)]
+        |above| {
+            let i = panels - 1 - above;
+            let tile = |panel: usize| g.get(first_tile(panel) + i);
+            let diagonal = tile(i)?;
+            for rows in rows.chunks_exact_mut(panels.max(1)) {
+                let ([.., slot], behind) = rows.split_at_mut_checked(i + 1)? else {
+                    return None;
+                };
+                let mut row = *slot;
+                let below = |offset: usize| tile(i + 1 + offset);
+                match V::REGISTERS / (2 * ROWS * S::PARTS) {
+                    4.. => subtract_below::<S, V, ROWS, 4>(&mut row, 0, behind, below),
+                    2..4 => {
+                        subtract_below::<S, V, ROWS, 2>(&mut row, 0, behind, below);
+                        subtract_below::<S, V, ROWS, 2>(&mut row, 2, behind, below);
+                    }
+                    _ => {
+                        for c in 0..TILE {
+                            subtract_below::<S, V, ROWS, 1>(&mut row, c, behind, below);
+                        }
                     }
                 }
-            }
-            for c in (0..TILE).rev() {
-                for k in (c + 1..TILE).rev() {
+                for c in (0..TILE).rev() {
+                    for k in (c + 1..TILE).rev() {
+                        for r in 0..ROWS {
+                            row[c][r] = row[c][r] - row[k][r].mul(diagonal[c][k]);
+                        }
+                    }
                     for r in 0..ROWS {
-                        row[c][r] = row[c][r] - row[k][r].mul(diagonal[c][k]);
+                        row[c][r] = row[c][r].scale(diagonal[c][c].real());
                     }
                 }
-                for r in 0..ROWS {
-                    row[c][r] = row[c][r].scale(diagonal[c][c].real());
-                }
+                *slot = row;
             }
-            *slot = row;
-        }
-    }
+            Some(())
+        },
+    );
 }
 
 /// `sums[c][r] −= Σ_k solved[k][r]·G(k,c)`, `k` descending, for `C` columns from `first` on; `below(offset)` is the tile of

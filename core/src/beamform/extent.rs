@@ -4,7 +4,7 @@ use super::parameters::Parameters;
 use crate::linalg::size::{Known, Size};
 
 /// Active elements, subaperture and time window of a segment.
-pub(super) trait Shape: Copy {
+pub(super) trait Extent: Copy {
     /// The number of active elements.
     fn count(self) -> impl Size;
 
@@ -15,14 +15,15 @@ pub(super) trait Shape: Copy {
     fn half_window(self, parameters: &Parameters) -> usize;
 }
 
-/// A shape that is known when the segment is; two numbers, so that it is passed in registers.
+/// A shape that is known when the segment is, with a time window or not; two numbers, so that it is passed in
+/// registers.
 #[derive(Clone, Copy)]
-pub(super) struct Given {
+pub(super) struct Given<const WINDOW: bool> {
     pub(super) count: usize,
     pub(super) subaperture: usize,
 }
 
-impl Shape for Given {
+impl<const WINDOW: bool> Extent for Given<WINDOW> {
     #[inline(always)]
     fn count(self) -> impl Size {
         self.count
@@ -35,7 +36,11 @@ impl Shape for Given {
 
     #[inline(always)]
     fn half_window(self, parameters: &Parameters) -> usize {
-        parameters.temporal_half_window
+        if WINDOW {
+            parameters.temporal_half_window
+        } else {
+            0
+        }
     }
 }
 
@@ -43,7 +48,7 @@ impl Shape for Given {
 #[derive(Clone, Copy)]
 pub(super) struct Constant<const M: usize, const L: usize>;
 
-impl<const M: usize, const L: usize> Shape for Constant<M, L> {
+impl<const M: usize, const L: usize> Extent for Constant<M, L> {
     #[inline(always)]
     fn count(self) -> impl Size {
         Known::<M>
