@@ -1,5 +1,6 @@
 //! The shape of a segment's samples, as arguments or as constants.
 
+use super::apodization::Window;
 use super::parameters::Parameters;
 use crate::linalg::size::{Known, Size};
 
@@ -13,6 +14,9 @@ pub(super) trait Extent: Copy {
 
     /// `K` of the time window.
     fn half_window(self, parameters: &Parameters) -> usize;
+
+    /// The apodization.
+    fn apodization(self, parameters: &Parameters) -> Option<Window>;
 }
 
 /// A shape that is known when the segment is, with a time window or not; two numbers, so that it is passed in
@@ -42,9 +46,14 @@ impl<const WINDOW: bool> Extent for Given<WINDOW> {
             0
         }
     }
+
+    #[inline(always)]
+    fn apodization(self, parameters: &Parameters) -> Option<Window> {
+        parameters.window()
+    }
 }
 
-/// `M` elements in subapertures of `L`, without a time window.
+/// `M` elements in subapertures of `L`, without time window and apodization.
 #[derive(Clone, Copy)]
 pub(super) struct Constant<const M: usize, const L: usize>;
 
@@ -62,5 +71,10 @@ impl<const M: usize, const L: usize> Extent for Constant<M, L> {
     #[inline(always)]
     fn half_window(self, _: &Parameters) -> usize {
         0
+    }
+
+    #[inline(always)]
+    fn apodization(self, _: &Parameters) -> Option<Window> {
+        None
     }
 }

@@ -19,7 +19,7 @@ use crate::covariance::lag_sums::lag_sums;
 use crate::covariance::{Averaging, time_window};
 use crate::error::check_length;
 use crate::linalg::panels::PanelColumn;
-use crate::linalg::size::Size;
+use crate::linalg::size::{CONSTANTS, Size, small_known};
 use crate::simd::{ComplexVector, Scalar, Vector};
 use core::ops::Range;
 use num_complex::Complex;
@@ -104,7 +104,9 @@ impl Beamformer {
         let parameters = self.parameters();
         let half_window = parameters.temporal_half_window;
         match (V::LANES, count, subaperture, half_window) {
-            (1, 16, 8, 0) => self.fitting_segments(workspace, segments, Constant::<16, 8>, z),
+            (1, 16, 8, 0) if CONSTANTS && parameters.window().is_none() => {
+                self.fitting_segments(workspace, segments, Constant::<16, 8>, z)
+            }
             (1, .., 0) => {
                 let extent = Given::<false> { count, subaperture };
                 self.fitting_segments(workspace, segments, extent, z);
@@ -240,7 +242,7 @@ impl Beamformer {
             return None;
         };
         let pushes = Pushes::new(half_window, self.parameters().step());
-        let apodization = self.parameters().window();
+        let apodization = extent.apodization(self.parameters());
         let place = pushes.read(push);
         match DATA {
             true => {
@@ -261,15 +263,11 @@ impl Beamformer {
         if !pushes.is_due(segments, push) {
             return None;
         }
-        let sums = (suffix, prefix);
         let parameters = self.parameters();
-        Some(loaded_matrix::<A, V>(
-            zero,
-            sums,
-            subaperture,
-            parameters,
-            solver.matrix,
-        ))
+        let matrix = &mut *solver.matrix;
+        Some(small_known!(V, n = subaperture.get() => {
+            loaded_matrix::<A, V>(zero, suffix, prefix, n, parameters, matrix)
+        }))
     }
 
     /// Checks that the segment is within its line and the time window within the record.
@@ -355,7 +353,8 @@ fn slot_of(push: usize, temporal_half_window: usize, subaperture: usize) -> Rang
 #[inline(never)]
 fn loaded_matrix<A: Averaging<V>, V: Vector>(
     zero: V,
-    (suffix, prefix): (Option<&[ComplexVector<V>]>, &[ComplexVector<V>]),
+    suffix: Option<&[ComplexVector<V>]>,
+    prefix: &[ComplexVector<V>],
     subaperture: impl Size,
     parameters: &Parameters,
     matrix: &mut [PanelColumn<A::Scalar>],

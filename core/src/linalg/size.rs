@@ -61,6 +61,42 @@ impl Size for usize {
     }
 }
 
+/// Evaluates an expression with a [`Known`] of the value if it is 4 to 8 and lanes are 1, and with a `usize` otherwise.
+///
+/// Those are the subapertures of the small apertures, whose loops would cost more than their sums.
+macro_rules! small_known {
+    ($vector:ty, $name:ident = $value:expr => $with:expr) => {{
+        use crate::linalg::size::{CONSTANTS, Known};
+        match (<$vector>::LANES, $value) {
+            (1, 4) if CONSTANTS => {
+                let $name = Known::<4>;
+                $with
+            }
+            (1, 5) if CONSTANTS => {
+                let $name = Known::<5>;
+                $with
+            }
+            (1, 6) if CONSTANTS => {
+                let $name = Known::<6>;
+                $with
+            }
+            (1, 7) if CONSTANTS => {
+                let $name = Known::<7>;
+                $with
+            }
+            (1, 8) if CONSTANTS => {
+                let $name = Known::<8>;
+                $with
+            }
+            (_, $name) => $with,
+        }
+    }};
+}
+pub(crate) use small_known;
+
+/// Whether kernels are compiled for constants, too.
+pub const CONSTANTS: bool = cfg!(feature = "constants");
+
 /// A constant.
 #[derive(Clone, Copy)]
 pub struct Known<const N: usize>;

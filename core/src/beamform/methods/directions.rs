@@ -11,7 +11,7 @@ use crate::linalg::householder::Reduction;
 use crate::linalg::implicit_ql::implicit_ql;
 use crate::linalg::matrix_vector::times_vector;
 use crate::linalg::panels::TILE;
-use crate::linalg::size::{Known, Size};
+use crate::linalg::size::{CONSTANTS, Known, Size};
 use crate::simd::{ComplexVector, Mask, Scalar, Vector, copy};
 
 /// Number of sub-lines, and the subaperture's length.
@@ -77,8 +77,8 @@ fn of_groups<A: Averaging<V>, V: Vector, const N: usize>(
     let none = zero_power & !zero_power;
     let definite = match method {
         Method::Mv => match (V::LANES, N, shape.padded()) {
-            (1, 2, 4) => mv::<A, V, N>(zero, solver, directions, (shape, Known::<4>)),
-            (1, 2, 8) => mv::<A, V, N>(zero, solver, directions, (shape, Known::<8>)),
+            (1, 2, 4) if CONSTANTS => mv::<A, V, N>(zero, solver, directions, (shape, Known::<4>)),
+            (1, 2, 8) if CONSTANTS => mv::<A, V, N>(zero, solver, directions, (shape, Known::<8>)),
             (.., padded) => mv::<A, V, N>(zero, solver, directions, (shape, padded)),
         },
         Method::EsmvRank1 if EIGENSPACE => stage(

@@ -9,6 +9,7 @@ use crate::beamform::workspace::Directions;
 use crate::covariance::Averaging;
 use crate::covariance::lag_sums::subaperture_sum;
 use crate::linalg::panels::TILE;
+use crate::linalg::size::{Size, small_known};
 use crate::simd::{ComplexVector, Scalar, Vector};
 use num_complex::Complex;
 
@@ -156,12 +157,16 @@ pub(super) fn steer<A: Averaging<V>, V: Vector>(
         if parameters.postfilter != Postfilter::None {
             *phase = phase.scale(factor_of(parameters, rotated, power));
         }
-        sum::<A, V>(
-            (half, active.len()),
-            (rotated, window),
-            (powers_of_step, sums),
-            (row, data),
-        );
+        small_known!(V, n = subaperture => sum::<A, V>(
+            half,
+            (active.len(), n),
+            rotated,
+            window,
+            powers_of_step,
+            sums,
+            row,
+            data,
+        ));
     }
 }
 
@@ -291,14 +296,26 @@ fn rotate<V: Vector>(
 /// `powers` are those for `count` elements, which serve if those of the subaperture are the same.
 #[inline(never)]
 fn sum<A: Averaging<V>, V: Vector>(
-    (half, count): (ComplexVector<V>, usize),
-    (rotated, window): (&[ComplexVector<V>], Option<&Window>),
-    (powers, sums): (&mut [ComplexVector<V>], &mut [ComplexVector<V>]),
-    (steering, data): (&mut [A::Scalar], &mut [ComplexVector<V>]),
+    half: ComplexVector<V>,
+    (count, n): (usize, impl Size),
+    rotated: &[ComplexVector<V>],
+    window: Option<&Window>,
+    powers: &mut [ComplexVector<V>],
+    sums: &mut [ComplexVector<V>],
+    steering: &mut [A::Scalar],
+    data: &mut [ComplexVector<V>],
 ) {
     half.re.vectorize(
         #[inline(always)]
         || {
+            let length = n.get();
+            let (Some(sums), Some(steering), Some(data)) = (
+                n.front_mut(sums, length),
+                n.front_mut(steering, length.next_multiple_of(TILE)),
+                n.front_mut(data, length),
+            ) else {
+                return;
+            };
             match window {
                 None => subaperture_sum(half.re.zero(), rotated, sums),
                 Some(window) => window.subaperture_sum(half.re.zero(), rotated, sums),
