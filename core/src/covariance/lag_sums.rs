@@ -28,7 +28,8 @@ pub fn lag_sums<A: Averaging<V>, V: Vector>(
 ) {
     if V::LANES == 1 && subaperture.known() == Some(8) {
         group::<A, V, 4>(x, count, (subaperture, Known::<0>), scratch, lags);
-        group::<A, V, 4>(x, count, (subaperture, Known::<4>), scratch, lags);
+        group::<A, V, 2>(x, count, (subaperture, Known::<4>), scratch, lags);
+        group::<A, V, 2>(x, count, (subaperture, Known::<6>), scratch, lags);
         return;
     }
     let length = subaperture.get();

@@ -79,12 +79,12 @@ pub struct Memory<'a, 't, S, V> {
 ///
 /// Leaves the unit eigenvector in the memory's `vector`. Returns its eigenvalue and the lanes that are done,
 /// without those in `ignored`. A lane that is done or has stopped does not change any more, so its bits do not
-/// depend on other lanes.
+/// depend on other lanes. `STEPS` is at least the [`step_limit`].
 ///
 /// Cost of step `k` but the first: `2n²` flops real, `8n²` complex for the product, `4nk` (`16nk`) for the
 /// projections.
 #[inline(always)]
-pub fn lanczos<S: Scalar<V>, V: Vector>(
+pub fn lanczos<S: Scalar<V>, V: Vector, const STEPS: usize>(
     zero: V,
     a: &[PanelColumn<S>],
     n: impl Size,
@@ -128,9 +128,9 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
     let mut shift = zero;
     // The last entry of y over the first, at least.
     let mut last = one;
-    let mut reciprocals = [zero; STEP_LIMIT];
-    let mut errors = [zero; STEP_LIMIT];
-    let mut components = [S::from_real(zero); STEP_LIMIT];
+    let mut reciprocals = [zero; STEPS];
+    let mut errors = [zero; STEPS];
+    let mut components = [S::from_real(zero); STEPS];
     let mut stored = 0;
     for k in 0..steps {
         if k == 0 {
@@ -188,12 +188,14 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
                 let Some(y) = get::<V, _, _>(tridiagonal.eigenvector, ..=k) else {
                     break;
                 };
-                for (kept, &y) in kept.iter_mut().zip(y) {
-                    *kept = V::select(arrived, y, *kept);
+                if arrived.any() {
+                    for (kept, &y) in kept.iter_mut().zip(y) {
+                        *kept = V::select(arrived, y, *kept);
+                    }
+                    eigenvalue = V::select(arrived, bound, eigenvalue);
+                    done = done | arrived;
+                    open = open & !arrived;
                 }
-                eigenvalue = V::select(arrived, bound, eigenvalue);
-                done = done | arrived;
-                open = open & !arrived;
             }
             open = open & longer;
         }

@@ -8,7 +8,7 @@ use crate::linalg::dominant_eigenpair::dominant_eigenpair;
 use crate::linalg::eigen::eigen;
 use crate::linalg::householder::Reduction;
 use crate::linalg::inner_product::inner_product;
-use crate::linalg::lanczos::{self, lanczos};
+use crate::linalg::lanczos::{self, STEP_LIMIT, lanczos};
 use crate::linalg::matrix_vector::times_vector;
 use crate::linalg::panels::TILE;
 use crate::linalg::power_iteration::power_iteration;
@@ -67,18 +67,17 @@ fn dominant<A: Averaging<V>, V: Vector>(
 ) -> Option<V> {
     let padded = subaperture.get().next_multiple_of(TILE);
     let (tiles, _) = solver.vector.get_mut(..padded)?.as_chunks_mut();
-    let (mut eigenvalue, arrived) = lanczos(
-        zero,
-        solver.matrix,
-        subaperture,
-        lanczos::Memory {
-            basis: solver.factor,
-            vector: tiles,
-            tridiagonal: &mut solver.tridiagonal,
-            kept: solver.values,
-        },
-        zero_power,
-    );
+    let memory = lanczos::Memory {
+        basis: solver.factor,
+        vector: tiles,
+        tridiagonal: &mut solver.tridiagonal,
+        kept: solver.values,
+    };
+    // Arrays of as many steps as the constant size has.
+    let (mut eigenvalue, arrived) = match subaperture.known() {
+        Some(8) => lanczos::<_, _, 8>(zero, solver.matrix, subaperture, memory, zero_power),
+        _ => lanczos::<_, _, STEP_LIMIT>(zero, solver.matrix, subaperture, memory, zero_power),
+    };
     let left = !(arrived | zero_power);
     if left.any() {
         let value = direct_eigenpair(zero, solver, subaperture.get(), left);

@@ -69,20 +69,21 @@ impl<V: Vector> Powers<V> {
         power
     }
 
-    /// The next four powers; all calls before must have been of this function.
+    /// Powers `tile·4` and the three behind; `tile` counts from 0, one more with each call.
     #[inline(always)]
-    fn tile(&mut self) -> [ComplexVector<V>; TILE] {
-        let tile = self.next;
-        for next in &mut self.next {
-            *next = next.mul(self.step);
+    fn tile(&mut self, tile: usize) -> [ComplexVector<V>; TILE] {
+        if tile > 0 {
+            for next in &mut self.next {
+                *next = next.mul(self.step);
+            }
         }
-        tile
+        self.next
     }
 
     #[inline(always)]
     fn fill(mut self, powers: &mut [ComplexVector<V>]) {
-        for powers in powers.chunks_mut(TILE) {
-            for (power, next) in powers.iter_mut().zip(self.tile()) {
+        for (tile, powers) in powers.chunks_mut(TILE).enumerate() {
+            for (power, next) in powers.iter_mut().zip(self.tile(tile)) {
                 *power = next;
             }
         }
@@ -158,8 +159,7 @@ pub(super) fn steer<A: Averaging<V>, V: Vector>(
             *phase = phase.scale(factor_of(parameters, rotated, power));
         }
         small_known!(V, n = subaperture => sum::<A, V>(
-            half,
-            (active.len(), n),
+            (half, n),
             rotated,
             window,
             powers_of_step,
@@ -256,11 +256,12 @@ fn rotate<V: Vector>(
                 return;
             }
             let (tiles, rest) = powers.as_chunks_mut::<TILE>();
+            let whole = tiles.len();
             let (left_rest, left) = left.as_rchunks::<TILE>();
             let (right, right_rest) = right.as_chunks::<TILE>();
             let pairs = left.iter().rev().zip(right).zip(tiles);
             for (tile, ((left, right), powers)) in pairs.enumerate() {
-                let tile_of = next.tile();
+                let tile_of = next.tile(tile);
                 *powers = tile_of;
                 let before = outwards - TILE * (tile + 1);
                 if let Some(turned) = rotated.get_mut(before..before + TILE) {
@@ -276,7 +277,11 @@ fn rotate<V: Vector>(
                 }
             }
             let behind = active.len() - right_rest.len();
-            let last = next.next;
+            let last = if rest.is_empty() {
+                next.next
+            } else {
+                next.tile(whole)
+            };
             for (power, &next) in rest.iter_mut().zip(&last) {
                 *power = next;
             }
@@ -296,8 +301,7 @@ fn rotate<V: Vector>(
 /// `powers` are those for `count` elements, which serve if those of the subaperture are the same.
 #[inline(never)]
 fn sum<A: Averaging<V>, V: Vector>(
-    half: ComplexVector<V>,
-    (count, n): (usize, impl Size),
+    (half, n): (ComplexVector<V>, impl Size),
     rotated: &[ComplexVector<V>],
     window: Option<&Window>,
     powers: &mut [ComplexVector<V>],
@@ -308,7 +312,7 @@ fn sum<A: Averaging<V>, V: Vector>(
     half.re.vectorize(
         #[inline(always)]
         || {
-            let length = n.get();
+            let (length, count) = (n.get(), rotated.len());
             let (Some(sums), Some(steering), Some(data)) = (
                 n.front_mut(sums, length),
                 n.front_mut(steering, length.next_multiple_of(TILE)),
