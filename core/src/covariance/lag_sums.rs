@@ -1,7 +1,7 @@
 //! Covariance sums over the subapertures of one sample, by sliding along the array.
 
 use super::Averaging;
-use crate::linalg::size::{Known, Size};
+use crate::linalg::size::{Known, Size, small_known};
 use crate::simd::{ComplexVector, Scalar, Vector};
 
 /// Computes the covariance of one sample, summed over its subapertures.
@@ -26,13 +26,38 @@ pub fn lag_sums<A: Averaging<V>, V: Vector>(
     scratch: &mut [ComplexVector<V>],
     lags: &mut [ComplexVector<V>],
 ) {
-    if V::LANES == 1 && subaperture.known() == Some(8) {
-        group::<A, V, 4>(x, count, (subaperture, Known::<0>), scratch, lags);
-        group::<A, V, 2>(x, count, (subaperture, Known::<4>), scratch, lags);
-        group::<A, V, 2>(x, count, (subaperture, Known::<6>), scratch, lags);
+    small_known!(V, n = subaperture.get() => each_group::<A, V>(x, count, n, scratch, lags));
+}
+
+/// [`lag_sums`], with all lags of a constant size as constants.
+#[inline(always)]
+fn each_group<A: Averaging<V>, V: Vector>(
+    x: &[ComplexVector<V>],
+    count: impl Size,
+    subaperture: impl Size,
+    scratch: &mut [ComplexVector<V>],
+    lags: &mut [ComplexVector<V>],
+) {
+    let length = subaperture.get();
+    if subaperture.known().is_some() {
+        let (first, second, third) = (Known::<0>, Known::<4>, Known::<6>);
+        match length {
+            2 => group::<A, V, 2>(x, count, (subaperture, first), scratch, lags),
+            3 => group::<A, V, 3>(x, count, (subaperture, first), scratch, lags),
+            _ => group::<A, V, 4>(x, count, (subaperture, first), scratch, lags),
+        }
+        match length {
+            5 => group::<A, V, 1>(x, count, (subaperture, second), scratch, lags),
+            6 => group::<A, V, 2>(x, count, (subaperture, second), scratch, lags),
+            7 => group::<A, V, 3>(x, count, (subaperture, second), scratch, lags),
+            8 => {
+                group::<A, V, 2>(x, count, (subaperture, second), scratch, lags);
+                group::<A, V, 2>(x, count, (subaperture, third), scratch, lags);
+            }
+            _ => {}
+        }
         return;
     }
-    let length = subaperture.get();
     let mut lag = 0;
     while V::LANES == 1 && lag + 4 <= length {
         group::<A, V, 4>(x, count, (subaperture, lag), scratch, lags);

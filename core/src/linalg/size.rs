@@ -61,36 +61,23 @@ impl Size for usize {
     }
 }
 
-/// Evaluates an expression with a [`Known`] of the value if it is 4 to 8 and lanes are 1, and with a `usize` otherwise.
+/// Evaluates an expression with a [`Known`] of the value if it is 2 to 8 and there is one lane, and with the `usize`
+/// otherwise.
 ///
-/// Those are the subapertures of the small apertures, whose loops would cost more than their sums.
+/// So long are subapertures of few elements, whose loops cost more than their sums.
 macro_rules! small_known {
-    ($vector:ty, $name:ident = $value:expr => $with:expr) => {{
-        use crate::linalg::size::{CONSTANTS, Known};
+    ($vector:ty, $name:ident = $value:expr => $with:expr) => {
+        small_known!($vector, $name = $value => $with, 2 3 4 5 6 7 8)
+    };
+    ($vector:ty, $name:ident = $value:expr => $with:expr, $($size:literal)*) => {
         match (<$vector>::LANES, $value) {
-            (1, 4) if CONSTANTS => {
-                let $name = Known::<4>;
+            $((1, $size) if $crate::linalg::size::CONSTANTS => {
+                let $name = $crate::linalg::size::Known::<$size>;
                 $with
-            }
-            (1, 5) if CONSTANTS => {
-                let $name = Known::<5>;
-                $with
-            }
-            (1, 6) if CONSTANTS => {
-                let $name = Known::<6>;
-                $with
-            }
-            (1, 7) if CONSTANTS => {
-                let $name = Known::<7>;
-                $with
-            }
-            (1, 8) if CONSTANTS => {
-                let $name = Known::<8>;
-                $with
-            }
+            })*
             (_, $name) => $with,
         }
-    }};
+    };
 }
 pub(crate) use small_known;
 
