@@ -154,7 +154,8 @@ pub(super) fn steer<A: Averaging<V>, V: Vector>(
             phase.set_lane(0, of_phase);
         }
         let half = *half;
-        rotate(half, active, powers_of_step, rotated);
+        let outwards = active.len().div_ceil(2);
+        small_known!(V, n = outwards => rotate((half, n), active, powers_of_step, rotated));
         if parameters.postfilter != Postfilter::None {
             *phase = phase.scale(factor_of(parameters, rotated, power));
         }
@@ -231,10 +232,10 @@ fn look_up<V: Vector>(
     }
 }
 
-/// `y_m = e^{−js(m−centre)}·x_m`, and the powers of `e^{js}` that this takes.
+/// `y_m = e^{−js(m−centre)}·x_m`, and the powers of `e^{js}` that this takes, as many as `outwards`.
 #[inline(never)]
 fn rotate<V: Vector>(
-    half: ComplexVector<V>,
+    (half, outwards): (ComplexVector<V>, impl Size),
     active: &[ComplexVector<V>],
     powers: &mut [ComplexVector<V>],
     rotated: &mut [ComplexVector<V>],
@@ -244,10 +245,10 @@ fn rotate<V: Vector>(
         || {
             let mut next = Powers::new(half, active.len());
             // The middle element of an odd number is the first on either side; the right side's is kept.
-            let (middle, outwards) = (active.len() / 2, active.len().div_ceil(2));
+            let (middle, outwards) = (active.len() / 2, outwards.get());
             let (Some(left), Some(right), Some(powers)) = (
                 active.get(..outwards),
-                active.get(middle..),
+                active.get(middle..).and_then(|right| right.get(..outwards)),
                 powers.get_mut(..outwards),
             ) else {
                 return;
