@@ -10,6 +10,9 @@ use crate::linalg::size::Size;
 use crate::simd::{ComplexVector, MOST_LANES, Vector, transpose};
 use num_complex::Complex;
 
+/// Elements of one lane with unrolled products.
+const BLOCK: usize = 4;
+
 /// The `active` elements of the segments' sample at `place`, with sums.
 ///
 /// `sum` holds the sum of their subapertures, weighted by a window; `data` holds it in the solver's coordinates.
@@ -81,16 +84,21 @@ pub(super) fn gather<V: Vector>(
         };
         let active = elements_of(segment, place, first);
         let scale = zero.splat(segment.line.scale());
-        let (inside, outside) = snapshot.split_at_mut(if active.len() < snapshot.len() {
+        let length = if active.len() < snapshot.len() {
             active.len()
         } else {
             snapshot.len()
-        });
-        for (x, value) in inside.iter_mut().zip(active) {
-            *x = ComplexVector {
-                re: zero.splat(value.re) * scale,
-                im: zero.splat(value.im) * scale,
-            };
+        };
+        let (inside, outside) = snapshot.split_at_mut(length);
+        let (blocks, rest) = inside.as_chunks_mut::<BLOCK>();
+        let (of_blocks, of_rest) = active.split_at(length).0.as_chunks::<BLOCK>();
+        for (block, values) in blocks.iter_mut().zip(of_blocks) {
+            for k in 0..BLOCK {
+                block[k] = scaled(values[k], scale);
+            }
+        }
+        for (x, &value) in rest.iter_mut().zip(of_rest) {
+            *x = scaled(value, scale);
         }
         outside.fill(ComplexVector::from_real(zero));
         return;
@@ -116,6 +124,15 @@ pub(super) fn gather<V: Vector>(
         for (x, &[re, im]) in snapshot.iter_mut().zip(square.as_chunks().0) {
             *x = ComplexVector { re, im };
         }
+    }
+}
+
+/// A number in every lane, times a scale.
+#[inline(always)]
+fn scaled<V: Vector>(value: Complex<f32>, scale: V) -> ComplexVector<V> {
+    ComplexVector {
+        re: scale.splat(value.re) * scale,
+        im: scale.splat(value.im) * scale,
     }
 }
 
