@@ -15,16 +15,17 @@ use crate::simd::{ComplexVector, Scalar, Vector};
 /// Also returns the lanes in which that holds. If `R` is singular in f32, as is possible with a `Δ` near 0, the
 /// caller uses [`esmv`](super::eigenspace::esmv) with all eigenvectors instead.
 ///
+/// `n` rows of the matrix are factorised: the subaperture, or its whole tiles.
+///
 /// Cost: one factorisation with two rows below it.
 #[inline(always)]
 pub(in crate::beamform) fn mv<A: Averaging<V>, V: Vector>(
     zero: V,
     solver: &mut Solver<'_, A::Scalar, V>,
-    subaperture: impl Size,
+    (subaperture, n): (impl Size, impl Size),
     s: &[ComplexVector<V>],
 ) -> (ComplexVector<V>, V::Mask) {
-    let (zero, n) = (zero.zero(), subaperture);
-    let subaperture = n.get();
+    let (zero, subaperture) = (zero.zero(), subaperture.get());
     let (rows, _) = solver.rows.as_flattened_mut().as_chunks_mut();
     A::right_sides(s.get(..subaperture).unwrap_or_default(), rows);
     let padded = subaperture.next_multiple_of(TILE);
