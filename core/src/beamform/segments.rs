@@ -145,8 +145,7 @@ impl Beamformer {
     /// Segments that fit, with the vector's instructions.
     ///
     /// Not inlined: if sizes are constants, as those of a workspace in a [`Memory`](crate::Memory), the compiler
-    /// knows from an argument that the subaperture is not longer, and unrolls short loops (7 % fewer instructions of
-    /// rank 1 at 16/8 on a Cortex-M7).
+    /// knows from an argument that the subaperture is not longer. Compiled for each [`Extent`].
     #[inline(never)]
     fn fitting_segments<A: Averaging<V>, V: Vector>(
         &self,

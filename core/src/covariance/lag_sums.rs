@@ -16,7 +16,7 @@ use crate::simd::{ComplexVector, Scalar, Vector};
 /// Two lags are computed together, since each is one chain of dependent additions. The scalar build computes four,
 /// which share loads and loop counters (with AVX-512, their rows would exceed the first-level cache). `scratch` (at
 /// least `4·subaperture`) holds their sums, and before that the products to be subtracted later, so that each
-/// product is computed once.
+/// product is computed once. Small subapertures of one lane have their lags in constants.
 ///
 /// Cost: `count·L − L²/2` complex products (6 flops) and `2·P·L + 2·L²` additions, instead of `4·L²·P`.
 #[inline(always)]
@@ -29,7 +29,9 @@ pub fn lag_sums<A: Averaging<V>, V: Vector>(
     small_known!(V, n = subaperture.get() => each_group::<A, V>(x, count, n, scratch, lags));
 }
 
-/// [`lag_sums`], with all lags of a constant size as constants.
+/// The groups of lags; of a constant size with constants.
+///
+/// The last four lags of eight are two groups: a group of four, unrolled, has more sums than registers.
 #[inline(always)]
 fn each_group<A: Averaging<V>, V: Vector>(
     x: &[ComplexVector<V>],

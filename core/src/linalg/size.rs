@@ -64,7 +64,7 @@ impl Size for usize {
 /// Evaluates an expression with a [`Known`] of the value if it is 2 to 8 and there is one lane, and with the `usize`
 /// otherwise.
 ///
-/// So long are subapertures of few elements, whose loops cost more than their sums.
+/// Subapertures of few elements have such lengths; their loops would cost more than their sums.
 macro_rules! small_known {
     ($vector:ty, $name:ident = $value:expr => $with:expr) => {
         small_known!($vector, $name = $value => $with, 2 3 4 5 6 7 8)
