@@ -14,7 +14,8 @@ use crate::simd::{Vector, copy};
 /// Edges repeat the nearest pixel of the image, so every neighbourhood has nine values and a constant image does
 /// not change.
 ///
-/// RAM: none. Cost: 19 compare-and-exchange steps a pixel (Paeth, Graphics Gems, 1990), without branches.
+/// RAM: none. Cost: 19 compare-and-exchange steps a pixel (Paeth, Graphics Gems, 1990), without branches; 13 with one
+/// lane, since a column in order serves three pixels.
 ///
 /// ```
 /// let image = [1.0, 2.0, 3.0, 4.0, 99.0, 6.0, 7.0, 8.0, 9.0];
@@ -80,6 +81,10 @@ fn rows_of<V: Vector>(zero: V, image: &[f32], first: usize, columns: usize, out:
                 row.get(..columns).unwrap_or_default()
             },
         );
+        if V::LANES == 1 {
+            row_by_columns(three, out);
+            continue;
+        }
         // Inside the row, whole vectors; its ends and the rest, pixel by pixel.
         let mut column = 0;
         while column < columns {
@@ -120,54 +125,69 @@ fn rows_of<V: Vector>(zero: V, image: &[f32], first: usize, columns: usize, out:
     }
 }
 
-/// Results of `load` for three rows and three columns.
+/// Results of `load` for three columns, each of three rows in order.
 #[inline(always)]
-fn neighbourhood<V>(
+fn neighbourhood<V: Vector>(
     [above, own, below]: [&[f32]; 3],
     [left, middle, right]: [usize; 3],
     load: impl Fn(&[f32], usize) -> V,
-) -> [V; 9] {
-    [
-        load(above, left),
-        load(above, middle),
-        load(above, right),
-        load(own, left),
-        load(own, middle),
-        load(own, right),
-        load(below, left),
-        load(below, middle),
-        load(below, right),
-    ]
+) -> [[V; 3]; 3] {
+    [left, middle, right].map(
+        #[inline(always)]
+        |column| sorted([load(above, column), load(own, column), load(below, column)]),
+    )
 }
 
+/// A row of one lane, whose columns are put in order once for all three pixels that have them.
+#[inline(always)]
+fn row_by_columns([above, own, below]: [&[f32]; 3], out: &mut [f32]) {
+    let mut columns = above.iter().zip(own).zip(below);
+    let mut next = || {
+        let ((&above, &own), &below) = columns.next()?;
+        Some(sorted([above, own, below]))
+    };
+    let Some(first) = next() else {
+        return;
+    };
+    let (mut left, mut middle) = (first, first);
+    for out in out {
+        let right = next().unwrap_or(middle);
+        *out = median_of_nine([left, middle, right]);
+        (left, middle) = (middle, right);
+    }
+}
+
+/// Three numbers in order.
+#[inline(always)]
+fn sorted<V: Vector>(mut p: [V; 3]) -> [V; 3] {
+    exchange::<1, 2, V, 3>(&mut p);
+    exchange::<0, 1, V, 3>(&mut p);
+    exchange::<1, 2, V, 3>(&mut p);
+    p
+}
+
+/// The middle one of three columns in order.
+///
 /// A selection network: only the middle one of the nine ends in order.
 #[inline(always)]
-fn median_of_nine<V: Vector>(mut p: [V; 9]) -> V {
-    exchange::<1, 2, V>(&mut p);
-    exchange::<4, 5, V>(&mut p);
-    exchange::<7, 8, V>(&mut p);
-    exchange::<0, 1, V>(&mut p);
-    exchange::<3, 4, V>(&mut p);
-    exchange::<6, 7, V>(&mut p);
-    exchange::<1, 2, V>(&mut p);
-    exchange::<4, 5, V>(&mut p);
-    exchange::<7, 8, V>(&mut p);
-    exchange::<0, 3, V>(&mut p);
-    exchange::<5, 8, V>(&mut p);
-    exchange::<4, 7, V>(&mut p);
-    exchange::<3, 6, V>(&mut p);
-    exchange::<1, 4, V>(&mut p);
-    exchange::<2, 5, V>(&mut p);
-    exchange::<4, 7, V>(&mut p);
-    exchange::<4, 2, V>(&mut p);
-    exchange::<6, 4, V>(&mut p);
-    exchange::<4, 2, V>(&mut p);
+fn median_of_nine<V: Vector>([[p0, p1, p2], [p3, p4, p5], [p6, p7, p8]]: [[V; 3]; 3]) -> V {
+    let mut p = [p0, p1, p2, p3, p4, p5, p6, p7, p8];
+    exchange::<0, 3, V, 9>(&mut p);
+    exchange::<5, 8, V, 9>(&mut p);
+    exchange::<4, 7, V, 9>(&mut p);
+    exchange::<3, 6, V, 9>(&mut p);
+    exchange::<1, 4, V, 9>(&mut p);
+    exchange::<2, 5, V, 9>(&mut p);
+    exchange::<4, 7, V, 9>(&mut p);
+    exchange::<4, 2, V, 9>(&mut p);
+    exchange::<6, 4, V, 9>(&mut p);
+    exchange::<4, 2, V, 9>(&mut p);
     p[4]
 }
 
-/// Puts two of the nine in order.
+/// Puts two numbers in order.
 #[inline(always)]
-fn exchange<const LOW: usize, const HIGH: usize, V: Vector>(p: &mut [V; 9]) {
+fn exchange<const LOW: usize, const HIGH: usize, V: Vector, const N: usize>(p: &mut [V; N]) {
     let (a, b) = (p[LOW], p[HIGH]);
     let swap = b.less(a);
     p[LOW] = V::select(swap, b, a);
