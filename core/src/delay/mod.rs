@@ -13,7 +13,7 @@ mod iq;
 mod record;
 mod rf;
 mod scan_line;
-mod stage;
+pub(crate) mod stage;
 
 pub use analytic::{MAX_HILBERT_TAPS, hilbert_taps};
 pub use interpolate::MAX_DECIMATION;

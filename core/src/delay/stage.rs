@@ -94,6 +94,23 @@ pub trait Stage: Sealed {
         scratch: &mut [f32],
         out: &mut [Complex<f32>],
     ) -> Result<(), Error> {
+        let rest = Rest::Zero;
+        let wanted = Wanted { first, step, rest };
+        self.block_of(zero, line, record, wanted, scratch, out)
+    }
+
+    /// [`Stage::block_at_every`], which need not write the numbers that are not wanted.
+    #[doc(hidden)]
+    fn block_of<V: Vector>(
+        &self,
+        zero: V,
+        line: &ScanLine,
+        record: &Self::Record<'_>,
+        wanted: Wanted,
+        scratch: &mut [f32],
+        out: &mut [Complex<f32>],
+    ) -> Result<(), Error> {
+        let Wanted { first, step, rest } = wanted;
         let shape = self.shape();
         let samples = out.len().checked_div(shape.elements).unwrap_or(0);
         check_length("out", out.len(), samples * shape.elements)?;
@@ -118,6 +135,7 @@ pub trait Stage: Sealed {
             first,
             samples,
             step: step.max(1),
+            rest,
         };
         self.compute(zero, &source, scratch, out)
     }
@@ -157,6 +175,25 @@ pub struct Shape {
     pub(super) sound_speed: f64,
 }
 
+/// The samples of a block that are wanted.
+#[derive(Clone, Copy)]
+pub struct Wanted {
+    /// The line's sample with which the block begins.
+    pub(crate) first: usize,
+    /// Distance between wanted samples.
+    pub(crate) step: usize,
+    pub(crate) rest: Rest,
+}
+
+/// The other samples, and inactive elements.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Rest {
+    /// They are 0.
+    Zero,
+    /// Nothing reads them, so that a stage may leave them as they are.
+    Undefined,
+}
+
 /// The source data of a line.
 pub struct Source<'a, R> {
     pub(super) line: &'a ScanLine<'a>,
@@ -167,6 +204,7 @@ pub struct Source<'a, R> {
     pub(super) samples: usize,
     /// Distance between wanted samples, at least 1; the line's first sample is wanted.
     pub(super) step: usize,
+    pub(super) rest: Rest,
 }
 
 /// A stage by reference, for instance in a static.

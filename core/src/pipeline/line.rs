@@ -4,6 +4,7 @@ use super::cuts::Cuts;
 use super::{Block, DepthGate};
 use crate::beamform::{AlignedLine, Beamformer, LineBlock, Parameters, Workspace};
 use crate::covariance::Averaging;
+use crate::delay::stage::{Rest, Wanted};
 use crate::delay::{
     Compounding, Delay, DelayParameters, IqDelay, IqInterpolation, IqParameters, ScanLine, Stage,
 };
@@ -248,7 +249,7 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         let Some(elements) = NonZeroUsize::new(self.scan.elements()) else {
             return Err(none("elements"));
         };
-        let largest = self.compound(zero, (block, self.wanted()), transmits, scratch, out)?;
+        let largest = self.compound(zero, (block, Rest::Zero), transmits, scratch, out)?;
         let whole = (block.first, self.scan.samples());
         Ok(AlignedLine::block(out, elements, whole, largest))
     }
@@ -269,11 +270,11 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         behind.saturating_sub(1)
     }
 
-    /// Aligns samples of a block, for every `step`-th sample of the line; returns a bound of their magnitudes.
+    /// Aligns the samples of a block that the beamformer reads; returns a bound of their magnitudes.
     fn compound<'r, V: Vector>(
         &self,
         zero: V,
-        (block, step): (Block, usize),
+        (block, rest): (Block, Rest),
         transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>)>,
         scratch: &mut [f32],
         out: &mut [Complex<f32>],
@@ -294,7 +295,10 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         let mut count = 0;
         let mut largest = 0.0;
         let mut compounding = Compounding::Replace;
-        for (transmit, record) in transmits {
+        let mut transmits = transmits.into_iter();
+        let mut next = transmits.next();
+        while let Some((transmit, record)) = next {
+            next = transmits.next();
             let line = ScanLine {
                 transmit,
                 ray: self.scan.ray(block.line),
@@ -302,9 +306,14 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
                 active: block.active,
                 compounding,
             };
-            let wanted = (block.first, step);
+            let wanted = Wanted {
+                first: block.first,
+                step: self.wanted(),
+                // All numbers must be finite if another transmit is added.
+                rest: if next.is_some() { Rest::Zero } else { rest },
+            };
             self.delay
-                .block_at_every(zero, &line, record, wanted, scratch, out)?;
+                .block_of(zero, &line, record, wanted, scratch, out)?;
             let of_record = D::largest(record);
             if of_record > largest {
                 largest = of_record;
@@ -407,7 +416,6 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         let half_window = self.beamformer.parameters().temporal_half_window;
         let block = self.block(aligned.len(), elements)?;
         let step = self.beamformer.parameters().step();
-        let wanted = self.wanted();
         let transmits = transmits.into_iter();
         let mut buffered = 0..0;
         for own in Cuts::new(samples, half_window, block, &active) {
@@ -430,7 +438,7 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
                 first: buffered.end,
                 active: active(self.deepest(needed.end)),
             };
-            let block = (block, wanted);
+            let block = (block, Rest::Undefined);
             let largest = self.compound(0.0f32, block, transmits.clone(), scratch, new)?;
             let x = AlignedLine::block(x, elements, (needed.start, samples), largest);
             let outputs = step.outputs_of(own.clone());

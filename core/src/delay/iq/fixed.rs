@@ -23,6 +23,7 @@ use super::record::{IqSource, Window};
 use crate::delay::FAR;
 use crate::delay::delay_law::ReceiveDelay;
 use crate::delay::scan_line::Compounding;
+use crate::delay::stage::Rest;
 use crate::instructions::sqrt;
 use crate::{Complex, Error};
 
@@ -128,12 +129,13 @@ impl IqParameters {
         };
         let dense = window.element == 1;
         let zero = Complex::new(0.0, 0.0);
+        let clear = !row.add && source.rest == Rest::Zero;
         let wanted = source.first.checked_next_multiple_of(source.step);
         let mut wanted = wanted.unwrap_or(source.first);
         let rows = out.chunks_exact_mut(self.elements.max(1));
         for (n, out) in (source.first..).zip(rows) {
             if n != wanted {
-                if !row.add {
+                if clear {
                     out.fill(zero);
                 }
                 continue;
@@ -142,7 +144,7 @@ impl IqParameters {
             let centre = self.fixed_centre(source, &centres, n);
             let (before, rest) = out.split_at_mut_checked(active.start).unwrap_or_default();
             let (own, behind) = rest.split_at_mut_checked(active.len()).unwrap_or_default();
-            if !row.add {
+            if clear {
                 before.fill(zero);
                 behind.fill(zero);
             }
