@@ -6,6 +6,7 @@
 mod aligned_line;
 mod apodization;
 mod depth_step;
+mod extent;
 mod line;
 mod methods;
 mod parameters;

@@ -4,7 +4,6 @@ use super::apodization::{Apodization, Window};
 use super::depth_step::DepthStep;
 use super::methods::Method;
 use super::postfilter::{Applied, Postfilter};
-use super::pushes::Pushes;
 use super::sizes::Sizes;
 use super::table::{Parameter, Range, range};
 use crate::Error;
@@ -152,12 +151,6 @@ impl Parameters {
             None => samples,
             Some(whole) => whole + (!samples.is_multiple_of(self.depth_step)) as usize,
         }
-    }
-
-    /// Steps of the time window along segments.
-    #[inline(always)]
-    pub(super) fn pushes(&self) -> Pushes {
-        Pushes::new(self.temporal_half_window, self.step())
     }
 
     /// The postfilter and its parameter.

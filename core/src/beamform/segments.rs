@@ -4,9 +4,11 @@
 //! that the arguments do not overlap, and keeps counters in registers. This saves a tenth of the instructions of MV
 //! at 16/8 on a Cortex-M7, and a tenth to a sixth of the time of rank 1 with AVX-512.
 
+use super::extent::{Constant, Extent, Given};
 use super::methods::{Direct, weighted_sum};
 use super::parameters::{Beamformer, Parameters};
 use super::postfilter::postfilter;
+use super::pushes::Pushes;
 use super::segment::{Segment, SegmentGroup};
 use super::sizes::Sizes;
 use super::snapshot::{elements, snapshot};
@@ -17,6 +19,7 @@ use crate::covariance::lag_sums::lag_sums;
 use crate::covariance::{Averaging, time_window};
 use crate::error::check_length;
 use crate::linalg::panels::PanelColumn;
+use crate::linalg::size::{CONSTANTS, Size, small_known};
 use crate::simd::{ComplexVector, Scalar, Vector};
 use core::ops::Range;
 use num_complex::Complex;
@@ -98,8 +101,21 @@ impl Beamformer {
             return Ok(());
         }
         let subaperture = self.check_sizes(count, sizes)?;
-        self.fitting_segments(workspace, segments, count, subaperture, z);
         let parameters = self.parameters();
+        let half_window = parameters.temporal_half_window;
+        match (V::LANES, count, subaperture, half_window) {
+            (1, 16, 8, 0) if CONSTANTS && parameters.window().is_none() => {
+                self.fitting_segments(workspace, segments, Constant::<16, 8>, z)
+            }
+            (1, .., 0) => {
+                let extent = Given::<false> { count, subaperture };
+                self.fitting_segments(workspace, segments, extent, z);
+            }
+            _ => {
+                let extent = Given::<true> { count, subaperture };
+                self.fitting_segments(workspace, segments, extent, z);
+            }
+        }
         postfilter(
             (parameters.postfilter_of_lines(), parameters.step()),
             workspace.zero,
@@ -129,15 +145,13 @@ impl Beamformer {
     /// Segments that fit, with the vector's instructions.
     ///
     /// Not inlined: if sizes are constants, as those of a workspace in a [`Memory`](crate::Memory), the compiler
-    /// knows from an argument that the subaperture is not longer, and unrolls short loops (7 % fewer instructions of
-    /// rank 1 at 16/8 on a Cortex-M7).
+    /// knows from an argument that the subaperture is not longer. Compiled for each [`Extent`].
     #[inline(never)]
     fn fitting_segments<A: Averaging<V>, V: Vector>(
         &self,
         workspace: &mut Workspace<'_, A, V>,
         segments: &[Segment<'_>],
-        count: usize,
-        subaperture: usize,
+        extent: impl Extent,
         z: &mut [&mut [Complex<f32>]],
     ) {
         // A lane without a segment keeps its zeros.
@@ -145,7 +159,7 @@ impl Beamformer {
         workspace.snapshot.fill(ComplexVector::from_real(zero));
         zero.vectorize(
             #[inline(always)]
-            || self.lanes(workspace, SegmentGroup { segments, count }, subaperture, z),
+            || self.lanes(workspace, segments, extent, z),
         );
     }
 
@@ -153,28 +167,34 @@ impl Beamformer {
     fn lanes<A: Averaging<V>, V: Vector>(
         &self,
         workspace: &mut Workspace<'_, A, V>,
-        group: SegmentGroup<'_, '_>,
-        subaperture: usize,
+        segments: &[Segment<'_>],
+        extent: impl Extent,
         z: &mut [&mut [Complex<f32>]],
     ) {
-        let pushes = self.parameters().pushes();
+        let (half_window, subaperture) =
+            (extent.half_window(self.parameters()), extent.subaperture());
+        let pushes = Pushes::new(half_window, self.parameters().step());
         let mut most = 0;
-        for (segment, z) in group.segments.iter().zip(z.iter()) {
+        for (segment, z) in segments.iter().zip(z.iter()) {
             let count = pushes.count(segment, z.len());
             if count > most {
                 most = count;
             }
         }
-        let subapertures = group.count - subaperture + 1;
+        let subapertures = extent.count().get() - subaperture.get() + 1;
         let gain = self.gain::<A, V>(subapertures);
         for push in 0..most {
-            if let Some(zero_power) = self.push::<A, V, true>(workspace, group, subaperture, push) {
-                let i = push - 2 * self.parameters().temporal_half_window;
-                let sum = self.output(workspace, subaperture, i, zero_power);
+            if let Some(zero_power) = self.push::<A, V, true>(workspace, segments, extent, push) {
+                // The sample in the middle of the time window.
+                let data = slot_of(push - half_window, half_window, subaperture.get());
+                let data = workspace.ring.get(data).unwrap_or_default();
+                let (zero, solver) = (workspace.zero, &mut workspace.solver);
+                let method = self.parameters().method;
+                let sum = weighted_sum::<A, V>(zero, method, solver, subaperture, data, zero_power);
                 let gain = workspace.zero.splat(gain);
                 let nothing = ComplexVector::from_real(workspace.zero);
                 let value = ComplexVector::select(zero_power, nothing, sum.divide(gain));
-                emit(group.segments, z, |of| pushes.output(of, push), value);
+                emit(segments, z, |of| pushes.output(of, push), value);
             }
         }
     }
@@ -196,11 +216,12 @@ impl Beamformer {
     pub(super) fn push<A: Averaging<V>, V: Vector, const DATA: bool>(
         &self,
         workspace: &mut Workspace<'_, A, V>,
-        group: SegmentGroup<'_, '_>,
-        subaperture: usize,
+        segments: &[Segment<'_>],
+        extent: impl Extent,
         push: usize,
     ) -> Option<V::Mask> {
-        let temporal_half_window = self.parameters().temporal_half_window;
+        let half_window = extent.half_window(self.parameters());
+        let (count, subaperture) = (extent.count(), extent.subaperture());
         let Workspace {
             zero,
             snapshot: active,
@@ -210,77 +231,42 @@ impl Beamformer {
             ..
         } = workspace;
         let zero = *zero;
-        let data = slot_of(push, temporal_half_window, subaperture);
+        let data = slot_of(push, half_window, subaperture.get());
         let work = &mut *solver.work;
         let (Some(active), Some(sum), Some(data)) = (
-            active.get_mut(..group.count),
-            work.get_mut(..subaperture),
+            active.get_mut(..count.get()),
+            work.get_mut(..subaperture.get()),
             ring.get_mut(data),
         ) else {
             return None;
         };
-        let pushes = self.parameters().pushes();
-        let apodization = self.parameters().window();
+        let pushes = Pushes::new(half_window, self.parameters().step());
+        let apodization = extent.apodization(self.parameters());
         let place = pushes.read(push);
         match DATA {
             true => {
                 snapshot::<A, V>(
-                    group.segments,
-                    place,
+                    (segments, place),
                     apodization.as_ref(),
+                    (count, subaperture),
                     active,
                     (sum, data),
                 );
             }
-            false => elements(zero, group.segments, place, active),
+            false => elements(zero, segments, place, active),
         }
-        let size = A::COVARIANCE.lag_count(subaperture);
-        let lags = time_window::slot(window, size, temporal_half_window, push);
-        lag_sums::<A, V>(active, subaperture, work, lags);
-        let (suffix, prefix) = time_window::window(window, size, temporal_half_window, push);
-        if !pushes.is_due(group.segments, push) {
+        let size = A::COVARIANCE.lag_count(subaperture.get());
+        let lags = time_window::slot(window, size, half_window, push);
+        lag_sums::<A, V>(active, (count, subaperture), work, lags);
+        let (suffix, prefix) = time_window::window(window, size, half_window, push);
+        if !pushes.is_due(segments, push) {
             return None;
         }
         let parameters = self.parameters();
-        Some(match suffix {
-            None => loaded_matrix::<A, V>(
-                zero,
-                #[inline(always)]
-                move |i| prefix.get(i).copied(),
-                subaperture,
-                parameters,
-                solver.matrix,
-            ),
-            Some(suffix) => loaded_matrix::<A, V>(
-                zero,
-                #[inline(always)]
-                move |i| Some(*suffix.get(i)? + *prefix.get(i)?),
-                subaperture,
-                parameters,
-                solver.matrix,
-            ),
-        })
-    }
-
-    /// `wᴴ` times the subaperture sum of sample `i` of the segments, at their working scale.
-    #[inline(always)]
-    fn output<A: Averaging<V>, V: Vector>(
-        &self,
-        workspace: &mut Workspace<'_, A, V>,
-        subaperture: usize,
-        i: usize,
-        zero_power: V::Mask,
-    ) -> ComplexVector<V> {
-        let Parameters {
-            method,
-            temporal_half_window,
-            ..
-        } = *self.parameters();
-        // The sample was pushed as number i + K.
-        let data = slot_of(i + temporal_half_window, temporal_half_window, subaperture);
-        let data = workspace.ring.get(data).unwrap_or_default();
-        let (zero, solver) = (workspace.zero, &mut workspace.solver);
-        weighted_sum::<A, V>(zero, method, solver, subaperture, data, zero_power)
+        let matrix = &mut *solver.matrix;
+        Some(small_known!(V, n = subaperture.get() => {
+            loaded_matrix::<A, V>(zero, suffix, prefix, n, parameters, matrix)
+        }))
     }
 
     /// Checks that the segment is within its line and the time window within the record.
@@ -360,31 +346,61 @@ fn slot_of(push: usize, temporal_half_window: usize, subaperture: usize) -> Rang
     slot * subaperture..(slot + 1) * subaperture
 }
 
-/// The loaded matrix from the lag sums `lag(index)`.
+/// The loaded matrix from the lag sums of the time window's suffix and prefix.
 ///
-/// Returns the lanes without power; all lanes if sums are missing. `lag` is passed by value: calls through a
-/// reference are not inlined (8 % of MV's time at 64/32/2).
+/// Returns the lanes without power; all lanes if sums are missing.
 #[inline(never)]
 fn loaded_matrix<A: Averaging<V>, V: Vector>(
     zero: V,
-    lag: impl Fn(usize) -> Option<ComplexVector<V>> + Copy,
-    subaperture: usize,
+    suffix: Option<&[ComplexVector<V>]>,
+    prefix: &[ComplexVector<V>],
+    subaperture: impl Size,
     parameters: &Parameters,
     matrix: &mut [PanelColumn<A::Scalar>],
 ) -> V::Mask {
+    let loading = parameters.diagonal_loading;
     let zero_power = zero.vectorize(
         #[inline(always)]
         || {
-            let trace = A::trace(lag, subaperture)?;
-            let loading = DiagonalLoading::new(trace, subaperture, parameters.diagonal_loading);
-            A::matrix(lag, subaperture, &loading, matrix)?;
-            Some(loading.zero_power)
+            let prefix = subaperture.front(prefix, A::COVARIANCE.lag_count(subaperture.get()))?;
+            match suffix {
+                None => matrix_of::<A, V>(
+                    #[inline(always)]
+                    move |i| prefix.get(i).copied(),
+                    subaperture,
+                    loading,
+                    matrix,
+                ),
+                Some(suffix) => matrix_of::<A, V>(
+                    #[inline(always)]
+                    move |i| Some(*suffix.get(i)? + *prefix.get(i)?),
+                    subaperture,
+                    loading,
+                    matrix,
+                ),
+            }
         },
     );
     match zero_power {
         Some(zero_power) => zero_power,
         None => zero.mask(|_| true),
     }
+}
+
+/// The loaded matrix from the lag sums `lag(index)`, and the lanes without power.
+///
+/// `lag` is passed by value: calls through a reference are not inlined (8 % of MV's time at 64/32/2).
+#[inline(always)]
+fn matrix_of<A: Averaging<V>, V: Vector>(
+    lag: impl Fn(usize) -> Option<ComplexVector<V>> + Copy,
+    subaperture: impl Size,
+    loading: f32,
+    matrix: &mut [PanelColumn<A::Scalar>],
+) -> Option<V::Mask> {
+    let trace = A::trace(lag, subaperture.get())?;
+    let loading = DiagonalLoading::new(trace, subaperture.get(), loading);
+    A::matrix(lag, subaperture, &loading, matrix)?;
+    Some(loading.zero_power)
 }
 
 /// Writes a sample of each lane with an `index`, at the line's own scale.

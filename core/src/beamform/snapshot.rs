@@ -6,20 +6,32 @@ use super::segment::Segment;
 use crate::covariance::Averaging;
 use crate::covariance::lag_sums::subaperture_sum;
 use crate::instructions::prefetch;
+use crate::linalg::size::Size;
 use crate::simd::{ComplexVector, MOST_LANES, Vector, transpose};
 use num_complex::Complex;
+
+/// Elements of one lane with unrolled products.
+const BLOCK: usize = 4;
 
 /// The `active` elements of the segments' sample at `place`, with sums.
 ///
 /// `sum` holds the sum of their subapertures, weighted by a window; `data` holds it in the solver's coordinates.
 #[inline(never)]
 pub(super) fn snapshot<A: Averaging<V>, V: Vector>(
-    segments: &[Segment<'_>],
-    place: Place,
+    (segments, place): (&[Segment<'_>], Place),
     window: Option<&Window>,
+    (count, subaperture): (impl Size, impl Size),
     active: &mut [ComplexVector<V>],
     (sum, data): (&mut [ComplexVector<V>], &mut [ComplexVector<V>]),
 ) {
+    let length = subaperture.get();
+    let (Some(active), Some(sum), Some(data)) = (
+        count.front_mut(active, count.get()),
+        subaperture.front_mut(sum, length),
+        subaperture.front_mut(data, length),
+    ) else {
+        return;
+    };
     let Some(first) = active.first() else {
         return;
     };
@@ -72,16 +84,21 @@ pub(super) fn gather<V: Vector>(
         };
         let active = elements_of(segment, place, first);
         let scale = zero.splat(segment.line.scale());
-        let (inside, outside) = snapshot.split_at_mut(if active.len() < snapshot.len() {
+        let length = if active.len() < snapshot.len() {
             active.len()
         } else {
             snapshot.len()
-        });
-        for (x, value) in inside.iter_mut().zip(active) {
-            *x = ComplexVector {
-                re: zero.splat(value.re) * scale,
-                im: zero.splat(value.im) * scale,
-            };
+        };
+        let (inside, outside) = snapshot.split_at_mut(length);
+        let (blocks, rest) = inside.as_chunks_mut::<BLOCK>();
+        let (of_blocks, of_rest) = active.split_at(length).0.as_chunks::<BLOCK>();
+        for (block, values) in blocks.iter_mut().zip(of_blocks) {
+            for k in 0..BLOCK {
+                block[k] = scaled(values[k], scale);
+            }
+        }
+        for (x, &value) in rest.iter_mut().zip(of_rest) {
+            *x = scaled(value, scale);
         }
         outside.fill(ComplexVector::from_real(zero));
         return;
@@ -107,6 +124,15 @@ pub(super) fn gather<V: Vector>(
         for (x, &[re, im]) in snapshot.iter_mut().zip(square.as_chunks().0) {
             *x = ComplexVector { re, im };
         }
+    }
+}
+
+/// A number in every lane, times a scale.
+#[inline(always)]
+fn scaled<V: Vector>(value: Complex<f32>, scale: V) -> ComplexVector<V> {
+    ComplexVector {
+        re: scale.splat(value.re) * scale,
+        im: scale.splat(value.im) * scale,
     }
 }
 

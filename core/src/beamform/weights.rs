@@ -1,8 +1,9 @@
 //! Weights of one sample, for inspection.
 
+use super::extent::Given;
 use super::methods::{Method, Subspace, at_least_floor, rank_order, weighted_sum};
 use super::parameters::{Beamformer, Parameters};
-use super::segment::{Segment, SegmentGroup};
+use super::segment::Segment;
 use super::workspace::{Solver, Workspace};
 use crate::Error;
 use crate::covariance::Averaging;
@@ -58,7 +59,10 @@ impl Beamformer {
             return Ok(length);
         }
         let segments = core::slice::from_ref(segment);
-        let group = SegmentGroup { segments, count };
+        let extent = Given::<true> {
+            count,
+            subaperture: length,
+        };
         let mut zero_power = true;
         // For any sample, computed in a line or not.
         let every = Beamformer::unchecked(Parameters {
@@ -66,7 +70,7 @@ impl Beamformer {
             ..*self.parameters()
         });
         for push in 0..=2 * self.parameters().temporal_half_window {
-            let pushed = every.push::<A, f32, true>(workspace, group, length, push);
+            let pushed = every.push::<A, f32, true>(workspace, segments, extent, push);
             zero_power = pushed.unwrap_or(true);
         }
         if zero_power {

@@ -3,6 +3,7 @@
 use super::Covariance;
 use super::diagonal_loading::DiagonalLoading;
 use crate::linalg::panels::PanelColumn;
+use crate::linalg::size::Size;
 use crate::simd::{ComplexVector, Scalar, Vector};
 
 /// Rows that stand below the matrix for MV.
@@ -59,7 +60,7 @@ pub trait Basis<V: Vector> {
     /// Its source is the kept sums `lag(index)`, all of which must be present.
     fn matrix(
         lag: impl Fn(usize) -> Option<ComplexVector<V>> + Copy,
-        subaperture: usize,
+        subaperture: impl Size,
         diagonal_loading: &DiagonalLoading<V>,
         matrix: &mut [PanelColumn<Self::Scalar>],
     ) -> Option<()>;

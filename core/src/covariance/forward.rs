@@ -4,6 +4,7 @@ use super::Covariance;
 use super::averaging::{Basis, RIGHT_SIDES};
 use super::diagonal_loading::DiagonalLoading;
 use crate::linalg::panels::{PanelColumn, TILE, panel};
+use crate::linalg::size::Size;
 use crate::simd::{ComplexVector, Scalar, Vector, copy, split_front};
 
 /// `R` of Eq. 2, complex Hermitian.
@@ -72,11 +73,12 @@ impl<V: Vector> Basis<V> for Forward {
     #[inline(always)]
     fn matrix(
         lag: impl Fn(usize) -> Option<ComplexVector<V>> + Copy,
-        subaperture: usize,
+        subaperture: impl Size,
         diagonal_loading: &DiagonalLoading<V>,
         matrix: &mut [PanelColumn<ComplexVector<V>>],
     ) -> Option<()> {
         let zero = ComplexVector::from_real(diagonal_loading.factor.zero());
+        let subaperture = subaperture.get();
         for block in 0..subaperture.div_ceil(TILE) {
             let columns = panel(block)..panel(block + 1);
             let columns = matrix.get_mut(columns)?;

@@ -11,7 +11,8 @@
 use super::Covariance;
 use super::averaging::{Basis, RIGHT_SIDES};
 use super::diagonal_loading::DiagonalLoading;
-use crate::linalg::panels::{PanelColumn, TILE, columns_mut};
+use crate::linalg::panels::{PanelColumn, TILE, columns_mut, panel};
+use crate::linalg::size::Size;
 use crate::simd::{ComplexVector, Scalar, Vector, copy, split_front};
 
 const FRAC_1_SQRT_2: f32 = core::f32::consts::FRAC_1_SQRT_2;
@@ -180,40 +181,47 @@ impl<V: Vector> Basis<V> for ForwardBackward {
     #[inline(always)]
     fn matrix(
         lag: impl Fn(usize) -> Option<ComplexVector<V>> + Copy,
-        subaperture: usize,
+        n: impl Size,
         diagonal_loading: &DiagonalLoading<V>,
         matrix: &mut [PanelColumn<V>],
     ) -> Option<()> {
         let factor = diagonal_loading.factor;
         const PAIRS: usize = TILE / 2;
-        for block in 0..subaperture.div_ceil(TILE) {
-            let (before, diagonal) = columns_mut(matrix, block)?;
-            let (before, _) = before.as_chunks_mut::<TILE>();
-            let i = PAIRS * block;
-            for (t, tile) in before.iter_mut().enumerate() {
-                for k in 0..PAIRS {
-                    let j = PAIRS * t + k;
-                    let [ss, ds, sd, dd] = Self::pairs(lag, subaperture, i, j, factor)?;
-                    let [next_ss, next_ds, next_sd, next_dd] =
-                        Self::pairs(lag, subaperture, i + 1, j, factor)?;
-                    tile[2 * k] = [ss, ds, next_ss, next_ds];
-                    tile[2 * k + 1] = [sd, dd, next_sd, next_dd];
+        let subaperture = n.get();
+        let blocks = subaperture.div_ceil(TILE);
+        let matrix = n.front_mut(matrix, panel(blocks))?;
+        n.each(
+            blocks,
+            #[inline(always)]
+            |block| {
+                let (before, diagonal) = columns_mut(matrix, block)?;
+                let (before, _) = before.as_chunks_mut::<TILE>();
+                let i = PAIRS * block;
+                for (t, tile) in before.iter_mut().enumerate() {
+                    for k in 0..PAIRS {
+                        let j = PAIRS * t + k;
+                        let [ss, ds, sd, dd] = Self::pairs(lag, subaperture, i, j, factor)?;
+                        let [next_ss, next_ds, next_sd, next_dd] =
+                            Self::pairs(lag, subaperture, i + 1, j, factor)?;
+                        tile[2 * k] = [ss, ds, next_ss, next_ds];
+                        tile[2 * k + 1] = [sd, dd, next_sd, next_dd];
+                    }
                 }
-            }
-            // The diagonal tile is symmetric.
-            let [ss, ds, sd, dd] = Self::diagonal(lag, subaperture, i, diagonal_loading)?;
-            let [cross_ss, cross_ds, cross_sd, cross_dd] =
-                Self::pairs(lag, subaperture, i + 1, i, factor)?;
-            let [next_ss, next_ds, next_sd, next_dd] =
-                Self::diagonal(lag, subaperture, i + 1, diagonal_loading)?;
-            *diagonal = [
-                [ss, ds, cross_ss, cross_ds],
-                [sd, dd, cross_sd, cross_dd],
-                [cross_ss, cross_sd, next_ss, next_ds],
-                [cross_ds, cross_dd, next_sd, next_dd],
-            ];
-        }
-        Some(())
+                // The diagonal tile is symmetric.
+                let [ss, ds, sd, dd] = Self::diagonal(lag, subaperture, i, diagonal_loading)?;
+                let [cross_ss, cross_ds, cross_sd, cross_dd] =
+                    Self::pairs(lag, subaperture, i + 1, i, factor)?;
+                let [next_ss, next_ds, next_sd, next_dd] =
+                    Self::diagonal(lag, subaperture, i + 1, diagonal_loading)?;
+                *diagonal = [
+                    [ss, ds, cross_ss, cross_ds],
+                    [sd, dd, cross_sd, cross_dd],
+                    [cross_ss, cross_sd, next_ss, next_ds],
+                    [cross_ds, cross_dd, next_sd, next_dd],
+                ];
+                Some(())
+            },
+        )
     }
 
     #[inline(always)]

@@ -1,6 +1,7 @@
 //! Covariance sums over the subapertures of one sample, by sliding along the array.
 
 use super::Averaging;
+use crate::linalg::size::{Known, Size, small_known};
 use crate::simd::{ComplexVector, Scalar, Vector};
 
 /// Computes the covariance of one sample, summed over its subapertures.
@@ -15,27 +16,61 @@ use crate::simd::{ComplexVector, Scalar, Vector};
 /// Two lags are computed together, since each is one chain of dependent additions. The scalar build computes four,
 /// which share loads and loop counters (with AVX-512, their rows would exceed the first-level cache). `scratch` (at
 /// least `4·subaperture`) holds their sums, and before that the products to be subtracted later, so that each
-/// product is computed once.
+/// product is computed once. Small subapertures of one lane have their lags in constants.
 ///
 /// Cost: `count·L − L²/2` complex products (6 flops) and `2·P·L + 2·L²` additions, instead of `4·L²·P`.
 #[inline(always)]
 pub fn lag_sums<A: Averaging<V>, V: Vector>(
     x: &[ComplexVector<V>],
-    subaperture: usize,
+    (count, subaperture): (impl Size, impl Size),
     scratch: &mut [ComplexVector<V>],
     lags: &mut [ComplexVector<V>],
 ) {
+    small_known!(V, n = subaperture.get() => each_group::<A, V>(x, count, n, scratch, lags));
+}
+
+/// The groups of lags; of a constant size with constants.
+///
+/// The last four lags of eight are two groups: a group of four, unrolled, has more sums than registers.
+#[inline(always)]
+fn each_group<A: Averaging<V>, V: Vector>(
+    x: &[ComplexVector<V>],
+    count: impl Size,
+    subaperture: impl Size,
+    scratch: &mut [ComplexVector<V>],
+    lags: &mut [ComplexVector<V>],
+) {
+    let length = subaperture.get();
+    if subaperture.known().is_some() {
+        let (first, second, third) = (Known::<0>, Known::<4>, Known::<6>);
+        match length {
+            2 => group::<A, V, 2>(x, count, (subaperture, first), scratch, lags),
+            3 => group::<A, V, 3>(x, count, (subaperture, first), scratch, lags),
+            _ => group::<A, V, 4>(x, count, (subaperture, first), scratch, lags),
+        }
+        match length {
+            5 => group::<A, V, 1>(x, count, (subaperture, second), scratch, lags),
+            6 => group::<A, V, 2>(x, count, (subaperture, second), scratch, lags),
+            7 => group::<A, V, 3>(x, count, (subaperture, second), scratch, lags),
+            8 => {
+                group::<A, V, 2>(x, count, (subaperture, second), scratch, lags);
+                group::<A, V, 2>(x, count, (subaperture, third), scratch, lags);
+            }
+            _ => {}
+        }
+        return;
+    }
     let mut lag = 0;
-    while V::LANES == 1 && lag + 4 <= subaperture {
-        group::<A, V, 4>(x, subaperture, lag, scratch, lags);
+    while V::LANES == 1 && lag + 4 <= length {
+        group::<A, V, 4>(x, count, (subaperture, lag), scratch, lags);
         lag += 4;
     }
-    while lag + 2 <= subaperture {
-        group::<A, V, 2>(x, subaperture, lag, scratch, lags);
+    while lag + 2 <= length {
+        group::<A, V, 2>(x, count, (subaperture, lag), scratch, lags);
         lag += 2;
     }
-    if lag < subaperture {
-        group::<A, V, 1>(x, subaperture, lag, scratch, lags);
+    if lag < length {
+        group::<A, V, 1>(x, count, (subaperture, lag), scratch, lags);
     }
 }
 
@@ -43,11 +78,15 @@ pub fn lag_sums<A: Averaging<V>, V: Vector>(
 #[inline(never)]
 fn group<A: Averaging<V>, V: Vector, const LAGS: usize>(
     x: &[ComplexVector<V>],
-    subaperture: usize,
-    lag: usize,
+    count: impl Size,
+    (subaperture, lag): (impl Size, impl Size),
     scratch: &mut [ComplexVector<V>],
     lags: &mut [ComplexVector<V>],
 ) {
+    let (subaperture, lag) = (subaperture.get(), lag.get());
+    let Some(x) = count.front(x, count.get()) else {
+        return;
+    };
     let Some(first) = x.first() else {
         return;
     };

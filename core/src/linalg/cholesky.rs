@@ -2,11 +2,12 @@
 
 use super::FLOOR;
 use super::panels::{PanelColumn, TILE, panel};
+use super::size::Size;
 use crate::simd::{Scalar, Vector};
 
 /// Factorises a matrix into `g`, and solves for the rows below it.
 ///
-/// The matrix is `a`, of `panels` panels. `rows` become `rows·G⁻ᴴ`: a row `b*` becomes `(G⁻¹b)*`.
+/// The matrix is `a`, of `n` rows in whole panels. `rows` become `rows·G⁻ᴴ`: a row `b*` becomes `(G⁻¹b)*`.
 ///
 /// Order: entry `(i, j)` is `A(i,j) − Σ_k G(i,k)·G(j,k)*`, one subtraction after another with `k`
 /// ascending, then times `1/G(j,j)`; the pivot is `A(j,j) − Σ_k |G(j,k)|²` likewise, its root and
@@ -29,69 +30,67 @@ pub fn factorise<S: Scalar<V>, V: Vector, const ROWS: usize>(
     a: &[PanelColumn<S>],
     g: &mut [PanelColumn<S>],
     rows: &mut [[S; ROWS]],
-    panels: usize,
+    n: impl Size,
 ) -> V::Mask {
     let mut definite = zero.mask(
         #[inline(always)]
         |_| true,
     );
-    let (a, _) = a.as_chunks::<TILE>();
-    let (g, _) = g.as_chunks_mut::<TILE>();
-    let (rows, _) = rows.as_chunks_mut::<TILE>();
-    for i in 0..panels {
-        let Some((done, rest)) = g.split_at_mut_checked(first_tile(i)) else {
-            break;
-        };
-        let of_panel = first_tile(i)..first_tile(i) + i + 1;
-        let (Some((diagonal, own)), Some((last, a))) = (
-            rest.get_mut(..=i).and_then(<[_]>::split_last_mut),
-            a.get(of_panel).and_then(<[_]>::split_last),
-        ) else {
-            break;
-        };
-        let mut done = &*done;
-        for (j, &entry) in a.iter().enumerate() {
-            let Some((panel, rest)) = done.split_at_checked(j + 1) else {
-                break;
-            };
-            done = rest;
-            let (Some((tile, panel)), Some((slot, own))) = (
-                panel.split_last(),
-                own.get_mut(..=j).and_then(<[_]>::split_last_mut),
-            ) else {
-                break;
-            };
-            let mut sums = entry;
-            subtract_products(&mut sums, own, panel);
-            divide(&mut sums, tile);
-            *slot = sums;
-        }
-        let mut sums = *last;
-        subtract_products(&mut sums, own, own);
-        for k in 0..TILE {
-            let pivot = sums[k][k].real();
-            definite = definite & zero.splat(FLOOR).less(pivot);
-            let pivot = V::select(definite, pivot, zero.splat(FLOOR));
-            let inverse = zero.splat(1.0) / pivot.sqrt();
-            sums[k][k] = S::from_real(inverse);
-            for r in k + 1..TILE {
-                sums[k][r] = sums[k][r].scale(inverse);
+    let panels = n.get().div_ceil(TILE);
+    let (Some(a), Some(g), Some(rows)) = (
+        n.front(a.as_chunks::<TILE>().0, first_tile(panels)),
+        n.front_mut(g.as_chunks_mut::<TILE>().0, first_tile(panels)),
+        n.front_mut(rows.as_chunks_mut::<TILE>().0, panels),
+    ) else {
+        return definite;
+    };
+    n.each(
+        panels,
+        #[inline(always)]
+        |i| {
+            let (done, rest) = g.split_at_mut_checked(first_tile(i))?;
+            let of_panel = first_tile(i)..first_tile(i) + i + 1;
+            let (diagonal, own) = rest.get_mut(..=i)?.split_last_mut()?;
+            let (last, a) = a.get(of_panel)?.split_last()?;
+            let mut done = &*done;
+            for (j, &entry) in a.iter().enumerate() {
+                let (panel, rest) = done.split_at_checked(j + 1)?;
+                done = rest;
+                let (tile, panel) = panel.split_last()?;
+                let (slot, own) = own.get_mut(..=j)?.split_last_mut()?;
+                let mut sums = entry;
+                subtract_products(&mut sums, own, panel);
+                divide(&mut sums, tile);
+                *slot = sums;
             }
-            for c in k + 1..TILE {
-                for r in c..TILE {
-                    sums[c][r] = sums[c][r] - sums[k][r].mul_conj(sums[k][c]);
+            let mut sums = *last;
+            subtract_products(&mut sums, own, own);
+            for k in 0..TILE {
+                let pivot = sums[k][k].real();
+                definite = definite & zero.splat(FLOOR).less(pivot);
+                let pivot = V::select(definite, pivot, zero.splat(FLOOR));
+                let inverse = zero.splat(1.0) / pivot.sqrt();
+                sums[k][k] = S::from_real(inverse);
+                for r in k + 1..TILE {
+                    sums[k][r] = sums[k][r].scale(inverse);
+                }
+                for c in k + 1..TILE {
+                    for r in c..TILE {
+                        sums[c][r] = sums[c][r] - sums[k][r].mul_conj(sums[k][c]);
+                    }
                 }
             }
-        }
-        *diagonal = sums;
-        let Some((before, [slot, ..])) = rows.split_at_mut_checked(i) else {
-            break;
-        };
-        let mut row = *slot;
-        subtract_products(&mut row, before, own);
-        divide(&mut row, &sums);
-        *slot = row;
-    }
+            *diagonal = sums;
+            let (before, [slot, ..]) = rows.split_at_mut_checked(i)? else {
+                return None;
+            };
+            let mut row = *slot;
+            subtract_products(&mut row, before, own);
+            divide(&mut row, &sums);
+            *slot = row;
+            Some(())
+        },
+    );
     definite
 }
 
@@ -138,46 +137,53 @@ pub fn divide_forward<S: Scalar<V>, V: Vector, const ROWS: usize>(
 pub fn divide_backward<S: Scalar<V>, V: Vector, const ROWS: usize>(
     g: &[PanelColumn<S>],
     rows: &mut [[S; ROWS]],
-    panels: usize,
+    n: impl Size,
 ) {
-    let (g, _) = g.as_chunks::<TILE>();
+    let panels = n.get().div_ceil(TILE);
     let (rows, _) = rows.as_chunks_mut::<TILE>();
-    for i in (0..panels).rev() {
-        let tile = |panel: usize| g.get(first_tile(panel) + i);
-        let Some(diagonal) = tile(i) else {
-            break;
-        };
-        for rows in rows.chunks_exact_mut(panels.max(1)) {
-            let Some(([.., slot], behind)) = rows.split_at_mut_checked(i + 1) else {
-                break;
-            };
-            let mut row = *slot;
-            let below = |offset: usize| tile(i + 1 + offset);
-            match V::REGISTERS / (2 * ROWS * S::PARTS) {
-                4.. => subtract_below::<S, V, ROWS, 4>(&mut row, 0, behind, below),
-                2..4 => {
-                    subtract_below::<S, V, ROWS, 2>(&mut row, 0, behind, below);
-                    subtract_below::<S, V, ROWS, 2>(&mut row, 2, behind, below);
-                }
-                _ => {
-                    for c in 0..TILE {
-                        subtract_below::<S, V, ROWS, 1>(&mut row, c, behind, below);
+    let Some(g) = n.front(g.as_chunks::<TILE>().0, first_tile(panels)) else {
+        return;
+    };
+    n.each(
+        panels,
+        #[inline(always)]
+        |above| {
+            let i = panels - 1 - above;
+            let tile = |panel: usize| g.get(first_tile(panel) + i);
+            let diagonal = tile(i)?;
+            for rows in rows.chunks_exact_mut(panels.max(1)) {
+                let ([.., slot], behind) = rows.split_at_mut_checked(i + 1)? else {
+                    return None;
+                };
+                let mut row = *slot;
+                let below = |offset: usize| tile(i + 1 + offset);
+                match V::REGISTERS / (2 * ROWS * S::PARTS) {
+                    4.. => subtract_below::<S, V, ROWS, 4>(&mut row, 0, behind, below),
+                    2..4 => {
+                        subtract_below::<S, V, ROWS, 2>(&mut row, 0, behind, below);
+                        subtract_below::<S, V, ROWS, 2>(&mut row, 2, behind, below);
+                    }
+                    _ => {
+                        for c in 0..TILE {
+                            subtract_below::<S, V, ROWS, 1>(&mut row, c, behind, below);
+                        }
                     }
                 }
-            }
-            for c in (0..TILE).rev() {
-                for k in (c + 1..TILE).rev() {
+                for c in (0..TILE).rev() {
+                    for k in (c + 1..TILE).rev() {
+                        for r in 0..ROWS {
+                            row[c][r] = row[c][r] - row[k][r].mul(diagonal[c][k]);
+                        }
+                    }
                     for r in 0..ROWS {
-                        row[c][r] = row[c][r] - row[k][r].mul(diagonal[c][k]);
+                        row[c][r] = row[c][r].scale(diagonal[c][c].real());
                     }
                 }
-                for r in 0..ROWS {
-                    row[c][r] = row[c][r].scale(diagonal[c][c].real());
-                }
+                *slot = row;
             }
-            *slot = row;
-        }
-    }
+            Some(())
+        },
+    );
 }
 
 /// `sums[c][r] −= Σ_k solved[k][r]·G(k,c)`, `k` descending, for `C` columns from `first` on; `below(offset)` is the tile of

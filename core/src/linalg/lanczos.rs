@@ -24,6 +24,7 @@ use super::gap::{gap_by_squares, squared_deviations};
 use super::inner_product::inner_product;
 use super::matrix_vector::times_vector;
 use super::panels::{PanelColumn, TILE, panel, trace};
+use super::size::Size;
 use super::tridiagonal::Tridiagonal;
 use crate::simd::{Mask, Scalar, Vector, get, get_mut};
 
@@ -78,15 +79,15 @@ pub struct Memory<'a, 't, S, V> {
 ///
 /// Leaves the unit eigenvector in the memory's `vector`. Returns its eigenvalue and the lanes that are done,
 /// without those in `ignored`. A lane that is done or has stopped does not change any more, so its bits do not
-/// depend on other lanes.
+/// depend on other lanes. `STEPS` is at least the [`step_limit`].
 ///
 /// Cost of step `k` but the first: `2n²` flops real, `8n²` complex for the product, `4nk` (`16nk`) for the
 /// projections.
 #[inline(always)]
-pub fn lanczos<S: Scalar<V>, V: Vector>(
+pub fn lanczos<S: Scalar<V>, V: Vector, const STEPS: usize>(
     zero: V,
     a: &[PanelColumn<S>],
-    n: usize,
+    n: impl Size,
     memory: Memory<'_, '_, S, V>,
     ignored: V::Mask,
 ) -> (V, V::Mask) {
@@ -96,7 +97,11 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
         tridiagonal,
         kept,
     } = memory;
+    let vector = n.front_mut(vector, n.get().div_ceil(TILE));
+    let vector = vector.unwrap_or_default();
     let one = zero.splat(1.0);
+    let size = n;
+    let n = n.get();
     let tiles = vector.len();
     let steps = step_limit(n);
     let never = ignored & !ignored;
@@ -123,9 +128,9 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
     let mut shift = zero;
     // The last entry of y over the first, at least.
     let mut last = one;
-    let mut reciprocals = [zero; STEP_LIMIT];
-    let mut errors = [zero; STEP_LIMIT];
-    let mut components = [S::from_real(zero); STEP_LIMIT];
+    let mut reciprocals = [zero; STEPS];
+    let mut errors = [zero; STEPS];
+    let mut components = [S::from_real(zero); STEPS];
     let mut stored = 0;
     for k in 0..steps {
         if k == 0 {
@@ -139,9 +144,9 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
                 break;
             };
             let along = if V::LANES == 1 {
-                step_apart(a, shift, basis, second, vector, components)
+                step_apart((a, size), shift, basis, second, vector, components)
             } else {
-                step(a, shift, basis, second, vector, components)
+                step((a, size), shift, basis, second, vector, components)
             };
             put::<V, _>(tridiagonal.diagonal, k, along + shift);
             bound = tridiagonal.upper_bound(k + 1, bound);
@@ -183,12 +188,14 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
                 let Some(y) = get::<V, _, _>(tridiagonal.eigenvector, ..=k) else {
                     break;
                 };
-                for (kept, &y) in kept.iter_mut().zip(y) {
-                    *kept = V::select(arrived, y, *kept);
+                if arrived.any() {
+                    for (kept, &y) in kept.iter_mut().zip(y) {
+                        *kept = V::select(arrived, y, *kept);
+                    }
+                    eigenvalue = V::select(arrived, bound, eigenvalue);
+                    done = done | arrived;
+                    open = open & !arrived;
                 }
-                eigenvalue = V::select(arrived, bound, eigenvalue);
-                done = done | arrived;
-                open = open & !arrived;
             }
             open = open & longer;
         }
@@ -356,7 +363,7 @@ fn clear<S: Scalar<V>, V: Vector>(w: &mut [PanelColumn<S>], second: V::Mask) {
 /// vector; returns the one along the last.
 #[inline(always)]
 fn step<S: Scalar<V>, V: Vector>(
-    a: &[PanelColumn<S>],
+    (a, n): (&[PanelColumn<S>], impl Size),
     shift: V,
     basis: &[PanelColumn<S>],
     second: V::Mask,
@@ -364,7 +371,8 @@ fn step<S: Scalar<V>, V: Vector>(
     components: &mut [S],
 ) -> V {
     let newest = basis.len().wrapping_sub(w.len());
-    let Some(newest) = get::<V, _, _>(basis, newest..) else {
+    let newest = get::<V, _, _>(basis, newest..);
+    let Some(newest) = newest.and_then(|newest| n.front(newest, w.len())) else {
         return shift.zero();
     };
     times_vector(a, shift, newest, w);
@@ -378,14 +386,18 @@ fn step<S: Scalar<V>, V: Vector>(
 /// are its own, too: through a closure they take 4 % of rank 1's instructions at M/L = 16/8.
 #[inline(never)]
 fn step_apart<S: Scalar<V>, V: Vector>(
-    a: &[PanelColumn<S>],
+    (a, n): (&[PanelColumn<S>], impl Size),
     shift: V,
     basis: &[PanelColumn<S>],
     second: V::Mask,
     w: &mut [PanelColumn<S>],
     components: &mut [S],
 ) -> V {
-    step(a, shift, basis, second, w, components)
+    let tiles = n.get().div_ceil(TILE);
+    let (Some(a), Some(w)) = (n.front(a, panel(tiles)), n.front_mut(w, tiles)) else {
+        return shift.zero();
+    };
+    step((a, n), shift, basis, second, w, components)
 }
 
 /// Subtracts from `w` its components `h_i = v_iᴴw` along the basis vectors.

@@ -22,6 +22,7 @@ pub(crate) mod lanczos;
 pub(crate) mod matrix_vector;
 pub(crate) mod panels;
 pub(crate) mod power_iteration;
+pub(crate) mod size;
 #[cfg(test)]
 mod tests;
 pub(crate) mod tridiagonal;

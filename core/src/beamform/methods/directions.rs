@@ -11,6 +11,7 @@ use crate::linalg::householder::Reduction;
 use crate::linalg::implicit_ql::implicit_ql;
 use crate::linalg::matrix_vector::times_vector;
 use crate::linalg::panels::TILE;
+use crate::linalg::size::{CONSTANTS, Known, Size};
 use crate::simd::{ComplexVector, Mask, Scalar, Vector, copy};
 
 /// Number of sub-lines, and the subaperture's length.
@@ -25,6 +26,15 @@ impl Shape {
     #[inline(always)]
     fn padded(self) -> usize {
         self.subaperture.next_multiple_of(TILE)
+    }
+
+    /// Number of groups of `N` directions.
+    #[inline(always)]
+    fn groups<const N: usize>(self) -> usize {
+        match N {
+            2 => 1,
+            _ => self.sub_lines / N,
+        }
     }
 }
 
@@ -66,13 +76,11 @@ fn of_groups<A: Averaging<V>, V: Vector, const N: usize>(
 ) {
     let none = zero_power & !zero_power;
     let definite = match method {
-        Method::Mv => stage(
-            zero,
-            solver,
-            directions,
-            #[inline(always)]
-            move |solver, directions| mv::<A, V, N>(zero, solver, directions, shape),
-        ),
+        Method::Mv => match (V::LANES, N, shape.padded()) {
+            (1, 2, 4) if CONSTANTS => mv::<A, V, N>(zero, solver, directions, (shape, Known::<4>)),
+            (1, 2, 8) if CONSTANTS => mv::<A, V, N>(zero, solver, directions, (shape, Known::<8>)),
+            (.., padded) => mv::<A, V, N>(zero, solver, directions, (shape, padded)),
+        },
         Method::EsmvRank1 if EIGENSPACE => stage(
             zero,
             solver,
@@ -160,19 +168,32 @@ fn mv<A: Averaging<V>, V: Vector, const N: usize>(
     zero: V,
     solver: &mut Solver<'_, A::Scalar, V>,
     directions: &mut Directions<'_, A::Scalar, V>,
-    shape: Shape,
+    (shape, n): (Shape, impl Size),
 ) -> V::Mask {
-    let definite = forward::<A, V, N>(zero, solver, directions, shape);
-    let Shape {
-        sub_lines,
-        subaperture,
-    } = shape;
-    let padded = shape.padded();
+    stage(
+        zero,
+        solver,
+        directions,
+        #[inline(always)]
+        move |solver, directions| solve::<A, V, N>(zero, solver, directions, (shape, n)),
+    )
+}
+
+/// The computation of [`mv`]; `n` is the subaperture's length in whole tiles.
+#[inline(always)]
+fn solve<A: Averaging<V>, V: Vector, const N: usize>(
+    zero: V,
+    solver: &mut Solver<'_, A::Scalar, V>,
+    directions: &mut Directions<'_, A::Scalar, V>,
+    (shape, n): (Shape, impl Size),
+) -> V::Mask {
+    let definite = forward::<A, V, N>(zero, solver, directions, (shape, n));
+    let (subaperture, padded) = (shape.subaperture, n.get());
     let (rows, _) = directions.rows.as_chunks_mut::<N>();
-    let Some(rows) = rows.get_mut(..padded * (sub_lines / N)) else {
+    let Some(rows) = rows.get_mut(..padded * shape.groups::<N>()) else {
         return definite;
     };
-    divide_backward(solver.factor, rows, padded / TILE);
+    divide_backward(solver.factor, rows, n);
     let rows = rows.chunks_exact(padded.max(1));
     let data = directions.data.chunks_exact((N * subaperture).max(1));
     let (powers, _) = directions.powers.as_chunks::<N>();
@@ -263,7 +284,7 @@ fn rank1<A: Averaging<V>, V: Vector, const N: usize>(
         }
         *answer = projection.conj_mul_complex(echo);
     }
-    let definite = forward::<A, V, N>(zero, solver, directions, shape);
+    let definite = forward::<A, V, N>(zero, solver, directions, (shape, padded));
     let answers = directions.answers.iter_mut().zip(&*directions.powers);
     for (answer, &power) in answers.take(sub_lines) {
         *answer = answer.divide(eigenvalue * eigenvalue * power);
@@ -278,15 +299,12 @@ fn forward<A: Averaging<V>, V: Vector, const N: usize>(
     zero: V,
     solver: &mut Solver<'_, A::Scalar, V>,
     directions: &mut Directions<'_, A::Scalar, V>,
-    shape: Shape,
+    (shape, n): (Shape, impl Size),
 ) -> V::Mask {
-    let Shape {
-        sub_lines,
-        subaperture,
-    } = shape;
-    let (padded, none) = (shape.padded(), no_lane(zero));
+    let (padded, none) = (n.get(), no_lane(zero));
+    let groups = shape.groups::<N>();
     let (rows, _) = directions.rows.as_chunks_mut::<N>();
-    let Some(rows) = rows.get_mut(..padded * (sub_lines / N)) else {
+    let Some(rows) = rows.get_mut(..padded * groups) else {
         return none;
     };
     let steering = directions.steering.chunks_exact((N * padded).max(1));
@@ -305,13 +323,14 @@ fn forward<A: Averaging<V>, V: Vector, const N: usize>(
     let Some((first, rest)) = rows.split_at_mut_checked(padded) else {
         return none;
     };
-    let panels = padded / TILE;
-    let definite = factorise::<_, _, N>(zero, solver.matrix, solver.factor, first, panels);
-    divide_forward(solver.factor, rest, panels);
+    let definite = factorise::<_, _, N>(zero, solver.matrix, solver.factor, first, n);
+    if groups > 1 {
+        divide_forward(solver.factor, rest, padded / TILE);
+    }
     let (powers, _) = directions.powers.as_chunks_mut::<N>();
     for (rows, powers) in rows.chunks_exact(padded.max(1)).zip(powers) {
         let mut sums = [zero; N];
-        for row in rows.iter().take(subaperture) {
+        for row in rows.iter().take(shape.subaperture) {
             for r in 0..N {
                 sums[r] = sums[r] + row[r].norm_sqr();
             }

@@ -8,10 +8,11 @@ use crate::linalg::dominant_eigenpair::dominant_eigenpair;
 use crate::linalg::eigen::eigen;
 use crate::linalg::householder::Reduction;
 use crate::linalg::inner_product::inner_product;
-use crate::linalg::lanczos::{self, lanczos};
+use crate::linalg::lanczos::{self, STEP_LIMIT, lanczos};
 use crate::linalg::matrix_vector::times_vector;
 use crate::linalg::panels::TILE;
 use crate::linalg::power_iteration::power_iteration;
+use crate::linalg::size::Size;
 use crate::simd::{ComplexVector, Mask, Scalar, Vector, copy};
 
 /// `w_pᴴs` with a signal subspace of rank 1, for the loaded covariance in the solver's panels.
@@ -30,7 +31,7 @@ use crate::simd::{ComplexVector, Mask, Scalar, Vector, copy};
 pub(in crate::beamform) fn esmv_rank1<A: Averaging<V>, V: Vector>(
     zero: V,
     solver: &mut Solver<'_, A::Scalar, V>,
-    subaperture: usize,
+    subaperture: impl Size,
     s: &[ComplexVector<V>],
     zero_power: V::Mask,
 ) -> (ComplexVector<V>, V::Mask) {
@@ -48,7 +49,7 @@ pub(in crate::beamform) fn esmv_rank1<A: Averaging<V>, V: Vector>(
 pub(super) fn first_eigenpair<A: Averaging<V>, V: Vector>(
     zero: V,
     solver: &mut Solver<'_, A::Scalar, V>,
-    subaperture: usize,
+    subaperture: impl Size,
     zero_power: V::Mask,
 ) -> Option<V> {
     zero.vectorize(
@@ -61,42 +62,56 @@ pub(super) fn first_eigenpair<A: Averaging<V>, V: Vector>(
 fn dominant<A: Averaging<V>, V: Vector>(
     zero: V,
     solver: &mut Solver<'_, A::Scalar, V>,
-    subaperture: usize,
+    subaperture: impl Size,
     zero_power: V::Mask,
 ) -> Option<V> {
-    let padded = subaperture.next_multiple_of(TILE);
-    let vector = solver.vector.get_mut(..padded)?;
-    let (tiles, _) = vector.as_chunks_mut();
-    let (mut eigenvalue, arrived) = lanczos(
-        zero,
-        solver.matrix,
-        subaperture,
-        lanczos::Memory {
-            basis: solver.factor,
-            vector: tiles,
-            tridiagonal: &mut solver.tridiagonal,
-            kept: solver.values,
-        },
-        zero_power,
-    );
+    let padded = subaperture.get().next_multiple_of(TILE);
+    let (tiles, _) = solver.vector.get_mut(..padded)?.as_chunks_mut();
+    let memory = lanczos::Memory {
+        basis: solver.factor,
+        vector: tiles,
+        tridiagonal: &mut solver.tridiagonal,
+        kept: solver.values,
+    };
+    // Arrays of as many steps as the constant size has.
+    let (mut eigenvalue, arrived) = match subaperture.known() {
+        Some(8) => lanczos::<_, _, 8>(zero, solver.matrix, subaperture, memory, zero_power),
+        _ => lanczos::<_, _, STEP_LIMIT>(zero, solver.matrix, subaperture, memory, zero_power),
+    };
     let left = !(arrived | zero_power);
     if left.any() {
-        let mut reduction = Reduction {
-            panels: solver.factor,
-            vectors: solver.rows.as_flattened_mut(),
-            phases: solver.phases,
-            tridiagonal: &mut solver.tridiagonal,
-        };
-        let value = zero.vectorize(
-            #[inline(always)]
-            || dominant_eigenpair(zero, solver.matrix, subaperture, &mut reduction, left),
-        );
+        let value = direct_eigenpair(zero, solver, subaperture.get(), left);
         eigenvalue = V::select(left, value, eigenvalue);
-        for (e, &direct) in vector.iter_mut().zip(&*reduction.vectors) {
-            *e = A::Scalar::select(left, direct, *e);
-        }
     }
     Some(eigenvalue)
+}
+
+/// [`dominant_eigenpair`] of the lanes `left`; compiled once, for sizes in constants or not.
+#[inline(never)]
+fn direct_eigenpair<S: Scalar<V>, V: Vector>(
+    zero: V,
+    solver: &mut Solver<'_, S, V>,
+    subaperture: usize,
+    left: V::Mask,
+) -> V {
+    let mut reduction = Reduction {
+        panels: solver.factor,
+        vectors: solver.rows.as_flattened_mut(),
+        phases: solver.phases,
+        tridiagonal: &mut solver.tridiagonal,
+    };
+    zero.vectorize(
+        #[inline(always)]
+        || {
+            let value = dominant_eigenpair(zero, solver.matrix, subaperture, &mut reduction, left);
+            let padded = subaperture.next_multiple_of(TILE);
+            let vector = solver.vector.iter_mut().take(padded);
+            for (e, &direct) in vector.zip(&*reduction.vectors) {
+                *e = S::select(left, direct, *e);
+            }
+            value
+        },
+    )
 }
 
 /// [`esmv_rank1`] with the eigenpair of a fixed number of `steps` of power iteration.
@@ -108,12 +123,12 @@ pub(in crate::beamform) fn esmv_rank1_steps<A: Averaging<V>, V: Vector>(
     zero: V,
     steps: usize,
     solver: &mut Solver<'_, A::Scalar, V>,
-    subaperture: usize,
+    subaperture: impl Size,
     s: &[ComplexVector<V>],
 ) -> ComplexVector<V> {
     let zero = zero.zero();
     let nothing = ComplexVector::from_real(zero);
-    let Some(eigenvalue) = stepped_eigenpair::<A, V>(steps, solver, subaperture) else {
+    let Some(eigenvalue) = stepped_eigenpair::<A, V>(steps, solver, subaperture.get()) else {
         return nothing;
     };
     let (sum, solved) = by_eigenpair::<A, V>(zero, solver, subaperture, s, eigenvalue);
@@ -141,10 +156,11 @@ pub(super) fn stepped_eigenpair<A: Averaging<V>, V: Vector>(
 fn by_eigenpair<A: Averaging<V>, V: Vector>(
     zero: V,
     solver: &mut Solver<'_, A::Scalar, V>,
-    subaperture: usize,
+    n: impl Size,
     s: &[ComplexVector<V>],
     eigenvalue: V,
 ) -> (ComplexVector<V>, V::Mask) {
+    let subaperture = n.get();
     let padded = subaperture.next_multiple_of(TILE);
     let nothing = ComplexVector::from_real(zero);
     let none = zero.mask(|_| false);
@@ -171,7 +187,7 @@ fn by_eigenpair<A: Averaging<V>, V: Vector>(
     times_vector(solver.matrix, zero, steering.as_chunks().0, transformed);
     let projection = inner_product(zero, vector, transformed);
     let (rows, _) = steering.as_chunks_mut();
-    let definite = factorise::<_, _, 1>(zero, solver.matrix, solver.factor, rows, padded / TILE);
+    let definite = factorise::<_, _, 1>(zero, solver.matrix, solver.factor, rows, n);
     // ‖G⁻¹a‖², ascending from zero.
     let mut power = zero;
     for [y] in rows.get(..subaperture).unwrap_or_default() {

@@ -17,6 +17,7 @@ use super::table::{Parameter, Range, choices, range};
 use super::workspace::Solver;
 use crate::Error;
 use crate::covariance::Averaging;
+use crate::linalg::size::{CONSTANTS, Known, Size};
 use crate::simd::{ComplexVector, Mask, Scalar, Vector};
 use eigenspace::{esmv, esmv_rank1, esmv_rank1_steps};
 use mv::mv;
@@ -173,19 +174,22 @@ pub(super) fn weighted_sum<A: Averaging<V>, V: Vector>(
     zero: V,
     method: Method,
     solver: &mut Solver<'_, A::Scalar, V>,
-    subaperture: usize,
+    subaperture: impl Size,
     s: &[ComplexVector<V>],
     zero_power: V::Mask,
 ) -> ComplexVector<V> {
     let nothing = ComplexVector::from_real(zero);
     let (sum, solved) = match method {
-        Method::Mv => solve(
-            zero,
-            solver,
-            s,
-            #[inline(always)]
-            move |solver, s| mv::<A, V>(zero, solver, subaperture, s),
-        ),
+        // Whole tiles of small subapertures are constants.
+        Method::Mv => match (V::LANES, subaperture.known(), subaperture.get()) {
+            (1, None, ..=4) if CONSTANTS => {
+                solve_mv::<A, V>(zero, solver, (subaperture, Known::<4>), s)
+            }
+            (1, None, ..=8) if CONSTANTS => {
+                solve_mv::<A, V>(zero, solver, (subaperture, Known::<8>), s)
+            }
+            _ => solve_mv::<A, V>(zero, solver, (subaperture, subaperture), s),
+        },
         Method::EsmvRank1 if EIGENSPACE => solve(
             zero,
             solver,
@@ -210,16 +214,45 @@ pub(super) fn weighted_sum<A: Averaging<V>, V: Vector>(
     if !EIGENSPACE {
         return ComplexVector::select(solved, sum, nothing);
     }
-    // The other methods, and the lanes in which the faster solvers fail.
-    let subspace = method.subspace();
-    let exact = solve(
+    let exact = exact::<A, V>(zero, method.subspace(), solver, subaperture.get(), s);
+    ComplexVector::select(solved, sum, exact)
+}
+
+/// [`mv`] as a separate function.
+#[inline(always)]
+fn solve_mv<A: Averaging<V>, V: Vector>(
+    zero: V,
+    solver: &mut Solver<'_, A::Scalar, V>,
+    sizes: (impl Size, impl Size),
+    s: &[ComplexVector<V>],
+) -> (ComplexVector<V>, V::Mask) {
+    solve(
+        zero,
+        solver,
+        s,
+        #[inline(always)]
+        move |solver, s| mv::<A, V>(zero, solver, sizes, s),
+    )
+}
+
+/// The other methods, and the lanes in which the faster solvers fail.
+///
+/// Compiled once, for sizes in constants or not.
+#[inline(always)]
+fn exact<A: Averaging<V>, V: Vector>(
+    zero: V,
+    subspace: Subspace,
+    solver: &mut Solver<'_, A::Scalar, V>,
+    subaperture: usize,
+    s: &[ComplexVector<V>],
+) -> ComplexVector<V> {
+    solve(
         zero,
         solver,
         s,
         #[inline(always)]
         move |solver, s| esmv::<A, V>(zero, subspace, solver, subaperture, s),
-    );
-    ComplexVector::select(solved, sum, exact)
+    )
 }
 
 /// Runs a kernel on the loaded matrix and the data, as a separate function.

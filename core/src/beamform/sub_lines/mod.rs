@@ -7,9 +7,11 @@ mod das;
 mod steer;
 
 use super::aligned_line::AlignedLine;
+use super::extent::{Extent, Given};
 use super::line::LineBlock;
 use super::methods::{Shape, answers};
 use super::parameters::Beamformer;
+use super::pushes::Pushes;
 use super::segment::{Segment, SegmentGroup, SteeredSegments, constant_segments, segments_within};
 use super::segments::emit;
 use super::sizes::Sizes;
@@ -19,6 +21,7 @@ use crate::Error;
 use crate::covariance::Averaging;
 use crate::error::check_length;
 use crate::geometry::{Active, Steering};
+use crate::linalg::size::Size;
 use crate::simd::{ComplexVector, Scalar, Vector};
 use num_complex::Complex;
 use steer::{Sample, steer};
@@ -181,7 +184,13 @@ impl Beamformer {
                 capacity: sizes.sub_lines,
             });
         }
-        self.fitting_sub_lines(workspace, (lines, count), subaperture, z);
+        if V::LANES == 1 && parameters.temporal_half_window == 0 {
+            let extent = Given::<false> { count, subaperture };
+            self.fitting_sub_lines(workspace, lines, extent, z);
+        } else {
+            let extent = Given::<true> { count, subaperture };
+            self.fitting_sub_lines(workspace, lines, extent, z);
+        }
         Ok(())
     }
 
@@ -190,15 +199,15 @@ impl Beamformer {
     fn fitting_sub_lines<A: Averaging<V>, V: Vector>(
         &self,
         workspace: &mut Workspace<'_, A, V>,
-        (lines, count): (SteeredSegments<'_, '_>, usize),
-        subaperture: usize,
+        lines: SteeredSegments<'_, '_>,
+        extent: impl Extent,
         z: &mut [&mut [Complex<f32>]],
     ) {
         let zero = workspace.zero;
         workspace.snapshot.fill(ComplexVector::from_real(zero));
         zero.vectorize(
             #[inline(always)]
-            || self.sub_line_lanes(workspace, (lines, count), subaperture, z),
+            || self.sub_line_lanes(workspace, lines, extent, z),
         );
     }
 
@@ -206,15 +215,15 @@ impl Beamformer {
     fn sub_line_lanes<A: Averaging<V>, V: Vector>(
         &self,
         workspace: &mut Workspace<'_, A, V>,
-        (lines, count): (SteeredSegments<'_, '_>, usize),
-        subaperture: usize,
+        lines: SteeredSegments<'_, '_>,
+        extent: impl Extent,
         z: &mut [&mut [Complex<f32>]],
     ) {
         let parameters = self.parameters();
-        let (half_window, sub_lines) = (parameters.temporal_half_window, parameters.sub_lines);
+        let (count, subaperture) = (extent.count().get(), extent.subaperture().get());
+        let (half_window, sub_lines) = (extent.half_window(parameters), parameters.sub_lines);
         let segments = lines.segments;
-        let group = SegmentGroup { segments, count };
-        let pushes = parameters.pushes();
+        let pushes = Pushes::new(half_window, parameters.step());
         let mut most = 0;
         for (segment, z) in segments.iter().zip(z.iter()) {
             let count = pushes.count(segment, z.len().checked_div(sub_lines).unwrap_or(0));
@@ -225,7 +234,7 @@ impl Beamformer {
         let window = parameters.window();
         let gain = self.gain::<A, V>(count - subaperture + 1);
         for push in 0..most {
-            let Some(zero_power) = self.push::<A, V, false>(workspace, group, subaperture, push)
+            let Some(zero_power) = self.push::<A, V, false>(workspace, segments, extent, push)
             else {
                 continue;
             };

@@ -9,6 +9,7 @@ use crate::beamform::workspace::Directions;
 use crate::covariance::Averaging;
 use crate::covariance::lag_sums::subaperture_sum;
 use crate::linalg::panels::TILE;
+use crate::linalg::size::{Size, small_known};
 use crate::simd::{ComplexVector, Scalar, Vector};
 use num_complex::Complex;
 
@@ -68,20 +69,21 @@ impl<V: Vector> Powers<V> {
         power
     }
 
-    /// The next four powers; all calls before must have been of this function.
+    /// Powers `tile·4` and the three behind; `tile` counts from 0, one more with each call.
     #[inline(always)]
-    fn tile(&mut self) -> [ComplexVector<V>; TILE] {
-        let tile = self.next;
-        for next in &mut self.next {
-            *next = next.mul(self.step);
+    fn tile(&mut self, tile: usize) -> [ComplexVector<V>; TILE] {
+        if tile > 0 {
+            for next in &mut self.next {
+                *next = next.mul(self.step);
+            }
         }
-        tile
+        self.next
     }
 
     #[inline(always)]
     fn fill(mut self, powers: &mut [ComplexVector<V>]) {
-        for powers in powers.chunks_mut(TILE) {
-            for (power, next) in powers.iter_mut().zip(self.tile()) {
+        for (tile, powers) in powers.chunks_mut(TILE).enumerate() {
+            for (power, next) in powers.iter_mut().zip(self.tile(tile)) {
                 *power = next;
             }
         }
@@ -152,16 +154,20 @@ pub(super) fn steer<A: Averaging<V>, V: Vector>(
             phase.set_lane(0, of_phase);
         }
         let half = *half;
-        rotate(half, active, powers_of_step, rotated);
+        let outwards = active.len().div_ceil(2);
+        small_known!(V, n = outwards => rotate((half, n), active, powers_of_step, rotated));
         if parameters.postfilter != Postfilter::None {
             *phase = phase.scale(factor_of(parameters, rotated, power));
         }
-        sum::<A, V>(
-            (half, active.len()),
-            (rotated, window),
-            (powers_of_step, sums),
-            (row, data),
-        );
+        small_known!(V, n = subaperture => sum::<A, V>(
+            (half, n),
+            rotated,
+            window,
+            powers_of_step,
+            sums,
+            row,
+            data,
+        ));
     }
 }
 
@@ -226,10 +232,10 @@ fn look_up<V: Vector>(
     }
 }
 
-/// `y_m = e^{−js(m−centre)}·x_m`, and the powers of `e^{js}` that this takes.
+/// `y_m = e^{−js(m−centre)}·x_m`, and the powers of `e^{js}` that this takes, as many as `outwards`.
 #[inline(never)]
 fn rotate<V: Vector>(
-    half: ComplexVector<V>,
+    (half, outwards): (ComplexVector<V>, impl Size),
     active: &[ComplexVector<V>],
     powers: &mut [ComplexVector<V>],
     rotated: &mut [ComplexVector<V>],
@@ -239,10 +245,10 @@ fn rotate<V: Vector>(
         || {
             let mut next = Powers::new(half, active.len());
             // The middle element of an odd number is the first on either side; the right side's is kept.
-            let (middle, outwards) = (active.len() / 2, active.len().div_ceil(2));
+            let (middle, outwards) = (active.len() / 2, outwards.get());
             let (Some(left), Some(right), Some(powers)) = (
                 active.get(..outwards),
-                active.get(middle..),
+                active.get(middle..).and_then(|right| right.get(..outwards)),
                 powers.get_mut(..outwards),
             ) else {
                 return;
@@ -251,11 +257,12 @@ fn rotate<V: Vector>(
                 return;
             }
             let (tiles, rest) = powers.as_chunks_mut::<TILE>();
+            let whole = tiles.len();
             let (left_rest, left) = left.as_rchunks::<TILE>();
             let (right, right_rest) = right.as_chunks::<TILE>();
             let pairs = left.iter().rev().zip(right).zip(tiles);
             for (tile, ((left, right), powers)) in pairs.enumerate() {
-                let tile_of = next.tile();
+                let tile_of = next.tile(tile);
                 *powers = tile_of;
                 let before = outwards - TILE * (tile + 1);
                 if let Some(turned) = rotated.get_mut(before..before + TILE) {
@@ -271,7 +278,11 @@ fn rotate<V: Vector>(
                 }
             }
             let behind = active.len() - right_rest.len();
-            let last = next.next;
+            let last = if rest.is_empty() {
+                next.next
+            } else {
+                next.tile(whole)
+            };
             for (power, &next) in rest.iter_mut().zip(&last) {
                 *power = next;
             }
@@ -291,14 +302,25 @@ fn rotate<V: Vector>(
 /// `powers` are those for `count` elements, which serve if those of the subaperture are the same.
 #[inline(never)]
 fn sum<A: Averaging<V>, V: Vector>(
-    (half, count): (ComplexVector<V>, usize),
-    (rotated, window): (&[ComplexVector<V>], Option<&Window>),
-    (powers, sums): (&mut [ComplexVector<V>], &mut [ComplexVector<V>]),
-    (steering, data): (&mut [A::Scalar], &mut [ComplexVector<V>]),
+    (half, n): (ComplexVector<V>, impl Size),
+    rotated: &[ComplexVector<V>],
+    window: Option<&Window>,
+    powers: &mut [ComplexVector<V>],
+    sums: &mut [ComplexVector<V>],
+    steering: &mut [A::Scalar],
+    data: &mut [ComplexVector<V>],
 ) {
     half.re.vectorize(
         #[inline(always)]
         || {
+            let (length, count) = (n.get(), rotated.len());
+            let (Some(sums), Some(steering), Some(data)) = (
+                n.front_mut(sums, length),
+                n.front_mut(steering, length.next_multiple_of(TILE)),
+                n.front_mut(data, length),
+            ) else {
+                return;
+            };
             match window {
                 None => subaperture_sum(half.re.zero(), rotated, sums),
                 Some(window) => window.subaperture_sum(half.re.zero(), rotated, sums),

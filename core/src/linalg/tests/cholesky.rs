@@ -18,13 +18,7 @@ fn assert_cholesky<S: Entry>(real: bool) {
         }
         let panels = panels::<S>(&a);
         let mut factor = panels.clone();
-        assert!(factorise(
-            0.0,
-            &panels,
-            &mut factor,
-            &mut rows,
-            n.div_ceil(TILE)
-        ));
+        assert!(factorise(0.0, &panels, &mut factor, &mut rows, n));
         // The rows hold (G⁻¹b)*; G·(G⁻¹b) is b again, and (G⁻¹b)ᴴ(G⁻¹b) is bᴴA⁻¹b.
         let whitened = DVector::from_fn(n, |i, _| wide(rows[i][0]).conj());
         let other = DVector::from_fn(n, |i, _| wide(rows[i][1]).conj());
@@ -66,6 +60,6 @@ fn cholesky_tells_a_singular_matrix() {
         let panels = panels::<ComplexVector<f32>>(&a);
         let mut factor = panels.clone();
         let mut rows = [[ComplexVector::from_real(0.0); TILE]; 4];
-        assert!(!factorise(0.0, &panels, &mut factor, &mut rows, 1));
+        assert!(!factorise(0.0, &panels, &mut factor, &mut rows, TILE));
     }
 }

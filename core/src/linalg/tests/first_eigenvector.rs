@@ -17,7 +17,7 @@ fn lanczos_vector<S: Entry>(a: &Matrix, ignored: bool) -> (DVector<Complex<f64>>
     let mut memory = [[0.0_f32; N]; 4];
     let mut kept = [0.0_f32; N];
     let mut tridiagonal = Tridiagonal::new(memory.each_mut().map(|x| &mut x[..]));
-    let (_, done) = lanczos(
+    let (_, done) = lanczos::<_, _, STEP_LIMIT>(
         0.0,
         &panels::<S>(a),
         n,

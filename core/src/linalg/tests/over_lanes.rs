@@ -32,7 +32,7 @@ impl Task for LanczosInLanes<'_> {
             tridiagonal: &mut Tridiagonal::new(memory.each_mut().map(|x| &mut x[..])),
             kept: &mut [zero; N],
         };
-        let (_, done) = lanczos(zero, &columns, n, memory, zero.less(zero));
+        let (_, done) = lanczos::<_, _, STEP_LIMIT>(zero, &columns, n, memory, zero.less(zero));
         let bits = |lane: usize| {
             let rows = &v.as_flattened()[..n];
             rows.iter().map(|x| x.lanes()[lane].to_bits()).collect()
