@@ -73,16 +73,16 @@ const fn case(name: &'static str, method: Method, gate: Option<DepthGate>, bound
 }
 
 const CASES: [Case; 6] = [
-    case("das", Method::Das, None, 293_000),
-    case("mv", Method::Mv, None, 908_000),
-    case("mv-gate", Method::Mv, Some(GATE), 667_000),
-    case("esmv-rank1", Method::EsmvRank1, None, 1_776_000),
-    case("esmv-rank1-gate", Method::EsmvRank1, Some(GATE), 1_139_000),
+    case("das", Method::Das, None, 260_000),
+    case("mv", Method::Mv, None, 692_000),
+    case("mv-gate", Method::Mv, Some(GATE), 506_000),
+    case("esmv-rank1", Method::EsmvRank1, None, 1_598_000),
+    case("esmv-rank1-gate", Method::EsmvRank1, Some(GATE), 999_000),
     case(
         "esmv-rank1-steps-gate",
         Method::EsmvRank1Steps(8),
         Some(GATE),
-        883_000,
+        736_000,
     ),
 ];
 const INTERPOLATIONS: [(&str, IqInterpolation); 4] = [
