@@ -40,6 +40,7 @@ EXCEPTIONS = {
     r"^beamform/snapshot.rs: register$": "registers of several lanes",
     r"^beamform/pushes.rs: impl Place next$": "several lanes",
     r"^beamform/methods/eigenspace.rs: (merge|exchange)$": "several lanes",
+    r"^image/median.rs: neighbourhood$": "several lanes; one has row_by_columns",
     r"^linalg/implicit_ql.rs: .*(block|next)$": "several lanes; one has block_of_one",
     r"^instructions.rs: (prefetch|sqrt)$": "another processor's, or not called on this one",
     r"^delay/decimator/mod.rs: half_band$": "const: worked out while compiling",

@@ -81,8 +81,8 @@ macro_rules! small_known {
 }
 pub(crate) use small_known;
 
-/// Whether kernels are compiled for constants, too.
-pub const CONSTANTS: bool = cfg!(feature = "constants");
+/// Whether kernels are compiled for constants, too: where there are vectors, one lane need not be fast.
+pub const CONSTANTS: bool = cfg!(all(feature = "constants", not(feature = "simd")));
 
 /// A constant.
 #[derive(Clone, Copy)]
