@@ -10,9 +10,9 @@ pub trait Size: Copy {
     /// The number.
     fn get(self) -> usize;
 
-    /// The first `length` values if the size is a constant, so that the compiler knows their number; all otherwise.
+    /// The first `length` values if the size is a constant; all otherwise.
     ///
-    /// `length` follows from the size. `None` if a constant number of values is missing.
+    /// The compiler then knows their number. `length` follows from the size. `None` if a constant number of values is missing.
     #[inline(always)]
     fn front<T>(self, values: &[T], length: usize) -> Option<&[T]> {
         match self.known() {
@@ -21,9 +21,10 @@ pub trait Size: Copy {
         }
     }
 
-    /// Calls `f` with `0..count`, until it returns `None`; apart for the first two if the size is a constant.
+    /// Calls `f` with `0..count`, until it returns `None`.
     ///
-    /// `count` follows from the size. The calls of a short loop are then compiled each for its own index.
+    /// `count` follows from the size. If that is a constant, the first two calls are apart: those of a short loop are
+    /// then compiled each for its own index.
     #[inline(always)]
     fn each(self, count: usize, mut f: impl FnMut(usize) -> Option<()>) -> Option<()> {
         let apart = if self.known().is_some() { 2 } else { 0 };

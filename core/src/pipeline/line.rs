@@ -209,7 +209,7 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         self.scan.samples() * self.scan.elements()
     }
 
-    /// Memory for lines in blocks of `block` samples, with a workspace of `lanes` lanes.
+    /// Memory for lines in blocks of `block` samples, by vectors of `lanes`.
     ///
     /// Real numbers for the delay stage, complex numbers for the aligned samples. A block is at least as long as
     /// the time window. The beamformer's workspace is separate.

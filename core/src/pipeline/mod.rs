@@ -308,9 +308,9 @@ impl<'a, D: Stage> Pipeline<'a, D> {
         self.parts.need(covariance)
     }
 
-    /// Memory of a [`Frame`] whose lines are computed by vectors of `lanes` lanes: [`Frame::line_over`].
+    /// Memory of a [`Frame`] with lines by vectors, [`Frame::line_over`].
     ///
-    /// The workspace is apart.
+    /// The vectors have `lanes` lanes. The workspace is apart.
     pub fn need_over(&self, lanes: usize, covariance: Covariance) -> Need {
         let of_lines = Parts {
             line: self.lines.need(lanes, self.block),

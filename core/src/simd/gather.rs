@@ -4,10 +4,10 @@
 ///
 /// Instructions for single numbers cost a load each; a block of four is one load.
 pub trait Gather: Copy {
-    /// Registers of blocks of four numbers: `[f]` has the f-th four of `block(0)`, then those of `block(1)`, and so on.
+    /// Registers of blocks of four numbers, side by side.
     ///
-    /// A quarter of the lanes is the number of blocks; for one lane, only the first number is kept. Returns `None` if
-    /// one of the blocks is `None`.
+    /// Register `f` has the f-th four of `block(0)`, then that of `block(1)`, and so on: a quarter as many blocks as
+    /// lanes. For one lane, only the first number is kept. Returns `None` if one of the blocks is `None`.
     fn gather<const FOURS: usize>(
         self,
         block: impl Fn(usize) -> Option<[[f32; 4]; FOURS]>,

@@ -1,14 +1,12 @@
 //! Positions and carrier phases of a group of elements at several depths.
 
+use super::interpolation::CHUNK;
 use super::parameters::DELAY_NUMBERS;
 use super::phasor;
 use crate::delay::FAR;
 use crate::delay::delay_law::ReceiveDelay;
 use crate::simd::{MOST_LANES, Mask, Vector};
 
-/// Depths that a group of elements is read at together: its records stay in the cache, and its receive delays in
-/// registers.
-pub(super) const CHUNK: usize = 16;
 /// The largest number of cycles whose fraction is kept in f32.
 const MOST_CYCLES: f32 = (1 << 22) as f32;
 /// A whole number that lies outside of every record.

@@ -11,12 +11,15 @@
 //! | 13.3 | 5.1·10⁻³ | 1.2·10⁻⁴ | 3.4·10⁻⁴ |
 //! | 32 | 8.8·10⁻⁴ | 3.6·10⁻⁶ | 3.2·10⁻⁴ |
 
-use super::chunk::CHUNK;
 use crate::Complex;
 use crate::kaiser::Kaiser;
 use crate::simd::{ComplexVector, MOST_LANES, Vector};
 use crate::sine::sin;
 use core::f64::consts::PI;
+
+/// Depths that a group of elements is read at together: its records stay in the cache, and its receive delays in
+/// registers.
+pub(super) const CHUNK: usize = 16;
 
 /// Interpolation between two I/Q samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

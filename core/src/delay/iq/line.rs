@@ -1,7 +1,7 @@
 //! One line of I/Q in floating point.
 
-use super::chunk::{CHUNK, Centre, Chunk, Factors};
-use super::interpolation::{Read, Values};
+use super::chunk::{Centre, Chunk, Factors};
+use super::interpolation::{CHUNK, Read, Values};
 use super::parameters::{DELAY_NUMBERS, IqParameters};
 use super::record::{IqSamples, IqSource, Sample, Window};
 use super::records::{Elements, Places, Records};

@@ -44,7 +44,7 @@ use interpolation::{Cubic, Linear, SINC};
 /// Cost per output sample and active element, beside the interpolation (linear: 2 products, 4 additions;
 /// cubic: 17 and 13; sinc: 37 and 48): 21 products, 20 additions, a division and a root. Per output
 /// sample a few f64 operations, two divisions among them. RAM: the stage, the scratch and about
-/// 1 KiB of stack.
+/// 1 KiB of stack; over vectors up to 32 KiB.
 ///
 /// ```
 /// # use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};

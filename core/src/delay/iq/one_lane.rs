@@ -1,5 +1,6 @@
-//! One line of I/Q, an element after the other: without vectors, memory for several depths costs a microcontroller a
-//! third more instructions.
+//! One line of I/Q, an element after the other.
+//!
+//! Without vectors, memory for several depths costs a microcontroller a third more instructions.
 
 use super::chunk::{Centre, Factors, position};
 use super::interpolation::Read;
