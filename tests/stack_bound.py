@@ -128,6 +128,8 @@ def main():
         table += f"| {name} | {painted} | {most} |\n"
         if most < int(painted):
             sys.exit(f"{name}: painted {painted} bytes, more than the bound")
+    if not known:
+        sys.exit("the image printed no line of a stack")
     document = DOCUMENT.read_text()
     if mode == ["write"]:
         DOCUMENT.write_text(TABLE.sub(lambda found: found[1] + table + found[3], document))

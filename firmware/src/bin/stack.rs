@@ -16,6 +16,7 @@
 #[path = "../../../core/examples/bone_map.rs"]
 mod example;
 
+use core::fmt::Display;
 use core::hint::black_box;
 
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Sizes, Workspace};
@@ -148,7 +149,7 @@ fn main() -> ! {
 
 /// Runs an entry and prints the stack that it took.
 #[inline(never)]
-fn of<R, F: FnOnce() -> Result<R, Error>>(name: &str, entry: F) -> Result<(), Error> {
+fn of<R, F: FnOnce() -> Result<R, Error>>(name: impl Display, entry: F) -> Result<(), Error> {
     cortex_m_stack::repaint_stack();
     let free = cortex_m_stack::current_stack_free();
     let outcome = call(entry);
@@ -226,10 +227,11 @@ fn delay(arrays: &mut Arrays) -> Result<(), Error> {
     of("Record::new", || Record::new(rf, ELEMENTS))?;
     let record = Record::new(rf, ELEMENTS)?;
     for (name, parameters) in [("40 to 20 MHz", RF), ("100 to 20 MHz", FASTER)] {
-        hprintln!("{name}:");
-        of("Delay::set", || delay.set(black_box(parameters)))?;
+        of(format_args!("Delay::set, {name}"), || {
+            delay.set(black_box(parameters))
+        })?;
         let scratch = &mut scratch[..parameters.need(1).real];
-        of("Delay::line", || {
+        of(format_args!("Delay::line, {name}"), || {
             delay.line(0.0f32, &line(), &record, scratch, out)
         })?;
     }
@@ -274,16 +276,16 @@ fn beamform(arrays: &mut Arrays) -> Result<(), Error> {
         ("ESMV of rank 3", Method::EsmvRank(3)),
         ("ESMV without the first", Method::EsmvExcludeFirst),
     ] {
-        hprintln!("{name}, forward-backward, then forward:");
-        beamformed::<ForwardBackward>(arrays.workspace.scratch(), method, x, z)?;
-        beamformed::<Forward>(arrays.workspace.scratch(), method, x, z)?;
+        let workspace = &mut arrays.workspace;
+        beamformed::<ForwardBackward>(workspace.scratch(), (name, method), x, z)?;
+        beamformed::<Forward>(workspace.scratch(), (name, method), x, z)?;
     }
     Ok(())
 }
 
 fn beamformed<A: Averaging<f32>>(
     scratch: Scratch<'_>,
-    method: Method,
+    (name, method): (&str, Method),
     x: &[Complex<f32>],
     z: &mut [Complex<f32>],
 ) -> Result<(), Error> {
@@ -299,9 +301,14 @@ fn beamformed<A: Averaging<f32>>(
         first: 0,
         count: (8 + n / 8).min(ELEMENTS),
     };
-    of("Beamformer::line", || {
-        beamformer.line(&mut workspace, x, active, z)
-    })
+    let averaging = match A::COVARIANCE {
+        Covariance::Forward => "forward",
+        Covariance::ForwardBackward => "forward-backward",
+    };
+    of(
+        format_args!("Beamformer::line, {name}, {averaging}"),
+        || beamformer.line(&mut workspace, x, active, z),
+    )
 }
 
 #[inline(never)]
