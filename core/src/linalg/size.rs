@@ -82,7 +82,9 @@ macro_rules! small_known {
 }
 pub(crate) use small_known;
 
-/// Whether kernels are compiled for constants, too: where there are vectors, one lane need not be fast.
+/// Whether kernels are compiled for constants, too.
+///
+/// Where there are vectors, one lane need not be fast.
 pub const CONSTANTS: bool = cfg!(all(feature = "constants", not(feature = "simd")));
 
 /// A constant.

@@ -220,5 +220,15 @@ fn line<const M: usize, const REAL: usize, const COMPLEX: usize>(
         hprintln!("value {name} {M} {n} {:e} {:e}", z.re, z.im);
     }
     let bytes = Memory::<REAL, COMPLEX>::BYTES;
-    Ok(report(name, M, SAMPLES, &cost, bytes, bound))
+    let within = report(name, M, SAMPLES, &cost, bytes, bound);
+    if case.method != Method::Das {
+        return Ok(within);
+    }
+    // Without the check of the line's samples, which a pipeline need not make.
+    let line = AlignedLine::new(x, M)?;
+    let mut workspace = Workspace::<ForwardBackward>::new(0.0, sizes(M), memory.scratch())?;
+    let mut outcome = Ok(());
+    let cost = counter.count(|| outcome = beamformer.line(&mut workspace, line, all, z));
+    outcome?;
+    Ok(report("das-checked", M, SAMPLES, &cost, bytes, bound) && within)
 }
