@@ -319,8 +319,8 @@ fn put<V: Vector>(
     }
 }
 
-#[cfg(test)]
 #[cfg(feature = "simd")]
+#[cfg(test)]
 mod tests {
     use crate::Complex;
     use crate::delay::{
