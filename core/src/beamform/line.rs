@@ -81,7 +81,8 @@ impl Beamformer {
     ///
     /// With a [depth step](super::Parameters::depth_step) `s`, `z[i]` is sample `n = i·s`. One active set serves
     /// the whole time window of a sample. Samples without an active element are 0. A workspace of several lanes has a
-    /// part of the depths in each. See [`Beamformer::segments`] for scale and cost. `active` is called twice for each sample: the whole line is checked before any output.
+    /// part of the depths in each. See [`Beamformer::segments`] for scale and cost. `active` is called twice for each
+    /// sample: the whole line is checked before any output.
     ///
     /// # Errors
     /// As [`Beamformer::segments`]; [`Error::Length`] unless `z` has [`Beamformer::line_samples`] numbers.

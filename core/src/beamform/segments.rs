@@ -103,18 +103,17 @@ impl Beamformer {
         let subaperture = self.check_sizes(count, sizes)?;
         let parameters = self.parameters();
         let half_window = parameters.temporal_half_window;
-        match (V::LANES, count, subaperture, half_window) {
-            (1, 16, 8, 0) if CONSTANTS && parameters.window().is_none() => {
-                self.fitting_segments(workspace, segments, Constant::<16, 8>, z)
-            }
-            (1, .., 0) => {
+        // A constant, so that vectors are compiled for one shape only.
+        if const { V::LANES == 1 } && half_window == 0 {
+            if CONSTANTS && (count, subaperture) == (16, 8) && parameters.window().is_none() {
+                self.fitting_segments(workspace, segments, Constant::<16, 8>, z);
+            } else {
                 let extent = Given::<false> { count, subaperture };
                 self.fitting_segments(workspace, segments, extent, z);
             }
-            _ => {
-                let extent = Given::<true> { count, subaperture };
-                self.fitting_segments(workspace, segments, extent, z);
-            }
+        } else {
+            let extent = Given::<true> { count, subaperture };
+            self.fitting_segments(workspace, segments, extent, z);
         }
         postfilter(
             (parameters.postfilter_of_lines(), parameters.step()),

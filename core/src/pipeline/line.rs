@@ -1,6 +1,7 @@
 //! From records of transmits to a beamformed line, block by block.
 
 use super::cuts::Cuts;
+use super::memory::buffered;
 use super::{Block, DepthGate};
 use crate::beamform::{AlignedLine, Beamformer, LineBlock, Parameters, Workspace};
 use crate::covariance::Averaging;
@@ -492,17 +493,4 @@ pub(super) struct Output<'z> {
     pub(super) steering: Option<Steering<'z>>,
     /// `[sample][sub-line]`.
     pub(super) z: &'z mut [Complex<f32>],
-}
-
-/// Number of aligned samples in memory for an output block of `block` samples, of `2K + 1` at least.
-pub(super) const fn buffered(samples: usize, half_window: usize, block: usize) -> usize {
-    let margins = half_window.saturating_mul(2);
-    let window = margins.saturating_add(1);
-    let outputs = if block < window { window } else { block };
-    let buffered = outputs.saturating_add(margins);
-    if buffered < samples {
-        buffered
-    } else {
-        samples
-    }
 }

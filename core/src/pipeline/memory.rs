@@ -1,6 +1,5 @@
 //! Memory of a frame.
 
-use super::line::buffered;
 use super::{Parameters, even};
 use crate::Error;
 use crate::beamform;
@@ -214,5 +213,18 @@ impl Parts {
     /// Grey levels of a line as real numbers, and of all as integers of eight bits.
     const fn grey(&self) -> usize {
         self.samples.saturating_add(self.envelopes.div_ceil(4))
+    }
+}
+
+/// Number of aligned samples in memory for an output block of `block` samples, of `2K + 1` at least.
+pub(super) const fn buffered(samples: usize, half_window: usize, block: usize) -> usize {
+    let margins = half_window.saturating_mul(2);
+    let window = margins.saturating_add(1);
+    let outputs = if block < window { window } else { block };
+    let buffered = outputs.saturating_add(margins);
+    if buffered < samples {
+        buffered
+    } else {
+        samples
     }
 }

@@ -194,7 +194,7 @@ impl Beamformer {
                 capacity: sizes.sub_lines,
             });
         }
-        if V::LANES == 1 && parameters.temporal_half_window == 0 {
+        if const { V::LANES == 1 } && parameters.temporal_half_window == 0 {
             let extent = Given::<false> { count, subaperture };
             self.fitting_sub_lines(workspace, lines, extent, z);
         } else {

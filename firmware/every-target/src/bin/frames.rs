@@ -6,6 +6,9 @@
 #![no_std]
 #![no_main]
 
+#[allow(dead_code, reason = "its parameters are used, not the example itself")]
+#[path = "../../../../core/examples/bone_map.rs"]
+mod example;
 #[path = "../start.rs"]
 mod start;
 
@@ -19,31 +22,11 @@ use semihosting::{eprintln, println, process};
 use static_cell::ConstStaticCell;
 
 const ELEMENTS: usize = 16;
-const LINES: usize = 64;
-/// The scan of core/examples/bone_map.rs.
+const LINES: usize = PARAMETERS.scan.lines.count();
+/// The scan of the example, a whole line at a time.
 const PARAMETERS: Parameters = Parameters {
-    scan: ScanParameters {
-        array: Array::linear(ELEMENTS, 0.3e-3),
-        lines: Lines::Even(Axis::centred(LINES, 0.15e-3)),
-        sound_speed: 1540.0,
-        centre_frequency: 5e6,
-        sampling_rate: 20e6,
-        record_samples: 384,
-        output_rate: 20e6,
-        start: Depth::Metres(4e-3),
-        end: Depth::Metres(12e-3),
-        f_number: 1.5,
-        min_elements: 8,
-    },
-    beamformer: beamform::Parameters::DEFAULT,
-    rows: 64,
-    columns: 64,
-    dynamic_range: 50.0,
-    median: true,
-    scales: &[1.0 / 8.0, 1.0 / 16.0, 1.0 / 32.0],
-    threshold: 10.0,
-    strip: 8,
     block: 256,
+    ..example::PARAMETERS
 };
 const NEED: Need = match PARAMETERS.need(Covariance::ForwardBackward) {
     Ok(need) => need,
