@@ -1,8 +1,8 @@
 //! Positions and carrier phases of a group of elements at several depths.
 
-use super::interpolation::CHUNK;
 use super::parameters::DELAY_NUMBERS;
 use super::phasor;
+use super::taps::CHUNK;
 use crate::delay::FAR;
 use crate::delay::delay_law::ReceiveDelay;
 use crate::simd::{MOST_LANES, Mask, Vector};

@@ -1,10 +1,11 @@
 //! One line of I/Q in floating point.
 
 use super::chunk::{Centre, Chunk, Factors};
-use super::interpolation::{CHUNK, Read, Values};
+use super::interpolation::Read;
 use super::parameters::{DELAY_NUMBERS, IqParameters};
 use super::record::{IqSamples, IqSource, Sample, Window};
 use super::records::{Elements, Places, Records};
+use super::taps::{CHUNK, Values};
 use crate::Complex;
 use crate::delay::FAR;
 use crate::delay::delay_law::ReceiveDelay;

@@ -17,6 +17,7 @@ mod parameters;
 mod phasor;
 mod record;
 mod records;
+mod taps;
 
 pub use interpolation::IqInterpolation;
 pub use parameters::IqParameters;

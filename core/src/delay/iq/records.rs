@@ -3,8 +3,8 @@
 use core::ops::Range;
 
 use super::chunk::{Chunk, Offsets};
-use super::interpolation::Taps;
 use super::record::{Sample, Window};
+use super::taps::Taps;
 use crate::Complex;
 use crate::delay::groups::Group;
 use crate::simd::{MOST_LANES, Vector};
