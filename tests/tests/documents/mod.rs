@@ -9,6 +9,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use bonebeam::beamform::{Apodization, Method, Parameter, Parameters, Postfilter};
+use bonebeam::surface::{Ramp, Settings};
 use bonebeam_drive::config::Beamform;
 use bonebeam_formats::Format;
 use host_sim::config::Config;
@@ -265,19 +266,64 @@ fn tables() -> String {
     tables
 }
 
-/// The text before the tables of numerics.md, and the text after them.
-fn around_the_tables(document: &str) -> (&str, &str) {
-    let (before, rest) = document.split_once("<!-- tables -->\n").expect("a mark");
-    let (_, after) = rest.split_once("<!-- end -->\n").expect("a mark");
-    (before, after)
+/// The settings of the surface detector as Markdown.
+fn surface_settings() -> String {
+    let mm = |v: f64| format!("{} mm", (v * 1e9).round() / 1e6);
+    let window = |[from, to]: [f64; 2]| format!("{} to {}", (from * 1e9).round() / 1e6, mm(to));
+    let ramp = |r: Ramp| format!("{}, {}, {}", r.weight, r.centre, r.width);
+    let rows: [(&str, &dyn Fn(Settings) -> String); 22] = [
+        ("length of a cell, at least", &|s| mm(s.cell)),
+        ("`B`, around the cell", &|s| format!("±{}", mm(s.echo))),
+        ("`S₁`, below", &|s| window(s.near)),
+        ("`S₂`, below", &|s| window(s.far)),
+        ("`U`, above", &|s| window(s.above)),
+        ("`D`, below", &|s| window(s.below)),
+        ("`M`, the brightest mean below of", &|s| mm(s.rest_block)),
+        ("… that begins below the cell by", &|s| mm(s.rest_from)),
+        ("`E`, to the end, begins below by", &|s| mm(s.shadow_from)),
+        ("shadow onset: `w`", &|s| s.onset_weight.to_string()),
+        ("… floor", &|s| s.onset_floor.to_string()),
+        ("margin of `R`", &|s| s.margin.to_string()),
+        ("contrast: `w`, `a`, `b`", &|s| ramp(s.contrast)),
+        ("change of level: `w`, `a`, `b`", &|s| ramp(s.level)),
+        ("rest: `w`, `a`, `b`", &|s| ramp(s.rest)),
+        ("shadow to the end: `w`, `a`, `b`", &|s| ramp(s.shadow)),
+        ("… range", &|s| s.shadow_range.to_string()),
+        ("line without bone, nats", &|s| s.absence.to_string()),
+        ("start, end; jump, nats", &|s| {
+            format!("{}; {}", s.end, s.jump)
+        }),
+        ("move, nats per mm", &|s| (s.slope * 1e-3).to_string()),
+        ("reference spacing of lines", &|s| mm(s.spacing)),
+        ("confidence: `a`, `b`", &|s| {
+            let [a, b] = s.confidence;
+            format!("{a}, {b}")
+        }),
+    ];
+    let mut table = String::from("| | lines | pictures |\n|---|---|---|\n");
+    for (name, text) in rows {
+        let [lines, pictures] = [Settings::DEFAULT, Settings::PICTURE].map(text);
+        table += &format!("| {name} | {lines} | {pictures} |\n");
+    }
+    table
+}
+
+/// numerics.md with the tables of the code.
+fn with_tables(mut document: String) -> String {
+    for (name, table) in [("tables", tables()), ("surface", surface_settings())] {
+        let mark = format!("<!-- {name} -->\n");
+        let end = format!("<!-- end of {name} -->\n");
+        let (before, rest) = document.split_once(&mark).expect("a mark");
+        let (_, after) = rest.split_once(&end).expect("a mark");
+        document = format!("{before}{mark}{table}{end}{after}");
+    }
+    document
 }
 
 #[test]
 fn the_tables_of_the_documents_are_the_cores() {
     let document = read(&root().join("docs/numerics.md"));
-    let (before, after) = around_the_tables(&document);
-    let tables = tables();
-    let expected = format!("{before}<!-- tables -->\n{tables}<!-- end -->\n{after}");
+    let expected = with_tables(document.clone());
     assert_eq!(document, expected, "write them by the test write_tables");
 }
 
@@ -286,10 +332,7 @@ fn the_tables_of_the_documents_are_the_cores() {
 #[ignore = "writes docs/numerics.md"]
 fn write_tables() {
     let path = root().join("docs/numerics.md");
-    let document = read(&path);
-    let (before, after) = around_the_tables(&document);
-    let tables = tables();
-    let document = format!("{before}<!-- tables -->\n{tables}<!-- end -->\n{after}");
+    let document = with_tables(read(&path));
     fs::write(path, document).unwrap();
 }
 

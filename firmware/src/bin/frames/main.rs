@@ -3,9 +3,10 @@
 //! Methods run with and without a depth gate. The counts show which configuration is real time; docs/integration.md
 //! has the figures.
 //!
-//! Prints `set-up INSTRUCTIONS STACK`, `focus READING MEAN` of a line without a beamformer, `line NAME READING MEAN MOST STACK`, `picture IMAGE MAP`, and
-//! `frame NAME READING INSTRUCTIONS` with a map's share; ends with a failure where a line takes more than its bound or
-//! less than all set-up, or a frame is slower than real time.
+//! Prints `memory BLOCK CHAIN PLAN` in bytes, `set-up INSTRUCTIONS STACK`, `focus READING MEAN` of a line without a
+//! beamformer, `line NAME READING MEAN MOST STACK`, `picture IMAGE MAP STACK`, and `frame NAME READING INSTRUCTIONS`
+//! with a map's share; ends with a failure where a line takes more than its bound or less than all set-up, or a frame
+//! is slower than real time.
 
 #![no_std]
 #![no_main]
@@ -140,6 +141,8 @@ fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error
         outcome = Reference::plan().and_then(|plan| Chain::new(&plan, memory.scratch()).map(drop));
     });
     outcome?;
+    let [block_bytes, plan_bytes] = [size_of::<ScanBlock>(), size_of::<Plan<Reference>>()];
+    hprintln!("memory {block_bytes} {} {plan_bytes}", ScanMemory::BYTES);
     hprintln!("set-up {} {}", set_up.instructions, set_up.stack);
     for (name, interpolation) in INTERPOLATIONS {
         let plan = plan(&CASES[0], interpolation)?;
@@ -185,9 +188,11 @@ fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error
             let (image, map) = match picture {
                 Some(picture) => picture,
                 None => {
-                    let image = counter.count(|| chain.image().is_ok()).instructions;
-                    let map = counter.count(|| chain.map().is_ok()).instructions;
-                    hprintln!("picture {image} {map}");
+                    let image = counter.count(|| chain.image().is_ok());
+                    let map = counter.count(|| chain.map().is_ok());
+                    let stack = image.stack.max(map.stack);
+                    let (image, map) = (image.instructions, map.instructions);
+                    hprintln!("picture {image} {map} {stack}");
                     (image, map)
                 }
             };
