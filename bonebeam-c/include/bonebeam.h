@@ -13,10 +13,10 @@
  *
  * The memory may be static, as on a microcontroller without a heap:
  *
- *     static alignas(BONEBEAM_ALIGN) unsigned char memory[6912];
+ *     static alignas(BONEBEAM_ALIGN) unsigned char memory[7168];
  *     status = bonebeam_beamformer_new(memory, sizeof memory, &parameters, 32, &beamformer);
  *
- * bonebeam_X_bytes on a workstation gives this number: 32-bit processors need as much or less.
+ * bonebeam_X_bytes on a workstation gives this number (here with K = 2): 32-bit processors need as much or less.
  *
  * Calls. A status other than 0 leaves the outputs unchanged, unless a function says otherwise. A null or unaligned
  * pointer gives BONEBEAM_STATUS_POINTER, and so does an output that overlaps an input array of the same call. An
@@ -115,7 +115,7 @@ typedef enum {
 typedef enum {
   /// libm's logarithm.
   BONEBEAM_LOGARITHM_EXACT = 0,
-  /// A polynomial, at a third of the instructions.
+  /// A polynomial, with fewer instructions.
   ///
   /// `Logarithm::Polynomial` in the core's documentation gives the error.
   BONEBEAM_LOGARITHM_POLYNOMIAL = 1,
@@ -239,7 +239,7 @@ typedef struct {
   size_t hilbert_taps;
   /// RF: not 0 computes the filters in single precision.
   ///
-  /// For processors with doubles in software: a fiftieth of the instructions. Lines have other bits.
+  /// For processors with doubles in software: far fewer instructions. Lines have other bits.
   int32_t single_precision;
   /// I/Q: one of `bonebeam_interpolation`.
   int32_t interpolation;

@@ -34,7 +34,7 @@ pub struct DelayParameters {
     pub hilbert_taps: usize,
     /// RF: not 0 computes the filters in single precision.
     ///
-    /// For processors with doubles in software: a fiftieth of the instructions. Lines have other bits.
+    /// For processors with doubles in software: far fewer instructions. Lines have other bits.
     pub single_precision: i32,
     /// I/Q: one of `bonebeam_interpolation`.
     pub interpolation: i32,

@@ -48,7 +48,7 @@ pub unsafe extern "C" fn bonebeam_largest(envelopes: *const f32, length: usize) 
 pub enum Logarithm {
     /// libm's logarithm.
     Exact = 0,
-    /// A polynomial, at a third of the instructions.
+    /// A polynomial, with fewer instructions.
     ///
     /// `Logarithm::Polynomial` in the core's documentation gives the error.
     Polynomial = 1,

@@ -89,7 +89,7 @@
 //! }
 //! ```
 //!
-//! [`Pipeline::of_iq`] is the same for I/Q, [`Frame::surface`] finds a depth of the bone in each line, and
+//! [`Pipeline::of_iq`] makes a plan for I/Q, [`Frame::surface`] finds a depth of the bone in each line, and
 //! [`self_test()`] checks a device when it starts. The examples `bone_map` and `bone_map_iq` are whole programs.
 //!
 //! # Layers
@@ -110,10 +110,10 @@
 //!
 //! # Features
 //!
-//! None is on by default.
-//!
 //! | feature | |
 //! |---|---|
+//! | `eigenspace` | the eigenspace methods; on by default |
+//! | `constants` | kernels of one lane for some constant sizes: faster, more code; on by default |
 //! | `simd` | vectors of x86-64 and AArch64 registers, for workstations and large SoCs |
 //! | `std` | detection of the processor's instruction sets at run time |
 //! | `defmt` | `defmt::Format` on public types |
@@ -125,8 +125,8 @@
 //! |---|---|
 //! | No allocation, `no_std` | `firmware/` runs without an allocator; [`memory`] gives every size before the call |
 //! | The same bits on every target, instruction set and optimisation level | golden hashes in `tests/golden/hashes.txt`; [`self_test()`] on a device |
-//! | No panic | the linker refuses the image `firmware/src/bin/no_panic` if a panic is left, for one lane; tests with overflow checks for several |
-//! | No NaN and no infinity in an output | inputs are checked first, with the place of a bad sample in the [`Error`]; fuzz targets in `fuzz/` |
+//! | No panic | for one lane, the linker refuses the image `firmware/src/bin/no_panic` if a panic is left; for several, tests with overflow checks |
+//! | No NaN and no infinity in an output | inputs are checked first, and the [`Error`] has the index of a bad sample; fuzz targets in `fuzz/` |
 //! | No `unsafe`, except for two instructions and three casts | `unsafe_code` is denied outside the module `instructions` |
 //!
 //! `docs/numerics.md` has equations, error bounds and the fixed orders of operations.

@@ -24,7 +24,7 @@ use bonebeam_files::terminal::{complain, print};
 /// the images, checks the core against its references, and writes a report.
 ///
 /// Lengths are in metres, times in seconds, frequencies in hertz. An error is one line. The exit status is 2 if the
-/// command line or the configuration is wrong, and 1 if the data are.
+/// command line or the configuration is wrong, and 1 for wrong data.
 #[derive(Debug, Parser)]
 #[command(name = "host-sim", version = PROGRAM, after_help = EXAMPLES, arg_required_else_help = false)]
 struct Cli {

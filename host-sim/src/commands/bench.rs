@@ -17,8 +17,8 @@ use bonebeam_files::terminal::print;
 /// Measure the core's speed on this machine, beside naive baselines.
 ///
 /// The baselines use faer, rustfft and scipy. Both sides are timed in turn on the same data, with one thread unless
-/// stated, after their results have been compared. The fastest of many calls counts, so that other programs on the
-/// machine disturb little.
+/// stated, after their results have been compared. The fastest of many calls counts, since other programs on the
+/// machine slow some calls down.
 ///
 /// Each measurement is one line: the core's time, the baseline's time, the ratio, share or rate, its target, and
 /// whether it is met. A slow result is not an error: the exit status is 1 only if results differ. Build with

@@ -92,7 +92,7 @@ struct VariableArguments {
     #[arg(long, value_name = "PROGRAM", value_parser = layouts(), help_heading = "Recording")]
     layout: Option<String>,
 
-    /// I/Q has the opposite sign of the carrier: conjugate it
+    /// Conjugate I/Q that has the opposite sign of the carrier
     #[arg(long, help_heading = "Recording")]
     iq_conjugate: bool,
 }

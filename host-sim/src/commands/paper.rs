@@ -14,13 +14,13 @@ use bonebeam_paper::report::Page;
 /// Reproduce the paper: its figures, its tables and its claims.
 ///
 /// All data are simulated, so that the truth is known. One number is fitted to the paper, the level of the water
-/// bath's clutter. Nothing else is adjusted to look like it.
+/// bath's clutter. No other number is tuned to match it.
 ///
 /// The folder holds report.html, one file that can be sent; report.json with every number and the configuration
 /// with its seeds; a CSV of every table and one of every number; and the pictures as PNG.
 ///
-/// For more bones than one machine has time for, start several runs with --claims and different seeds, then one
-/// with --merge and the report.json of each.
+/// To judge more bones, start several runs with --claims and different seeds, then one with --merge and the
+/// report.json of each.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {

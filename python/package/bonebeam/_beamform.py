@@ -174,7 +174,7 @@ def beamform(
     if isinstance(x, AlignedData):
         _refuse("aligned data", AlignedDataParameters, parameters, active=active)
         if x.beam_x is not None and parameters.get("beam_spacing") is not None:
-            raise ValueError("beam_spacing has no effect on aligned data that tell where their beams are")
+            raise ValueError("beam_spacing has no effect on aligned data with `beam_x`")
         of_data = {**parameters, "sound_speed": parameters.get("sound_speed") or x.c}
         of_data = {k: v for k, v in of_data.items() if k in names(AlignedDataParameters)}
         checked = section("beamform", AlignedDataParameters, of_data)
@@ -231,8 +231,7 @@ def delay(
     """Delays channel data: aligned analytic samples with the active elements.
 
     Focused transmits give one beam each. Plane waves and single-element transmits are compounded into two beams an
-    element. Aligned samples hold one direction a line: `beamform` gives the lines that it gives for channel data with
-    ``sub_lines=1``.
+    element. Aligned samples hold one direction a line: their lines are those of channel data with ``sub_lines=1``.
 
     Args:
         data: Channel data of one frame. Samples are read without a copy; other types and orders are copied.

@@ -28,8 +28,8 @@ def read(
 
     Args:
         path: A file, or the folder of a SonixDAQ.
-        frames: A frame, which then has no axis of frames, or a range of consecutive frames; by default all. Others are
-            not read if the format allows it.
+        frames: The index of a frame, for data without an axis of frames, or a range of consecutive frames; by default
+            all. Other frames are not read if the format allows it.
         variables: For each key, the array's name in a MATLAB or HDF5 file, or its value, a number or numbers, as in
             the section ``[variables]`` of the command's configuration.
 

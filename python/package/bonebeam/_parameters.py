@@ -25,7 +25,7 @@ RfInterpolation = Literal["filtered", "upsampled"]
 class BeamformerParameters(TypedDict, total=False):
     """Keywords of the beamformer.
 
-    preset: Values for a purpose, over which other keywords go: ``live``, for pictures while scanning, has a
+    preset: Values for a purpose; other keywords override them. ``live``, for pictures while scanning, has a
         ``depth_step`` of 4 with ``das`` and ``mv``, of 2 with ``esmv`` and ``esmv-rank1``.
     method: ``das``, ``mv`` (minimum variance), ``esmv`` (eigenspace minimum variance by ``beta`` or ``rank``), or
         ``esmv-rank1``, the default.
@@ -112,9 +112,9 @@ class DelayParameters(TypedDict, total=False):
 class ChannelDataParameters(BeamformerParameters, DelayParameters, total=False):
     """Keywords for channel data: those of the delay stage and of the beamformer.
 
-    sub_lines: Number of directions within the cell of each line, half way to its neighbours, from the line's one
-        covariance: 1, 2, 4, 8, 16 or 32 consecutive beams. By default 1 for ``das``. Other methods choose a number
-        that keeps a point between two lines within 2.5 dB, and each line is the largest of its sub-lines.
+    sub_lines: Number of directions within the cell of each line, which reaches half way to its neighbours: 1, 2, 4, 8,
+        16 or 32 consecutive beams. They share the line's covariance. By default 1 for ``das``. Other methods choose a
+        number that keeps a point between two lines within 2.5 dB, and each line is the largest of its sub-lines.
     adaptive_depth_start, adaptive_depth_end: Depth range of ``method``, m; ``das`` elsewhere. Each sample has the bits
         of its method alone.
     """

@@ -33,8 +33,8 @@ def simulate(
         slice: Vertebra: height of the slice, m.
         depth: Vertebra: depth of the bone's shallowest point, m.
         tissue: Vertebra: whether soft tissue surrounds the bone, instead of water.
-        scanner: Keys of ``[simulate.scanner]``. By default the paper's scanner for the phantom. Missing keys are the
-            paper's, without noise.
+        scanner: Keys of ``[simulate.scanner]``. By default the paper's scanner for the phantom. Missing keys have
+            the paper's values, without noise.
         threads: Number of threads; all processors by default.
 
     >>> scanner = {"elements": 32, "beams": 4, "first_beam": 14, "depth_start": 0.01, "depth_end": 0.02}

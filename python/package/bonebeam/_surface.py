@@ -135,7 +135,7 @@ def surface(
         level: Weight of the change of level from tissue above to shadow below, nats.
         rest: Weight of the brightest level below, relative to the tissue above, nats.
         shadow: Weight of the shadow down to the end of the line, nats.
-        margin: How far below an echo brighter than the tissue its shadow is judged, 0 to 1 of white; 1 for the tissue
+        margin: Reference of the shadow below an echo brighter than the tissue, as a share of white; 1 for the tissue
             alone.
         min_confidence: Least confidence of returned points, 0 to 1.
 
@@ -165,7 +165,7 @@ def surface(
     keys = _parameters.as_json(section)
     if isinstance(source, Lines):
         if pixel_size is not None or fan is not None or columns_as_lines:
-            raise ValueError("`pixel_size`, `fan` and `columns_as_lines` are of pictures; `source` is lines")
+            raise ValueError("`pixel_size`, `fan` and `columns_as_lines` have no effect on lines")
         z = taken("z", source.z, np.complex64, ("beam", "sample"), ("complex64", "complex128"))
         beam_x, rays = source._beams()
         points = _native.surface_of_lines(

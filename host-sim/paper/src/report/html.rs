@@ -79,7 +79,7 @@ fn header(report: &Report<'_>) -> Markup {
             p .lead {
                 "Simulated channel data, beamformed in " (COMPARED.len()) " ways, and the phase "
                 "symmetry of each image. The results are shown beside those of the paper that the "
-                "methods come from. Nothing is adjusted to look like it."
+                "methods come from. No number is tuned to match the paper."
             }
             p {
                 @if report.checks_passed() {

@@ -38,7 +38,7 @@ pub fn page(report: &Report<'_>) -> Result<String> {
                 i { "Joint beamforming and feature detection for enhanced visualization of spinal "
                     "bone surfaces in ultrasound images" }
                 ", repeated on simulated data, whose truth is known. One number is fitted to the paper, "
-                "the level of the water bath's clutter. Nothing else is adjusted to look like it."
+                "the level of the water bath's clutter. No other number is tuned to match it."
             }
             @match report.kind {
                 "full" => {}
