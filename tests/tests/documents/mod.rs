@@ -2,14 +2,14 @@
 //!
 //! Links lead to a target, named files exist, examples hold, and first paragraphs fit an index.
 
+mod computed;
 mod tables;
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use bonebeam::beamform::{Apodization, Method, Parameter, Parameters, Postfilter};
-use bonebeam::surface::{Ramp, Settings};
+use bonebeam::beamform::Parameters;
 use bonebeam_drive::config::Beamform;
 use bonebeam_formats::Format;
 use host_sim::config::Config;
@@ -233,107 +233,6 @@ fn the_configuration_of_the_documents_is_the_default() {
     };
     let configs: Vec<Config> = blocks.into_iter().map(read).collect();
     assert_eq!(configs.last(), Some(&Config::default()));
-}
-
-/// The core's tables as Markdown.
-fn tables() -> String {
-    let text = |help: &str| help.trim().replace('|', "\\|");
-    let range = |row: Parameter| format!("`{}`, {}", row.name, row.range.text);
-    let argument = |method: Method| method.parameter().map_or("-".into(), range);
-    let mut tables = String::from("| method | | argument | |\n|---|---|---|---|\n");
-    for row in Method::EXAMPLES {
-        let [key, name, help] = [row.key(), row.name(), &text(row.help())];
-        tables += &format!("| `{key}` | {name} | {} | {help} |\n", argument(row));
-    }
-    tables += "\n| postfilter | | |\n|---|---|---|\n";
-    for row in Postfilter::EXAMPLES {
-        let [key, name, help] = [row.key(), row.name(), &text(row.help())];
-        tables += &format!("| `{key}` | {name} | {help} |\n");
-    }
-    tables += "\n| apodization | | |\n|---|---|---|\n";
-    for row in Apodization::EXAMPLES {
-        let [key, name, help] = [row.key(), row.name(), &text(row.help())];
-        tables += &format!("| `{key}` | {name} | {help} |\n");
-    }
-    tables += "\n| parameter | default | range | unit | |\n|---|---|---|---|---|\n";
-    for row in Parameters::TABLE {
-        let [name, range, unit, help] = [row.name, row.range.text, row.unit, &text(row.help)];
-        tables += &format!(
-            "| `{name}` | {} | {range} | {unit} | {help} |\n",
-            row.default
-        );
-    }
-    tables
-}
-
-/// The settings of the surface detector as Markdown.
-fn surface_settings() -> String {
-    let mm = |v: f64| format!("{} mm", (v * 1e9).round() / 1e6);
-    let window = |[from, to]: [f64; 2]| format!("{} to {}", (from * 1e9).round() / 1e6, mm(to));
-    let ramp = |r: Ramp| format!("{}, {}, {}", r.weight, r.centre, r.width);
-    let rows: [(&str, &dyn Fn(Settings) -> String); 22] = [
-        ("length of a cell, at least", &|s| mm(s.cell)),
-        ("`B`, around the cell", &|s| format!("±{}", mm(s.echo))),
-        ("`S₁`, below", &|s| window(s.near)),
-        ("`S₂`, below", &|s| window(s.far)),
-        ("`U`, above", &|s| window(s.above)),
-        ("`D`, below", &|s| window(s.below)),
-        ("`M`, the brightest mean below of", &|s| mm(s.rest_block)),
-        ("… that begins below the cell by", &|s| mm(s.rest_from)),
-        ("`E`, to the end, begins below by", &|s| mm(s.shadow_from)),
-        ("shadow onset: `w`", &|s| s.onset_weight.to_string()),
-        ("… floor", &|s| s.onset_floor.to_string()),
-        ("margin of `R`", &|s| s.margin.to_string()),
-        ("contrast: `w`, `a`, `b`", &|s| ramp(s.contrast)),
-        ("change of level: `w`, `a`, `b`", &|s| ramp(s.level)),
-        ("rest: `w`, `a`, `b`", &|s| ramp(s.rest)),
-        ("shadow to the end: `w`, `a`, `b`", &|s| ramp(s.shadow)),
-        ("… range", &|s| s.shadow_range.to_string()),
-        ("line without bone, nats", &|s| s.absence.to_string()),
-        ("start, end; jump, nats", &|s| {
-            format!("{}; {}", s.end, s.jump)
-        }),
-        ("move, nats per mm", &|s| (s.slope * 1e-3).to_string()),
-        ("reference spacing of lines", &|s| mm(s.spacing)),
-        ("confidence: `a`, `b`", &|s| {
-            let [a, b] = s.confidence;
-            format!("{a}, {b}")
-        }),
-    ];
-    let mut table = String::from("| | lines | pictures |\n|---|---|---|\n");
-    for (name, text) in rows {
-        let [lines, pictures] = [Settings::DEFAULT, Settings::PICTURE].map(text);
-        table += &format!("| {name} | {lines} | {pictures} |\n");
-    }
-    table
-}
-
-/// numerics.md with the tables of the code.
-fn with_tables(mut document: String) -> String {
-    for (name, table) in [("tables", tables()), ("surface", surface_settings())] {
-        let mark = format!("<!-- {name} -->\n");
-        let end = format!("<!-- end of {name} -->\n");
-        let (before, rest) = document.split_once(&mark).expect("a mark");
-        let (_, after) = rest.split_once(&end).expect("a mark");
-        document = format!("{before}{mark}{table}{end}{after}");
-    }
-    document
-}
-
-#[test]
-fn the_tables_of_the_documents_are_the_cores() {
-    let document = read(&root().join("docs/numerics.md"));
-    let expected = with_tables(document.clone());
-    assert_eq!(document, expected, "write them by the test write_tables");
-}
-
-/// `cargo test --workspace --release --test across documents:: -- --ignored write_tables`.
-#[test]
-#[ignore = "writes docs/numerics.md"]
-fn write_tables() {
-    let path = root().join("docs/numerics.md");
-    let document = with_tables(read(&path));
-    fs::write(path, document).unwrap();
 }
 
 #[test]
