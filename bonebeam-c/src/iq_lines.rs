@@ -177,8 +177,8 @@ pub unsafe extern "C" fn bonebeam_iq_lines_line(
         let p = own.pipeline.delay().parameters();
         let z = Output::complex(z, own.pipeline.line_samples())?;
         let mut records = [const { None }; BONEBEAM_IQ_WAVES];
-        for (place, wave) in records.iter_mut().zip(waves) {
-            *place = Some((wave.wave.core(p.elements)?, wave.record.core(p, &z)?));
+        for (slot, wave) in records.iter_mut().zip(waves) {
+            *slot = Some((wave.wave.core(p.elements)?, wave.record.core(p, &z)?));
         }
         let waves = records.iter().flatten();
         let waves = waves.map(|(transmit, record)| (*transmit, record));

@@ -125,7 +125,7 @@ impl State {
     }
 
     /// The share done, 0 to 1.
-    fn share(&self) -> f64 {
+    fn fraction(&self) -> f64 {
         (self.done as f64 / self.steps.max(1) as f64).min(1.0)
     }
 
@@ -133,7 +133,7 @@ impl State {
     fn left(&self, elapsed: Duration) -> String {
         match self.done {
             0 => String::new(),
-            _ => short(elapsed.as_secs_f64() * (1.0 / self.share() - 1.0)),
+            _ => short(elapsed.as_secs_f64() * (1.0 / self.fraction() - 1.0)),
         }
     }
 
@@ -143,10 +143,10 @@ impl State {
         if self.steps == 0 {
             return message;
         }
-        let share = format!("{message}: {:.0} %", 100.0 * self.share());
+        let fraction = format!("{message}: {:.0} %", 100.0 * self.fraction());
         match &self.left(elapsed)[..] {
-            "" => share,
-            left => format!("{share}, {left} left"),
+            "" => fraction,
+            left => format!("{fraction}, {left} left"),
         }
     }
 
@@ -155,12 +155,12 @@ impl State {
         if self.steps == 0 {
             return message;
         }
-        let share = self.share();
-        let bar = "█".repeat((share * WIDTH as f64) as usize);
+        let fraction = self.fraction();
+        let bar = "█".repeat((fraction * WIDTH as f64) as usize);
         let left = self.left(elapsed);
         format!(
             "{message:20} {bar:░<WIDTH$} {:>3.0} % {left:>4}",
-            100.0 * share
+            100.0 * fraction
         )
     }
 }

@@ -99,9 +99,9 @@ impl Snapshot {
         let (read, receiver) = channel();
         let (mut hash, bytes) = (self.hash(is_whole), self.bytes());
         let follow = move || {
-            for share in receiver {
+            for fraction in receiver {
                 if let Some(hash) = &mut hash {
-                    hash.up_to((share * bytes as f64) as u64)?;
+                    hash.up_to((fraction * bytes as f64) as u64)?;
                 }
             }
             Ok(hash)
@@ -168,9 +168,9 @@ pub struct Hashing<'s> {
 
 impl Hashing<'_> {
     /// Follows the reader to a share of the input.
-    pub fn follow(&self, share: f64) {
+    pub fn follow(&self, fraction: f64) {
         // `finish` returns the error of a thread that has ended.
-        let _ = self.read.send(share);
+        let _ = self.read.send(fraction);
     }
 
     /// Hashes the rest.

@@ -194,15 +194,18 @@ fn leftovers_of_processes_that_are_gone_are_removed() {
 #[test]
 fn inputs_that_are_no_regular_file_are_refused() {
     let folder = folder_with_channel_data();
-    let place = |name: &str| folder.path().join(name);
-    let made = Command::new("mkfifo").arg(place("pipe")).status().unwrap();
+    let path_of = |name: &str| folder.path().join(name);
+    let made = Command::new("mkfifo")
+        .arg(path_of("pipe"))
+        .status()
+        .unwrap();
     assert!(made.success());
     let kinds = [
         "npz", "mat", "h5", "npy", "png", "toml", "json", "ply", "stl", "obj",
     ];
     for kind in kinds {
-        symlink("/dev/zero", place(&format!("device.{kind}"))).unwrap();
-        symlink("pipe", place(&format!("pipe.{kind}"))).unwrap();
+        symlink("/dev/zero", path_of(&format!("device.{kind}"))).unwrap();
+        symlink("pipe", path_of(&format!("pipe.{kind}"))).unwrap();
     }
     for stem in ["device", "pipe"] {
         for (arguments, status) in [

@@ -125,10 +125,10 @@ median = true
 #[test]
 fn runs_of_other_bones_are_judged_together() {
     let folder = tempdir().unwrap();
-    let place = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
-    fs::write(place("claims.toml"), ONE_SCENE).unwrap();
+    let path_of = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    fs::write(path_of("claims.toml"), ONE_SCENE).unwrap();
     let scenes = |out: &str, more: &[&str]| -> Vec<Value> {
-        let (config, out) = (place("claims.toml"), place(out));
+        let (config, out) = (path_of("claims.toml"), path_of(out));
         let first = ["--claims", "--config", &config, "-o", &out];
         let output = run(&[&first[..], more].concat());
         let message = String::from_utf8_lossy(&output.stderr);
@@ -138,9 +138,9 @@ fn runs_of_other_bones_are_judged_together() {
         assert!(!report["verdicts"].as_array().unwrap().is_empty());
         report["claims"]["scenes"].as_array().unwrap().clone()
     };
-    let kept = place("kept");
+    let kept = path_of("kept");
     let first = scenes("first", &["--seed", "1", "--keep", &kept]);
-    let report = place("first/report.json");
+    let report = path_of("first/report.json");
     let both = scenes(
         "both",
         &["--seed", "2", "--keep", &kept, "--merge", &report],
@@ -191,13 +191,13 @@ fn a_run_that_was_killed_goes_on_to_the_same_bytes() {
     let folder = tempdir().unwrap();
     let config = folder.path().join("bath.toml");
     fs::write(&config, SMALL_BATH).unwrap();
-    let place = |name: &str| folder.path().join(name);
+    let path_of = |name: &str| folder.path().join(name);
     let arguments = |out: &Path| {
         let names = [&config, out].map(|path| path.to_str().unwrap().to_owned());
         let [config, out] = names;
         ["paper", "--figure", "4", "--config", &config, "-o", &out].map(String::from)
     };
-    let killed = place("killed");
+    let killed = path_of("killed");
     let kept = killed.join(".kept");
     let recordings = || {
         let all = fs::read_dir(&kept).into_iter().flatten().flatten();
@@ -222,9 +222,9 @@ fn a_run_that_was_killed_goes_on_to_the_same_bytes() {
     };
     finished(&killed);
     assert!(!kept.exists(), "what was kept goes when the run is done");
-    finished(&place("whole"));
+    finished(&path_of("whole"));
     for file in ["report.json", "numbers.csv", "config.toml", "report.html"] {
-        let [a, b] = [&killed, &place("whole")].map(|out| fs::read(out.join(file)).unwrap());
+        let [a, b] = [&killed, &path_of("whole")].map(|out| fs::read(out.join(file)).unwrap());
         assert!(a == b, "{file}");
     }
 }

@@ -3,7 +3,7 @@
 //! The factor is computed from the aligned samples.
 
 use super::depth_step::DepthStep;
-use super::pushes::Place;
+use super::pushes::SampleIndex;
 use super::segment::SegmentGroup;
 use super::snapshot::gather;
 use super::table::{Parameter, choices};
@@ -66,7 +66,7 @@ fn apply<V: Vector>(
                 let sample = SampleOf {
                     zero,
                     group,
-                    place: Place::output(i, step),
+                    sample_index: SampleIndex::output(i, step),
                 };
                 let factor = factor(postfilter, sample.sums(), &sample);
                 for (z, &factor) in z.iter_mut().zip(factor.lanes()) {
@@ -102,14 +102,14 @@ pub(super) fn factor<V: Vector>(
         Postfilter::CoherenceFactor => sum.norm_sqr(),
         Postfilter::GeneralizedCoherenceFactor => low_frequencies(sum, elements, cutoff),
     };
-    share(coherent, power, elements.count())
+    fraction(coherent, power, elements.count())
 }
 
 /// A sample of each segment.
 struct SampleOf<'s, 'a, V> {
     zero: V,
     group: SegmentGroup<'s, 'a>,
-    place: Place,
+    sample_index: SampleIndex,
 }
 
 impl<V: Vector> SampleOf<'_, '_, V> {
@@ -143,7 +143,7 @@ impl<V: Vector> Elements<V> for SampleOf<'_, '_, V> {
             let Some(block) = block.get_mut(..(count - first).min(BLOCK)) else {
                 return;
             };
-            gather(self.zero, segments, self.place, first, block);
+            gather(self.zero, segments, self.sample_index, first, block);
             for (m, &mut x) in block.iter_mut().enumerate() {
                 take(first + m, x);
             }
@@ -155,7 +155,7 @@ impl<V: Vector> Elements<V> for SampleOf<'_, '_, V> {
 ///
 /// Without power it is 0. Rounding above 1 is clipped to 1.
 #[inline(always)]
-fn share<V: Vector>(coherent: V, power: V, count: usize) -> V {
+fn fraction<V: Vector>(coherent: V, power: V, count: usize) -> V {
     let (zero, one) = (power.zero(), power.splat(1.0));
     let factor = coherent / (power * zero.splat(count as f32));
     let factor = V::select(factor.less(one), factor, one);
@@ -184,8 +184,8 @@ fn low_frequencies<V: Vector>(
         elements.each(
             #[inline(always)]
             |m, x| {
-                let turns = (k * m).checked_rem(count).unwrap_or(0) as f32 / count as f32;
-                let (sine, cosine) = libm::sincosf(TAU * turns);
+                let cycles = (k * m).checked_rem(count).unwrap_or(0) as f32 / count as f32;
+                let (sine, cosine) = libm::sincosf(TAU * cycles);
                 cosines = cosines + x.scale(zero.splat(cosine));
                 sines = sines + x.scale(zero.splat(sine));
             },

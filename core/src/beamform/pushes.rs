@@ -5,16 +5,16 @@ use super::segment::Segment;
 
 /// A sample of each lane's segment: `offset` samples behind the segment's first sample that is a multiple of `step`.
 #[derive(Clone, Copy)]
-pub(super) struct Place {
+pub(super) struct SampleIndex {
     offset: isize,
     step: DepthStep,
 }
 
-impl Place {
+impl SampleIndex {
     /// Computed sample `index` of each segment.
     #[inline(always)]
     pub(super) fn output(index: usize, step: DepthStep) -> Self {
-        Place {
+        SampleIndex {
             offset: index.wrapping_mul(step.get()) as isize,
             step,
         }
@@ -24,7 +24,7 @@ impl Place {
     #[inline(always)]
     pub(super) fn next(self) -> Self {
         let offset = self.offset.wrapping_add(self.step.get() as isize);
-        Place { offset, ..self }
+        SampleIndex { offset, ..self }
     }
 
     /// Its index in the segment's line; `None` before the line.
@@ -70,8 +70,8 @@ impl Pushes {
 
     /// The sample that a push reads.
     #[inline(always)]
-    pub(super) fn read(self, push: usize) -> Place {
-        Place {
+    pub(super) fn read(self, push: usize) -> SampleIndex {
+        SampleIndex {
             offset: self.offset(push as isize - self.half_window as isize),
             step: self.stride,
         }
@@ -79,8 +79,8 @@ impl Pushes {
 
     /// The sample in the middle of the time window that is complete after a push from `2K` on.
     #[inline(always)]
-    pub(super) fn complete(self, push: usize) -> Place {
-        Place {
+    pub(super) fn complete(self, push: usize) -> SampleIndex {
+        SampleIndex {
             offset: self.offset(push as isize - 2 * self.half_window as isize),
             step: self.stride,
         }

@@ -241,18 +241,18 @@ impl Beamformer {
         };
         let pushes = Pushes::new(half_window, self.parameters().step());
         let apodization = extent.apodization(self.parameters());
-        let place = pushes.read(push);
+        let sample_index = pushes.read(push);
         match DATA {
             true => {
                 snapshot::<A, V>(
-                    (segments, place),
+                    (segments, sample_index),
                     apodization.as_ref(),
                     (count, subaperture),
                     active,
                     (sum, data),
                 );
             }
-            false => elements(zero, segments, place, active),
+            false => elements(zero, segments, sample_index, active),
         }
         let size = A::COVARIANCE.lag_count(subaperture.get());
         let lags = time_window::slot(window, size, half_window, push);

@@ -1,7 +1,7 @@
 //! Loads of one sample of the segments, one segment a lane.
 
 use super::apodization::Window;
-use super::pushes::Place;
+use super::pushes::SampleIndex;
 use super::segment::Segment;
 use crate::covariance::Averaging;
 use crate::covariance::lag_sums::subaperture_sum;
@@ -13,12 +13,12 @@ use num_complex::Complex;
 /// Elements of one lane with unrolled products.
 const BLOCK: usize = 4;
 
-/// The `active` elements of the segments' sample at `place`, with sums.
+/// The `active` elements of the segments' sample at `sample_index`, with sums.
 ///
 /// `sum` holds the sum of their subapertures, weighted by a window; `data` holds it in the solver's coordinates.
 #[inline(never)]
 pub(super) fn snapshot<A: Averaging<V>, V: Vector>(
-    (segments, place): (&[Segment<'_>], Place),
+    (segments, sample_index): (&[Segment<'_>], SampleIndex),
     window: Option<&Window>,
     (count, subaperture): (impl Size, impl Size),
     active: &mut [ComplexVector<V>],
@@ -39,7 +39,7 @@ pub(super) fn snapshot<A: Averaging<V>, V: Vector>(
     zero.vectorize(
         #[inline(always)]
         || {
-            gather(zero, segments, place, 0, active);
+            gather(zero, segments, sample_index, 0, active);
             match window {
                 None => subaperture_sum(zero, active, sum),
                 Some(window) => window.subaperture_sum(zero, active, sum),
@@ -49,21 +49,21 @@ pub(super) fn snapshot<A: Averaging<V>, V: Vector>(
     );
 }
 
-/// The `active` elements of the segments' sample at `place`.
+/// The `active` elements of the segments' sample at `sample_index`.
 #[inline(never)]
 pub(super) fn elements<V: Vector>(
     zero: V,
     segments: &[Segment<'_>],
-    place: Place,
+    sample_index: SampleIndex,
     active: &mut [ComplexVector<V>],
 ) {
     zero.vectorize(
         #[inline(always)]
-        || gather(zero, segments, place, 0, active),
+        || gather(zero, segments, sample_index, 0, active),
     );
 }
 
-/// The active elements of each segment's sample at `place`, at the working scale.
+/// The active elements of each segment's sample at `sample_index`, at the working scale.
 ///
 /// They begin at active element `first`; elements outside the record are zero.
 ///
@@ -73,7 +73,7 @@ pub(super) fn elements<V: Vector>(
 pub(super) fn gather<V: Vector>(
     zero: V,
     segments: &[Segment<'_>],
-    place: Place,
+    sample_index: SampleIndex,
     first: usize,
     snapshot: &mut [ComplexVector<V>],
 ) {
@@ -82,7 +82,7 @@ pub(super) fn gather<V: Vector>(
         let [segment, ..] = segments else {
             return;
         };
-        let active = elements_of(segment, place, first);
+        let active = elements_of(segment, sample_index, first);
         let scale = zero.splat(segment.line.scale());
         let length = if active.len() < snapshot.len() {
             active.len()
@@ -104,7 +104,7 @@ pub(super) fn gather<V: Vector>(
         return;
     }
     // As many as lanes: a longer square would be memory, cleared each time.
-    let at = (place, first);
+    let at = (sample_index, first);
     if const { V::LANES == 4 } {
         gather_lanes::<V, 4>(zero, segments, at, snapshot);
     } else if const { V::LANES == 8 } {
@@ -119,16 +119,16 @@ pub(super) fn gather<V: Vector>(
 fn gather_lanes<V: Vector, const N: usize>(
     zero: V,
     segments: &[Segment<'_>],
-    (place, first): (Place, usize),
+    (sample_index, first): (SampleIndex, usize),
     snapshot: &mut [ComplexVector<V>],
 ) {
     let mut rows: [&[Complex<f32>]; N] = [&[]; N];
     let mut scales = [zero; N];
     let lanes = rows.iter_mut().zip(&mut scales);
     for (segment, (row, scale)) in segments.iter().zip(lanes) {
-        let next = elements_of(segment, place.next(), first);
+        let next = elements_of(segment, sample_index.next(), first);
         prefetch(next.get(..snapshot.len()).unwrap_or(next));
-        *row = elements_of(segment, place, first);
+        *row = elements_of(segment, sample_index, first);
         *scale = zero.splat(segment.line.scale());
     }
     // A register holds both parts of half as many elements.
@@ -155,12 +155,16 @@ fn scaled<V: Vector>(value: Complex<f32>, scale: V) -> ComplexVector<V> {
     }
 }
 
-/// The segment's sample at `place`, from its active element `first` on.
+/// The segment's sample at `sample_index`, from its active element `first` on.
 ///
 /// The slice extends beyond the sample; it is empty outside the record.
 #[inline(always)]
-fn elements_of<'a>(segment: &Segment<'a>, place: Place, first: usize) -> &'a [Complex<f32>] {
-    match place
+fn elements_of<'a>(
+    segment: &Segment<'a>,
+    sample_index: SampleIndex,
+    first: usize,
+) -> &'a [Complex<f32>] {
+    match sample_index
         .sample(segment)
         .filter(|&n| n < segment.line.samples())
     {

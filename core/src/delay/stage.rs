@@ -95,7 +95,7 @@ pub trait Stage: Sealed {
         out: &mut [Complex<f32>],
     ) -> Result<(), Error> {
         let rest = Rest::Zero;
-        let wanted = Wanted { first, step, rest };
+        let wanted = Outputs { first, step, rest };
         self.block_of(zero, line, record, wanted, scratch, out)
     }
 
@@ -106,11 +106,11 @@ pub trait Stage: Sealed {
         zero: V,
         line: &ScanLine,
         record: &Self::Record<'_>,
-        wanted: Wanted,
+        wanted: Outputs,
         scratch: &mut [f32],
         out: &mut [Complex<f32>],
     ) -> Result<(), Error> {
-        let Wanted { first, step, rest } = wanted;
+        let Outputs { first, step, rest } = wanted;
         let shape = self.shape();
         let samples = out.len().checked_div(shape.elements).unwrap_or(0);
         check_length("out", out.len(), samples * shape.elements)?;
@@ -177,7 +177,7 @@ pub struct Shape {
 
 /// The samples of a block that are wanted.
 #[derive(Clone, Copy)]
-pub struct Wanted {
+pub struct Outputs {
     /// The line's sample with which the block begins.
     pub(crate) first: usize,
     /// Distance between wanted samples.

@@ -236,7 +236,7 @@ impl<'s, 'a, const N: usize> Cell<'s, 'a, N> {
                     mean += weight * line[0];
                     slope += weight * line[1];
                 }
-                *direction = turns(wave * mean, wave * slope / 2.0);
+                *direction = phasors(wave * mean, wave * slope / 2.0);
             }
         }
     }
@@ -290,16 +290,16 @@ fn middle_of(index: usize, count: usize) -> f64 {
 }
 
 /// `e^{js/2}` and `e^{−jφ_c}`.
-fn turns(constant: f64, half: f64) -> [Complex<f32>; PARTS] {
+fn phasors(constant: f64, half: f64) -> [Complex<f32>; PARTS] {
     // An element at a focus point, or no element.
     if !(constant.is_finite() && half.is_finite()) {
         return AHEAD;
     }
-    let turn = |phase: f64| {
+    let phasor = |phase: f64| {
         let (sine, cosine) = libm::sincos(phase);
         Complex::new(cosine as f32, sine as f32)
     };
-    [turn(half), turn(-constant)]
+    [phasor(half), phasor(-constant)]
 }
 
 impl Ray {

@@ -57,7 +57,7 @@ pub struct DepthInterpolation {
     samples: usize,
     step: NonZeroUsize,
     /// From one sample of a line to the next, the carrier's phase in 2⁻³² cycles.
-    turn: u32,
+    phase_step: u32,
     /// `e^{−jφ}` of that phase.
     factor: Complex<f32>,
     /// A row for each sample between two of a line.
@@ -99,7 +99,7 @@ impl DepthInterpolation {
             1 => 0.0,
             _ => fraction(cycles * depth_step as f64),
         };
-        let turn = (part * 4_294_967_296.0 + 0.5) as u64 as u32;
+        let phase_step = (part * 4_294_967_296.0 + 0.5) as u64 as u32;
         let forward = match depth_step {
             1 => Complex::new(1.0, 0.0),
             _ => phasor(part),
@@ -107,7 +107,7 @@ impl DepthInterpolation {
         Ok(DepthInterpolation {
             samples,
             step,
-            turn,
+            phase_step,
             factor: Complex::new(forward.re, -forward.im),
             rows,
             between,
@@ -290,9 +290,9 @@ impl DepthInterpolation {
 
     /// `e^{−jφ}` of the carrier at a sample of the line.
     fn phase(&self, sample: usize) -> Complex<f32> {
-        let turns = self.turn.wrapping_mul(sample as u32) as i32;
+        let cycles = self.phase_step.wrapping_mul(sample as u32) as i32;
         // 2⁻³² cycles.
-        let angle = turns as f32 * (TAU / 4_294_967_296.0);
+        let angle = cycles as f32 * (TAU / 4_294_967_296.0);
         let (sine, cosine) = libm::sincosf(angle);
         Complex::new(cosine, -sine)
     }

@@ -5,7 +5,7 @@ use super::memory::buffered;
 use super::{Block, DepthGate};
 use crate::beamform::{AlignedLine, Beamformer, LineBlock, Parameters, Workspace};
 use crate::covariance::Averaging;
-use crate::delay::stage::{Rest, Wanted};
+use crate::delay::stage::{Outputs, Rest};
 use crate::delay::{
     Compounding, Delay, DelayParameters, IqDelay, IqInterpolation, IqParameters, ScanLine, Stage,
 };
@@ -307,7 +307,7 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
                 active: block.active,
                 compounding,
             };
-            let wanted = Wanted {
+            let wanted = Outputs {
                 first: block.first,
                 step: self.wanted(),
                 // All numbers must be finite if another transmit is added.

@@ -166,41 +166,41 @@ impl Line {
         let (head, sums) = sums.split_at_mut_checked(above).unwrap_or_default();
         head.fill(0);
         let mut sum = 0u32;
-        let mut places = sums.iter_mut();
-        if let Some(first) = places.next() {
+        let mut entries = sums.iter_mut();
+        if let Some(first) = entries.next() {
             *first = 0;
         }
         // Grey first, so that the iterator skips no place at the end.
         match stride {
             1 => {
-                for (&level, place) in grey.iter().zip(places.by_ref()) {
+                for (&level, entry) in grey.iter().zip(entries.by_ref()) {
                     sum = sum.wrapping_add(u32::from(level));
-                    *place = sum;
+                    *entry = sum;
                 }
             }
             2 => {
-                for (&[a, b], place) in grey.as_chunks::<2>().0.iter().zip(places.by_ref()) {
+                for (&[a, b], entry) in grey.as_chunks::<2>().0.iter().zip(entries.by_ref()) {
                     sum = sum.wrapping_add(u32::from(a) + u32::from(b));
-                    *place = sum;
+                    *entry = sum;
                 }
             }
             4 => {
-                for (cell, place) in grey.as_chunks::<4>().0.iter().zip(places.by_ref()) {
+                for (cell, entry) in grey.as_chunks::<4>().0.iter().zip(entries.by_ref()) {
                     let [a, b, c, d] = cell.map(u32::from);
                     sum = sum.wrapping_add(a + b + c + d);
-                    *place = sum;
+                    *entry = sum;
                 }
             }
             _ => {
-                for (cell, place) in grey.chunks_exact(stride.max(1)).zip(places.by_ref()) {
+                for (cell, entry) in grey.chunks_exact(stride.max(1)).zip(entries.by_ref()) {
                     sum = cell
                         .iter()
                         .fold(sum, |sum, &level| sum.wrapping_add(u32::from(level)));
-                    *place = sum;
+                    *entry = sum;
                 }
             }
         }
-        places.for_each(|place| *place = sum);
+        entries.for_each(|entry| *entry = sum);
     }
 
     /// The ramp of the shadow to the end, for a frame's levels.
@@ -264,9 +264,9 @@ impl Line {
         let last = below().next_back().or_else(|| beside_blocks().next_back());
         beyond.fill(mean(last.unwrap_or(0)));
         let mut brightest = below().fold(0, u32::max);
-        for (place, sum) in beside.iter_mut().rev().zip(beside_blocks().rev()) {
+        for (entry, sum) in beside.iter_mut().rev().zip(beside_blocks().rev()) {
             brightest = brightest.max(sum);
-            *place = mean(brightest);
+            *entry = mean(brightest);
         }
     }
 

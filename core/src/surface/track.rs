@@ -91,10 +91,10 @@ impl Detector {
         }
         let levels = survey.levels();
         let mut tracker = Tracker::new(self, scratch)?;
-        let mut places = out.iter_mut();
+        let mut entries = out.iter_mut();
         let mut put = |point| {
-            if let Some(place) = places.next() {
-                *place = point;
+            if let Some(entry) = entries.next() {
+                *entry = point;
             }
         };
         for line in grey.chunks_exact(samples.max(1)) {
@@ -273,8 +273,8 @@ impl<'p, 'm> Tracker<'p, 'm> {
         let ended = value - prices.end;
         let head = if ended > self.absent { FROM_CELL } else { 0 };
         self.absent = self.absent.max(ended) - base + prices.absent;
-        if let Some(place) = self.heads.get_mut(slot) {
-            *place = head | cell;
+        if let Some(entry) = self.heads.get_mut(slot) {
+            *entry = head | cell;
         }
         let cells = Cells {
             scores: self.scores,
@@ -319,8 +319,8 @@ impl<'p, 'm> Tracker<'p, 'm> {
                     }
                 }
             };
-            if let Some(place) = self.path.get_mut(slot) {
-                *place = mark;
+            if let Some(entry) = self.path.get_mut(slot) {
+                *entry = mark;
             }
             cell = previous;
         }

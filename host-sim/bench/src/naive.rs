@@ -145,11 +145,11 @@ impl Naive {
         let l = self.shape.subaperture;
         // Eigenvalues ascend. c_j = Σ |e_kᴴa|²/λ_k, and e_kᴴa is the conjugate of the sum of e_k.
         let mut sum = 0.0;
-        for (k, share) in self.shares.iter_mut().enumerate() {
+        for (k, fraction) in self.shares.iter_mut().enumerate() {
             let index = l - 1 - k;
             let steering: c32 = self.eigenvectors.col_as_slice(index).iter().sum();
             sum += steering.norm_sqr() / self.eigenvalues[index].re;
-            *share = sum;
+            *fraction = sum;
         }
         let close = |a: usize, b: usize| {
             let [a, b] = [a, b].map(|k| self.eigenvalues[l - 1 - k].re);

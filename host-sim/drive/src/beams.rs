@@ -183,7 +183,7 @@ fn grid(
         )));
     }
     let count = parameters.line_count.unwrap_or(usual);
-    let share = |line: usize| line as f64 / (count - 1) as f64;
+    let fraction = |line: usize| line as f64 / (count - 1) as f64;
     let [first, last] = [data.element_x[0], data.element_x[elements - 1]];
     Ok(match kind {
         LineKind::Down => {
@@ -195,13 +195,13 @@ fn grid(
             (0..count).map(at).collect()
         }
         LineKind::Normals => (0..count)
-            .map(|line| array.normal(share(line) * (elements - 1) as f64))
+            .map(|line| array.normal(fraction(line) * (elements - 1) as f64))
             .collect(),
         LineKind::Sector => {
             let (left, width) = (-parameters.sector / 2.0, parameters.sector);
             let middle = (first + last) / 2.0;
             (0..count)
-                .map(|line| Ray::new(middle, 0.0, left + share(line) * width))
+                .map(|line| Ray::new(middle, 0.0, left + fraction(line) * width))
                 .collect()
         }
     })

@@ -175,9 +175,9 @@ impl<'a> RecordingFrames<'a> {
         let lines = frames.map(|index| {
             let frame = data.samples.frame(index);
             let frame = frame.ok_or_else(|| no_frame(index, data.samples.frames()))?;
-            let share = |part: f64| progress(((index - start) as f64 + part) / count);
+            let scaled = |part: f64| progress(((index - start) as f64 + part) / count);
             let mut z = Array2::zeros((stage.all_rays().len(), stage.samples()));
-            self.frame(frame, &share, z.view_mut())?;
+            self.frame(frame, &scaled, z.view_mut())?;
             Ok(stage.lines(z))
         });
         lines.collect()

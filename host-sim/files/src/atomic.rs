@@ -12,7 +12,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use super::file_error;
-use super::temporary_files::{self, Turn};
+use super::temporary_files::{self, Guard};
 use crate::{Error, Result};
 
 /// Sink for an output's contents: seekable, as a zip archive needs.
@@ -104,10 +104,10 @@ struct Pending {
 impl Drop for Pending {
     fn drop(&mut self) {
         if let Some(temporary) = &self.temporary {
-            let mut turn = temporary_files::lock();
+            let mut guard = temporary_files::lock();
             // What cannot be removed stays: there is nobody to tell.
             let _ = fs::remove_file(temporary);
-            turn.forget(temporary);
+            guard.forget(temporary);
         }
     }
 }
@@ -178,12 +178,12 @@ impl Outputs {
     pub fn commit(mut self) -> Result<()> {
         let _alone = self.lock_folders();
         // A signal waits until all are in their places.
-        let mut turn = temporary_files::lock();
+        let mut guard = temporary_files::lock();
         for pending in &mut self.pending {
             if let Some(temporary) = &pending.temporary {
                 fs::rename(temporary, &pending.target)
                     .map_err(|e| file_error(&pending.target, format!("cannot be written: {e}")))?;
-                turn.forget(temporary);
+                guard.forget(temporary);
             }
             // From here on another run may have a file of that name.
             pending.temporary = None;
@@ -337,8 +337,8 @@ fn open(path: &Path) -> Result<Pending> {
             format!("its folder {} {state}", folder.display()),
         ));
     }
-    let mut turn = temporary_files::lock();
-    let (file, temporary) = temporary(folder, &mut turn).map_err(|e| {
+    let mut guard = temporary_files::lock();
+    let (file, temporary) = temporary(folder, &mut guard).map_err(|e| {
         let reason = e.kind();
         file_error(
             path,
@@ -359,18 +359,18 @@ fn open(path: &Path) -> Result<Pending> {
 ///
 /// Its name has the process and a number that no other file of the process has. Names that exist, from a process in
 /// another container or a killed one, are left alone.
-fn temporary(folder: &Path, turn: &mut Turn) -> io::Result<(File, PathBuf)> {
+fn temporary(folder: &Path, guard: &mut Guard) -> io::Result<(File, PathBuf)> {
     static NEXT: AtomicU64 = AtomicU64::new(0);
     loop {
         let number = NEXT.fetch_add(1, Ordering::Relaxed);
         let path = folder.join(temporary_files::name(number));
         // Before it is made: a program that aborts has it in its list.
-        turn.add(&path);
+        guard.add(&path);
         let new = OpenOptions::new().write(true).create_new(true).open(&path);
         let file = match new {
             Ok(file) => file,
             Err(e) => {
-                turn.forget(&path);
+                guard.forget(&path);
                 if e.kind() == io::ErrorKind::AlreadyExists {
                     continue;
                 }
@@ -382,6 +382,6 @@ fn temporary(folder: &Path, turn: &mut Turn) -> io::Result<(File, PathBuf)> {
         if !taken && path.exists() {
             return Ok((file, path));
         }
-        turn.forget(&path);
+        guard.forget(&path);
     }
 }

@@ -154,8 +154,8 @@ fn decode_png(bytes: &[u8]) -> std::result::Result<Array2<f32>, String> {
 fn luma(colour: [u32; 3], white: f32) -> f32 {
     const SHARES: [f32; 3] = [0.212_647_84, 0.715_179_2, 0.072_173_04];
     let shares = colour.iter().zip(SHARES);
-    let luma = shares.fold(0.0, |sum, (&v, share)| {
-        sum + v as f32 * (1.0 / white) * share
+    let luma = shares.fold(0.0, |sum, (&v, fraction)| {
+        sum + v as f32 * (1.0 / white) * fraction
     });
     (255.0 * luma).round()
 }

@@ -181,8 +181,8 @@ impl PartialLines {
 
     fn write(&mut self, z: &Array2<Complex<f32>>) -> io::Result<()> {
         if self.done == 0 && self.file.is_none() {
-            let mut turn = temporary_files::lock();
-            turn.add(&self.path);
+            let mut guard = temporary_files::lock();
+            guard.add(&self.path);
             let new = OpenOptions::new()
                 .read(true)
                 .write(true)
@@ -191,14 +191,14 @@ impl PartialLines {
             let mut file = match new {
                 Ok(file) => file,
                 Err(e) => {
-                    turn.forget(&self.path);
+                    guard.forget(&self.path);
                     // Another run's.
                     let taken = e.kind() == io::ErrorKind::AlreadyExists;
                     return if taken { Ok(()) } else { Err(e) };
                 }
             };
             self.is_temporary = true;
-            drop(turn);
+            drop(guard);
             // A file system without locks goes without.
             let _ = file.try_lock();
             self.shape = z.dim();
@@ -234,10 +234,10 @@ impl PartialLines {
 impl Drop for PartialLines {
     fn drop(&mut self) {
         if self.is_temporary {
-            let mut turn = temporary_files::lock();
+            let mut guard = temporary_files::lock();
             // A file that cannot be removed stays: there is nobody to tell.
             let _ = fs::remove_file(&self.path);
-            turn.forget(&self.path);
+            guard.forget(&self.path);
         }
     }
 }

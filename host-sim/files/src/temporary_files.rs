@@ -27,25 +27,25 @@ struct Lists {
 }
 
 /// The right to make, rename and remove temporary files.
-pub struct Turn {
+pub struct Guard {
     _alone: MutexGuard<'static, ()>,
 }
 
 /// Waits for the turn; a signal waits until it is dropped.
-pub fn lock() -> Turn {
+pub fn lock() -> Guard {
     // A thread that panicked with the lock has left the lists whole.
     let _alone = TURN.lock().unwrap_or_else(PoisonError::into_inner);
-    Turn { _alone }
+    Guard { _alone }
 }
 
 /// As [`lock`], but waits at most half a second.
 ///
 /// A thread that aborts keeps the lock.
 #[cfg(all(feature = "signals", unix))]
-pub(crate) fn lock_soon() -> Option<Turn> {
+pub(crate) fn lock_soon() -> Option<Guard> {
     for _ in 0..500 {
         if let Ok(_alone) = TURN.try_lock() {
-            return Some(Turn { _alone });
+            return Some(Guard { _alone });
         }
         std::thread::sleep(std::time::Duration::from_millis(1));
     }
@@ -56,7 +56,7 @@ fn lists() -> MutexGuard<'static, Lists> {
     LISTS.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-impl Turn {
+impl Guard {
     /// Adds a temporary file that is about to be made.
     pub fn add(&mut self, file: &Path) {
         let file = file.to_path_buf();

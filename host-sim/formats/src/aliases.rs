@@ -119,7 +119,7 @@ pub fn listed(source: &dyn NamedArrays) -> String {
         .iter()
         .take(MOST)
         .enumerate()
-        .map(|(place, (name, sides))| {
+        .map(|(position, (name, sides))| {
             let long: Vec<usize> = sides.iter().copied().filter(|&side| side > 1).collect();
             let shape = sides
                 .iter()
@@ -128,7 +128,7 @@ pub fn listed(source: &dyn NamedArrays) -> String {
                 .join(" x ");
             let role = match (meant(name), long.as_slice()) {
                 (Some(key), _) => format!(", perhaps `{key}`"),
-                (None, [_, _, ..]) if place == 0 => ", perhaps `rf`".into(),
+                (None, [_, _, ..]) if position == 0 => ", perhaps `rf`".into(),
                 (None, [side]) if largest.contains(side) => {
                     ", as long as an axis of the largest".into()
                 }

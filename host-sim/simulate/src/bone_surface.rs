@@ -228,8 +228,8 @@ mod tests {
         let mut sums = [0.0; 4];
         for seed in 0..400 {
             let relief = Relief::new(rms, correlation, seed, 0);
-            for place in 0..20 {
-                let p = [2e-3 * f64::from(place), 0.0, 15e-3];
+            for position in 0..20 {
+                let p = [2e-3 * f64::from(position), 0.0, 15e-3];
                 let here = relief.height(p);
                 for (sum, lag) in sums.iter_mut().zip(lags) {
                     let there = relief.height([p[0], lag * correlation, p[2]]);

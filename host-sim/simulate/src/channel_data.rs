@@ -100,10 +100,10 @@ pub fn resumed_channel_data(
     let mut rf = match phantom.without_incoherent_clutter() {
         None => how.echoes(phantom, progress, checkpoint)?,
         Some([rest, clutter]) => {
-            let share = rest.sources().len() as f64;
-            let share = share / (share + clutter.sources().len() as f64);
-            let mut rf = how.echoes(&rest, &|done| progress(share * done), checkpoint)?;
-            let progress = |done| progress(share + (1.0 - share) * done);
+            let fraction = rest.sources().len() as f64;
+            let fraction = fraction / (fraction + clutter.sources().len() as f64);
+            let mut rf = how.echoes(&rest, &|done| progress(fraction * done), checkpoint)?;
+            let progress = |done| progress(fraction + (1.0 - fraction) * done);
             let mut more = how.echoes(&clutter, &progress, &mut Checkpoint::none())?;
             decorrelate(settings, phantom.clutter_coherence, &mut more);
             rf.iter_mut().zip(&more).for_each(|(sum, v)| *sum += v);

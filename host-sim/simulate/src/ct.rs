@@ -171,7 +171,7 @@ impl LineCrossings {
 
     /// Adds `contrast` times the share of each voxel of the row that is inside.
     fn fill(&self, grid: &VolumeGrid, [y, z]: [usize; 2], contrast: f32, voxels: &mut [f32]) {
-        let share = contrast / (LINES * LINES) as f32;
+        let fraction = contrast / (LINES * LINES) as f32;
         for line in 0..LINES * LINES {
             let [across, down] = [y * LINES + line % LINES, z * LINES + line / LINES];
             let mut inside = 0;
@@ -180,7 +180,7 @@ impl LineCrossings {
                 // In voxels; voxel k reaches from k to k + 1.
                 let at = (x - grid.corner[0]) / grid.step[0] + 0.5;
                 if inside > 0 {
-                    add(voxels, from, at, share);
+                    add(voxels, from, at, fraction);
                 }
                 inside += step;
                 from = at;
@@ -189,8 +189,8 @@ impl LineCrossings {
     }
 }
 
-/// Adds `share` to the voxels between two positions; less to those at the ends.
-fn add(voxels: &mut [f32], from: f64, to: f64, share: f32) {
+/// Adds `fraction` to the voxels between two positions; less to those at the ends.
+fn add(voxels: &mut [f32], from: f64, to: f64, fraction: f32) {
     let last = voxels.len();
     let first = from.max(0.0) as usize;
     for (k, voxel) in voxels.iter_mut().enumerate().take(last).skip(first) {
@@ -198,7 +198,7 @@ fn add(voxels: &mut [f32], from: f64, to: f64, share: f32) {
         if part <= 0.0 {
             break;
         }
-        *voxel += share * part as f32;
+        *voxel += fraction * part as f32;
     }
 }
 

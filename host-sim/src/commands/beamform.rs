@@ -306,9 +306,9 @@ pub fn run(arguments: Arguments) -> Result<()> {
         let (recording, own) = blocks.block(frames.start + done)?;
         snapshot.check()?;
         let block = own.len() as f64;
-        let share = |part: f64| (done as f64 + part * block) / frames.len() as f64;
-        let progress = |part: f64| bar.set((1000.0 * share(part)) as u64, 1000);
-        hashing.follow(share(1.0));
+        let fraction = |part: f64| (done as f64 + part * block) / frames.len() as f64;
+        let progress = |part: f64| bar.set((1000.0 * fraction(part)) as u64, 1000);
+        hashing.follow(fraction(1.0));
         let begin = Instant::now();
         let lines = beamformer.lines(recording, own, &progress);
         seconds += begin.elapsed().as_secs_f64();

@@ -99,11 +99,11 @@ pub(super) fn run_in(job: &Job, folder: &Path, page: Page, docs: Option<&Path>) 
 pub(super) fn prepare(folder: &Path) -> Result<Vec<&Path>> {
     let new = |path: &&Path| !path.as_os_str().is_empty() && !path.exists();
     let created: Vec<&Path> = folder.ancestors().take_while(new).collect();
-    let mut turn = temporary_files::lock();
+    let mut guard = temporary_files::lock();
     for folder in created.iter().rev() {
-        turn.add_folder(folder);
+        guard.add_folder(folder);
     }
-    drop(turn);
+    drop(guard);
     fs::create_dir_all(folder).map_err(|e| Error::File {
         path: folder.to_path_buf(),
         message: format!("the folder cannot be created: {}", e.kind()),

@@ -211,20 +211,20 @@ impl Overlay {
         // The cast saturates.
         let pixels = picture.pixels.mapv(|level| [(level + 0.5) as u8; 3]);
         let mut overlay = Self { pixels };
-        let place = |[x, z]: [f64; 2]| {
+        let position = |[x, z]: [f64; 2]| {
             [x - picture.x0, z - picture.z0].map(|length| length / picture.pixel)
         };
         if let Some(fan) = fan {
             let outline = outline(fan);
             let next = outline.iter().skip(1).chain(outline.first());
             for (from, to) in outline.iter().zip(next) {
-                overlay.line(place(*from), place(*to), Self::OUTLINE);
+                overlay.line(position(*from), position(*to), Self::OUTLINE);
             }
         }
         for piece in points.chunk_by(|a, b| a.piece == b.piece) {
             for (k, point) in piece.iter().enumerate() {
                 let next = piece.get(k + 1).unwrap_or(point);
-                let [from, to] = [point, next].map(|point| place([point.x, point.z]));
+                let [from, to] = [point, next].map(|point| position([point.x, point.z]));
                 overlay.line(from, to, Self::colour(point.confidence));
             }
         }

@@ -251,8 +251,8 @@ fn of_recording(source: &Source<'_>, config: &Config, snapshot: &Snapshot) -> Re
         let (recording, own) = blocks.block(start)?;
         snapshot.check()?;
         let (done, block) = ((start - frames.start) as f64, own.len() as f64);
-        let share = |part: f64| (done + part * block) / frames.len() as f64;
-        let progress = |part: f64| bar.set((1000.0 * share(part)) as u64, 1000);
+        let fraction = |part: f64| (done + part * block) / frames.len() as f64;
+        let progress = |part: f64| bar.set((1000.0 * fraction(part)) as u64, 1000);
         let lines = beamformer.lines(recording, own, &progress);
         for (index, lines) in (start..).zip(lines.map_err(|e| about(path, e))?) {
             add_frame(&mut found, index, &lines, source, config)?;

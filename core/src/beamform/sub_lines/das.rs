@@ -4,7 +4,7 @@ use super::steer::{Powers, number};
 use crate::beamform::apodization::Window;
 use crate::beamform::parameters::Beamformer;
 use crate::beamform::postfilter::{Applied, Elements, Postfilter, factor};
-use crate::beamform::pushes::Place;
+use crate::beamform::pushes::SampleIndex;
 use crate::beamform::segment::Segment;
 use crate::geometry::Steering;
 use crate::simd::ComplexVector;
@@ -36,7 +36,7 @@ impl Beamformer {
             let Some(active) = active.filter(|active| !active.is_empty()) else {
                 return;
             };
-            let sample = Place::output(i, step).sample(segment).unwrap_or(0);
+            let sample = SampleIndex::output(i, step).sample(segment).unwrap_or(0);
             for (k, z) in z.iter_mut().enumerate() {
                 let [half, phase] = steering.direction(sample, k);
                 let steered = Steered {

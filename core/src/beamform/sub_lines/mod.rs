@@ -248,7 +248,7 @@ impl Beamformer {
             else {
                 continue;
             };
-            let place = pushes.complete(push);
+            let sample_index = pushes.complete(push);
             let Workspace {
                 zero,
                 snapshot: active,
@@ -262,11 +262,11 @@ impl Beamformer {
             };
             if half_window > 0 {
                 // The last pushed sample is `K` samples further on.
-                elements(zero, segments, place, active);
+                elements(zero, segments, sample_index, active);
             }
             let sample = Sample {
                 lines,
-                place,
+                sample_index,
                 active,
                 subaperture,
             };

@@ -3,7 +3,7 @@
 use crate::beamform::apodization::Window;
 use crate::beamform::parameters::Parameters;
 use crate::beamform::postfilter::{Elements, Postfilter, factor};
-use crate::beamform::pushes::Place;
+use crate::beamform::pushes::SampleIndex;
 use crate::beamform::segment::SteeredSegments;
 use crate::beamform::workspace::Directions;
 use crate::covariance::Averaging;
@@ -17,7 +17,7 @@ use num_complex::Complex;
 #[derive(Clone, Copy)]
 pub(super) struct Sample<'s, 'a, V> {
     pub(super) lines: SteeredSegments<'s, 'a>,
-    pub(super) place: Place,
+    pub(super) sample_index: SampleIndex,
     pub(super) active: &'s [ComplexVector<V>],
     pub(super) subaperture: usize,
 }
@@ -106,7 +106,7 @@ pub(super) fn steer<A: Averaging<V>, V: Vector>(
 ) {
     let Sample {
         lines,
-        place,
+        sample_index,
         active,
         subaperture,
     } = sample;
@@ -139,11 +139,11 @@ pub(super) fn steer<A: Averaging<V>, V: Vector>(
         return;
     };
     let mut single = match (lines.segments, lines.steering) {
-        ([segment, ..], [steering, ..]) if V::LANES == 1 => {
-            steering.at(place.sample(segment).unwrap_or(0)).iter()
-        }
+        ([segment, ..], [steering, ..]) if V::LANES == 1 => steering
+            .at(sample_index.sample(segment).unwrap_or(0))
+            .iter(),
         _ => {
-            look_up(zero, lines, place, (halves, phases));
+            look_up(zero, lines, sample_index, (halves, phases));
             [].iter()
         }
     };
@@ -212,7 +212,7 @@ impl<V: Vector> Elements<V> for Rotated<'_, V> {
 fn look_up<V: Vector>(
     zero: V,
     lines: SteeredSegments<'_, '_>,
-    place: Place,
+    sample_index: SampleIndex,
     (halves, phases): (&mut [ComplexVector<V>], &mut [ComplexVector<V>]),
 ) {
     // Lanes without a segment point straight ahead.
@@ -223,7 +223,7 @@ fn look_up<V: Vector>(
     }
     let segments = lines.segments.iter().zip(lines.steering);
     for (lane, (segment, steering)) in segments.enumerate() {
-        let directions = steering.at(place.sample(segment).unwrap_or(0));
+        let directions = steering.at(sample_index.sample(segment).unwrap_or(0));
         let slots = halves.iter_mut().zip(phases.iter_mut());
         for ((half, phase), &[of_half, of_phase]) in slots.zip(directions) {
             half.set_lane(lane, of_half);

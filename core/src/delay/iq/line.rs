@@ -4,7 +4,7 @@ use super::chunk::{Centre, Chunk, Factors};
 use super::interpolation::Read;
 use super::parameters::{DELAY_NUMBERS, IqParameters};
 use super::record::{IqSamples, IqSource, Sample, Window};
-use super::records::{Elements, Places, Records};
+use super::records::{Elements, Records, SampleIndices};
 use super::taps::{CHUNK, Values};
 use crate::Complex;
 use crate::delay::FAR;
@@ -104,19 +104,19 @@ impl IqParameters {
                                 let offsets = [records.included(), mirrored_offsets];
                                 chunk.locate(&factors, centres, &numbers, offsets);
                             }
-                            let places = Places {
+                            let indices = SampleIndices {
                                 records,
                                 chunk: &chunk,
                                 mirrored: half.mirrored,
                             };
                             let weights = chunk.weight.get(..centres.len()).unwrap_or_default();
-                            read.read(weights, &places, &mut values);
-                            let turns = chunk.cosine.iter().zip(&chunk.sine);
-                            let values = values.values.iter().zip(turns);
-                            for ((value, turn), row) in values.zip(rows) {
+                            read.read(weights, &indices, &mut values);
+                            let phasors = chunk.cosine.iter().zip(&chunk.sine);
+                            let values = values.values.iter().zip(phasors);
+                            for ((value, phasor), row) in values.zip(rows) {
                                 let row = row + half.written.start..row + half.written.end;
                                 let row = out.get_mut(row).unwrap_or_default();
-                                let value = turned(*value, turn);
+                                let value = turned(*value, phasor);
                                 put(source.line.compounding, value, half.mirrored, row);
                             }
                         }
@@ -261,9 +261,9 @@ struct Depths {
 impl Depths {
     #[inline(always)]
     fn push(&mut self, row: usize, centre: Centre) {
-        let place = self.centres.get_mut(self.count);
-        if let Some((centre_place, row_place)) = place.zip(self.rows.get_mut(self.count)) {
-            (*centre_place, *row_place) = (centre, row);
+        let centre_entry = self.centres.get_mut(self.count);
+        if let Some((centre_entry, row_entry)) = centre_entry.zip(self.rows.get_mut(self.count)) {
+            (*centre_entry, *row_entry) = (centre, row);
             self.count += 1;
         }
     }

@@ -85,13 +85,13 @@ impl<'a, T: Sample, const PLANAR: bool> Records<'a, T, PLANAR> {
 }
 
 /// Records, and the samples of them that are read at the depths of a chunk.
-pub(super) struct Places<'a, 'r, V, T, const PLANAR: bool> {
+pub(super) struct SampleIndices<'a, 'r, V, T, const PLANAR: bool> {
     pub(super) records: &'r Records<'a, T, PLANAR>,
     pub(super) chunk: &'r Chunk<V>,
     pub(super) mirrored: bool,
 }
 
-impl<V: Vector, T: Sample, const PLANAR: bool> Taps for Places<'_, '_, V, T, PLANAR> {
+impl<V: Vector, T: Sample, const PLANAR: bool> Taps for SampleIndices<'_, '_, V, T, PLANAR> {
     #[inline(always)]
     fn all_within(&self, n: usize) -> bool {
         self.chunk.within.get(n).is_some_and(|&within| within)

@@ -5,7 +5,7 @@
 use core::ops::Range;
 use core::slice;
 
-use super::put::{GroupLines, Wanted};
+use super::put::{DepthStep, GroupLines};
 use super::{Compounding, Delay, FAR, STEP, ScanLine, Source};
 use crate::Complex;
 use crate::delay::decimator::{DecimatorMemory, streams_len};
@@ -61,7 +61,7 @@ impl Delay {
         out: &mut [Complex<f32>],
     ) {
         let line = source.line;
-        let wanted = Wanted {
+        let wanted = DepthStep {
             first: source.first,
             step: source.step,
         };

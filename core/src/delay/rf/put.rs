@@ -16,19 +16,19 @@ pub(super) struct GroupLines<'a> {
     pub line_len: usize,
     pub group: &'a Group,
     pub compounding: Compounding,
-    pub wanted: Wanted,
+    pub wanted: DepthStep,
 }
 
 /// The output samples of a line: every `step`-th, in a block from sample `first` on.
 #[derive(Clone, Copy)]
-pub(super) struct Wanted {
+pub(super) struct DepthStep {
     pub first: usize,
     pub step: usize,
 }
 
-impl Wanted {
+impl DepthStep {
     /// All samples.
-    pub const ALL: Self = Wanted { first: 0, step: 1 };
+    pub const ALL: Self = DepthStep { first: 0, step: 1 };
 
     /// Whether the output has the block's sample `sample`.
     #[inline(always)]
@@ -108,7 +108,12 @@ impl Delay {
 impl Delay {
     /// Writes zeros for elements that are not active, and for unwanted samples.
     #[inline(always)]
-    pub(super) fn clear_outside(&self, line: &ScanLine, wanted: Wanted, out: &mut [Complex<f32>]) {
+    pub(super) fn clear_outside(
+        &self,
+        line: &ScanLine,
+        wanted: DepthStep,
+        out: &mut [Complex<f32>],
+    ) {
         let end = line.active.first + line.active.count;
         let rows = out.chunks_exact_mut(self.parameters.elements.max(1));
         for (sample, row) in rows.enumerate() {

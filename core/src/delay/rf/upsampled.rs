@@ -10,7 +10,7 @@
 //! Positions are integers in units of 2⁻¹⁵ of a sample. The transmit's part, which all elements share, and the
 //! element's part, which all transmits share, are each computed once and added.
 
-use super::put::{GroupLines, Wanted};
+use super::put::{DepthStep, GroupLines};
 use super::{Compounding, Delay, FAR, ScanLine};
 #[cfg(doc)]
 use crate::delay::Stage;
@@ -333,11 +333,11 @@ impl<'a> Upsampled<'a> {
                 line_len,
                 group: &group,
                 compounding: Compounding::Replace,
-                wanted: Wanted::ALL,
+                wanted: DepthStep::ALL,
             };
             self.delay.put(zero, &lines, rows, out);
         }
-        self.delay.clear_outside(line, Wanted::ALL, out);
+        self.delay.clear_outside(line, DepthStep::ALL, out);
         Ok(())
     }
 }

@@ -175,8 +175,8 @@ fn check_fan(fan: &PictureFan, columns: bool) -> Result<()> {
         angles: [first, last],
     } = *fan;
     let far_off = |at: &f64| !(-LENGTHS[1]..=LENGTHS[1]).contains(at);
-    if let Some(place) = [x, z].into_iter().find(far_off) {
-        return refused(place, "an apex within 10 m");
+    if let Some(position) = [x, z].into_iter().find(far_off) {
+        return refused(position, "an apex within 10 m");
     }
     if !(0.0 <= near && near < far && far <= LENGTHS[1]) {
         return refused(far, "distances from the apex with 0 <= BEGIN < END, in m");

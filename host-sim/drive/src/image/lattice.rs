@@ -30,7 +30,7 @@ struct Apex {
 }
 
 /// Left one of two beams, and the share of the way to the second.
-type Place = (usize, f64);
+type Between = (usize, f64);
 
 impl Lattice {
     /// The beams of lines.
@@ -100,8 +100,8 @@ impl Lattice {
 
     /// The value of `levels` [beam, sample] at a position (x, z); 0 outside.
     pub(super) fn at(&self, levels: &[f32], position: [f64; 2]) -> f32 {
-        let found = self.place(position);
-        found.map_or(0.0, |(place, depth)| self.value(levels, place, depth))
+        let found = self.locate(position);
+        found.map_or(0.0, |(between, depth)| self.value(levels, between, depth))
     }
 
     /// The value at an angle and a depth along the beams; 0 outside.
@@ -115,37 +115,37 @@ impl Lattice {
     }
 
     /// The two beams around a position, the share of the way, and the depth.
-    fn place(&self, position: [f64; 2]) -> Option<(Place, f64)> {
+    fn locate(&self, position: [f64; 2]) -> Option<(Between, f64)> {
         let right_of = |ray: &Ray| ray.coordinates(position)[0] >= 0.0;
         let next = self.rays.partition_point(right_of);
         let beam = next.saturating_sub(1).min(self.rays.len() - 2);
         let pair = [&self.rays[beam], &self.rays[beam + 1]];
         let Some(apex) = &self.apexes[beam] else {
             let [[a, along_a], [b, along_b]] = pair.map(|ray| ray.coordinates(position));
-            let share = a / (a - b);
-            return Some(((beam, share), along_a + share * (along_b - along_a)));
+            let fraction = a / (a - b);
+            return Some(((beam, fraction), along_a + fraction * (along_b - along_a)));
         };
         let [u, v] = [0, 1].map(|axis| position[axis] - apex.position[axis]);
         let middle = (pair[0].angle() + pair[1].angle()) / 2.0;
         // Before the apex the beams come towards it.
         let side = (u * middle.sin() + v * middle.cos()).signum();
         let angle = (side * u).atan2(side * v);
-        let share = (angle - pair[0].angle()) / (pair[1].angle() - pair[0].angle());
-        let begin = apex.begins[0] + share * (apex.begins[1] - apex.begins[0]);
-        Some(((beam, share), side * u.hypot(v) - begin))
+        let fraction = (angle - pair[0].angle()) / (pair[1].angle() - pair[0].angle());
+        let begin = apex.begins[0] + fraction * (apex.begins[1] - apex.begins[0]);
+        Some(((beam, fraction), side * u.hypot(v) - begin))
     }
 
     /// Bilinear interpolation, as in the core's `resample`.
-    fn value(&self, levels: &[f32], (beam, share): Place, depth: f64) -> f32 {
+    fn value(&self, levels: &[f32], (beam, fraction): Between, depth: f64) -> f32 {
         let last = (self.samples.count - 1) as f64;
         let at = (depth - self.samples.first) / self.samples.step;
         let inside = |at: f64, last: f64| at >= -EDGE && at <= last + EDGE;
-        if !(inside(at, last) && inside(share, 1.0)) {
+        if !(inside(at, last) && inside(fraction, 1.0)) {
             return 0.0;
         }
         let at = at.clamp(0.0, last);
         let sample = at.floor().min(last - 1.0);
-        let (p, q) = (share.clamp(0.0, 1.0) as f32, (at - sample) as f32);
+        let (p, q) = (fraction.clamp(0.0, 1.0) as f32, (at - sample) as f32);
         let along = |beam: usize| {
             let corner = beam * self.samples.count + sample as usize;
             (1.0 - q) * levels[corner] + q * levels[corner + 1]

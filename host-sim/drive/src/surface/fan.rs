@@ -201,18 +201,20 @@ fn radii(lit: &Array2<bool>, [x, z]: [f64; 2], angles: [f64; 2]) -> Option<[f64;
     let mut ends = vec![[f64::INFINITY, 0.0]; BINS];
     for ((row, column), _) in lit.indexed_iter().filter(|(_, lit)| **lit) {
         let (u, v) = (column as f64 - x, row as f64 - z);
-        let share = (u.atan2(v) - angles[0]) / (angles[1] - angles[0]);
-        if (0.0..1.0).contains(&share) {
-            let [nearest, farthest] = &mut ends[(share * BINS as f64) as usize];
+        let fraction = (u.atan2(v) - angles[0]) / (angles[1] - angles[0]);
+        if (0.0..1.0).contains(&fraction) {
+            let [nearest, farthest] = &mut ends[(fraction * BINS as f64) as usize];
             let radius = u.hypot(v);
             (*nearest, *farthest) = (nearest.min(radius), farthest.max(radius));
         }
     }
     ends.retain(|[nearest, _]| nearest.is_finite());
-    let nth = |k: usize, share: f64| {
+    let nth = |k: usize, fraction: f64| {
         let mut sorted: Vec<f64> = ends.iter().map(|ends| ends[k]).collect();
         sorted.sort_by(f64::total_cmp);
-        sorted.get((share * sorted.len() as f64) as usize).copied()
+        sorted
+            .get((fraction * sorted.len() as f64) as usize)
+            .copied()
     };
     // Dark tissue begins later and ends earlier; in a picture that is cut below, slanted beams end later.
     let radii = [nth(0, 0.2)?, nth(1, 0.95)?];

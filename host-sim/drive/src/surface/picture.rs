@@ -231,7 +231,7 @@ mod tests {
     }
 
     /// Checks that nearly all beams with bone have a point on it, and few others a point.
-    fn follows(found: &PictureSurface, share: f64) {
+    fn follows(found: &PictureSurface, fraction: f64) {
         let mut hits = 0;
         for point in &found.points {
             let (u, v) = (point.x - FAN.x, point.z - FAN.z);
@@ -239,7 +239,7 @@ mod tests {
             hits += usize::from(off.is_some_and(|off| off.abs() < 0.4e-3));
         }
         let beams = found.lines as f64 * (0.3 - FAN.angles[0]) / (FAN.angles[1] - FAN.angles[0]);
-        assert!(hits as f64 > share * beams, "{hits} of {beams} beams");
+        assert!(hits as f64 > fraction * beams, "{hits} of {beams} beams");
         let count = found.points.len() as f64;
         assert!(hits as f64 > 0.97 * count, "{hits} of {count} points");
     }

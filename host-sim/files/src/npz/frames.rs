@@ -253,8 +253,8 @@ mod tests {
         let path = folder.path().join("frames.npz");
         let shape = (5, 2, 3, 7000);
         let at = |(f, t, m, n): (usize, usize, usize, usize)| (f * 7919 + t * 31 + m * 5 + n) % 251;
-        let real = Array4::from_shape_fn(shape, |place| at(place) as f32 - 125.5);
-        let whole = Array4::from_shape_fn(shape, |place| at(place) as i16 - 125);
+        let real = Array4::from_shape_fn(shape, |index| at(index) as f32 - 125.5);
+        let whole = Array4::from_shape_fn(shape, |index| at(index) as i16 - 125);
         let complex = real.mapv(|re| Complex::new(re, 0.25 - re));
         let mut bytes = Cursor::new(Vec::new());
         let mut npz = Writer::new(&mut bytes, 0);

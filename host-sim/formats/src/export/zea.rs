@@ -146,8 +146,8 @@ fn samples<'a>(
             for (k, &value) in part.iter().enumerate() {
                 let (record, sample) = (k / samples, k % samples);
                 let (transmit, element) = (record / elements, record % elements);
-                let place = (transmit * samples + sample) * elements + element;
-                turned[place * channels + channel] = value;
+                let position = (transmit * samples + sample) * elements + element;
+                turned[position * channels + channel] = value;
             }
         }
         frame(&array, &shape, index, &turned)

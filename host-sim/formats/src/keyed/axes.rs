@@ -15,7 +15,7 @@ const SAMPLE: usize = 3;
 /// The axes of a file's samples.
 pub(super) struct Axes {
     /// Their indices in [`ORDER`]; `None` if they are those of channel data.
-    places: Option<Vec<usize>>,
+    roles: Option<Vec<usize>>,
     /// The axis along which transmits are concatenated, and the number of transmits.
     joined: Option<(usize, usize)>,
 }
@@ -34,35 +34,35 @@ impl Axes {
     ) -> Result<Self> {
         let Some(Given::Names(names)) = given else {
             return Ok(Self {
-                places: None,
+                roles: None,
                 joined: None,
             });
         };
-        let place = |name: &String| ORDER.iter().position(|known| known == name);
-        let places: Option<Vec<usize>> = names.iter().map(place).collect();
-        let once = |places: &Vec<usize>| {
-            let needed = [ELEMENT, SAMPLE].iter().all(|axis| places.contains(axis));
-            needed && (0..4).all(|axis| places.iter().filter(|&&p| p == axis).count() <= 1)
+        let role = |name: &String| ORDER.iter().position(|known| known == name);
+        let roles: Option<Vec<usize>> = names.iter().map(role).collect();
+        let once = |roles: &Vec<usize>| {
+            let needed = [ELEMENT, SAMPLE].iter().all(|axis| roles.contains(axis));
+            needed && (0..4).all(|axis| roles.iter().filter(|&&p| p == axis).count() <= 1)
         };
-        let places = places.filter(once).ok_or_else(|| {
+        let roles = roles.filter(once).ok_or_else(|| {
             Error::Usage(format!(
                 "`{AXES}` in [variables] is {}; expected element and sample once each, and transmit and \
                  frame if there are several",
                 names.join(", ")
             ))
         })?;
-        let joined = sides.and_then(|sides| joined(&places, sides, transmits?));
+        let joined = sides.and_then(|sides| joined(&roles, sides, transmits?));
         Ok(Self {
-            places: Some(places),
+            roles: Some(roles),
             joined,
         })
     }
 
     /// The axis of the frames; `None` if there is one frame.
     pub(super) fn of_frames(&self, rank: usize) -> Option<usize> {
-        let axis = match &self.places {
-            Some(places) => {
-                let axis = places.iter().position(|&place| place == FRAME)?;
+        let axis = match &self.roles {
+            Some(roles) => {
+                let axis = roles.iter().position(|&role| role == FRAME)?;
                 let is_behind = self.joined.is_some_and(|(joined, _)| joined < axis);
                 axis - usize::from(is_behind)
             }
@@ -81,43 +81,43 @@ impl Axes {
         mut values: ArrayD<T>,
     ) -> std::result::Result<Array4<T>, String> {
         let shape = values.shape().to_vec();
-        let mut places = self.places.clone();
-        if let (Some((axis, transmits)), Some(places)) = (self.joined, &mut places) {
+        let mut roles = self.roles.clone();
+        if let (Some((axis, transmits)), Some(roles)) = (self.joined, &mut roles) {
             let mut apart = shape.clone();
             apart[axis] /= transmits;
             apart.insert(axis, transmits);
-            (places[axis], places[axis + 1]) = (TRANSMIT, SAMPLE);
+            (roles[axis], roles[axis + 1]) = (TRANSMIT, SAMPLE);
             let values_in_order = values.as_standard_layout().into_owned();
             values = values_in_order
                 .into_shape_with_order(IxDyn(&apart))
                 .map_err(|e| format!("has shape {shape:?}: {e}"))?;
         }
-        let count = places.as_ref().map_or(shape.len().clamp(3, 4), Vec::len);
+        let count = roles.as_ref().map_or(shape.len().clamp(3, 4), Vec::len);
         // MATLAB drops axes of length 1 at the end; any file may have one too many there.
         while values.ndim() > count && values.shape().last() == Some(&1) {
             let last = Axis(values.ndim() - 1);
             values = values.index_axis_move(last, 0);
         }
-        while places.is_some() && values.ndim() < count {
+        while roles.is_some() && values.ndim() < count {
             let end = Axis(values.ndim());
             values = values.insert_axis(end);
         }
-        let mut places = places.unwrap_or_else(|| (4 - count..4).collect());
-        if values.ndim() != places.len() {
+        let mut roles = roles.unwrap_or_else(|| (4 - count..4).collect());
+        if values.ndim() != roles.len() {
             return Err(format!(
                 "has shape {shape:?}; expected [transmit, element, sample], or with a frame axis \
                  before them; give another order by --variable axes=sample,element,transmit"
             ));
         }
         for axis in [FRAME, TRANSMIT] {
-            if !places.contains(&axis) {
-                places.push(axis);
+            if !roles.contains(&axis) {
+                roles.push(axis);
                 let end = Axis(values.ndim());
                 values = values.insert_axis(end);
             }
         }
         let order: Vec<usize> = (0..4)
-            .filter_map(|axis| places.iter().position(|&place| place == axis))
+            .filter_map(|axis| roles.iter().position(|&role| role == axis))
             .collect();
         let values = values.permuted_axes(IxDyn(&order));
         let values = values.as_standard_layout().into_owned();
@@ -130,12 +130,12 @@ impl Axes {
 /// The axis along which transmits are concatenated, if an axis is missing.
 ///
 /// Transmit and sample must be neighbours, and the length a multiple of the transmits.
-fn joined(places: &[usize], sides: &[usize], transmits: usize) -> Option<(usize, usize)> {
-    let axis_of = |axis: usize| places.iter().position(|&place| place == axis);
+fn joined(roles: &[usize], sides: &[usize], transmits: usize) -> Option<(usize, usize)> {
+    let axis_of = |axis: usize| roles.iter().position(|&role| role == axis);
     let (transmit, sample) = (axis_of(TRANSMIT)?, axis_of(SAMPLE)?);
     let axis = transmit.min(sample);
     let is_joined = transmits > 1
-        && sides.len() + 1 == places.len()
+        && sides.len() + 1 == roles.len()
         && transmit.abs_diff(sample) == 1
         && sides.get(axis).is_some_and(|side| side % transmits == 0);
     is_joined.then_some((axis, transmits))

@@ -49,14 +49,14 @@ pub fn quantise(values: &[f32]) -> FixedPoint {
         squares += error * error;
         saturated += usize::from(exact.abs().round_ties_even() > LARGEST);
     }
-    let share = |error: f64| match largest > 0.0 {
+    let fraction = |error: f64| match largest > 0.0 {
         true => error / scale / largest,
         false => 0.0,
     };
     FixedPoint {
         exponent,
-        largest_error: share(worst),
-        rms_error: share((squares / values.len().max(1) as f64).sqrt()),
+        largest_error: fraction(worst),
+        rms_error: fraction((squares / values.len().max(1) as f64).sqrt()),
         words,
         saturated,
     }

@@ -95,9 +95,9 @@ fn mean(line: ArrayView1<f64>, step: f64, sample: usize, window: [f64; 2]) -> f6
 }
 
 /// The quantile of values at a share; 0 without values.
-fn percentile(mut values: Vec<f64>, share: f64) -> f64 {
+fn percentile(mut values: Vec<f64>, fraction: f64) -> f64 {
     values.sort_by(f64::total_cmp);
-    let at = (share * values.len().saturating_sub(1) as f64).round() as usize;
+    let at = (fraction * values.len().saturating_sub(1) as f64).round() as usize;
     values.get(at).copied().unwrap_or(0.0)
 }
 

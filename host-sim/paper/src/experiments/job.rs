@@ -233,9 +233,9 @@ impl Job {
     pub fn select(&mut self, filter: &ExperimentFilter, list: &[Kind]) -> Result<()> {
         filter.check(list)?;
         let keep: Vec<bool> = self.list.iter().map(|k| filter.takes(k)).collect();
-        let mut places = keep.iter();
+        let mut positions = keep.iter();
         self.experiments
-            .retain(|_| places.next().copied().unwrap_or(true));
+            .retain(|_| positions.next().copied().unwrap_or(true));
         self.list.retain(|kind| filter.takes(kind));
         Ok(())
     }

@@ -142,11 +142,11 @@ pub fn expected_target_error(fiducials: &[Point], target: Point, localisation: f
         let along = p.dot(&axes.column(k));
         p.norm_squared() - along * along
     };
-    let share = |k: usize| {
+    let fraction = |k: usize| {
         let spread: f64 = centred.iter().map(|p| from_axis(p, k)).sum();
         from_axis(&target, k) / (spread / centred.len() as f64)
     };
-    localisation / fiducials.len() as f64 * (1.0 + (0..3).map(share).sum::<f64>() / 3.0)
+    localisation / fiducials.len() as f64 * (1.0 + (0..3).map(fraction).sum::<f64>() / 3.0)
 }
 
 fn centroid(points: &[Point]) -> Vector3<f64> {

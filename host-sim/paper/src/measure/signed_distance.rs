@@ -152,11 +152,11 @@ pub fn distribution(pixels: ArrayView2<f32>, distance: ArrayView2<f64>, bin: f64
 /// Median and 90 % quantile of a histogram.
 fn quantiles(levels: &[usize; LEVELS]) -> Option<[f64; 2]> {
     let all: usize = levels.iter().sum();
-    let quantile = |share: f64| {
+    let quantile = |fraction: f64| {
         let mut below = 0;
         levels.iter().position(|n| {
             below += n;
-            below as f64 >= share * all as f64
+            below as f64 >= fraction * all as f64
         })
     };
     let [half, most] = [quantile(0.5)?, quantile(0.9)?];

@@ -85,17 +85,17 @@ impl Judged {
 
     /// Share of the detected points that are hits; `None` without points.
     pub fn precision(&self) -> Option<f64> {
-        share(self.hits_mm.len(), self.answers)
+        fraction(self.hits_mm.len(), self.answers)
     }
 
     /// Share of the surface's lines that are hit; `None` without a surface.
     pub fn recall(&self) -> Option<f64> {
-        share(self.hits_mm.len(), self.surfaces)
+        fraction(self.hits_mm.len(), self.surfaces)
     }
 
     /// Harmonic mean of precision and recall; `None` without points and surface.
     pub fn f1(&self) -> Option<f64> {
-        share(2 * self.hits_mm.len(), self.answers + self.surfaces)
+        fraction(2 * self.hits_mm.len(), self.answers + self.surfaces)
     }
 
     /// Mean distance of the hits, mm.
@@ -113,7 +113,7 @@ impl Judged {
     }
 }
 
-fn share(part: usize, of: usize) -> Option<f64> {
+fn fraction(part: usize, of: usize) -> Option<f64> {
     (of > 0).then(|| part as f64 / of as f64)
 }
 

@@ -7,10 +7,10 @@ use crate::{Error, Result};
 use bonebeam_files::image::encode;
 
 /// Colour at full brightness of a share of the quantity's range, −1 to 1.
-pub fn colour(share: f64) -> [f64; 3] {
+pub fn colour(fraction: f64) -> [f64; 3] {
     // The square root keeps small ones apart.
-    let pale = 1.0 - share.clamp(-1.0, 1.0).abs().sqrt();
-    match share > 0.0 {
+    let pale = 1.0 - fraction.clamp(-1.0, 1.0).abs().sqrt();
+    match fraction > 0.0 {
         true => [1.0, pale, pale],
         false => [pale, pale, 1.0],
     }
@@ -20,8 +20,8 @@ impl Coloured {
     /// The colour of a pixel.
     pub(super) fn at(&self, row: usize, column: usize) -> [u8; 3] {
         let grey = f64::from(self.picture.pixels[[row, column]]);
-        let share = self.values[[row, column]] / self.reach;
-        colour(share).map(|v| (v * grey).round().clamp(0.0, 255.0) as u8)
+        let fraction = self.values[[row, column]] / self.reach;
+        colour(fraction).map(|v| (v * grey).round().clamp(0.0, 255.0) as u8)
     }
 
     /// The bytes of a PNG of its pixels alone.

@@ -65,8 +65,8 @@ pub fn figure(image: &BModeImage, dynamic_range: f64) -> Result<String> {
     let svg = draw(size, |root| {
         let (left, right) = root.split_horizontally(LEFT + width);
         axes(&left, &extent, &[], &margins)?;
-        bar.draw(&right, |share| {
-            let level = (255.0 * share) as u8;
+        bar.draw(&right, |fraction| {
+            let level = (255.0 * fraction) as u8;
             RGBColor(level, level, level)
         })
     })?;

@@ -95,8 +95,8 @@ impl Sheet {
                 Some(bar) => {
                     let (left, right) = root.split_horizontally(beside);
                     axes(&left, &Extent::of(picture), &[], &MARGINS)?;
-                    bar.draw(&right, |share| {
-                        let [r, g, b] = colour(2.0 * share - 1.0).map(|v| (255.0 * v) as u8);
+                    bar.draw(&right, |fraction| {
+                        let [r, g, b] = colour(2.0 * fraction - 1.0).map(|v| (255.0 * v) as u8);
                         RGBColor(r, g, b)
                     })
                 }

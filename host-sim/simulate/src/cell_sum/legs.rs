@@ -90,7 +90,7 @@ impl<V: Vector> Leg<'_, V> {
 
             let at = (dx.abs() / range * DIRECTIVITY_STEPS as f64).min(DIRECTIVITY_STEPS as f64);
             let step = (at as usize).min(DIRECTIVITY_STEPS - 1);
-            let share = zero.splat((at - step as f64) as f32);
+            let fraction = zero.splat((at - step as f64) as f32);
             let table = &basis.directivity[step * vectors..(step + 2) * vectors];
             let (here, next) = table.split_at(vectors);
 
@@ -103,7 +103,7 @@ impl<V: Vector> Leg<'_, V> {
                 )
             });
             for vector in 0..vectors {
-                let directivity = here[vector] + share * (next[vector] - here[vector]);
+                let directivity = here[vector] + fraction * (next[vector] - here[vector]);
                 let leg = powers.get(zero, vector);
                 let mut leg = ComplexVector {
                     re: leg.re * directivity,

@@ -123,8 +123,8 @@ pub(super) fn postfilter_of(
                 let mut cosines = Complex::<f32>::ZERO;
                 let mut sines = Complex::<f32>::ZERO;
                 for (m, value) in x {
-                    let turns = (k * m % x.len()) as f32 / x.len() as f32;
-                    let (sine, cosine) = libm::sincosf(std::f32::consts::TAU * turns);
+                    let cycles = (k * m % x.len()) as f32 / x.len() as f32;
+                    let (sine, cosine) = libm::sincosf(std::f32::consts::TAU * cycles);
                     cosines += value * cosine;
                     sines += value * sine;
                 }

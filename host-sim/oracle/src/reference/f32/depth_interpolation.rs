@@ -33,11 +33,11 @@ fn phasor(cycles: f64) -> Complex<f32> {
 ///
 /// Every 16th is computed from its phase in 2⁻³² cycles.
 fn phases(samples: usize, cycles: f64) -> Vec<Complex<f32>> {
-    let turn = (cycles.rem_euclid(1.0) * 4_294_967_296.0 + 0.5) as u64 as u32;
+    let phase_step = (cycles.rem_euclid(1.0) * 4_294_967_296.0 + 0.5) as u64 as u32;
     let mut phases: Vec<Complex<f32>> = Vec::new();
     for k in 0..samples {
         phases.push(if k % 16 == 0 {
-            let angle = turn.wrapping_mul(k as u32) as i32 as f32 * (TAU / 4_294_967_296.0);
+            let angle = phase_step.wrapping_mul(k as u32) as i32 as f32 * (TAU / 4_294_967_296.0);
             Complex::new(libm::cosf(angle), -libm::sinf(angle))
         } else {
             phases[k - 1] * phasor(cycles).conj()

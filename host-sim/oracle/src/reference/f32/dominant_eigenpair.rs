@@ -51,7 +51,7 @@ fn lanczos<T: Number>(a: &[Vec<T>]) -> Option<(f32, Vec<T>)> {
     let mut basis: Vec<Vec<T>> = Vec::new();
     let (mut alpha, mut beta) = (vec![a[start][start].re()], Vec::<f32>::new());
     let (mut reciprocals, mut errors) = (Vec::new(), vec![0.0]);
-    let (mut bound, mut shift, mut share) = (alpha[0], 0.0, 1.0);
+    let (mut bound, mut shift, mut fraction) = (alpha[0], 0.0, 1.0);
     for k in 0..steps {
         let mut w: Vec<T> = (0..n)
             .map(|i| match basis.last() {
@@ -64,7 +64,7 @@ fn lanczos<T: Number>(a: &[Vec<T>]) -> Option<(f32, Vec<T>)> {
         if k > 0 {
             alpha.push(orthogonalise(&basis, &mut w) + shift);
             bound = upper_bound(bound, alpha[k], beta[k - 1]);
-            share *= beta[k - 1] / (bound - alpha[k]);
+            fraction *= beta[k - 1] / (bound - alpha[k]);
         }
         let length = partial_sums(w.iter().map(|&x| power(x))).sqrt();
         beta.push(length);
@@ -78,7 +78,7 @@ fn lanczos<T: Number>(a: &[Vec<T>]) -> Option<(f32, Vec<T>)> {
             if gap <= 0.0 {
                 return None;
             }
-            if end || exhausted || length * share <= 8.0 * 2e-6 * bound {
+            if end || exhausted || length * fraction <= 8.0 * 2e-6 * bound {
                 bound = largest(&alpha, &beta, bound, 1e-3 * gap);
                 let (left, y) = eigenvector_upwards(&alpha, &beta, bound, &reciprocals);
                 let mut residual = length * y[k] + left;

@@ -129,7 +129,7 @@ fn das(
     let samples = elements[parameters.temporal_half_window..].iter();
     let of_sample = |(x, directions): (&Vec<Complex<f32>>, &Vec<Direction>)| {
         let weights = apodization(x.len(), parameters);
-        let of_direction = |&[half, turn]: &Direction| {
+        let of_direction = |&[half, phasor]: &Direction| {
             let y = rotated(x, half);
             // From the middle outwards.
             let count = x.len();
@@ -145,7 +145,7 @@ fn das(
             for (m, y) in &y {
                 sum += y * weights[*m];
             }
-            (sum / total(&weights)) * phase(x, &y, turn, parameters)
+            (sum / total(&weights)) * phase(x, &y, phasor, parameters)
         };
         directions.iter().map(of_direction).collect()
     };
@@ -213,14 +213,14 @@ fn outputs<R: Fn(&[Complex<f32>], &[Complex<f32>]) -> Complex<f32>>(
     let of_sample = |(i, directions): (usize, &Vec<Direction>)| {
         let x = &elements[i + half_window];
         let response = covariance(i, i.div_ceil(length) * length - i, length);
-        let of_direction = |&[half, turn]: &Direction| {
+        let of_direction = |&[half, phasor]: &Direction| {
             let y = rotated(x, half);
             let a = steering_vector(half, n);
             let sums = subapertures(&y, n, parameters, &weights);
             let s: Vec<Complex<f32>> = a.iter().zip(sums).map(|(a, sum)| a * sum).collect();
             let value = response.as_ref().map_or(Complex::ZERO, |of| of(&a, &s));
             let y: Vec<(usize, Complex<f32>)> = y.into_iter().enumerate().collect();
-            value * phase(x, &y, turn, parameters)
+            value * phase(x, &y, phasor, parameters)
         };
         directions.iter().map(of_direction).collect()
     };

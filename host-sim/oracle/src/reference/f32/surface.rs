@@ -289,7 +289,7 @@ pub fn of_scores(p: &Parameters, scores: &[Vec<i64>]) -> Vec<Option<Point>> {
         let margin = sum / (last - first + 1) as f32 - absence;
         let [a, b] = p.settings.confidence;
         // The cell's place in its line, moved by the parabola.
-        let place = |line: usize, at: usize| {
+        let refined = |line: usize, at: usize| {
             let offset = at as f32 - cell as f32;
             if at == 0 || at + 1 >= cells.searched {
                 return offset;
@@ -302,11 +302,11 @@ pub fn of_scores(p: &Parameters, scores: &[Vec<i64>]) -> Vec<Option<Point>> {
                 offset
             }
         };
-        let (mut weights, mut sum) = (4.0, 4.0 * place(line, cell));
+        let (mut weights, mut sum) = (4.0, 4.0 * refined(line, cell));
         for away in 1..=(line - first).min(last - line).min(3) {
             let weight = (4 - away) as f32;
             let beside = [line - away, line + away];
-            let [before, after] = beside.map(|k| path[k].map_or(0.0, |(c, _)| place(k, c)));
+            let [before, after] = beside.map(|k| path[k].map_or(0.0, |(c, _)| refined(k, c)));
             weights += 2.0 * weight;
             sum += weight * (before + after);
         }

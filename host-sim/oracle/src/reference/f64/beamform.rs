@@ -142,17 +142,17 @@ impl Sample {
     /// e^{−jφ_c} and of the subapertures' positions. `None` if the covariance is not positive definite.
     pub fn towards(&self, slope: f64, constant: f64, parameters: &Parameters) -> Option<Self> {
         let offset = |i: usize, of: usize| i as f64 - (of - 1) as f64 / 2.0;
-        let turn = |i: usize, of: usize| Complex::new(0.0, slope * offset(i, of)).exp();
+        let phasor = |i: usize, of: usize| Complex::new(0.0, slope * offset(i, of)).exp();
         let common = Complex::new(0.0, -constant).exp();
         let (subaperture, positions) = self.snapshots.shape();
         let count = self.elements.len();
         let elements = Vector::from_fn(count, |m, _| {
-            self.elements[m] * common * turn(m, count).conj()
+            self.elements[m] * common * phasor(m, count).conj()
         });
         let snapshots = Matrix::from_fn(subaperture, positions, |i, p| {
-            self.snapshots[(i, p)] * common * turn(p, positions).conj()
+            self.snapshots[(i, p)] * common * phasor(p, positions).conj()
         });
-        let steering = Vector::from_fn(subaperture, |i, _| turn(i, subaperture));
+        let steering = Vector::from_fn(subaperture, |i, _| phasor(i, subaperture));
         let factor = postfilter(&elements, parameters);
         let steering = (steering, self.covariance.clone());
         let sample = Sample::of(elements, snapshots, steering, self.averaging)?;
@@ -313,10 +313,10 @@ fn postfilter(x: &Vector, parameters: &Parameters) -> f64 {
     let (count, power) = (x.len(), x.norm_squared());
     // |p_k|², the power of the elements' discrete Fourier transform at frequency k.
     let spectrum = |k: isize| {
-        let turn = std::f64::consts::TAU * k as f64 / count as f64;
+        let phasor = std::f64::consts::TAU * k as f64 / count as f64;
         let terms = x.iter().enumerate();
         let p: Complex<f64> = terms
-            .map(|(m, value)| value * Complex::from_polar(1.0, -turn * m as f64))
+            .map(|(m, value)| value * Complex::from_polar(1.0, -phasor * m as f64))
             .sum();
         p.norm_sqr()
     };

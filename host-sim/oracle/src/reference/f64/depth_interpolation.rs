@@ -13,11 +13,11 @@ pub fn line(
     z: &[Complex<f32>],
     (samples, depth_step, cycles): (usize, usize, f64),
 ) -> Vec<Complex<f64>> {
-    let turn = |n: f64| Complex::from_polar(1.0, 2.0 * PI * (cycles * n).rem_euclid(1.0));
+    let phasor = |n: f64| Complex::from_polar(1.0, 2.0 * PI * (cycles * n).rem_euclid(1.0));
     let at = |k: i64| {
         let k = k.clamp(0, z.len() as i64 - 1) as usize;
         let z = Complex::new(f64::from(z[k].re), f64::from(z[k].im));
-        z * turn((k * depth_step) as f64).conj()
+        z * phasor((k * depth_step) as f64).conj()
     };
     let of_sample = |n: usize| {
         let below = (n / depth_step) as i64;
@@ -28,7 +28,7 @@ pub fn line(
             sum += at(k) * weight;
             gain += weight;
         }
-        sum / gain * turn(n as f64)
+        sum / gain * phasor(n as f64)
     };
     (0..samples).map(of_sample).collect()
 }

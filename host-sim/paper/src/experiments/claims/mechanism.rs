@@ -257,7 +257,7 @@ fn plots([das, esmv]: [&Array2<f32>; 2], view: &View, map: &Array2<Zone>, range:
             })
             .collect::<Vec<_>>()
     };
-    let share = |image: &Array2<f32>| histogram(&levels(image, view, map, Zone::Rest), range);
+    let fraction = |image: &Array2<f32>| histogram(&levels(image, view, map, Zone::Rest), range);
     let lateral_profile = |image: &Array2<f32>| lateral_profile(image, view, range);
     vec![
         Plot {
@@ -267,7 +267,7 @@ fn plots([das, esmv]: [&Array2<f32>; 2], view: &View, map: &Array2<Zone>, range:
             x_range: [-range, 0.0],
             y_range: [0.0, 20.0],
             marks: Vec::new(),
-            curves: curves(&share),
+            curves: curves(&fraction),
         },
         Plot {
             caption: "Mean level beside the strongest echo, at its depth".into(),

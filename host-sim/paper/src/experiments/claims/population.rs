@@ -44,8 +44,8 @@ impl Bone {
     /// A mesh that cannot be read, or a slice that does not cut the bone.
     pub fn new(claims: &Claims, number: u64) -> Result<Self> {
         let within = |[low, high]: [f64; 2], step: f64| {
-            let place = 0.5 + (number % (1 << 32)) as f64 * step;
-            low + (high - low) * (place - place.floor())
+            let position = 0.5 + (number % (1 << 32)) as f64 * step;
+            low + (high - low) * (position - position.floor())
         };
         let slice = within(claims.slices, STEPS[0]);
         let tilt = claims.tilt * within([-1.0, 1.0], STEPS[1]);
@@ -101,14 +101,14 @@ mod tests {
     #[test]
     fn bones_fill_their_ranges() {
         let claims = Claims::default();
-        let place = |k: u64| {
+        let position = |k: u64| {
             let within = |step: f64| (0.5 + k as f64 * step).fract();
             STEPS.map(within)
         };
         // Of twelve in a row each third of a range has some.
         for axis in 0..STEPS.len() {
             for third in 0..3 {
-                let inside = (1..=12).filter(|&k| (3.0 * place(k)[axis]) as usize == third);
+                let inside = (1..=12).filter(|&k| (3.0 * position(k)[axis]) as usize == third);
                 assert!(inside.count() >= 2, "{axis} {third}");
             }
         }

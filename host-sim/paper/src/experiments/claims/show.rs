@@ -136,7 +136,7 @@ fn absolute(result: &ClaimsResult) -> Table {
             let n = values.len();
             (n > 0).then(|| values.iter().sum::<f64>() / n as f64)
         };
-        let place = condition.name();
+        let position = condition.name();
         for (key, name) in &result.beamformers {
             let found: Vec<_> = scenes
                 .iter()
@@ -146,7 +146,7 @@ fn absolute(result: &ClaimsResult) -> Table {
                 number(mean(found.iter().filter_map(|m| pick(m)).collect()))
             };
             rows.push(vec![
-                format!("{place}, {name}"),
+                format!("{position}, {name}"),
                 over(|m| m.b_mode.mean_mm),
                 over(|m| m.b_mode.std_mm),
                 over(|m| m.b_mode.intensity_b),
@@ -177,7 +177,7 @@ fn absolute(result: &ClaimsResult) -> Table {
         let ([error, std, _], [ps_error, ps_std, precision]) = (even(0), even(1));
         let none = || "–".to_owned();
         rows.push(vec![
-            format!("{place}, a uniform image"),
+            format!("{position}, a uniform image"),
             error,
             std,
             none(),

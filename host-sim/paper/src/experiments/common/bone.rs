@@ -94,7 +94,7 @@ impl View {
         let found = measure(pixels.view(), self.distance.view(), region);
         let near = measure(pixels.view(), self.distance.view(), NEAR);
         let millimetres = |v: Option<f64>| v.map(|v| 1e3 * v);
-        let (share, thickness) = self.found(pixels, |_, _| true);
+        let (fraction, thickness) = self.found(pixels, |_, _| true);
         BoneMeasure {
             mean_mm: millimetres(found.mean),
             std_mm: millimetres(found.std),
@@ -102,7 +102,7 @@ impl View {
             intensity_b: found.outside,
             intensity_c: found.inside,
             average_precision: precision(pixels, &self.hits, &self.grid),
-            found: share,
+            found: fraction,
             thickness_mm: thickness,
         }
     }
@@ -151,8 +151,8 @@ impl View {
             let down = (peak + 1..values.len()).take_while(|&k| values[k] >= half);
             extent += 1e3 * self.grid.pixel * (1 + up + down.count()) as f64;
         }
-        let share = (columns > 0).then(|| found as f64 / columns as f64);
-        (share, (found > 0).then(|| extent / found as f64))
+        let fraction = (columns > 0).then(|| found as f64 / columns as f64);
+        (fraction, (found > 0).then(|| extent / found as f64))
     }
 
     /// Grey levels of the pixels of tissue and of shadow.
@@ -213,8 +213,8 @@ pub(super) mod tests {
                 image[[row, column]] = 200.0;
             }
         }
-        let (share, thickness) = view.found(&image, |_, _| true);
-        assert_eq!(share, Some(51.0 / 101.0));
+        let (fraction, thickness) = view.found(&image, |_, _| true);
+        assert_eq!(fraction, Some(51.0 / 101.0));
         assert!((thickness.unwrap() - 0.5).abs() < 1e-9);
         assert_eq!(view.found(&image, |x, _| x > 0.01e-3), (Some(0.0), None));
         assert_eq!(view.found(&image, |_, _| false), (None, None));

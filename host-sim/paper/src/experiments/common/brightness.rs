@@ -64,9 +64,9 @@ impl Brightness {
         };
         let mut echoes: Vec<f64> = view.hits.iter().enumerate().filter_map(echo).collect();
         echoes.sort_by(f64::total_cmp);
-        let at = |share: f64| {
-            let place = (share * (echoes.len().checked_sub(1)?) as f64).round();
-            echoes.get(place as usize).copied()
+        let at = |fraction: f64| {
+            let position = (fraction * (echoes.len().checked_sub(1)?) as f64).round();
+            echoes.get(position as usize).copied()
         };
         let found = Brightness {
             median_db: at(0.5)?,

@@ -135,8 +135,8 @@ mod tests {
                 let [low, high] = Interval::of(&values).unwrap().ends.unwrap();
                 low <= 0.0 && 0.0 <= high
             });
-            let share = covered.count() as f64 / 4000.0;
-            assert!((share - 0.95).abs() < 0.014, "{n}: {share}");
+            let fraction = covered.count() as f64 / 4000.0;
+            assert!((fraction - 0.95).abs() < 0.014, "{n}: {fraction}");
         }
     }
 

@@ -22,14 +22,14 @@ pub fn recording(
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<ChannelData> {
     progress(0.0);
-    let place = context.kept()?.map(|folder| {
+    let file = context.kept()?.map(|folder| {
         let key = Checkpoint::key(settings, phantom);
         folder.join(format!("{what}-{key:016x}.npz"))
     });
-    if let Some(path) = place.as_deref().filter(|path| path.exists()) {
+    if let Some(path) = file.as_deref().filter(|path| path.exists()) {
         return ChannelData::read(path);
     }
-    let mut checkpoint = match &place {
+    let mut checkpoint = match &file {
         Some(path) => Checkpoint::new(&path.with_extension("partial"), settings, phantom)?,
         None => Checkpoint::none(),
     };
@@ -42,7 +42,7 @@ pub fn recording(
         progress,
         &mut checkpoint,
     )?;
-    if let Some(path) = place {
+    if let Some(path) = file {
         data.write(&path)?;
     }
     checkpoint.finish();

@@ -16,15 +16,15 @@ pub fn cumulative(t: f64, freedom: f64) -> f64 {
     if t < 0.0 { tail } else { 1.0 - tail }
 }
 
-/// The t at which [`cumulative`] is `share`, which is at least 0.5 and below 1.
-pub fn quantile(share: f64, freedom: f64) -> f64 {
+/// The t at which [`cumulative`] is `probability`, which is at least 0.5 and below 1.
+pub fn quantile(probability: f64, freedom: f64) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
-    while cumulative(high, freedom) < share {
+    while cumulative(high, freedom) < probability {
         high *= 2.0;
     }
     for _ in 0..80 {
         let middle = 0.5 * (low + high);
-        if cumulative(middle, freedom) < share {
+        if cumulative(middle, freedom) < probability {
             low = middle;
         } else {
             high = middle;
@@ -76,11 +76,11 @@ mod tests {
             (30.0, [2.042, 2.750]),
             (120.0, [1.980, 2.617]),
         ] {
-            for (share, expected) in [0.975, 0.995].into_iter().zip(expected) {
-                let found = quantile(share, freedom);
+            for (probability, expected) in [0.975, 0.995].into_iter().zip(expected) {
+                let found = quantile(probability, freedom);
                 assert!(
                     (found - expected).abs() < 6e-4,
-                    "{freedom} {share}: {found}"
+                    "{freedom} {probability}: {found}"
                 );
             }
         }

@@ -184,14 +184,14 @@ impl DynamicRange {
         // The power of every 2 mm (lateral) or 1 mm (axial) of a gradient.
         let along = |pixels: Vec<(f64, f64, f64)>, lateral: bool| -> Vec<[f64; 2]> {
             let step = if lateral { 2.0 } else { 1.0 };
-            let place = |(x, z, _): &(f64, f64, f64)| {
+            let position = |(x, z, _): &(f64, f64, f64)| {
                 let along = if lateral { *x } else { *z };
                 (along / step).floor() as i64
             };
             let mut bins: std::collections::BTreeMap<i64, Vec<f64>> = Default::default();
             for pixel in &pixels {
                 let power = 10f64.powf(pixel.2 / 10.0);
-                bins.entry(place(pixel)).or_default().push(power);
+                bins.entry(position(pixel)).or_default().push(power);
             }
             bins.into_iter()
                 .map(|(bin, powers)| {

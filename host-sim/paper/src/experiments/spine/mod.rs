@@ -334,7 +334,7 @@ impl Spine {
 }
 
 fn table(scene: &SceneResult) -> Table {
-    let share = |v: Option<f64>| v.map_or("–".into(), |v| format!("{:.0} %", 100.0 * v));
+    let fraction = |v: Option<f64>| v.map_or("–".into(), |v| format!("{:.0} %", 100.0 * v));
     Table {
         title: format!("Fig. {}: {}", scene.figure, scene.name),
         head: vec![
@@ -356,7 +356,7 @@ fn table(scene: &SceneResult) -> Table {
                     number(m.tissue),
                     number(ps.intensity_b),
                     number(ps.intensity_c),
-                    share(ps.found),
+                    fraction(ps.found),
                     number(ps.thickness_mm),
                     number(ps.average_precision),
                 ]

@@ -65,8 +65,8 @@ pub fn search(
                 values[k] = match next && !variable.needs_new_lines() {
                     true => leader.values[k],
                     false => {
-                        let Ok(place) = optimiser.ask(&mut random);
-                        variable.value(place)
+                        let Ok(position) = optimiser.ask(&mut random);
+                        variable.value(position)
                     }
                 };
             }
@@ -91,7 +91,7 @@ pub fn best(all: &[Evaluation]) -> Option<&Evaluation> {
 }
 
 fn optimiser(variable: &Variable) -> Result<TpeOptimizer> {
-    let [low, high] = variable.places();
+    let [low, high] = variable.positions();
     let range = tpe::range(low, high).map_err(refused)?;
     Ok(TpeOptimizer::new(tpe::parzen_estimator(), range))
 }
@@ -99,7 +99,7 @@ fn optimiser(variable: &Variable) -> Result<TpeOptimizer> {
 /// Tells the optimiser a score; its sign is changed, since the optimiser minimises.
 fn tell(optimiser: &mut TpeOptimizer, variable: &Variable, value: f64, score: f64) -> Result<()> {
     optimiser
-        .tell(variable.place(value), -score)
+        .tell(variable.position(value), -score)
         .map_err(refused)
 }
 
@@ -115,9 +115,9 @@ mod tests {
     /// A paraboloid with a known maximum, over the variables' places.
     fn bowl(variables: &[Variable], values: &[f64]) -> f64 {
         let off = variables.iter().zip(values).map(|(variable, value)| {
-            let [low, high] = variable.places();
-            let share = (variable.place(*value) - low) / (high - low);
-            (share - 0.3).powi(2)
+            let [low, high] = variable.positions();
+            let fraction = (variable.position(*value) - low) / (high - low);
+            (fraction - 0.3).powi(2)
         });
         1.0 - off.sum::<f64>()
     }
@@ -126,7 +126,7 @@ mod tests {
     fn a_known_maximum_is_found_and_lines_are_kept() {
         let variables = Variable::of_method(MethodName::Esmv);
         let middle = |v: &Variable| {
-            let [low, high] = v.places();
+            let [low, high] = v.positions();
             v.value(0.2 * low + 0.8 * high)
         };
         let start: Vec<f64> = variables.iter().map(middle).collect();

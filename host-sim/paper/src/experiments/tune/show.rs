@@ -115,7 +115,7 @@ fn summary<'a>(candidate: &'a Candidate, k: usize, bones: &[JudgedBone]) -> Summ
 }
 
 fn judged(summaries: &[Summary<'_>], tune: &Tune) -> Table {
-    let percent = |share: Option<f64>| number(share.map(|share| 100.0 * share));
+    let percent = |fraction: Option<f64>| number(fraction.map(|fraction| 100.0 * fraction));
     let interval = |i: &Option<Interval>| i.map_or("–".into(), |i| i.text());
     let row = |s: &Summary<'_>| {
         let means = s.f1.iter().map(|i| number(i.map(|i| i.mean)));
@@ -171,8 +171,8 @@ fn keys(candidates: &[Candidate]) -> Vec<&'static str> {
 /// The value of each key; empty for keys that are not tuned.
 fn by_key(candidate: &Candidate, keys: &[&str], values: &[f64]) -> Vec<String> {
     let value = |key: &&str| {
-        let place = candidate.variables.iter().position(|v| v.key == *key);
-        place.map_or(String::new(), |k| values[k].to_string())
+        let position = candidate.variables.iter().position(|v| v.key == *key);
+        position.map_or(String::new(), |k| values[k].to_string())
     };
     keys.iter().map(value).collect()
 }

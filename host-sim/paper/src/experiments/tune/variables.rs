@@ -105,7 +105,7 @@ impl Variable {
     }
 
     /// The range of [`Variable::place`], the end excluded.
-    pub fn places(&self) -> [f64; 2] {
+    pub fn positions(&self) -> [f64; 2] {
         let [low, high] = self.range;
         match self.scale {
             Scale::Linear => [low, high],
@@ -115,22 +115,22 @@ impl Variable {
     }
 
     /// The place of a value for the optimiser, limited to the range.
-    pub fn place(&self, value: f64) -> f64 {
-        let [low, high] = self.places();
-        let place = match self.scale {
+    pub fn position(&self, value: f64) -> f64 {
+        let [low, high] = self.positions();
+        let position = match self.scale {
             Scale::Logarithmic => value.ln(),
             Scale::Linear => value,
             Scale::Whole | Scale::SubLines => value + 0.5,
         };
-        place.clamp(low, high.next_down())
+        position.clamp(low, high.next_down())
     }
 
     /// The value at a place, with three digits.
-    pub fn value(&self, place: f64) -> f64 {
+    pub fn value(&self, position: f64) -> f64 {
         match self.scale {
-            Scale::Linear => three_digits(place),
-            Scale::Logarithmic => three_digits(place.exp()),
-            Scale::Whole | Scale::SubLines => place.floor(),
+            Scale::Linear => three_digits(position),
+            Scale::Logarithmic => three_digits(position.exp()),
+            Scale::Whole | Scale::SubLines => position.floor(),
         }
     }
 
@@ -252,12 +252,12 @@ mod tests {
             let variables = Variable::of_method(method);
             let start = Sections::default().start(method);
             assert_eq!(start.beamform.method, method);
-            for share in [0.0, 0.31, 0.77, 1.0] {
-                let place = |v: &Variable| {
-                    let [low, high] = v.places();
-                    v.value((low + share * (high - low)).min(high.next_down()))
+            for fraction in [0.0, 0.31, 0.77, 1.0] {
+                let position = |v: &Variable| {
+                    let [low, high] = v.positions();
+                    v.value((low + fraction * (high - low)).min(high.next_down()))
                 };
-                let values: Vec<f64> = variables.iter().map(place).collect();
+                let values: Vec<f64> = variables.iter().map(position).collect();
                 let made = start.with(&variables, &values).unwrap();
                 made.beamform.validate().unwrap();
                 made.image.validate().unwrap();
@@ -265,7 +265,7 @@ mod tests {
                 assert_eq!(made.values(&variables).unwrap(), values);
                 for (variable, value) in variables.iter().zip(&values) {
                     assert_eq!(
-                        variable.value(variable.place(*value)),
+                        variable.value(variable.position(*value)),
                         *value,
                         "{variable:?}"
                     );

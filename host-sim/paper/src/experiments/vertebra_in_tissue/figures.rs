@@ -100,15 +100,15 @@ fn tables(result: &TissueResult) -> Vec<Table> {
             .beamformers
             .iter()
             .map(|m| {
-                let share =
+                let fraction =
                     |v: Option<f64>| v.map_or("–".into(), |v| format!("{:.0} %", 100.0 * v));
                 let mut row = vec![
                     m.name.clone(),
-                    share(m.phase_symmetry.found),
+                    fraction(m.phase_symmetry.found),
                     number(m.phase_symmetry.thickness_mm),
                 ];
                 for b in &m.boxes {
-                    row.extend([share(b.found), number(b.thickness_mm)]);
+                    row.extend([fraction(b.found), number(b.thickness_mm)]);
                 }
                 row
             })

@@ -113,7 +113,7 @@ impl WaterBath {
         let mut peaks = [Vec::new(), Vec::new()];
         let mut there = [Vec::new(), Vec::new()];
         for (k, &elevation) in elevations.iter().enumerate() {
-            let share = |done: f64| (k as f64 + done) / self.sweep as f64;
+            let fraction = |done: f64| (k as f64 + done) / self.sweep as f64;
             let phantom = self.phantom(specimen, &all, elevation);
             let settings = Settings {
                 seed: self.simulation.seed.wrapping_add(1000 + k as u64),
@@ -121,7 +121,7 @@ impl WaterBath {
             };
             let name = format!("water-bath-sweep-{}", k + 1);
             let mut data = recording(context, &name, &settings, &phantom, &|done| {
-                (context.progress)("water bath: sweep", share(done));
+                (context.progress)("water bath: sweep", fraction(done));
             })?;
             data.transmits = Transmits::Plane { angle: vec![0.0] };
             let tips = specimen.tips();

@@ -47,26 +47,26 @@ impl Line {
     /// The column nearest to lateral position `x`, m, down the image.
     pub fn down(grid: &PixelGrid, distance: &Array2<f64>, x: f64) -> (Self, usize) {
         let column = nearest((x - grid.x0) / grid.pixel, grid.columns);
-        let place = grid.x0 + column as f64 * grid.pixel;
+        let position = grid.x0 + column as f64 * grid.pixel;
         let distance = distance.column(column);
-        (Self::new(place, grid.z0, grid.pixel, distance), column)
+        (Self::new(position, grid.z0, grid.pixel, distance), column)
     }
 
     /// The row nearest to depth `z`, m, across the image.
     pub fn across(grid: &PixelGrid, distance: &Array2<f64>, z: f64) -> (Self, usize) {
         let row = nearest((z - grid.z0) / grid.pixel, grid.rows);
-        let place = grid.z0 + row as f64 * grid.pixel;
+        let position = grid.z0 + row as f64 * grid.pixel;
         let distance = distance.row(row);
-        (Self::new(place, grid.x0, grid.pixel, distance), row)
+        (Self::new(position, grid.x0, grid.pixel, distance), row)
     }
 
     /// The line at a position, from its pixels' distances; the first is at `first`, m.
-    fn new(place: f64, first: f64, pixel: f64, distance: ArrayView1<f64>) -> Self {
+    fn new(position: f64, first: f64, pixel: f64, distance: ArrayView1<f64>) -> Self {
         let at_mm: Vec<f64> = (0..distance.len())
             .map(|k| 1e3 * (first + k as f64 * pixel))
             .collect();
         Line {
-            place_mm: 1e3 * place,
+            place_mm: 1e3 * position,
             contour_mm: crossings(&at_mm, &distance.to_vec()),
             at_mm,
         }
@@ -124,8 +124,8 @@ impl Line {
     }
 }
 
-fn nearest(place: f64, count: usize) -> usize {
-    (place.round().max(0.0) as usize).min(count - 1)
+fn nearest(position: f64, count: usize) -> usize {
+    (position.round().max(0.0) as usize).min(count - 1)
 }
 
 /// Positions at which the signed distance changes sign, interpolated.
