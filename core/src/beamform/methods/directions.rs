@@ -78,7 +78,7 @@ fn of_groups<A: Averaging<V>, V: Vector, const N: usize>(
     let definite = match method {
         Method::Mv if N == 2 => small_known!(V, n = shape.subaperture => {
             mv::<A, V, N>(zero, solver, directions, (shape, n))
-        }),
+        }, 1 2 3 4 5 6 7 8),
         Method::Mv => mv::<A, V, N>(zero, solver, directions, (shape, shape.subaperture)),
         Method::EsmvRank1 if EIGENSPACE => stage(
             zero,

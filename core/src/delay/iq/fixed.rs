@@ -140,8 +140,10 @@ impl IqParameters {
         }
         // A wanted row and those up to the next one.
         let rows = out.chunks_mut(elements.saturating_mul(source.step).max(1));
-        for (index, out) in rows.enumerate() {
-            let n = wanted.wrapping_add(index.wrapping_mul(source.step));
+        let mut next = wanted;
+        for out in rows {
+            let n = next;
+            next = next.wrapping_add(source.step);
             let (before, rest) = out.split_at_mut_checked(active.start).unwrap_or_default();
             let (own, behind) = rest.split_at_mut_checked(active.len()).unwrap_or_default();
             if clear {
