@@ -103,10 +103,29 @@ impl Beamformer {
             adaptive: 0..line.samples(),
         };
         let sizes = workspace.sizes;
+        self.check_block(sizes, &block)?;
         self.block(workspace, sizes, &block, z)
     }
 
-    /// The computed samples of a block.
+    /// Checks all segments of a block, before any output.
+    pub(super) fn check_block(
+        &self,
+        sizes: Sizes,
+        block: &LineBlock<'_, impl Fn(usize) -> Active>,
+    ) -> Result<(), Error> {
+        let (adaptive, direct) = (&block.adaptive, self.parameters().method.direct());
+        for (first, length, set) in constant_segments(block.samples, |n| block.active(n)) {
+            self.check_segment(&block.segment(first, set), set.count, length)?;
+            let within =
+                adaptive.start < (first + length).min(adaptive.end) && first < adaptive.end;
+            if within && set.count > 0 && direct.is_none() {
+                self.check_sizes(set.count, sizes)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The computed samples of a block, whose adaptive segments are checked one after the other.
     ///
     /// Inlined, so that the compiler knows constant `sizes` of the workspace. They are read once a line, since the
     /// compiler must assume that a kernel changes them.
@@ -136,12 +155,6 @@ impl Beamformer {
     ) -> Result<(), Error> {
         let active = |sample| block.active(sample);
         let step = self.parameters().step();
-        for (first_sample, samples, set) in constant_segments(block.samples, &active) {
-            self.check_segment(&block.segment(first_sample, set), set.count, samples)?;
-            if set.count > 0 && self.parameters().method.direct().is_none() {
-                self.check_sizes(set.count, sizes)?;
-            }
-        }
         for (first_sample, samples, set) in constant_segments(block.samples, &active) {
             let out = z.get_mut(block.outputs(step, first_sample..first_sample + samples));
             let run = (first_sample, samples, set);
@@ -226,6 +239,7 @@ impl Beamformer {
             adaptive,
         };
         let sizes = workspace.sizes;
+        self.check_block(sizes, &block)?;
         self.block(workspace, sizes, &block, z)
     }
 
@@ -240,20 +254,9 @@ impl Beamformer {
     ) -> Result<(), Error> {
         let (samples, step) = (block.samples, self.parameters().step());
         let (active, adaptive) = (|sample| block.active(sample), &block.adaptive);
-        let method = self.parameters().method;
-        let within = || {
-            let temporal_half_window = self.parameters().temporal_half_window;
-            segments_within(samples, &active, adaptive.clone(), temporal_half_window)
-        };
-        for (first, length, set) in constant_segments(samples, &active) {
-            self.check_segment(&block.segment(first, set), set.count, length)?;
-        }
-        if method.direct().is_none() {
-            for (.., set) in within().filter(|(.., set)| set.count > 0) {
-                self.check_sizes(set.count, sizes)?;
-            }
-        }
-        for (first, length, set) in within() {
+        let half_window = self.parameters().temporal_half_window;
+        for (first, length, set) in segments_within(samples, active, adaptive.clone(), half_window)
+        {
             let out = z.get_mut(block.outputs(step, first..first + length));
             let run = (first, length, set);
             self.run(workspace, sizes, (block, run), out.unwrap_or_default())?;

@@ -196,19 +196,21 @@ impl DepthInterpolation {
         check_signal(z)?;
         self.demodulate(z, sub_lines, scratch);
         let padded = samples + TAPS - 1;
-        for (k, out) in out.chunks_mut(self.step.get()).enumerate() {
+        let of_samples = out.chunks_mut(self.step.get());
+        let of_samples = of_samples.zip(z.chunks_exact(sub_lines.max(1)));
+        for (k, (out, z)) in of_samples.enumerate() {
             let Some((own, between)) = out.split_first_mut() else {
                 return Ok(());
             };
-            let of_sample = z.get(k * sub_lines..).unwrap_or_default();
-            *own = pool(sub_lines, pooling, |i| {
-                of_sample.get(i).map_or(0.0, |&z| magnitude(z))
-            });
+            *own = pool(pooling, z.iter().map(|&z| magnitude(z)));
+            let basebands = scratch.chunks_exact(padded);
+            let windows = basebands.filter_map(|baseband| baseband.get(k..)?.first_chunk());
             for (out, row) in between.iter_mut().zip(&self.rows) {
-                *out = pool(sub_lines, pooling, |i| {
-                    let window = scratch.get(i * padded + k..).and_then(<[_]>::first_chunk);
-                    window.map_or(0.0, |window| magnitude(filtered(row, window)))
-                });
+                let windows = windows.clone();
+                *out = pool(
+                    pooling,
+                    windows.map(|window| magnitude(filtered(row, window))),
+                );
             }
         }
         Ok(())

@@ -50,31 +50,29 @@ pub fn pooled_envelope(
     check_length("sub-lines", z.len(), out.len().saturating_mul(sub_lines))?;
     check_signal(z)?;
     for (out, z) in out.iter_mut().zip(z.chunks_exact(sub_lines.max(1))) {
-        *out = pool(z.len(), pooling, |k| {
-            z.get(k).map_or(0.0, |&z| magnitude(z))
-        });
+        *out = pool(pooling, z.iter().map(|&z| magnitude(z)));
     }
     Ok(())
 }
 
-/// One envelope of `count` magnitudes.
+/// One envelope of some magnitudes.
 ///
-/// Each is read once, and twice for the root mean square.
+/// Each is computed once, and twice for the root mean square.
 #[inline(always)]
-pub(super) fn pool(count: usize, pooling: Pooling, magnitude: impl Fn(usize) -> f32) -> f32 {
+pub(super) fn pool(pooling: Pooling, magnitudes: impl Iterator<Item = f32> + Clone) -> f32 {
     let mut largest = 0.0;
-    for k in 0..count {
-        let magnitude = magnitude(k);
+    for magnitude in magnitudes.clone() {
         if magnitude > largest {
             largest = magnitude;
         }
     }
     match pooling {
         Pooling::Rms if largest > 0.0 => {
-            let mut sum = 0.0;
-            for k in 0..count {
-                let part = magnitude(k) / largest;
+            let (mut sum, mut count) = (0.0, 0usize);
+            for magnitude in magnitudes {
+                let part = magnitude / largest;
                 sum += part * part;
+                count += 1;
             }
             largest * crate::instructions::sqrt(sum / count as f32)
         }

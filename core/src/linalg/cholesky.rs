@@ -53,29 +53,30 @@ pub fn factorise<S: Scalar<V>, V: Vector, const ROWS: usize>(
             let (diagonal, own) = rest.get_mut(..=i)?.split_last_mut()?;
             let (last, a) = a.get(of_panel)?.split_last()?;
             let mut done = &*done;
+            let size = n.rows_of(i);
             for (j, &entry) in a.iter().enumerate() {
                 let (panel, rest) = done.split_at_checked(j + 1)?;
                 done = rest;
                 let (tile, panel) = panel.split_last()?;
                 let (slot, own) = own.get_mut(..=j)?.split_last_mut()?;
                 let mut sums = entry;
-                subtract_products(&mut sums, own, panel);
-                divide(&mut sums, tile);
+                subtract_products(&mut sums, (TILE, size), own, panel);
+                divide(&mut sums, (TILE, size), tile);
                 *slot = sums;
             }
             let mut sums = *last;
-            subtract_products(&mut sums, own, own);
-            for k in 0..TILE {
+            subtract_products(&mut sums, (size, size), own, own);
+            for k in 0..size {
                 let pivot = sums[k][k].real();
                 definite = definite & zero.splat(FLOOR).less(pivot);
                 let pivot = V::select(definite, pivot, zero.splat(FLOOR));
                 let inverse = zero.splat(1.0) / pivot.sqrt();
                 sums[k][k] = S::from_real(inverse);
-                for r in k + 1..TILE {
+                for r in k + 1..size {
                     sums[k][r] = sums[k][r].scale(inverse);
                 }
-                for c in k + 1..TILE {
-                    for r in c..TILE {
+                for c in k + 1..size {
+                    for r in c..size {
                         sums[c][r] = sums[c][r] - sums[k][r].mul_conj(sums[k][c]);
                     }
                 }
@@ -85,8 +86,8 @@ pub fn factorise<S: Scalar<V>, V: Vector, const ROWS: usize>(
                 return None;
             };
             let mut row = *slot;
-            subtract_products(&mut row, before, own);
-            divide(&mut row, &sums);
+            subtract_products(&mut row, (size, ROWS), before, own);
+            divide(&mut row, (size, ROWS), &sums);
             *slot = row;
             Some(())
         },
@@ -118,8 +119,8 @@ pub fn divide_forward<S: Scalar<V>, V: Vector, const ROWS: usize>(
                 break;
             };
             let mut row = *slot;
-            subtract_products(&mut row, before, own);
-            divide(&mut row, diagonal);
+            subtract_products(&mut row, (TILE, ROWS), before, own);
+            divide(&mut row, (TILE, ROWS), diagonal);
             *slot = row;
         }
     }
@@ -156,7 +157,11 @@ pub fn divide_backward<S: Scalar<V>, V: Vector, const ROWS: usize>(
                     return None;
                 };
                 let mut row = *slot;
-                let below = |offset: usize| tile(i + 1 + offset);
+                let below = |offset: usize| {
+                    let index = i + 1 + offset;
+                    Some((tile(index)?, n.rows_of(index)))
+                };
+                let size = n.rows_of(i);
                 match V::REGISTERS / (2 * ROWS * S::PARTS) {
                     4.. => subtract_below::<S, V, ROWS, 4>(&mut row, 0, behind, below),
                     2..4 => {
@@ -169,8 +174,8 @@ pub fn divide_backward<S: Scalar<V>, V: Vector, const ROWS: usize>(
                         }
                     }
                 }
-                for c in (0..TILE).rev() {
-                    for k in (c + 1..TILE).rev() {
+                for c in (0..size).rev() {
+                    for k in (c + 1..size).rev() {
                         for r in 0..ROWS {
                             row[c][r] = row[c][r] - row[k][r].mul(diagonal[c][k]);
                         }
@@ -187,21 +192,21 @@ pub fn divide_backward<S: Scalar<V>, V: Vector, const ROWS: usize>(
 }
 
 /// `sums[c][r] −= Σ_k solved[k][r]·G(k,c)`, `k` descending, for `C` columns from `first` on; `below(offset)` is the tile of
-/// the factor whose rows are those of `solved[offset]`.
+/// the factor whose rows are those of `solved[offset]`, and their number.
 #[inline(always)]
 fn subtract_below<'g, S: Scalar<V> + 'g, V: Vector, const ROWS: usize, const C: usize>(
     sums: &mut Tile<S, ROWS>,
     first: usize,
     solved: &[Tile<S, ROWS>],
-    below: impl Fn(usize) -> Option<&'g Tile<S>>,
+    below: impl Fn(usize) -> Option<(&'g Tile<S>, usize)>,
 ) {
     let mut kept = [sums[first]; C];
     kept.copy_from_slice(&sums[first..first + C]);
     for (offset, solved) in solved.iter().enumerate().rev() {
-        let Some(tile) = below(offset) else {
+        let Some((tile, size)) = below(offset) else {
             break;
         };
-        for k in (0..TILE).rev() {
+        for k in (0..size).rev() {
             for c in 0..C {
                 let factor = tile[first + c][k];
                 for r in 0..ROWS {
@@ -222,24 +227,25 @@ const fn first_tile(index: usize) -> usize {
     panel(index) / TILE
 }
 
-/// `sums[c][r] −= Σ_k row[k][r]·column[k][c]*`, `k` ascending.
+/// `sums[c][r] −= Σ_k row[k][r]·column[k][c]*`, `k` ascending, for the first columns and rows.
 ///
 /// The number of columns at a time leaves registers free for the factors.
 #[inline(always)]
 fn subtract_products<S: Scalar<V>, V: Vector, const ROWS: usize>(
     sums: &mut Tile<S, ROWS>,
+    size: (usize, usize),
     row: &[Tile<S, ROWS>],
     column: &[Tile<S>],
 ) {
     match V::REGISTERS / (2 * ROWS * S::PARTS) {
-        4.. => subtract_columns::<S, V, ROWS, 4>(sums, 0, row, column),
+        4.. => subtract_columns::<S, V, ROWS, 4>(sums, (0, size), row, column),
         2..4 => {
-            subtract_columns::<S, V, ROWS, 2>(sums, 0, row, column);
-            subtract_columns::<S, V, ROWS, 2>(sums, 2, row, column);
+            subtract_columns::<S, V, ROWS, 2>(sums, (0, size), row, column);
+            subtract_columns::<S, V, ROWS, 2>(sums, (2, size), row, column);
         }
         _ => {
             for c in 0..TILE {
-                subtract_columns::<S, V, ROWS, 1>(sums, c, row, column);
+                subtract_columns::<S, V, ROWS, 1>(sums, (c, size), row, column);
             }
         }
     }
@@ -248,7 +254,7 @@ fn subtract_products<S: Scalar<V>, V: Vector, const ROWS: usize>(
 #[inline(always)]
 fn subtract_columns<S: Scalar<V>, V: Vector, const ROWS: usize, const C: usize>(
     sums: &mut Tile<S, ROWS>,
-    first: usize,
+    (first, (columns, rows)): (usize, (usize, usize)),
     row: &[Tile<S, ROWS>],
     column: &[Tile<S>],
 ) {
@@ -257,8 +263,11 @@ fn subtract_columns<S: Scalar<V>, V: Vector, const ROWS: usize, const C: usize>(
     for (row, column) in row.iter().zip(column) {
         for k in 0..TILE {
             for c in 0..C {
+                if first + c >= columns {
+                    break;
+                }
                 let factor = column[k][first + c];
-                for r in 0..ROWS {
+                for r in 0..rows {
                     kept[c][r] = kept[c][r] - row[k][r].mul_conj(factor);
                 }
             }
@@ -269,14 +278,18 @@ fn subtract_columns<S: Scalar<V>, V: Vector, const ROWS: usize, const C: usize>(
 
 /// The rest of the sums over the diagonal tile's own columns, and the division by its diagonal.
 #[inline(always)]
-fn divide<S: Scalar<V>, V: Vector, const ROWS: usize>(sums: &mut Tile<S, ROWS>, tile: &Tile<S>) {
-    for c in 0..TILE {
+fn divide<S: Scalar<V>, V: Vector, const ROWS: usize>(
+    sums: &mut Tile<S, ROWS>,
+    (columns, rows): (usize, usize),
+    tile: &Tile<S>,
+) {
+    for c in 0..columns {
         for k in 0..c {
-            for r in 0..ROWS {
+            for r in 0..rows {
                 sums[c][r] = sums[c][r] - sums[k][r].mul_conj(tile[k][c]);
             }
         }
-        for r in 0..ROWS {
+        for r in 0..rows {
             sums[c][r] = sums[c][r].scale(tile[c][c].real());
         }
     }

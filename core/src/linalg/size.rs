@@ -1,5 +1,7 @@
 //! Sizes that may be known when compiled.
 
+use super::panels::TILE;
+
 /// A number that loops count to: a `usize`, or [`Known`].
 ///
 /// A kernel that is generic over it is compiled for constants, too: loops unroll, and checks of lengths disappear.
@@ -38,6 +40,15 @@ pub trait Size: Copy {
             f(index)?;
         }
         Some(())
+    }
+
+    /// Rows of panel `index` that are not padding, if the size is a constant; all of them otherwise.
+    #[inline(always)]
+    fn rows_of(self, index: usize) -> usize {
+        match self.known() {
+            Some(size) => size.saturating_sub(TILE * index).min(TILE),
+            None => TILE,
+        }
     }
 
     /// [`Size::front`], mutable.

@@ -224,15 +224,11 @@ impl<V: Vector, M: AsRef<[f32]>> Gains<V> for GainTables<M> {
         let (first, lanes) = (columns.first - strip.start, columns.lanes);
         if V::LANES == 1 && width == 1 {
             // The rows of −fy take the radial factors in reverse, except 0 and Nyquist.
-            let mut factors = angular.iter();
             let (nearer, farther) = gains.split_at_mut(edges.min(gains.len()));
-            for ((gain, radial), angular) in nearer.iter_mut().zip(radial).zip(&mut factors) {
-                *gain = gain.splat(radial * angular);
-            }
-            let radial = radial.get(1..edges - 1).unwrap_or_default().iter().rev();
-            for ((gain, radial), angular) in farther.iter_mut().zip(radial).zip(factors) {
-                *gain = gain.splat(radial * angular);
-            }
+            let (of_nearer, of_farther) = angular.split_at(nearer.len().min(angular.len()));
+            multiply::<V, false>(radial, of_nearer, nearer);
+            let inner = radial.get(1..edges - 1).unwrap_or_default();
+            multiply::<V, true>(inner, of_farther, farther);
             return;
         }
         let rows = angular.chunks_exact(width.max(1)).enumerate();
@@ -248,6 +244,35 @@ impl<V: Vector, M: AsRef<[f32]>> Gains<V> for GainTables<M> {
                 let radial = load_partial(*gain, radial, at, lanes);
                 *gain = radial * load_partial(*gain, angular, first, lanes);
             }
+        }
+    }
+}
+
+/// The products of radial factors, in their order or reversed, and angular ones.
+///
+/// Four at a time: a loop of single numbers takes three times as many instructions on a Cortex-M7.
+#[inline(always)]
+fn multiply<V: Vector, const REVERSED: bool>(radial: &[f32], angular: &[f32], gains: &mut [V]) {
+    let at = |k: usize, length: usize| if REVERSED { length - 1 - k } else { k };
+    let (tiles, rest) = gains.as_chunks_mut::<4>();
+    let (of_tiles, of_rest) = angular.as_chunks::<4>();
+    let (radial_rest, radial_tiles) = if REVERSED {
+        radial.as_rchunks::<4>()
+    } else {
+        let (tiles, rest) = radial.as_chunks::<4>();
+        (rest, tiles)
+    };
+    for (tile, (gains, angular)) in tiles.iter_mut().zip(of_tiles).enumerate() {
+        let Some(radial) = radial_tiles.get(at(tile, radial_tiles.len())) else {
+            return;
+        };
+        for k in 0..4 {
+            gains[k] = gains[k].splat(radial[at(k, 4)] * angular[k]);
+        }
+    }
+    for (k, (gain, angular)) in rest.iter_mut().zip(of_rest).enumerate() {
+        if let Some(radial) = radial_rest.get(at(k, radial_rest.len())) {
+            *gain = gain.splat(radial * angular);
         }
     }
 }

@@ -11,7 +11,7 @@ use crate::linalg::householder::Reduction;
 use crate::linalg::implicit_ql::implicit_ql;
 use crate::linalg::matrix_vector::times_vector;
 use crate::linalg::panels::TILE;
-use crate::linalg::size::{CONSTANTS, Known, Size};
+use crate::linalg::size::{Size, small_known};
 use crate::simd::{ComplexVector, Mask, Scalar, Vector, copy};
 
 /// Number of sub-lines, and the subaperture's length.
@@ -76,11 +76,10 @@ fn of_groups<A: Averaging<V>, V: Vector, const N: usize>(
 ) {
     let none = zero_power & !zero_power;
     let definite = match method {
-        Method::Mv => match (V::LANES, N, shape.padded()) {
-            (1, 2, 4) if CONSTANTS => mv::<A, V, N>(zero, solver, directions, (shape, Known::<4>)),
-            (1, 2, 8) if CONSTANTS => mv::<A, V, N>(zero, solver, directions, (shape, Known::<8>)),
-            (.., padded) => mv::<A, V, N>(zero, solver, directions, (shape, padded)),
-        },
+        Method::Mv if N == 2 => small_known!(V, n = shape.subaperture => {
+            mv::<A, V, N>(zero, solver, directions, (shape, n))
+        }, 1 2 3 4 5 6 7 8),
+        Method::Mv => mv::<A, V, N>(zero, solver, directions, (shape, shape.subaperture)),
         Method::EsmvRank1 if EIGENSPACE => stage(
             zero,
             solver,
@@ -179,7 +178,7 @@ fn mv<A: Averaging<V>, V: Vector, const N: usize>(
     )
 }
 
-/// The computation of [`mv`]; `n` is the subaperture's length in whole tiles.
+/// The computation of [`mv`]; `n` is the subaperture's length.
 #[inline(always)]
 fn solve<A: Averaging<V>, V: Vector, const N: usize>(
     zero: V,
@@ -188,7 +187,7 @@ fn solve<A: Averaging<V>, V: Vector, const N: usize>(
     (shape, n): (Shape, impl Size),
 ) -> V::Mask {
     let definite = forward::<A, V, N>(zero, solver, directions, (shape, n));
-    let (subaperture, padded) = (shape.subaperture, n.get());
+    let (subaperture, padded) = (n.get(), n.get().next_multiple_of(TILE));
     let (rows, _) = directions.rows.as_chunks_mut::<N>();
     let Some(rows) = rows.get_mut(..padded * shape.groups::<N>()) else {
         return definite;
@@ -301,7 +300,7 @@ fn forward<A: Averaging<V>, V: Vector, const N: usize>(
     directions: &mut Directions<'_, A::Scalar, V>,
     (shape, n): (Shape, impl Size),
 ) -> V::Mask {
-    let (padded, none) = (n.get(), no_lane(zero));
+    let (padded, none) = (n.get().next_multiple_of(TILE), no_lane(zero));
     let groups = shape.groups::<N>();
     let (rows, _) = directions.rows.as_chunks_mut::<N>();
     let Some(rows) = rows.get_mut(..padded * groups) else {

@@ -57,10 +57,11 @@ impl Beamformer {
             adaptive: 0..samples,
         };
         let sizes = workspace.sizes;
+        self.check_block(sizes, &block)?;
         self.sub_line_block(workspace, sizes, (&block, steering), z)
     }
 
-    /// The sub-lines of a block's computed samples.
+    /// The sub-lines of a block's computed samples; its adaptive segments are checked one after the other.
     pub(crate) fn sub_line_block<A: Averaging<V>, V: Vector>(
         &self,
         workspace: &mut Workspace<'_, A, V>,
@@ -76,15 +77,6 @@ impl Beamformer {
             outputs.start * count..outputs.end * count
         };
         let active = |sample| block.active(sample);
-        // All checks come before any output.
-        for (first, length, set) in constant_segments(samples, active) {
-            self.check_segment(&block.segment(first, set), set.count, length)?;
-            let adaptive = block.adaptive.start < (first + length).min(block.adaptive.end)
-                && first < block.adaptive.end;
-            if adaptive && set.count > 0 && parameters.method.direct().is_none() {
-                self.check_sizes(set.count, sizes)?;
-            }
-        }
         let within = segments_within(samples, active, block.adaptive.clone(), half_window);
         for (first, length, set) in within {
             let out = z.get_mut(of(first..first + length)).unwrap_or_default();

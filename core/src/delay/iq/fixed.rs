@@ -131,39 +131,42 @@ impl IqParameters {
         let zero = Complex::new(0.0, 0.0);
         let clear = !row.add && source.rest == Rest::Zero;
         let wanted = source.first.checked_next_multiple_of(source.step);
-        let mut wanted = wanted.unwrap_or(source.first);
-        let rows = out.chunks_exact_mut(self.elements.max(1));
-        for (n, out) in (source.first..).zip(rows) {
-            if n != wanted {
-                if clear {
-                    out.fill(zero);
-                }
-                continue;
-            }
-            wanted += source.step;
-            let centre = self.fixed_centre(source, &centres, n);
+        let wanted = wanted.unwrap_or(source.first);
+        let elements = self.elements.max(1);
+        let above = (wanted - source.first).saturating_mul(elements);
+        let (above, out) = out.split_at_mut_checked(above).unwrap_or_default();
+        if clear {
+            above.fill(zero);
+        }
+        // A wanted row and those up to the next one.
+        let rows = out.chunks_mut(elements.saturating_mul(source.step).max(1));
+        let mut next = wanted;
+        for out in rows {
+            let n = next;
+            next = next.wrapping_add(source.step);
             let (before, rest) = out.split_at_mut_checked(active.start).unwrap_or_default();
             let (own, behind) = rest.split_at_mut_checked(active.len()).unwrap_or_default();
             if clear {
                 before.fill(zero);
                 behind.fill(zero);
             }
-            match centre {
-                Some(centre) if level && dense && !row.add => {
-                    row.put::<true, true, false>(&centre, own)
+            let Some(centre) = self.fixed_centre(source, &centres, n) else {
+                if !row.add {
+                    own.fill(zero);
                 }
-                Some(centre) => {
-                    if !row.add {
-                        own.fill(zero);
-                    }
-                    match (level, dense) {
-                        (true, true) => row.put::<true, true, true>(&centre, own),
-                        (true, false) => row.put::<true, false, true>(&centre, own),
-                        _ => row.put::<false, false, true>(&centre, own),
-                    }
-                }
-                None if row.add => {}
-                None => own.fill(zero),
+                continue;
+            };
+            if level && dense && !row.add {
+                row.put::<true, true, false>(&centre, own);
+                continue;
+            }
+            if !row.add {
+                own.fill(zero);
+            }
+            match (level, dense) {
+                (true, true) => row.put::<true, true, true>(&centre, own),
+                (true, false) => row.put::<true, false, true>(&centre, own),
+                _ => row.put::<false, false, true>(&centre, own),
             }
         }
         Ok(())

@@ -17,7 +17,7 @@ const CASE: Case = Case {
     sub_lines: 1,
     depth_step: 1,
     map_every: 1,
-    bound: 46_354_000,
+    bound: 44_290_000,
 };
 
 #[entry]

@@ -39,7 +39,7 @@ pub struct Case {
     pub depth_step: usize,
     /// Number of frames for each bone map.
     pub map_every: u32,
-    /// Maximum number of instructions: 3 % above the count of Rust 1.95.
+    /// Maximum number of instructions: at most 3 % above the count of Rust 1.95.
     pub bound: u32,
 }
 

@@ -19,7 +19,7 @@ const CASE: Case = Case {
     sub_lines: 2,
     depth_step: 2,
     map_every: 3,
-    bound: 17_835_000,
+    bound: 16_000_000,
 };
 
 #[entry]
