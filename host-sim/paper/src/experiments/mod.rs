@@ -16,6 +16,7 @@ mod point;
 mod point_spread;
 mod spine;
 mod surface;
+mod surface_pictures;
 pub mod tune;
 mod vertebra;
 mod vertebra_in_tissue;
@@ -38,5 +39,6 @@ pub const PAPER: &[Kind] = &[
     Kind::of::<dynamic_range::DynamicRange>(),
     Kind::of::<claims::Claims>(),
     Kind::of::<surface::Surface>(),
+    Kind::of::<surface_pictures::SurfacePictures>(),
     Kind::of::<depth_step::DepthStep>(),
 ];

@@ -4,6 +4,7 @@ pub mod aberration;
 pub mod beamformers;
 pub mod bone;
 pub mod brightness;
+pub mod drawn_bone;
 pub mod interval;
 pub mod kept;
 pub mod lines;

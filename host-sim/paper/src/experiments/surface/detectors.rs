@@ -107,38 +107,11 @@ impl<'a> Frame<'a> {
     /// # Errors
     /// Lines that do not make an image.
     pub fn answers(&self, detector: Detector) -> Result<Vec<Answer>> {
-        let grey = &self.grey;
-        Ok(match detector {
-            Detector::PhaseSymmetry(_, scales) => self.ridges(scales)?,
-            Detector::Onset => largest(&onset(grey), grey.z0, grey.step),
-            Detector::Foroughi => {
-                let found = foroughi(grey);
-                largest(&found.probability, found.z0, found.step)
-            }
-            Detector::ForoughiPath => {
-                let found = foroughi(grey);
-                let scores = found.probability.mapv(|p| (p + 1e-4).ln());
-                best_path(&scores, found.z0, found.step, Prices::YARDSTICK.absence)
-            }
-            Detector::Path(terms) => {
-                let every = Slice::new(0, None, 2);
-                let scores = self.scores(&terms);
-                let scores = scores.slice_axis(Axis(1), every).to_owned();
-                best_path(&scores, grey.z0, 2.0 * grey.step, terms.absence)
-            }
-            Detector::Core(..) => self.surface()?,
-        })
-    }
-
-    fn scores(&self, terms: &Terms) -> Array2<f64> {
-        let mut scores = log_onset(&self.grey);
-        if terms.level != 0.0 {
-            scores += &change_of_level(&self.grey).mapv(|x| terms.level * ramp(x, 0.0, 0.15));
+        match detector {
+            Detector::PhaseSymmetry(_, scales) => self.ridges(scales),
+            Detector::Core(..) => self.surface(),
+            _ => Ok(of_grey(detector, &self.grey)),
         }
-        if terms.shadow != 0.0 {
-            scores -= &shadow_to_end(&self.grey, DEPTHS).mapv(|x| terms.shadow * ramp(x, 0.3, 0.2));
-        }
-        scores
     }
 
     /// The surface of the core, with the command's defaults.
@@ -175,6 +148,40 @@ impl<'a> Frame<'a> {
         let map = Array2::from_shape_fn((lines.len(), grid.rows), value);
         Ok(largest(&map, grid.z0, grid.pixel))
     }
+}
+
+/// The answers of a detector that is a function of grey alone; none of another.
+pub fn of_grey(detector: Detector, grey: &Grey) -> Vec<Answer> {
+    match detector {
+        Detector::Onset => largest(&onset(grey), grey.z0, grey.step),
+        Detector::Foroughi => {
+            let found = foroughi(grey);
+            largest(&found.probability, found.z0, found.step)
+        }
+        Detector::ForoughiPath => {
+            let found = foroughi(grey);
+            let scores = found.probability.mapv(|p| (p + 1e-4).ln());
+            best_path(&scores, found.z0, found.step, Prices::YARDSTICK.absence)
+        }
+        Detector::Path(terms) => {
+            let every = Slice::new(0, None, 2);
+            let scores = scores(grey, &terms);
+            let scores = scores.slice_axis(Axis(1), every).to_owned();
+            best_path(&scores, grey.z0, 2.0 * grey.step, terms.absence)
+        }
+        Detector::PhaseSymmetry(..) | Detector::Core(..) => Vec::new(),
+    }
+}
+
+fn scores(grey: &Grey, terms: &Terms) -> Array2<f64> {
+    let mut scores = log_onset(grey);
+    if terms.level != 0.0 {
+        scores += &change_of_level(grey).mapv(|x| terms.level * ramp(x, 0.0, 0.15));
+    }
+    if terms.shadow != 0.0 {
+        scores -= &shadow_to_end(grey, DEPTHS).mapv(|x| terms.shadow * ramp(x, 0.3, 0.2));
+    }
+    scores
 }
 
 impl Detector {

@@ -16,17 +16,19 @@ pub enum Condition {
     Aberration,
     Clutter,
     Noise,
-    SoundSpeed,
+    SpeedLow,
+    SpeedHigh,
     Together,
 }
 
 impl Condition {
-    pub const ALL: [Condition; 6] = [
+    pub const ALL: [Condition; 7] = [
         Condition::Clean,
         Condition::Aberration,
         Condition::Clutter,
         Condition::Noise,
-        Condition::SoundSpeed,
+        Condition::SpeedLow,
+        Condition::SpeedHigh,
         Condition::Together,
     ];
 
@@ -37,7 +39,8 @@ impl Condition {
             Condition::Aberration => "aberration",
             Condition::Clutter => "clutter on every channel",
             Condition::Noise => "amplifier noise that rises with depth",
-            Condition::SoundSpeed => "wrong speed of sound",
+            Condition::SpeedLow => "speed of sound too low",
+            Condition::SpeedHigh => "speed of sound too high",
             Condition::Together => "aberration, clutter and noise together",
         }
     }
@@ -59,8 +62,8 @@ pub struct Disturbances {
     pub noise: f64,
     /// Increase of the noise with depth, dB per m.
     pub noise_rise: f64,
-    /// The speed of sound that the beamformer assumes, relative to the true one.
-    pub sound_speed: f64,
+    /// Error of the assumed speed of sound, relative to the true one.
+    pub speed_error: f64,
 }
 
 impl Default for Disturbances {
@@ -72,7 +75,7 @@ impl Default for Disturbances {
             coherent: 3,
             noise: -20.0,
             noise_rise: 300.0,
-            sound_speed: 1.02,
+            speed_error: 0.02,
         }
     }
 }
@@ -110,9 +113,11 @@ impl Disturbed<'_> {
             let sum = rf(&mut data)?.iter_mut().zip(&self.noise);
             sum.for_each(|(value, noise)| *value += noise);
         }
-        if condition == Condition::SoundSpeed {
-            data.c *= self.section.sound_speed;
-        }
+        data.c *= match condition {
+            Condition::SpeedLow => 1.0 - self.section.speed_error,
+            Condition::SpeedHigh => 1.0 + self.section.speed_error,
+            _ => 1.0,
+        };
         Ok(data)
     }
 }

@@ -4,7 +4,7 @@
 
 pub(super) mod detectors;
 pub(super) mod disturb;
-mod show;
+pub(super) mod show;
 
 use serde::{Deserialize, Serialize};
 
@@ -151,7 +151,7 @@ impl Experiment for Surface {
             LENGTHS,
             " (m)",
         )?;
-        check_positive(section, "sound_speed", d.sound_speed, [0.5, 2.0], "")
+        check_positive(section, "speed_error", d.speed_error, [1e-6, 0.5], "")
     }
 
     fn run(&self, context: &Context<'_>) -> Result<Outcome> {

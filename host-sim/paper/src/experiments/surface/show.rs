@@ -64,15 +64,11 @@ fn table(condition: Condition, results: &[SceneResult]) -> Table {
             scenes.map(|r| &r.judged).collect()
         };
         let bones = of(None);
-        let interval = |pick: fn(&Judged) -> Option<f64>| {
-            let values: Vec<f64> = bones.iter().filter_map(|j| pick(j)).collect();
-            Interval::of(&values).map_or("–".into(), |interval| interval.text())
-        };
         let all = Judged::of_all(bones.iter().copied());
         let mut row = vec![
             detector.name().to_owned(),
-            interval(Judged::precision),
-            interval(Judged::recall),
+            interval(&bones, Judged::precision),
+            interval(&bones, Judged::recall),
         ];
         for (family, bone) in &FAMILIES {
             let family = Judged::of_all(of(Some(family)));
@@ -100,4 +96,10 @@ fn table(condition: Condition, results: &[SceneResult]) -> Table {
         rows: rows.collect(),
         page_only: false,
     }
+}
+
+/// The mean of a measure over frames, with its interval.
+pub fn interval(frames: &[&Judged], pick: fn(&Judged) -> Option<f64>) -> String {
+    let values: Vec<f64> = frames.iter().filter_map(|judged| pick(judged)).collect();
+    Interval::of(&values).map_or("–".into(), |interval| interval.text())
 }

@@ -1,10 +1,9 @@
 //! The scenes: random vertebrae under layers of tissue, clean and disturbed.
 
-use rand::rngs::ChaCha8Rng;
-use rand::{RngExt, SeedableRng};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::super::common::drawn_bone::DrawnBone;
 use super::super::common::recording::recording;
 use super::super::common::truth::TOLERANCE;
 use super::super::surface::disturb::{Condition, Disturbances};
@@ -16,7 +15,7 @@ use bonebeam_drive::config::{Beamform, Surface};
 use bonebeam_drive::frame::beamform_channel_data;
 use bonebeam_drive::surface::of_lines;
 use bonebeam_files::{BeamformedLines, ChannelData};
-use bonebeam_simulate::{Bone, Outline, Settings, VertebraShape};
+use bonebeam_simulate::{Outline, Settings};
 
 /// Conditions of the scenes.
 pub const CONDITIONS: [Condition; 5] = [
@@ -26,12 +25,6 @@ pub const CONDITIONS: [Condition; 5] = [
     Condition::Noise,
     Condition::Together,
 ];
-/// Range of the depths of the bones' shallowest points, m.
-const DEPTHS: [f64; 2] = [10e-3, 25e-3];
-/// Range of the heights of the slices, m.
-const SLICES: [f64; 2] = [-10e-3, 1e-3];
-/// Range of the tilts, degrees.
-const TILTS: [f64; 2] = [-15.0, 15.0];
 /// Length at the end of the lines in which the detector seeks no bone, m.
 const END: f64 = 6e-3;
 
@@ -76,23 +69,14 @@ impl Scenes {
     /// # Errors
     /// A bone that cannot be simulated.
     pub fn record(&self, context: &Context<'_>, number: u64, what: &str) -> Result<Recorded> {
-        let mut random = ChaCha8Rng::seed_from_u64(number);
-        random.set_stream(1);
-        let [depth, slice, tilt] =
-            [DEPTHS, SLICES, TILTS].map(|[low, high]| low + (high - low) * random.random::<f64>());
-        let shape = VertebraShape::drawn(number);
-        let bone = Bone::Shape {
-            shape: &shape,
-            slice,
-            tilt,
-        };
+        let drawn = DrawnBone::of(number);
         let settings = Settings {
             seed: number,
             ..self.scanner.clone()
         };
         let phantom = phantom(
-            Some(&bone),
-            depth,
+            Some(&drawn.bone()),
+            drawn.depth,
             [self.thickness, self.density],
             &settings,
         )?;
