@@ -101,7 +101,7 @@ static bonebeam_iq *iq_stage(const bonebeam_delay_parameters *parameters) {
     return stage;
 }
 
-static bonebeam_iq_lines *lines_of(const bonebeam_iq_scan *scan, const bonebeam_beamform_parameters *parameters) {
+static bonebeam_iq_lines *lines_of(const bonebeam_scan *scan, const bonebeam_beamform_parameters *parameters) {
     bonebeam_iq_lines *lines;
     size_t bytes = fits(bonebeam_iq_lines_bytes(scan, parameters), FAST);
     check(bonebeam_iq_lines_new(memory, bytes, scan, parameters, &lines), "iq lines");
@@ -261,36 +261,37 @@ static void iq(void) {
     print("iq-fixed-down", aligned, 2 * LINE * ELEMENTS);
 }
 
-/* Lines of I/Q in blocks shorter than the aperture's growth, each of two waves. */
+/* A scan of I/Q in blocks shorter than the aperture's growth, each line of two waves. */
+enum { OUTPUTS = 44, LINES = 3 };
+static const bonebeam_scan scan_of_iq = {
+    .delay =
+        {
+            .sound_speed = 1540.0,
+            .sampling_rate = 10e6,
+            .frequency = 5.1e6,
+            .output_rate = 12e6,
+            .output_start = 0.4e-6,
+            .output_samples = OUTPUTS,
+            .elements = ELEMENTS,
+            .record_samples = SAMPLES,
+            .interpolation = BONEBEAM_INTERPOLATION_SINC,
+        },
+    .aperture = {.elements = ELEMENTS, .pitch = 0.2e-3, .f_number = 0.7, .min_elements = 8},
+    .lines = {-1.1e-3, 1.1e-3, LINES},
+    .block = 7,
+};
+static const bonebeam_beamform_parameters mv_half_window_1 = {
+    .method = "mv", .numbers = half_window_1, .count = 1};
+static const bonebeam_iq_wave waves_of_iq[2] = {
+    {{.law = BONEBEAM_LAW_PLANE, .angle = -0.1, .t0 = 0.1e-6}, counted},
+    {{.law = BONEBEAM_LAW_PLANE, .angle = 0.15, .t0 = 0.1e-6}, counted},
+};
+
 static void iq_lines(void) {
-    enum { OUTPUTS = 44 };
     static bonebeam_complex z[OUTPUTS];
-    bonebeam_iq_scan scan = {
-        .delay =
-            {
-                .sound_speed = 1540.0,
-                .sampling_rate = 10e6,
-                .frequency = 5.1e6,
-                .output_rate = 12e6,
-                .output_start = 0.4e-6,
-                .output_samples = OUTPUTS,
-                .elements = ELEMENTS,
-                .record_samples = SAMPLES,
-                .interpolation = BONEBEAM_INTERPOLATION_SINC,
-            },
-        .aperture = {.elements = ELEMENTS, .pitch = 0.2e-3, .f_number = 0.7, .min_elements = 8},
-        .lines = {-1.1e-3, 1.1e-3, 3},
-        .block = 7,
-    };
-    const bonebeam_beamform_parameters parameters = {
-        .method = "mv",
-        .numbers = half_window_1,
-        .count = 1,
-    };
-    const bonebeam_iq_wave waves[2] = {
-        {{.law = BONEBEAM_LAW_PLANE, .angle = -0.1, .t0 = 0.1e-6}, counted},
-        {{.law = BONEBEAM_LAW_PLANE, .angle = 0.15, .t0 = 0.1e-6}, counted},
-    };
+    bonebeam_scan scan = scan_of_iq;
+    const bonebeam_beamform_parameters parameters = mv_half_window_1;
+    const bonebeam_iq_wave *waves = waves_of_iq;
     static const char *const names[] = {"pipeline-iq-left", "pipeline-iq-middle"};
     bonebeam_iq_lines *lines = lines_of(&scan, &parameters);
     for (int i = 0; i < 2; i++) {
@@ -541,6 +542,129 @@ static void overlaps(void) {
     }
 }
 
+static int same(const void *a, const void *b, size_t floats) { return memcmp(a, b, 4 * floats) == 0; }
+
+static void count_steps(void *steps, size_t done) {
+    size_t *count = steps;
+    if (done == *count + 1) *count = done;
+}
+
+/* Frames: the lines, image and map of the separate stages, which have the golden bits. Lines of I/Q, and of RF the
+ * delay stage's line through a beamformer. */
+static void frames(void) {
+    static alignas(BONEBEAM_ALIGN) unsigned char place[4 * FAST];
+    static bonebeam_complex z[LINES][OUTPUTS], line[OUTPUTS];
+    static float envelopes[LINES * OUTPUTS], levels[LINES * OUTPUTS], pixels[PIXELS], smooth[PIXELS];
+    const bonebeam_status pointer = BONEBEAM_STATUS_POINTER, parameter = BONEBEAM_STATUS_PARAMETER;
+    const double scales[] = {0.125, 0.0625};
+    bonebeam_frame_parameters parameters = {
+        .scan = scan_of_iq,
+        .beamformer = mv_half_window_1,
+        .image = {.rows = SIDE, .columns = SIDE, .scales = scales, .scale_count = 2, .threshold = 3.0f},
+        .dynamic_range = 50.0f,
+        .median = 1,
+    };
+    bonebeam_frame *frame = NULL;
+    int faults = 0;
+    size_t bytes = fits(bonebeam_frame_iq_bytes(&parameters), sizeof place);
+    faults += bonebeam_frame_iq_new(place, bytes - 1, &parameters, &frame) != BONEBEAM_STATUS_STORAGE;
+    faults += bonebeam_frame_iq_new(place + 4, bytes, &parameters, &frame) != pointer;
+    faults += bonebeam_frame_iq_new(NULL, bytes, &parameters, &frame) != pointer;
+    faults += bonebeam_frame_iq_new(place, bytes, NULL, &frame) != pointer;
+    faults += bonebeam_frame_iq_new(place, bytes, &parameters, NULL) != pointer;
+    faults += frame != NULL;
+    check(bonebeam_frame_iq_new(place, bytes, &parameters, &frame), "frame of I/Q");
+
+    const bonebeam_beamform_parameters mv = mv_half_window_1;
+    bonebeam_iq_lines *lines = lines_of(&parameters.scan, &mv);
+    for (int k = LINES - 1; k >= 0; k--) {
+        check(bonebeam_iq_lines_line(lines, k, waves_of_iq, 2, z[k]), "line");
+        check(bonebeam_frame_iq_line(frame, k, waves_of_iq, 2, k == 1 ? NULL : line), "line of a frame");
+        faults += k != 1 && !same(line, z[k], 2 * OUTPUTS);
+    }
+    faults += bonebeam_frame_iq_line(frame, LINES, waves_of_iq, 2, line) != BONEBEAM_STATUS_CAPACITY;
+    faults += bonebeam_frame_iq_line(frame, 0, waves_of_iq, BONEBEAM_WAVES + 1, line) != BONEBEAM_STATUS_CAPACITY;
+    faults += bonebeam_frame_iq_line(frame, 0, waves_of_iq, 0, line) != parameter;
+    faults += bonebeam_frame_iq_line(frame, 0, NULL, 2, line) != pointer;
+    faults += bonebeam_frame_iq_line(frame, 0, waves_of_iq, 2, (bonebeam_complex *)counts) != pointer;
+    const bonebeam_rf_wave rf_wave = {.rf = rf};
+    faults += bonebeam_frame_line(frame, 0, &rf_wave, 1, line) != parameter;
+    faults += bonebeam_frame_surface(frame, NULL) != parameter;
+
+    /* By the separate stages. */
+    bonebeam_axis rows, columns;
+    const double first = 1540.0 * 0.4e-6 / 2.0, step = 1540.0 / 12e6 / 2.0;
+    const bonebeam_axis samples = {first, step, OUTPUTS};
+    check(bonebeam_frame_axes(frame, &rows, &columns), "axes");
+    check(bonebeam_envelope(z[0], LINES * OUTPUTS, envelopes), "envelope");
+    check(bonebeam_log_compression(BONEBEAM_LOGARITHM_EXACT, envelopes, LINES * OUTPUTS,
+                                   bonebeam_largest(envelopes, LINES * OUTPUTS), 50.0f, levels),
+          "log compression");
+    check(bonebeam_resample(levels, &scan_of_iq.lines, &samples, &rows, &columns, pixels), "resample");
+    check(bonebeam_median(pixels, SIDE, SIDE, smooth), "median");
+    const bonebeam_phase_symmetry_parameters filters = {
+        .rows = SIDE, .columns = SIDE, .strip = 8, .scales = scales, .scale_count = 2, .threshold = 3.0f};
+    bonebeam_phase_symmetry *bank;
+    check(bonebeam_phase_symmetry_new(memory, FAST, slow, SLOW, &filters, &bank), "phase symmetry");
+    check(bonebeam_phase_symmetry_map(bank, smooth, pixels), "map");
+
+    const float *image, *map;
+    size_t steps = 0;
+    check(bonebeam_frame_image(frame, NULL, NULL, &image), "image of a frame");
+    faults += !same(image, smooth, PIXELS) || bonebeam_largest(image, PIXELS) < 200.0f;
+    check(bonebeam_frame_map(frame, count_steps, &steps, &map), "map of a frame");
+    faults += !same(map, pixels, PIXELS) || steps < 10 || bonebeam_largest(map, PIXELS) < 0.1f;
+    faults += bonebeam_frame_image(frame, NULL, NULL, NULL) != pointer;
+    faults += bonebeam_frame_map(NULL, NULL, NULL, &map) != pointer;
+
+    /* RF, with gains in tables: the delay stage and a beamformer with all elements. */
+    parameters.scan.delay = delay_parameters;
+    parameters.scan.aperture = (bonebeam_aperture){.elements = M, .pitch = 0.3e-3, .f_number = 1.5, .min_elements = M};
+    parameters.scan.lines = (bonebeam_axis){-0.2e-3, 0.4e-3, 2};
+    parameters.gain_tables = 1;
+    bytes = fits(bonebeam_frame_bytes(&parameters), sizeof place);
+    faults += bonebeam_frame_new(place, bytes - 1, &parameters, &frame) != BONEBEAM_STATUS_STORAGE;
+    check(bonebeam_frame_new(place, bytes, &parameters, &frame), "frame of RF");
+    static bonebeam_range active[OUT];
+    static bonebeam_complex of_stages[OUT], of_frame[OUT];
+    double depths[OUT];
+    const bonebeam_rf_wave wave = {{.law = BONEBEAM_LAW_FOCUSED, .t0 = 0.1e-6}, rf};
+    bonebeam_scan_line ray = {.wave = wave.wave, .element_x = linear, .active = {0, M}};
+    for (int k = 0; k < 2; k++) {
+        ray.origin.x = parameters.scan.lines.first + k * parameters.scan.lines.step;
+        for (int n = 0; n < OUT; n++) depths[n] = 1540.0 * (0.5e-6 + n / 20e6) / 2.0;
+        check(bonebeam_active_elements(&parameters.scan.aperture, ray.origin.x / 0.3e-3 + 3.5, depths, OUT, active),
+              "aperture");
+        check(bonebeam_delay_line(delay_stage(&delay_parameters), &ray, rf, out), "delay");
+        check(bonebeam_beamformer_line(beamformer(&mv, M), out, OUT, M, active, NULL, of_stages), "beamformer");
+        check(bonebeam_frame_line(frame, k, &wave, 1, of_frame), "line of a frame");
+        faults += !same(of_frame, of_stages, 2 * OUT);
+    }
+    faults += bonebeam_frame_line(frame, 0, &wave, 1, (bonebeam_complex *)rf) != pointer;
+    faults += bonebeam_frame_iq_line(frame, 0, waves_of_iq, 2, NULL) != parameter;
+    check(bonebeam_frame_image(frame, NULL, NULL, &image), "image of a frame");
+    memcpy(smooth, image, sizeof smooth);
+    check(bonebeam_phase_symmetry_new(memory, FAST, slow, SLOW, &filters, &bank), "phase symmetry");
+    check(bonebeam_phase_symmetry_map(bank, smooth, pixels), "map");
+    check(bonebeam_frame_map(frame, NULL, NULL, &map), "map of a frame");
+    faults += !same(map, pixels, PIXELS);
+
+    /* Other Hilbert taps than the rates', other sizes than phase symmetry's, and an aperture of another array. */
+    parameters.scan.delay.hilbert_taps = 9;
+    faults += bonebeam_frame_new(place, sizeof place, &parameters, &frame) != parameter;
+    parameters.scan.delay.hilbert_taps = 0;
+    faults += bonebeam_frame_bytes(&parameters) != bytes;
+    parameters.image.rows = SIDE - 1;
+    faults += bonebeam_frame_bytes(&parameters) != 0;
+    parameters.image.rows = SIDE;
+    parameters.scan.aperture.elements = M - 1;
+    faults += bonebeam_frame_bytes(&parameters) != 0;
+    if (faults) {
+        printf("%d checks of frames failed\n", faults);
+        exit(1);
+    }
+}
+
 /* What must be refused is. Each kind of object has its memory to the byte. */
 static void refusals(void) {
     const size_t align = BONEBEAM_ALIGN;
@@ -613,7 +737,7 @@ static void refusals(void) {
     faults += bonebeam_iq_new(memory + align / 2, bytes, &delay_parameters, &iq) != pointer;
     faults += bonebeam_iq_new(memory, bytes - 1, &delay_parameters, &iq) != storage;
     faults += iq != NULL;
-    const bonebeam_iq_scan scan = {
+    const bonebeam_scan scan = {
         .delay = delay_parameters,
         .aperture = {.elements = M, .pitch = 0.3e-3, .f_number = 1.0, .min_elements = 2},
         .lines = {0.0, 1e-3, 1},
@@ -650,6 +774,7 @@ int main(void) {
     iq();
     rays();
     iq_lines();
+    frames();
     overlaps();
     refusals();
     return 0;

@@ -31,11 +31,11 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/// Maximum number of transmits compounded in a line.
-#define BONEBEAM_IQ_WAVES 16
-
 /// Alignment, bytes, of the memory of every object.
 #define BONEBEAM_ALIGN 64
+
+/// Maximum number of transmits compounded in a line.
+#define BONEBEAM_WAVES 16
 
 /// Major version of the header.
 #define BONEBEAM_VERSION_MAJOR 0
@@ -143,6 +143,11 @@ typedef struct bonebeam_beamformer bonebeam_beamformer;
 /// A delay stage for RF.
 typedef struct bonebeam_delay bonebeam_delay;
 
+/// A frame: channel data line by line, then image, bone map and surface.
+///
+/// Image and map are in the frame's memory, and valid until the frame is used again.
+typedef struct bonebeam_frame bonebeam_frame;
+
 /// The lines of a scan of I/Q: delay stage, apertures and beamformer.
 typedef struct bonebeam_iq_lines bonebeam_iq_lines;
 
@@ -235,7 +240,9 @@ typedef struct {
   size_t elements;
   /// Samples of each element's record.
   size_t record_samples;
-  /// RF: non-zero taps on one side of the Hilbert transformer, for instance 8.
+  /// RF: non-zero taps on one side of the Hilbert transformer.
+  ///
+  /// 0 chooses them by the rates; a frame takes only that choice.
   size_t hilbert_taps;
   /// RF: not 0 computes the filters in single precision.
   ///
@@ -303,19 +310,7 @@ typedef struct {
   size_t count;
 } bonebeam_axis;
 
-/// The I/Q of one transmit: complex numbers, or counts of 16 bits.
-typedef struct {
-  /// Complex numbers; null for counts.
-  const bonebeam_complex *samples;
-  /// I and Q in turn, if `samples` is null.
-  const int16_t *counts;
-  /// The value of one count.
-  float scale;
-  /// One of `bonebeam_layout`.
-  int32_t layout;
-} bonebeam_iq_record;
-
-/// A scan of I/Q by a linear array that is centred on 0. SI units.
+/// A scan by a linear array that is centred on 0. SI units.
 typedef struct {
   /// The delay stage.
   bonebeam_delay_parameters delay;
@@ -331,15 +326,7 @@ typedef struct {
   ///
   /// It changes memory and time, never a line.
   size_t block;
-} bonebeam_iq_scan;
-
-/// One transmit of a scan of I/Q.
-typedef struct {
-  /// The transmitted wave.
-  bonebeam_wave wave;
-  /// Its record.
-  bonebeam_iq_record record;
-} bonebeam_iq_wave;
+} bonebeam_scan;
 
 /// The parameters of phase symmetry.
 typedef struct {
@@ -358,6 +345,73 @@ typedef struct {
   /// Noise threshold T_n, grey levels.
   float threshold;
 } bonebeam_phase_symmetry_parameters;
+
+/// The parameters of a frame.
+typedef struct {
+  /// Records, lines, aperture and depth gate.
+  bonebeam_scan scan;
+  /// The beamformer.
+  bonebeam_beamform_parameters beamformer;
+  /// The image's size, and the filters of the bone map; `strip` is not used.
+  bonebeam_phase_symmetry_parameters image;
+  /// Level of black below the largest envelope, dB.
+  float dynamic_range;
+  /// Not 0: the image is filtered by a median of 3 × 3 pixels.
+  int32_t median;
+  /// Not 0: the filters' gains are in tables, for faster maps of the same bits.
+  int32_t gain_tables;
+  /// Least depth of the surface, m.
+  ///
+  /// 0 for both depths means no surface, and no memory for it.
+  double surface_from;
+  /// Greatest depth of the surface, m; may be infinite.
+  double surface_to;
+} bonebeam_frame_parameters;
+
+/// One transmit of a scan of RF.
+typedef struct {
+  /// The transmitted wave.
+  bonebeam_wave wave;
+  /// Its record, `[element][record sample]`.
+  const float *rf;
+} bonebeam_rf_wave;
+
+/// The I/Q of one transmit: complex numbers, or counts of 16 bits.
+typedef struct {
+  /// Complex numbers; null for counts.
+  const bonebeam_complex *samples;
+  /// I and Q in turn, if `samples` is null.
+  const int16_t *counts;
+  /// The value of one count.
+  float scale;
+  /// One of `bonebeam_layout`.
+  int32_t layout;
+} bonebeam_iq_record;
+
+/// One transmit of a scan of I/Q.
+typedef struct {
+  /// The transmitted wave.
+  bonebeam_wave wave;
+  /// Its record.
+  bonebeam_iq_record record;
+} bonebeam_iq_wave;
+
+/// Called after each step of an image or a map, with the number of steps so far.
+///
+/// A step is less than a million instructions on a Cortex-M7, so that a watchdog can be reset in it. May be null.
+typedef void (*bonebeam_progress)(void *context, size_t done);
+
+/// The surface in a line.
+typedef struct {
+  /// Not 0: there is a surface. The other values are otherwise 0.
+  int32_t found;
+  /// Not 0: a piece of surface begins here.
+  int32_t begins;
+  /// Depth along the line, m.
+  float depth;
+  /// Confidence, 0 to 1.
+  float confidence;
+} bonebeam_point;
 
 #ifdef __cplusplus
 extern "C" {
@@ -422,6 +476,63 @@ bonebeam_status bonebeam_delay_line(bonebeam_delay *delay,
                                     const float *rf,
                                     bonebeam_complex *out);
 
+/// Returns the bytes of a frame of RF.
+size_t bonebeam_frame_bytes(const bonebeam_frame_parameters *parameters);
+
+/// Returns the bytes of a frame of I/Q.
+size_t bonebeam_frame_iq_bytes(const bonebeam_frame_parameters *parameters);
+
+/// Places a frame of RF in `memory`.
+bonebeam_status bonebeam_frame_new(void *memory,
+                                   size_t bytes,
+                                   const bonebeam_frame_parameters *parameters,
+                                   bonebeam_frame **frame);
+
+/// Places a frame of I/Q in `memory`.
+bonebeam_status bonebeam_frame_iq_new(void *memory,
+                                      size_t bytes,
+                                      const bonebeam_frame_parameters *parameters,
+                                      bonebeam_frame **frame);
+
+/// Computes line `index` of a frame of RF, and keeps its envelope.
+///
+/// The line is the mean over `count` transmits. Lines may come in any order. A line that does not come keeps its
+/// values of the last frame. `z`, unless null, receives the line: `output_samples` numbers; with a `depth_step`, their
+/// number over the step, rounded up.
+bonebeam_status bonebeam_frame_line(bonebeam_frame *frame,
+                                    size_t index,
+                                    const bonebeam_rf_wave *waves,
+                                    size_t count,
+                                    bonebeam_complex *z);
+
+/// Computes line `index` of a frame of I/Q, as `bonebeam_frame_line`.
+bonebeam_status bonebeam_frame_iq_line(bonebeam_frame *frame,
+                                       size_t index,
+                                       const bonebeam_iq_wave *waves,
+                                       size_t count,
+                                       bonebeam_complex *z);
+
+/// Computes the image of the lines so far: `[row][column]`, grey levels 0 to 255.
+///
+/// Lines that never came are black. `context` is passed to `progress`.
+bonebeam_status bonebeam_frame_image(bonebeam_frame *frame,
+                                     bonebeam_progress progress,
+                                     void *context,
+                                     const float **image);
+
+/// Computes the bone map of the last image.
+///
+/// It is `[row][column]`, at least 0 and below 1. `context` is passed to `progress`.
+bonebeam_status bonebeam_frame_map(bonebeam_frame *frame, bonebeam_progress progress, void *context, const float **map);
+
+/// Finds the bone surface in the lines so far: a point for each line.
+///
+/// The detector is made for a `dynamic_range` of 60 dB. A frame without a surface gives BONEBEAM_STATUS_PARAMETER.
+bonebeam_status bonebeam_frame_surface(bonebeam_frame *frame, bonebeam_point *points);
+
+/// Returns the positions of an image's rows and columns, m.
+bonebeam_status bonebeam_frame_axes(bonebeam_frame *frame, bonebeam_axis *rows, bonebeam_axis *columns);
+
 /// Computes `|z|` of `length` samples.
 bonebeam_status bonebeam_envelope(const bonebeam_complex *z, size_t length, float *out);
 
@@ -467,12 +578,12 @@ bonebeam_status bonebeam_iq_line(bonebeam_iq *iq,
                                  bonebeam_complex *out);
 
 /// Returns the bytes of the lines of a scan of I/Q.
-size_t bonebeam_iq_lines_bytes(const bonebeam_iq_scan *scan, const bonebeam_beamform_parameters *beamformer);
+size_t bonebeam_iq_lines_bytes(const bonebeam_scan *scan, const bonebeam_beamform_parameters *beamformer);
 
 /// Places the lines of a scan of I/Q in `memory`.
 bonebeam_status bonebeam_iq_lines_new(void *memory,
                                       size_t bytes,
-                                      const bonebeam_iq_scan *scan,
+                                      const bonebeam_scan *scan,
                                       const bonebeam_beamform_parameters *beamformer,
                                       bonebeam_iq_lines **lines);
 

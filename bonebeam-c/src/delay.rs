@@ -7,7 +7,11 @@ use crate::iq::Interpolation;
 use crate::memory::{Output, array, bytes_of, new, one, one_mut, sum};
 use crate::scan_line::ScanLine;
 use crate::status::{Status, status};
-use bonebeam::delay::{Delay, DelayParameters as Rf, IqParameters as Iq, Record, Stage};
+use bonebeam::Error;
+use bonebeam::delay::{
+    Delay, DelayParameters as Rf, IqParameters as Iq, Record, Stage, hilbert_taps,
+};
+use bonebeam::pipeline::IqInput;
 use core::ffi::c_void;
 
 /// Parameters of a delay stage for RF or for I/Q. SI units.
@@ -30,7 +34,9 @@ pub struct DelayParameters {
     pub elements: usize,
     /// Samples of each element's record.
     pub record_samples: usize,
-    /// RF: non-zero taps on one side of the Hilbert transformer, for instance 8.
+    /// RF: non-zero taps on one side of the Hilbert transformer.
+    ///
+    /// 0 chooses them by the rates; a frame takes only that choice.
     pub hilbert_taps: usize,
     /// RF: not 0 computes the filters in single precision.
     ///
@@ -41,7 +47,7 @@ pub struct DelayParameters {
 }
 
 impl DelayParameters {
-    fn rf(&self) -> Rf {
+    pub(crate) fn rf(&self) -> Rf {
         Rf {
             sound_speed: self.sound_speed,
             sampling_rate: self.sampling_rate,
@@ -51,8 +57,26 @@ impl DelayParameters {
             output_samples: self.output_samples,
             elements: self.elements,
             record_samples: self.record_samples,
-            hilbert_taps: self.hilbert_taps,
+            hilbert_taps: match self.hilbert_taps {
+                0 => hilbert_taps(self.output_rate, self.frequency),
+                taps => taps,
+            },
         }
+    }
+
+    /// Sets a stage in place.
+    pub(crate) fn set(&self, stage: &mut Delay) -> Result<(), Error> {
+        match self.single_precision {
+            0 => stage.set(self.rf()),
+            _ => stage.set_in_f32(self.rf()),
+        }
+    }
+
+    pub(crate) fn iq_input(&self) -> Result<IqInput, Status> {
+        Ok(IqInput {
+            demodulation_frequency: self.frequency,
+            interpolation: Some(Interpolation::core(self.interpolation)?),
+        })
     }
 
     pub(crate) fn iq(&self) -> Result<Iq, Status> {
@@ -79,7 +103,7 @@ pub struct DelayStage {
 /// The stage that each new stage is copied from, and that is then set.
 ///
 /// A stage made elsewhere would pass over the stack.
-static ANY: Delay = match Delay::new(Rf {
+pub(crate) static ANY: Delay = match Delay::new(Rf {
     sound_speed: 1540.0,
     sampling_rate: 20e6,
     centre_frequency: 5e6,
@@ -96,15 +120,10 @@ static ANY: Delay = match Delay::new(Rf {
 
 impl DelayStage {
     fn set(&mut self, parameters: &DelayParameters) -> Result<(), Status> {
-        let rf = parameters.rf();
-        if rf.need(1).real > self.scratch.len() {
+        if parameters.rf().need(1).real > self.scratch.len() {
             return Err(Status::Storage);
         }
-        match parameters.single_precision {
-            0 => self.stage.set(rf)?,
-            _ => self.stage.set_in_f32(rf)?,
-        }
-        Ok(())
+        Ok(parameters.set(self.stage)?)
     }
 }
 

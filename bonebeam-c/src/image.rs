@@ -7,6 +7,11 @@ use bonebeam::geometry;
 use bonebeam::image::{self, envelope, largest, log_compression_with, median, resample};
 
 impl Axis {
+    pub(crate) fn of(axis: geometry::Axis) -> Self {
+        let geometry::Axis { first, step, count } = axis;
+        Axis { first, step, count }
+    }
+
     pub(crate) fn core(&self) -> geometry::Axis {
         geometry::Axis {
             first: self.first,

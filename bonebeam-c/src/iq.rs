@@ -134,7 +134,7 @@ pub unsafe extern "C" fn bonebeam_iq_new(
     unsafe {
         new(memory, bytes, iq, |bytes| {
             let stage = IqDelay::new(one(parameters)?.iq()?)?;
-            let scratch = bytes.zeros(stage.parameters().need(1).real)?;
+            let scratch = bytes.fill(stage.parameters().need(1).real, 0.0)?;
             Ok(IqStage { stage, scratch })
         })
     }

@@ -1,52 +1,17 @@
 //! Lines of I/Q by the core's pipeline, aligned and beamformed in blocks.
 
-use crate::beamformer::{ApertureShape, BeamformParameters};
-use crate::delay::DelayParameters;
-use crate::iq::IqRecord;
-use crate::memory::{Output, array, bytes_of, new, one, one_mut, sum};
-use crate::scan_line::Wave;
+use crate::Complex;
+use crate::beamformer::BeamformParameters;
+use crate::memory::{Output, bytes_of, new, one, one_mut, sum};
+use crate::scan::{IqWave, Scan};
 use crate::status::{Status, status};
 use crate::workspace::{Workspace, need_bytes, scratch, with_view};
-use crate::{Axis, Complex};
 use bonebeam::beamform::Sizes;
 use bonebeam::delay::IqDelay;
-use bonebeam::geometry::{Array, Depth, Lines, Scan, ScanParameters};
+use bonebeam::geometry;
 use bonebeam::memory::{Need, Scratch};
-use bonebeam::pipeline::{DepthGate, IqInput, LinePipeline};
+use bonebeam::pipeline::LinePipeline;
 use core::ffi::c_void;
-
-/// Maximum number of transmits compounded in a line.
-pub const BONEBEAM_IQ_WAVES: usize = 16;
-
-/// A scan of I/Q by a linear array that is centred on 0. SI units.
-#[repr(C)]
-#[derive(Clone, Copy)]
-pub struct IqScan {
-    /// The delay stage.
-    pub delay: DelayParameters,
-    /// The receive aperture, with the same number of elements.
-    pub aperture: ApertureShape,
-    /// Lateral positions of the lines, which go straight down.
-    pub lines: Axis,
-    /// Least depth of the depth gate, m; 0 for both depths means no gate.
-    pub gate_from: f64,
-    /// Greatest depth of the depth gate, m. Samples outside the gate are DAS.
-    pub gate_to: f64,
-    /// Number of output samples in a block of alignment and beamforming.
-    ///
-    /// It changes memory and time, never a line.
-    pub block: usize,
-}
-
-/// One transmit of a scan of I/Q.
-#[repr(C)]
-#[derive(Clone, Copy)]
-pub struct IqWave {
-    /// The transmitted wave.
-    pub wave: Wave,
-    /// Its record.
-    pub record: IqRecord,
-}
 
 /// The lines of a scan of I/Q: delay stage, apertures and beamformer.
 pub struct IqLines {
@@ -62,52 +27,25 @@ struct Plan {
     sizes: Sizes,
 }
 
-impl IqScan {
+impl Plan {
     /// # Safety
     /// As [`BeamformParameters::core`].
-    unsafe fn plan(&self, beamformer: &BeamformParameters) -> Result<Plan, Status> {
-        let delay = self.delay.iq()?;
-        if self.aperture.elements != delay.elements {
-            return Err(Status::Parameter);
-        }
-        // Half a sample behind the last one, so that rounding does not exclude it.
-        let duration = (delay.output_samples as f64 - 0.5) / delay.output_rate;
-        let scan = Scan::of_iq(ScanParameters {
-            array: Array::linear(delay.elements, self.aperture.pitch),
-            lines: Lines::Even(self.lines.core()),
-            sound_speed: delay.sound_speed,
-            // The frequency only serves to choose an interpolation, which the caller gives.
-            centre_frequency: 1.0,
-            sampling_rate: delay.sampling_rate,
-            record_samples: delay.record_samples,
-            output_rate: delay.output_rate,
-            start: Depth::Seconds(delay.output_start),
-            end: Depth::Seconds(delay.output_start + duration),
-            f_number: self.aperture.f_number,
-            min_elements: self.aperture.min_elements,
-        })?;
-        // The caller's array for a line has `output_samples` numbers.
-        if scan.samples() != delay.output_samples {
-            return Err(Status::Parameter);
-        }
-        let input = IqInput {
-            demodulation_frequency: delay.demodulation_frequency,
-            interpolation: Some(delay.interpolation),
-        };
+    unsafe fn new(scan: &Scan, beamformer: &BeamformParameters) -> Result<Plan, Status> {
+        // The frequency only serves to choose an interpolation, which the caller gives.
+        let core = geometry::Scan::of_iq(scan.core(1.0)?)?;
+        scan.check(core.samples())?;
         // SAFETY: by the caller's promise.
         let beamformer = unsafe { beamformer.core()? };
-        let mut pipeline = LinePipeline::of_iq(scan, input, beamformer)?;
-        let gate = (self.gate_from, self.gate_to);
-        if gate != (0.0, 0.0) {
-            let (from, to) = gate;
-            pipeline = pipeline.with_gate(DepthGate { from, to })?;
+        let mut pipeline = LinePipeline::of_iq(core, scan.delay.iq_input()?, beamformer)?;
+        if let Some(gate) = scan.gate() {
+            pipeline = pipeline.with_gate(gate)?;
         }
         // A deeper set contains the shallower ones.
         let deepest = pipeline.adaptive().end.saturating_sub(1);
         let count = |line| pipeline.scan().active(line, deepest).count;
-        let elements = (0..scan.lines()).map(count).max().unwrap_or(0);
+        let elements = (0..core.lines()).map(count).max().unwrap_or(0);
         Ok(Plan {
-            need: pipeline.need(1, self.block),
+            need: pipeline.need(1, scan.block),
             sizes: pipeline.beamformer().sizes(elements),
             pipeline,
         })
@@ -117,13 +55,13 @@ impl IqScan {
 /// Returns the bytes of the lines of a scan of I/Q.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_iq_lines_bytes(
-    scan: *const IqScan,
+    scan: *const Scan,
     beamformer: *const BeamformParameters,
 ) -> usize {
     // SAFETY: by the caller's promise.
     let bytes = || unsafe {
         let (scan, beamformer) = (one(scan)?, one(beamformer)?);
-        let plan = scan.plan(beamformer)?;
+        let plan = Plan::new(scan, beamformer)?;
         Ok::<_, Status>(sum(&[
             bytes_of::<IqLines>(1),
             need_bytes(plan.need),
@@ -138,7 +76,7 @@ pub unsafe extern "C" fn bonebeam_iq_lines_bytes(
 pub unsafe extern "C" fn bonebeam_iq_lines_new(
     memory: *mut c_void,
     bytes: usize,
-    scan: *const IqScan,
+    scan: *const Scan,
     beamformer: *const BeamformParameters,
     lines: *mut *mut IqLines,
 ) -> Status {
@@ -146,7 +84,7 @@ pub unsafe extern "C" fn bonebeam_iq_lines_new(
     unsafe {
         new(memory, bytes, lines, |bytes| {
             let (scan, beamformer) = (one(scan)?, one(beamformer)?);
-            let plan = scan.plan(beamformer)?;
+            let plan = Plan::new(scan, beamformer)?;
             Ok(IqLines {
                 pipeline: plan.pipeline,
                 scratch: scratch(bytes, plan.need)?,
@@ -170,16 +108,9 @@ pub unsafe extern "C" fn bonebeam_iq_lines_line(
 ) -> Status {
     // SAFETY: by the caller's promise.
     status(|| unsafe {
-        let (own, waves) = (one_mut(lines)?, array(waves, count)?);
-        if count > BONEBEAM_IQ_WAVES {
-            return Err(Status::Capacity);
-        }
-        let p = own.pipeline.delay().parameters();
+        let own = one_mut(lines)?;
         let z = Output::complex(z, own.pipeline.line_samples())?;
-        let mut records = [const { None }; BONEBEAM_IQ_WAVES];
-        for (place, wave) in records.iter_mut().zip(waves) {
-            *place = Some((wave.wave.core(p.elements)?, wave.record.core(p, &z)?));
-        }
+        let records = IqWave::core(waves, count, own.pipeline.delay().parameters(), &z)?;
         let waves = records.iter().flatten();
         let waves = waves.map(|(transmit, record)| (*transmit, record));
         let scratch = own.scratch.reborrow();

@@ -10,11 +10,13 @@
 
 mod beamformer;
 mod delay;
+mod frame;
 mod image;
 mod iq;
 mod iq_lines;
 mod memory;
 mod phase_symmetry;
+mod scan;
 mod scan_line;
 mod status;
 mod version;
@@ -22,11 +24,13 @@ mod workspace;
 
 pub use beamformer::*;
 pub use delay::*;
+pub use frame::*;
 pub use image::*;
 pub use iq::*;
 pub use iq_lines::*;
 pub use memory::BONEBEAM_ALIGN;
 pub use phase_symmetry::*;
+pub use scan::*;
 pub use scan_line::*;
 pub use status::*;
 pub use version::*;

@@ -69,6 +69,14 @@ impl<T> Output<T> {
         Ok(Output { pointer, length })
     }
 
+    /// No values, which no input overlaps.
+    pub fn none() -> Self {
+        Output {
+            pointer: core::ptr::dangling_mut(),
+            length: 0,
+        }
+    }
+
     /// Returns an input that shares no byte with the output.
     pub fn apart<'a, U>(&self, input: &'a [U]) -> Result<&'a [U], Status> {
         let first = self.pointer.addr();
@@ -123,16 +131,6 @@ pub fn sum(parts: &[usize]) -> usize {
     let add = |sum: usize, &part: &usize| sum.saturating_add(part);
     parts.iter().fold(0, add)
 }
-
-/// A type whose value may be all zeros.
-///
-/// # Safety
-/// It consists of floats alone.
-pub unsafe trait Zeros {}
-// SAFETY: a float.
-unsafe impl Zeros for f32 {}
-// SAFETY: two floats.
-unsafe impl Zeros for bonebeam::Complex<f32> {}
 
 /// Places an object in the caller's memory, and then its parts.
 ///
@@ -195,14 +193,15 @@ impl Bytes {
         Ok(place)
     }
 
-    /// Takes `count` zeros.
-    pub fn zeros<T: Zeros>(&mut self, count: usize) -> Result<&'static mut [T], Status> {
+    /// Takes `count` copies of a value.
+    pub fn fill<T: Copy>(&mut self, count: usize, value: T) -> Result<&'static mut [T], Status> {
         let place: *mut T = self.place(count)?;
-        // SAFETY: memory of its own; zeros are valid values.
-        unsafe {
-            place.write_bytes(0, count);
-            Ok(slice::from_raw_parts_mut(place, count))
+        for index in 0..count {
+            // SAFETY: memory of its own for `count` values.
+            unsafe { place.add(index).write(value) };
         }
+        // SAFETY: memory of its own, with a value in each place.
+        Ok(unsafe { slice::from_raw_parts_mut(place, count) })
     }
 
     /// Copies a value, without a copy on the stack.
@@ -218,6 +217,7 @@ impl Bytes {
 
     /// Takes all remaining bytes, as floats.
     pub fn rest(&mut self) -> Result<&'static mut [f32], Status> {
-        self.zeros(self.left / BONEBEAM_ALIGN * (BONEBEAM_ALIGN / size_of::<f32>()))
+        let floats = self.left / BONEBEAM_ALIGN * (BONEBEAM_ALIGN / size_of::<f32>());
+        self.fill(floats, 0.0)
     }
 }

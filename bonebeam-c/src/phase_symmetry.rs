@@ -29,12 +29,25 @@ pub struct PhaseSymmetryParameters {
 }
 
 impl PhaseSymmetryParameters {
-    fn sizes(&self) -> Sizes {
+    pub(crate) fn sizes(&self) -> Sizes {
         Sizes {
             rows: self.rows,
             columns: self.columns,
             strip: self.strip,
         }
+    }
+
+    /// The core's parameters.
+    ///
+    /// # Safety
+    /// As [`array`], for the scales.
+    pub(crate) unsafe fn core<'a>(&self) -> Result<Parameters<'a>, Status> {
+        Ok(Parameters {
+            sizes: self.sizes(),
+            // SAFETY: by the caller's promise.
+            scales: unsafe { array(self.scales, self.scale_count)? },
+            threshold: self.threshold,
+        })
     }
 }
 
@@ -96,15 +109,11 @@ pub unsafe extern "C" fn bonebeam_phase_symmetry_new(
             let parameters = one(parameters)?;
             let sizes = parameters.sizes();
             Ok(PhaseSymmetryObject {
-                bank: PhaseSymmetry::new(&Parameters {
-                    sizes,
-                    scales: array(parameters.scales, parameters.scale_count)?,
-                    threshold: parameters.threshold,
-                })?,
+                bank: PhaseSymmetry::new(&parameters.core()?)?,
                 strip: StripSlices::new(sizes, scratch(fast, sizes.need())?)?,
-                spectrum: slow.zeros(sizes.spectrum_len())?,
-                filtered: slow.zeros(sizes.filtered_len())?,
-                amplitude: slow.zeros(sizes.amplitude_len())?,
+                spectrum: slow.fill(sizes.spectrum_len(), 0.0)?,
+                filtered: slow.fill(sizes.filtered_len(), 0.0)?,
+                amplitude: slow.fill(sizes.amplitude_len(), 0.0)?,
             })
         })
     }

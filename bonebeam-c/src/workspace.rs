@@ -60,7 +60,7 @@ pub(crate) fn need_bytes(need: Need) -> usize {
 /// The memory of a stage in `bytes`.
 pub(crate) fn scratch(bytes: &mut Bytes, need: Need) -> Result<Scratch<'static>, Status> {
     Ok(Scratch {
-        real: bytes.zeros(need.real)?,
-        complex: bytes.zeros(need.complex)?,
+        real: bytes.fill(need.real, 0.0)?,
+        complex: bytes.fill(need.complex, bonebeam::Complex::ZERO)?,
     })
 }
