@@ -103,7 +103,7 @@ typedef enum {
   BONEBEAM_LAW_DELAYS = 4,
 } bonebeam_law;
 
-/// The order of the samples of I/Q.
+/// The order of samples in memory.
 typedef enum {
   /// `[element][sample]`, as in recordings.
   BONEBEAM_LAYOUT_PLANAR = 0,
@@ -475,6 +475,38 @@ bonebeam_status bonebeam_delay_line(bonebeam_delay *delay,
                                     const bonebeam_scan_line *line,
                                     const float *rf,
                                     bonebeam_complex *out);
+
+/// Aligns the samples `block` of a line, with the bits that the whole line has.
+///
+/// `out` has `block.count·elements` numbers. All of the record is checked: its samples from
+/// `bonebeam_delay_record_end` on may have any finite value.
+bonebeam_status bonebeam_delay_block(bonebeam_delay *delay,
+                                     const bonebeam_scan_line *line,
+                                     const float *rf,
+                                     bonebeam_range block,
+                                     bonebeam_complex *out);
+
+/// Computes how many first samples of a record a block of a line depends on.
+///
+/// `block` are samples of the line. As soon as so many are recorded, the block can be aligned. The number costs two
+/// positions in doubles for each output sample: compute it once for a scan.
+bonebeam_status bonebeam_delay_record_end(const bonebeam_delay *delay,
+                                          const bonebeam_scan_line *line,
+                                          bonebeam_range block,
+                                          size_t *samples);
+
+/// Writes counts of 16 bits into a record of RF.
+///
+/// The samples `block` of each element become `scale` times the counts. `layout` is one of `bonebeam_layout`, the
+/// order of the block's `elements·block.count` counts. `rf` is `[element][record sample]`. The counts are those of a
+/// whole record, or of a stretch of it as it comes.
+bonebeam_status bonebeam_rf_counts(const int16_t *counts,
+                                   int32_t layout,
+                                   float scale,
+                                   bonebeam_range block,
+                                   size_t elements,
+                                   size_t record_samples,
+                                   float *rf);
 
 /// Returns the bytes of a frame of RF.
 size_t bonebeam_frame_bytes(const bonebeam_frame_parameters *parameters);
