@@ -665,6 +665,68 @@ static void frames(void) {
     }
 }
 
+/* RF in stretches of depth: blocks that are aligned and beamformed before the record's end have the whole line's
+ * bits. What is not recorded yet is garbage. */
+static void stretches(void) {
+    enum { STRETCH = 50, BLOCK = 10 };
+    static int16_t planar[LENGTH], stretch[M * STRETCH];
+    static float record[LENGTH];
+    static bonebeam_complex aligned[OUT * M], z[OUT], of_line[OUT];
+    static bonebeam_range active[OUT];
+    static alignas(BONEBEAM_ALIGN) unsigned char place[16384];
+    const bonebeam_beamform_parameters mv = {.method = "mv"};
+    const bonebeam_range all = {0, RECORD};
+    int faults = 0;
+    for (int i = 0; i < LENGTH; i++) planar[i] = thousandths(rf[i]);
+    for (int n = 0; n < OUT; n++) active[n] = focused.active;
+    bonebeam_delay *delay = delay_stage(&delay_parameters);
+    bonebeam_beamformer *own;
+    check(bonebeam_beamformer_new(place, sizeof place, &mv, M, &own), "beamformer");
+    check(bonebeam_rf_counts(planar, BONEBEAM_LAYOUT_PLANAR, 1e-3f, all, M, RECORD, record), "counts");
+    for (int i = 0; i < LENGTH; i++) faults += record[i] != 1e-3f * planar[i];
+    check(bonebeam_delay_line(delay, &focused, record, out), "delay");
+    check(bonebeam_beamformer_line(own, out, OUT, M, active, NULL, of_line), "beamformer");
+
+    for (int i = 0; i < LENGTH; i++) record[i] = 1e6f;
+    bonebeam_range block = {0, BLOCK};
+    int before_the_end = 0;
+    for (int first = 0; first < RECORD; first += STRETCH) {
+        const int count = RECORD - first < STRETCH ? RECORD - first : STRETCH;
+        for (int n = 0; n < count; n++)
+            for (int m = 0; m < M; m++) stretch[n * M + m] = planar[m * RECORD + first + n];
+        const bonebeam_range own_samples = {first, count};
+        check(bonebeam_rf_counts(stretch, BONEBEAM_LAYOUT_INTERLEAVED, 1e-3f, own_samples, M, RECORD, record), "counts");
+        while (block.count > 0) {
+            size_t end;
+            check(bonebeam_delay_record_end(delay, &focused, block, &end), "record end");
+            if (end > (size_t)(first + count)) break;
+            bonebeam_complex *x = aligned + block.first * M;
+            check(bonebeam_delay_block(delay, &focused, record, block, x), "block");
+            check(bonebeam_beamformer_line(own, x, block.count, M, active + block.first, NULL, z + block.first), "beamformer");
+            before_the_end += first + count < RECORD;
+            block.first += block.count;
+            if (block.first + BLOCK > OUT) block.count = OUT - block.first;
+        }
+    }
+    faults += block.first != OUT || before_the_end < 3;
+    faults += !same(aligned, out, 2 * OUT * M) || !same(z, of_line, 2 * OUT);
+
+    const bonebeam_range beyond = {1, OUT}, outside = {1, RECORD}, one = {0, 1};
+    size_t end;
+    faults += bonebeam_delay_block(delay, &focused, record, beyond, aligned) != BONEBEAM_STATUS_CAPACITY;
+    faults += bonebeam_delay_block(delay, &focused, rf, one, (bonebeam_complex *)rf) != BONEBEAM_STATUS_POINTER;
+    faults += bonebeam_delay_record_end(delay, &focused, beyond, &end) != BONEBEAM_STATUS_CAPACITY;
+    faults += bonebeam_delay_record_end(delay, &focused, all, NULL) != BONEBEAM_STATUS_POINTER;
+    faults += bonebeam_rf_counts(planar, 0, 1.0f, outside, M, RECORD, record) != BONEBEAM_STATUS_CAPACITY;
+    faults += bonebeam_rf_counts(planar, 2, 1.0f, all, M, RECORD, record) != BONEBEAM_STATUS_PARAMETER;
+    faults += bonebeam_rf_counts(planar, 0, 1.0f, all, M, RECORD, (float *)planar) != BONEBEAM_STATUS_POINTER;
+    faults += bonebeam_rf_counts(planar, 0, 1.0f, all, SIZE_MAX, RECORD, record) != BONEBEAM_STATUS_LENGTH;
+    if (faults) {
+        printf("%d checks of stretches failed\n", faults);
+        exit(1);
+    }
+}
+
 /* What must be refused is. Each kind of object has its memory to the byte. */
 static void refusals(void) {
     const size_t align = BONEBEAM_ALIGN;
@@ -775,6 +837,7 @@ int main(void) {
     rays();
     iq_lines();
     frames();
+    stretches();
     overlaps();
     refusals();
     return 0;

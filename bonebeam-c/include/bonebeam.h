@@ -103,7 +103,7 @@ typedef enum {
   BONEBEAM_LAW_DELAYS = 4,
 } bonebeam_law;
 
-/// The order of the samples of I/Q.
+/// The order of samples in memory.
 typedef enum {
   /// `[element][sample]`, as in recordings.
   BONEBEAM_LAYOUT_PLANAR = 0,
@@ -240,9 +240,9 @@ typedef struct {
   size_t elements;
   /// Samples of each element's record.
   size_t record_samples;
-  /// RF: non-zero taps on one side of the Hilbert transformer; 0 chooses them by the rates.
+  /// RF: non-zero taps on one side of the Hilbert transformer.
   ///
-  /// A frame takes only that choice.
+  /// 0 chooses them by the rates; a frame takes only that choice.
   size_t hilbert_taps;
   /// RF: not 0 computes the filters in single precision.
   ///
@@ -358,9 +358,11 @@ typedef struct {
   float dynamic_range;
   /// Not 0: the image is filtered by a median of 3 × 3 pixels.
   int32_t median;
-  /// Not 0: gains of the filters in tables, for maps of the same bits in half of the time.
+  /// Not 0: the filters' gains are in tables, for faster maps of the same bits.
   int32_t gain_tables;
-  /// Least depth of the surface, m; 0 for both depths means no surface, and no memory for it.
+  /// Least depth of the surface, m.
+  ///
+  /// 0 for both depths means no surface, and no memory for it.
   double surface_from;
   /// Greatest depth of the surface, m; may be infinite.
   double surface_to;
@@ -474,6 +476,38 @@ bonebeam_status bonebeam_delay_line(bonebeam_delay *delay,
                                     const float *rf,
                                     bonebeam_complex *out);
 
+/// Aligns the samples `block` of a line, with the bits that the whole line has.
+///
+/// `out` has `block.count·elements` numbers. All of the record is checked: its samples from
+/// `bonebeam_delay_record_end` on may have any finite value.
+bonebeam_status bonebeam_delay_block(bonebeam_delay *delay,
+                                     const bonebeam_scan_line *line,
+                                     const float *rf,
+                                     bonebeam_range block,
+                                     bonebeam_complex *out);
+
+/// Computes how many first samples of a record a block of a line depends on.
+///
+/// `block` are samples of the line. As soon as so many are recorded, the block can be aligned. The number costs two
+/// positions in doubles for each output sample: compute it once for a scan.
+bonebeam_status bonebeam_delay_record_end(const bonebeam_delay *delay,
+                                          const bonebeam_scan_line *line,
+                                          bonebeam_range block,
+                                          size_t *samples);
+
+/// Writes counts of 16 bits into a record of RF.
+///
+/// The samples `block` of each element become `scale` times the counts. `layout` is one of `bonebeam_layout`, the
+/// order of the block's `elements·block.count` counts. `rf` is `[element][record sample]`. The counts are those of a
+/// whole record, or of a stretch of it as it comes.
+bonebeam_status bonebeam_rf_counts(const int16_t *counts,
+                                   int32_t layout,
+                                   float scale,
+                                   bonebeam_range block,
+                                   size_t elements,
+                                   size_t record_samples,
+                                   float *rf);
+
 /// Returns the bytes of a frame of RF.
 size_t bonebeam_frame_bytes(const bonebeam_frame_parameters *parameters);
 
@@ -492,17 +526,18 @@ bonebeam_status bonebeam_frame_iq_new(void *memory,
                                       const bonebeam_frame_parameters *parameters,
                                       bonebeam_frame **frame);
 
-/// Computes line `index` of a frame of RF, the mean over `count` transmits, and keeps its envelope.
+/// Computes line `index` of a frame of RF, and keeps its envelope.
 ///
-/// Lines may come in any order. A line that does not come keeps its values of the last frame. `z`, unless null,
-/// receives the line: `output_samples` numbers; with a `depth_step`, their number over the step, rounded up.
+/// The line is the mean over `count` transmits. Lines may come in any order. A line that does not come keeps its
+/// values of the last frame. `z`, unless null, receives the line: `output_samples` numbers; with a `depth_step`, their
+/// number over the step, rounded up.
 bonebeam_status bonebeam_frame_line(bonebeam_frame *frame,
                                     size_t index,
                                     const bonebeam_rf_wave *waves,
                                     size_t count,
                                     bonebeam_complex *z);
 
-/// Computes line `index` of a frame of I/Q: `bonebeam_frame_line` from other records.
+/// Computes line `index` of a frame of I/Q, as `bonebeam_frame_line`.
 bonebeam_status bonebeam_frame_iq_line(bonebeam_frame *frame,
                                        size_t index,
                                        const bonebeam_iq_wave *waves,
@@ -517,9 +552,9 @@ bonebeam_status bonebeam_frame_image(bonebeam_frame *frame,
                                      void *context,
                                      const float **image);
 
-/// Computes the bone map of the last image: `[row][column]`, at least 0 and below 1.
+/// Computes the bone map of the last image.
 ///
-/// `context` is passed to `progress`.
+/// It is `[row][column]`, at least 0 and below 1. `context` is passed to `progress`.
 bonebeam_status bonebeam_frame_map(bonebeam_frame *frame, bonebeam_progress progress, void *context, const float **map);
 
 /// Finds the bone surface in the lines so far: a point for each line.

@@ -2,14 +2,15 @@
 //!
 //! A call processes one scan line of one transmit.
 
-use crate::Complex;
-use crate::iq::Interpolation;
+use crate::image::product;
+use crate::iq::{Interpolation, Layout};
 use crate::memory::{Output, array, bytes_of, new, one, one_mut, sum};
 use crate::scan_line::ScanLine;
 use crate::status::{Status, status};
+use crate::{Complex, Range};
 use bonebeam::Error;
 use bonebeam::delay::{
-    Delay, DelayParameters as Rf, IqParameters as Iq, Record, Stage, hilbert_taps,
+    Delay, DelayParameters as Rf, IqLayout, IqParameters as Iq, Record, Stage, hilbert_taps,
 };
 use bonebeam::pipeline::IqInput;
 use core::ffi::c_void;
@@ -34,9 +35,9 @@ pub struct DelayParameters {
     pub elements: usize,
     /// Samples of each element's record.
     pub record_samples: usize,
-    /// RF: non-zero taps on one side of the Hilbert transformer; 0 chooses them by the rates.
+    /// RF: non-zero taps on one side of the Hilbert transformer.
     ///
-    /// A frame takes only that choice.
+    /// 0 chooses them by the rates; a frame takes only that choice.
     pub hilbert_taps: usize,
     /// RF: not 0 computes the filters in single precision.
     ///
@@ -125,6 +126,30 @@ impl DelayStage {
         }
         Ok(parameters.set(self.stage)?)
     }
+
+    /// # Safety
+    /// The caller of `bonebeam_delay_block` keeps its promises.
+    unsafe fn block(
+        &mut self,
+        line: *const ScanLine,
+        rf: *const f32,
+        block: Range,
+        out: *mut Complex,
+    ) -> Result<(), Status> {
+        let DelayStage { stage, scratch } = self;
+        let p = stage.parameters();
+        // SAFETY: by the caller's promise. The stage has checked that the product is possible.
+        let (line, out, rf) = unsafe {
+            let line = one(line)?.core(p.elements)?;
+            let out = Output::complex(out, product(p.elements, block.count)?)?;
+            let rf = out.apart(array(rf, p.elements * p.record_samples)?)?;
+            (line, out.values(), rf)
+        };
+        let record = Record::new(rf, p.elements)?;
+        let need = p.block_need(1, block.count).real;
+        let scratch = scratch.get_mut(..need).ok_or(Status::Capacity)?;
+        Ok(stage.block(0.0f32, &line, &record, block.first, scratch, out)?)
+    }
 }
 
 /// Returns the bytes of a delay stage for RF.
@@ -189,14 +214,84 @@ pub unsafe extern "C" fn bonebeam_delay_line(
 ) -> Status {
     // SAFETY: by the caller's promise.
     status(|| unsafe {
-        let DelayStage { stage, scratch } = one_mut(delay)?;
-        let p = stage.parameters();
-        let line = one(line)?.core(p.elements)?;
-        // The stage has checked that these products are possible.
-        let out = Output::complex(out, p.elements * p.output_samples)?;
-        let rf = out.apart(array(rf, p.elements * p.record_samples)?)?;
-        let record = Record::new(rf, p.elements)?;
-        let scratch = scratch.get_mut(..p.need(1).real).ok_or(Status::Length)?;
-        Ok(stage.line(0.0f32, &line, &record, scratch, out.values())?)
+        let count = one(delay)?.stage.parameters().output_samples;
+        one_mut(delay)?.block(line, rf, Range { first: 0, count }, out)
+    })
+}
+
+/// Aligns the samples `block` of a line, with the bits that the whole line has.
+///
+/// `out` has `block.count·elements` numbers. All of the record is checked: its samples from
+/// `bonebeam_delay_record_end` on may have any finite value.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn bonebeam_delay_block(
+    delay: *mut DelayStage,
+    line: *const ScanLine,
+    rf: *const f32,
+    block: Range,
+    out: *mut Complex,
+) -> Status {
+    // SAFETY: by the caller's promise.
+    status(|| unsafe { one_mut(delay)?.block(line, rf, block, out) })
+}
+
+/// Computes how many first samples of a record a block of a line depends on.
+///
+/// `block` are samples of the line. As soon as so many are recorded, the block can be aligned. The number costs two
+/// positions in doubles for each output sample: compute it once for a scan.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn bonebeam_delay_record_end(
+    delay: *const DelayStage,
+    line: *const ScanLine,
+    block: Range,
+    samples: *mut usize,
+) -> Status {
+    // SAFETY: by the caller's promise.
+    status(|| unsafe {
+        let (delay, samples) = (one(delay)?, one_mut(samples)?);
+        let line = one(line)?.core(delay.stage.parameters().elements)?;
+        *samples = delay.stage.record_end(&line, block.samples())?;
+        Ok(())
+    })
+}
+
+/// Writes counts of 16 bits into a record of RF.
+///
+/// The samples `block` of each element become `scale` times the counts. `layout` is one of `bonebeam_layout`, the
+/// order of the block's `elements·block.count` counts. `rf` is `[element][record sample]`. The counts are those of a
+/// whole record, or of a stretch of it as it comes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn bonebeam_rf_counts(
+    counts: *const i16,
+    layout: i32,
+    scale: f32,
+    block: Range,
+    elements: usize,
+    record_samples: usize,
+    rf: *mut f32,
+) -> Status {
+    // SAFETY: by the caller's promise.
+    status(|| unsafe {
+        let samples = block.samples();
+        if samples.end > record_samples {
+            return Err(Status::Capacity);
+        }
+        // Steps of the counts from element to element, and from sample to sample.
+        let (element, sample) = match Layout::core(layout)? {
+            IqLayout::Planar => (block.count, 1),
+            IqLayout::Interleaved => (1, elements),
+        };
+        let rf = Output::new(rf, product(elements, record_samples)?)?;
+        let counts = rf.apart(array(counts, product(elements, block.count)?)?)?;
+        let records = rf.values().chunks_exact_mut(record_samples.max(1));
+        for (record, first) in records.zip((0..).step_by(element.max(1))) {
+            let own = counts.get(first..).unwrap_or_default();
+            let own = own.iter().step_by(sample.max(1));
+            let record = record.get_mut(samples.clone()).unwrap_or_default();
+            for (x, &count) in record.iter_mut().zip(own) {
+                *x = scale * f32::from(count);
+            }
+        }
+        Ok(())
     })
 }

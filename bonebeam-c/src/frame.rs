@@ -32,9 +32,11 @@ pub struct FrameParameters {
     pub dynamic_range: f32,
     /// Not 0: the image is filtered by a median of 3 × 3 pixels.
     pub median: i32,
-    /// Not 0: gains of the filters in tables, for maps of the same bits in half of the time.
+    /// Not 0: the filters' gains are in tables, for faster maps of the same bits.
     pub gain_tables: i32,
-    /// Least depth of the surface, m; 0 for both depths means no surface, and no memory for it.
+    /// Least depth of the surface, m.
+    ///
+    /// 0 for both depths means no surface, and no memory for it.
     pub surface_from: f64,
     /// Greatest depth of the surface, m; may be infinite.
     pub surface_to: f64,
@@ -345,10 +347,11 @@ pub unsafe extern "C" fn bonebeam_frame_iq_new(
     }
 }
 
-/// Computes line `index` of a frame of RF, the mean over `count` transmits, and keeps its envelope.
+/// Computes line `index` of a frame of RF, and keeps its envelope.
 ///
-/// Lines may come in any order. A line that does not come keeps its values of the last frame. `z`, unless null,
-/// receives the line: `output_samples` numbers; with a `depth_step`, their number over the step, rounded up.
+/// The line is the mean over `count` transmits. Lines may come in any order. A line that does not come keeps its
+/// values of the last frame. `z`, unless null, receives the line: `output_samples` numbers; with a `depth_step`, their
+/// number over the step, rounded up.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_frame_line(
     frame: *mut FrameObject,
@@ -368,7 +371,7 @@ pub unsafe extern "C" fn bonebeam_frame_line(
     })
 }
 
-/// Computes line `index` of a frame of I/Q: `bonebeam_frame_line` from other records.
+/// Computes line `index` of a frame of I/Q, as `bonebeam_frame_line`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_frame_iq_line(
     frame: *mut FrameObject,
@@ -420,9 +423,9 @@ pub unsafe extern "C" fn bonebeam_frame_image(
     })
 }
 
-/// Computes the bone map of the last image: `[row][column]`, at least 0 and below 1.
+/// Computes the bone map of the last image.
 ///
-/// `context` is passed to `progress`.
+/// It is `[row][column]`, at least 0 and below 1. `context` is passed to `progress`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_frame_map(
     frame: *mut FrameObject,

@@ -21,7 +21,7 @@ impl Axis {
     }
 }
 
-fn product(a: usize, b: usize) -> Result<usize, Status> {
+pub(crate) fn product(a: usize, b: usize) -> Result<usize, Status> {
     a.checked_mul(b).ok_or(Status::Length)
 }
 

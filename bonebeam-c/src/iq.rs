@@ -28,7 +28,7 @@ pub enum Interpolation {
     LinearFixed = 3,
 }
 
-/// The order of the samples of I/Q.
+/// The order of samples in memory.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub enum Layout {
@@ -73,6 +73,17 @@ impl Interpolation {
     }
 }
 
+impl Layout {
+    /// The core's layout.
+    pub(crate) fn core(number: i32) -> Result<IqLayout, Status> {
+        match number {
+            layout if layout == Layout::Planar as i32 => Ok(IqLayout::Planar),
+            layout if layout == Layout::Interleaved as i32 => Ok(IqLayout::Interleaved),
+            _ => Err(Status::Parameter),
+        }
+    }
+}
+
 impl IqRecord {
     /// The core's record, which `out` does not overlap.
     ///
@@ -84,11 +95,7 @@ impl IqRecord {
         p: &IqParameters,
         out: &Output<bonebeam::Complex<f32>>,
     ) -> Result<bonebeam::delay::IqRecord<'a>, Status> {
-        let layout = match self.layout {
-            layout if layout == Layout::Planar as i32 => IqLayout::Planar,
-            layout if layout == Layout::Interleaved as i32 => IqLayout::Interleaved,
-            _ => return Err(Status::Parameter),
-        };
+        let layout = Layout::core(self.layout)?;
         // A stage has checked that the product is possible.
         let count = p.elements * p.record_samples;
         // SAFETY: by the caller's promise.

@@ -82,6 +82,16 @@ const fn pairs(halvings: usize, halving: usize) -> usize {
     if halving + 1 < halvings { BEFORE } else { LAST }
 }
 
+/// Samples of a record behind the one in the middle of the filters, after a number of halvings.
+pub(super) const fn reach(halvings: usize) -> usize {
+    let (mut reach, mut halving) = (0, 0);
+    while halving < halvings {
+        reach += (2 * pairs(halvings, halving) - 1) << halving;
+        halving += 1;
+    }
+    reach
+}
+
 /// Samples of even index, and of odd index, that a halving keeps.
 const fn stream_len(halvings: usize, halving: usize) -> usize {
     OLD + (CHUNK << (halvings - 1 - halving))

@@ -231,7 +231,7 @@ impl Delay {
 
     /// The samples that the filter needs between two positions of a decimated record.
     #[inline(always)]
-    fn around(&self, first: f64, last: f64) -> Range<usize> {
+    pub(super) fn around(&self, first: f64, last: f64) -> Range<usize> {
         let origin = self.interpolator.decimator().origin();
         let half = self.interpolator.taps() / 2;
         let before = origin as f64 - (half - 1 + ROUNDING) as f64;

@@ -13,6 +13,7 @@
 
 mod align;
 mod put;
+mod record_end;
 mod upsampled;
 
 pub use upsampled::{Contribution, UPSAMPLING, Upsampled};

@@ -32,6 +32,7 @@ fn rf(scan: &Scan) -> Result<(), Error> {
     take(delay.set(opaque(parameters)));
     take(delay.set_in_f32(opaque(parameters)));
     take(delay.parameters());
+    take(delay.record_end(&opaque(line(scan)), opaque(0..1)));
     let rf = [0.0; 100];
     let record = Record::new(opaque(&rf[..]), opaque(1))?;
     take((record.elements(), record.samples()));
