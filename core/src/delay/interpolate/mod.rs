@@ -128,7 +128,7 @@ impl Interpolator {
 
     /// The same filter, computed in f32 in the order of [`single::Filter`].
     ///
-    /// It is right to 5·10⁻⁷ of its largest tap, has other bits, and takes a fiftieth of the instructions with f64
+    /// It is right to 5·10⁻⁷ of its largest tap, has other bits, and takes far fewer instructions with f64
     /// in software.
     ///
     /// # Errors
