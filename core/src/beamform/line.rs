@@ -125,7 +125,9 @@ impl Beamformer {
         Ok(())
     }
 
-    /// The computed samples of a block, whose adaptive segments are checked one after the other.
+    /// The computed samples of a block.
+    ///
+    /// Its adaptive segments are checked one after the other; [`Beamformer::check_block`] checks all before any output.
     ///
     /// Inlined, so that the compiler knows constant `sizes` of the workspace. They are read once a line, since the
     /// compiler must assume that a kernel changes them.

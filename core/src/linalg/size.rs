@@ -42,7 +42,9 @@ pub trait Size: Copy {
         Some(())
     }
 
-    /// Rows of panel `index` that are not padding, if the size is a constant; all of them otherwise.
+    /// Rows of panel `index` that are not padding.
+    ///
+    /// If the size is no constant, all rows.
     #[inline(always)]
     fn rows_of(self, index: usize) -> usize {
         match self.known() {

@@ -61,7 +61,7 @@ impl Beamformer {
         self.sub_line_block(workspace, sizes, (&block, steering), z)
     }
 
-    /// The sub-lines of a block's computed samples; its adaptive segments are checked one after the other.
+    /// The sub-lines of a block's computed samples, checked as those of [`Beamformer::block`].
     pub(crate) fn sub_line_block<A: Averaging<V>, V: Vector>(
         &self,
         workspace: &mut Workspace<'_, A, V>,

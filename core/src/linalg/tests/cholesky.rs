@@ -63,3 +63,28 @@ fn cholesky_tells_a_singular_matrix() {
         assert!(!factorise(0.0, &panels, &mut factor, &mut rows, TILE));
     }
 }
+
+/// Both solves of one size; the factor and the rows.
+fn solved(n: usize, size: impl Size) -> (Vec<PanelColumn<f32>>, Vec<[f32; 2]>) {
+    let u = unitary(&random_direction(n, 2), 60, true);
+    let values: Vec<f64> = (1..=n).map(|k| 1.0 / (k * n) as f64).collect();
+    let panels = panels::<f32>(&with_eigenvalues(&values, &u));
+    let mut rows = vec![[0.0; 2]; n.next_multiple_of(TILE)];
+    for (k, row) in rows.iter_mut().enumerate().take(n) {
+        *row = [1.0 + k as f32, 0.5 - k as f32];
+    }
+    let mut factor = panels.clone();
+    assert!(factorise(0.0, &panels, &mut factor, &mut rows, size));
+    divide_backward::<f32, f32, 2>(&factor, &mut rows, size);
+    (factor, rows)
+}
+
+/// A constant leaves out the padding of the last panel; a number does not.
+#[test]
+fn a_constant_size_has_the_bits_of_a_number() {
+    assert_eq!(solved(1, Known::<1>), solved(1, 1));
+    assert_eq!(solved(3, Known::<3>), solved(3, 3));
+    assert_eq!(solved(5, Known::<5>), solved(5, 5));
+    assert_eq!(solved(6, Known::<6>), solved(6, 6));
+    assert_eq!(solved(8, Known::<8>), solved(8, 8));
+}

@@ -5,13 +5,14 @@ mod eigen;
 mod first_eigenvector;
 mod power_iteration;
 
-use super::cholesky::factorise;
+use super::cholesky::{divide_backward, factorise};
 use super::dominant_eigenpair::dominant_eigenpair;
 use super::eigen::eigen;
 use super::householder::Reduction;
 use super::lanczos::{self, ACCURACY, STEP_LIMIT, lanczos};
 use super::panels::{PanelColumn, TILE, panel};
 use super::power_iteration::power_iteration;
+use super::size::{Known, Size};
 use super::tridiagonal::Tridiagonal;
 use crate::simd::{ComplexVector, Scalar};
 use nalgebra::{DMatrix, DVector};

@@ -2,8 +2,8 @@
 //!
 //! The program has one shape of the beamformer, as in a scanner.
 //!
-//! Prints `live NAME LINES IMAGE MAP STEP STACK`, instructions, with the largest step of image and map and the stack in bytes, and
-//! `frame NAME READING INSTRUCTIONS` with the map's share.
+//! Prints `set-up-live NAME INSTRUCTIONS` of `Frame::new`, `live NAME LINES IMAGE MAP STEP STACK`, instructions, with
+//! the largest step of image and map and the stack in bytes, and `frame NAME READING INSTRUCTIONS` with the map's share.
 
 use bonebeam::Error;
 use bonebeam::beamform;
@@ -131,7 +131,12 @@ fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error
         ..INPUT
     };
     let plan = Pipeline::of_iq(PARAMETERS, input)?;
-    let mut frame = Frame::new(&plan, frame.scratch())?.with_gain_tables(gains)?;
+    let mut made = None;
+    let set_up = counter.count(|| made = Some(Frame::new(&plan, frame.scratch())));
+    let Some(made) = made else {
+        return Ok(false);
+    };
+    let mut frame = made?.with_gain_tables(gains)?;
     let (mut lines, mut stack) = (0, 0);
     for line in 0..CASE.lines {
         load(block, line * BEAMS / CASE.lines);
@@ -170,6 +175,7 @@ fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error
     let (image, map) = (image.instructions, map.instructions);
     let whole = lines + image + map / map_every;
     let largest = steps.largest;
+    hprintln!("set-up-live {name} {}", set_up.instructions);
     hprintln!("live {name} {lines} {image} {map} {largest} {stack}");
     hprintln!("frame {name} fixed {whole}");
     Ok(whole <= bound && largest < STEP_BOUND)
