@@ -134,6 +134,7 @@ impl IqParameters {
         let wanted = wanted.unwrap_or(source.first);
         let elements = self.elements.max(1);
         let above = (wanted - source.first).saturating_mul(elements);
+        let above = above.min(out.len());
         let (above, out) = out.split_at_mut_checked(above).unwrap_or_default();
         if clear {
             above.fill(zero);
