@@ -43,7 +43,7 @@ EXCEPTIONS = {
     r"^delay/iq/line.rs: (impl IqParameters (chunks|depths|groups)|impl Depths \w+|turned|put)$": "several lanes",
     r"^delay/iq/interpolation.rs: (.* for (Linear|Cubic|Sinc) read|impl Sinc values)$": "several lanes",
     r"^simd/gather.rs:": "several lanes",
-    r"^beamform/pushes.rs: impl Place next$": "several lanes",
+    r"^beamform/pushes.rs: impl SampleIndex next$": "several lanes",
     r"^beamform/methods/eigenspace.rs: (merge|exchange)$": "several lanes",
     r"^image/median.rs: neighbourhood$": "several lanes; one has row_by_columns",
     r"^linalg/implicit_ql.rs: .*(block|next)$": "several lanes; one has block_of_one",
