@@ -111,7 +111,7 @@ def test_what_is_refused_is_told(picture, lines):
         ({"source": ridges}, "no shadows"),
         ({"source": picture}, "`pixel_size` in m"),
         ({"source": picture, "pixel_size": 1.0}, "`pixel_size` is 1.0"),
-        ({"source": lines, "pixel_size": PIXEL}, "`source` is lines"),
+        ({"source": lines, "pixel_size": PIXEL}, "no effect on lines"),
         ({"source": polar}, "polar grid"),
         ({"source": picture, "pixel_size": PIXEL, "absence": 100.0}, "`absence`.*-64 to 64"),
         ({"source": lines, "search_end": 1e-3}, "`search_end`.*`search_start`"),
