@@ -488,7 +488,7 @@ bonebeam_status bonebeam_delay_block(bonebeam_delay *delay,
 
 /// Computes how many first samples of a record a block of a line depends on.
 ///
-/// `block` are samples of the line. As soon as so many are recorded, the block can be aligned. The number costs two
+/// `block` are samples of the line. Once these are recorded, the block can be aligned. The number costs two
 /// positions in doubles for each output sample: compute it once for a scan.
 bonebeam_status bonebeam_delay_record_end(const bonebeam_delay *delay,
                                           const bonebeam_scan_line *line,

@@ -237,7 +237,7 @@ pub unsafe extern "C" fn bonebeam_delay_block(
 
 /// Computes how many first samples of a record a block of a line depends on.
 ///
-/// `block` are samples of the line. As soon as so many are recorded, the block can be aligned. The number costs two
+/// `block` are samples of the line. Once these are recorded, the block can be aligned. The number costs two
 /// positions in doubles for each output sample: compute it once for a scan.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_delay_record_end(

@@ -4,7 +4,7 @@ use crate::beamformer::BeamformParameters;
 use crate::delay::ANY;
 use crate::memory::{Bytes, Output, bytes_of, new, one, one_mut, sum};
 use crate::phase_symmetry::PhaseSymmetryParameters;
-use crate::scan::{IqWave, RfWave, Scan, Transmits};
+use crate::scan::{IqWave, RfWave, Scan, Transmits, each};
 use crate::status::{Status, status};
 use crate::workspace::{need_bytes, scratch};
 use crate::{Axis, Complex};
@@ -158,8 +158,7 @@ impl<D: Stage> Planned<D> {
         records: &'r Transmits<'r, D::Record<'r>>,
         z: &mut [bonebeam::Complex<f32>],
     ) -> Result<(), Status> {
-        let waves = records.iter().flatten();
-        let waves = waves.map(|(transmit, record)| (*transmit, record));
+        let waves = each(records);
         let line = with_frame!(&mut self.frame, frame => frame.line(index, waves)?);
         for (z, line) in z.iter_mut().zip(line) {
             *z = *line;

@@ -3,7 +3,7 @@
 use crate::Complex;
 use crate::beamformer::BeamformParameters;
 use crate::memory::{Output, bytes_of, new, one, one_mut, sum};
-use crate::scan::{IqWave, Scan};
+use crate::scan::{IqWave, Scan, each};
 use crate::status::{Status, status};
 use crate::workspace::{Workspace, need_bytes, scratch, with_view};
 use bonebeam::beamform::Sizes;
@@ -111,8 +111,7 @@ pub unsafe extern "C" fn bonebeam_iq_lines_line(
         let own = one_mut(lines)?;
         let z = Output::complex(z, own.pipeline.line_samples())?;
         let records = IqWave::core(waves, count, own.pipeline.delay().parameters(), &z)?;
-        let waves = records.iter().flatten();
-        let waves = waves.map(|(transmit, record)| (*transmit, record));
+        let waves = each(&records);
         let scratch = own.scratch.reborrow();
         let (pipeline, z) = (&own.pipeline, z.values());
         with_view!(&mut own.workspace, view => pipeline.line(index, waves, scratch, view, z)?);

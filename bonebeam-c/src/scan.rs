@@ -107,10 +107,18 @@ fn transmits<'r, W, R>(
         return Err(Status::Capacity);
     }
     let mut records = [const { None }; BONEBEAM_WAVES];
-    for (place, wave) in records.iter_mut().zip(waves) {
-        *place = Some(core(wave)?);
+    for (slot, wave) in records.iter_mut().zip(waves) {
+        *slot = Some(core(wave)?);
     }
     Ok(records)
+}
+
+/// The transmits in the form that the core takes.
+pub(crate) fn each<'a, R>(
+    records: &'a Transmits<'a, R>,
+) -> impl Iterator<Item = (Transmit<'a>, &'a R)> + Clone {
+    let records = records.iter().flatten();
+    records.map(|(transmit, record)| (*transmit, record))
 }
 
 impl RfWave {

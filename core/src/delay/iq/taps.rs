@@ -42,7 +42,7 @@ impl<V: Vector> Values<V> {
 
     /// The values by `interpolate`, of a weight and the taps.
     ///
-    /// The taps of all depths are loaded first: a processor looks ahead over so many instructions only.
+    /// The taps of all depths are loaded first: a processor looks ahead over few instructions.
     #[inline(always)]
     pub(super) fn by_pairs<const TAPS: usize, const PAIRS: usize>(
         &mut self,

@@ -10,7 +10,7 @@ use crate::delay::stage::check_line;
 impl Delay {
     /// Number of a record's first samples that output samples of a line depend on.
     ///
-    /// A scanner can compute these outputs as soon as it has recorded so many samples: later ones may have any finite
+    /// A scanner can compute these outputs once it has recorded this number of samples: later ones may have any finite
     /// value. At most a few samples too many, and at most the whole record. Line, transmit and active elements are
     /// those of [`Stage::line`](crate::delay::Stage::line), and elements lie along a line or an arc.
     ///

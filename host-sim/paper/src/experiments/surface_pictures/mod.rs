@@ -25,7 +25,7 @@ use scene::{GRID, KINDS, Kind, Scene};
 
 /// Number of the first bone, beyond those of other experiments.
 const FIRST_BONE: u64 = 1 << 50;
-/// Paths take every so many-th column; their prices are for lines 0.3 mm apart.
+/// Paths take every third column; their prices are for lines 0.3 mm apart.
 const COLUMNS: usize = 3;
 /// Pictures of each kind on the page.
 const SHOWN: usize = 3;
@@ -163,14 +163,14 @@ fn is_of_pictures(detector: &Detector) -> bool {
 }
 
 impl Scene {
-    /// The surface in every so many-th column, within the depths of the search.
+    /// The surface in each `every`-th column, within the depths of the search.
     fn known(&self, every: usize) -> Vec<Option<f64>> {
         let depths = self.surface.iter().step_by(every);
         let within = |z: &f64| (DEPTHS[0]..=DEPTHS[1]).contains(z);
         depths.map(|depth| depth.filter(within)).collect()
     }
 
-    /// A detector's answers in every so many-th column.
+    /// A detector's answers in each `every`-th column.
     fn answers(
         &self,
         detector: Detector,

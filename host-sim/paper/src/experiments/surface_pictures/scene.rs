@@ -76,7 +76,7 @@ pub const KINDS: [Kind; 2] = [
     },
 ];
 
-/// A picture and what it shows.
+/// A picture with its bone.
 pub struct Scene {
     /// Grey levels 0 to 255, `[row, column]`.
     pub pixels: Array2<f32>,
