@@ -66,15 +66,15 @@ def main():
     parser.add_argument("--executions", type=int, default=-1)
     parser.add_argument("--table", action="store_true")
     parser.add_argument("targets", nargs="*")
-    told = parser.parse_intermixed_args()
+    arguments = parser.parse_intermixed_args()
     subprocess.run([*CARGO, "build", *PLAIN], cwd=FUZZ, check=True)
     every = subprocess.run([*CARGO, "list"], cwd=FUZZ, check=True, capture_output=True, text=True)
     rows = []
-    for target in told.targets or every.stdout.split():
-        row = run(target, told.seconds, told.executions)
+    for target in arguments.targets or every.stdout.split():
+        row = run(target, arguments.seconds, arguments.executions)
         print(f"{target}: {row[0]:,} executions in {row[1]:.0f} s of the processor, {row[2]} of {row[3]} edges", flush=True)
         rows.append((target, row))
-    if told.table:
+    if arguments.table:
         table(rows, ROOT / "docs/CONTRIBUTING.md")
 
 

@@ -139,14 +139,14 @@ def main():
         sys.exit("docs/memory.md: write the table of the stack by firmware/count --docs")
 
 
-def alike(told, counted):
+def alike(documented, counted):
     """Whether the tables have the same rows, with numbers 5 % apart at most."""
-    told, counted = (re.split(r"(\d+)", table) for table in (told, counted))
+    documented, counted = (re.split(r"(\d+)", table) for table in (documented, counted))
     near = (
         abs(int(a) - int(b)) <= 0.05 * int(b) if b.isdigit() and a.isdigit() else a == b
-        for a, b in zip(told, counted)
+        for a, b in zip(documented, counted)
     )
-    return len(told) == len(counted) and all(near)
+    return len(documented) == len(counted) and all(near)
 
 
 main()

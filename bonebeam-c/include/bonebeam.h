@@ -499,7 +499,7 @@ bonebeam_status bonebeam_delay_record_end(const bonebeam_delay *delay,
 ///
 /// The samples `block` of each element become `scale` times the counts. `layout` is one of `bonebeam_layout`, the
 /// order of the block's `elements·block.count` counts. `rf` is `[element][record sample]`. The counts are those of a
-/// whole record, or of a stretch of it as it comes.
+/// whole record, or of a block of it as it comes.
 bonebeam_status bonebeam_rf_counts(const int16_t *counts,
                                    int32_t layout,
                                    float scale,

@@ -259,7 +259,7 @@ pub unsafe extern "C" fn bonebeam_delay_record_end(
 ///
 /// The samples `block` of each element become `scale` times the counts. `layout` is one of `bonebeam_layout`, the
 /// order of the block's `elements·block.count` counts. `rf` is `[element][record sample]`. The counts are those of a
-/// whole record, or of a stretch of it as it comes.
+/// whole record, or of a block of it as it comes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_rf_counts(
     counts: *const i16,

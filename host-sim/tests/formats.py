@@ -4,7 +4,7 @@
 
 Whatever the format, the samples must be the same numbers, and the lines the same bits where the
 parameters are the same numbers. Files that are cut short or changed are refused in one line, in bounded
-memory. Without zea its files are written by h5py in zea's layout, and that is said.
+memory. Without zea its files are written by h5py in zea's layout, which is reported.
 """
 
 import json
@@ -96,7 +96,7 @@ def run(*arguments, limit=None):
     )
 
 
-def told(outcome):
+def status_of(outcome):
     return f"status {outcome.returncode}: {outcome.stderr.strip()[:300]}"
 
 
@@ -296,7 +296,7 @@ def converted(path, *flags):
     out = folder / "converted.npz"
     out.unlink(missing_ok=True)
     outcome = run("convert", path, "-o", out, *flags)
-    check(outcome.returncode == 0, f"{path.name}: convert: {told(outcome)}")
+    check(outcome.returncode == 0, f"{path.name}: convert: {status_of(outcome)}")
     return dict(np.load(out)) if outcome.returncode == 0 else None
 
 
@@ -305,7 +305,7 @@ def lines(path, *flags, limit=None):
     out.unlink(missing_ok=True)
     outcome = run("beamform", path, "-o", out, *flags, limit=limit)
     if outcome.returncode != 0:
-        return None, told(outcome)
+        return None, status_of(outcome)
     return dict(np.load(out)), None
 
 
@@ -478,7 +478,7 @@ def many_frames():
     }.items():
         outcome = run("beamform", folder / name, "-o", "lines.npz", *flags, limit=LITTLE)
         alone = outcome.stderr.count("\n") == 1
-        check(outcome.returncode == 1 and words in outcome.stderr and alone, f"{name}: {told(outcome)}")
+        check(outcome.returncode == 1 and words in outcome.stderr and alone, f"{name}: {status_of(outcome)}")
         (folder / name).unlink()
 
 
@@ -509,7 +509,7 @@ def mapped():
     for drop, message in (("rf", "RcvData"), ("c", "--variable c="), ("axes", "axes")):
         words = [word for key, value in flags.items() if key != drop for word in ("--variable", f"{key}={value}")]
         outcome = run("info", path, *words)
-        check(outcome.returncode == 1 and message in outcome.stderr, f"without {drop}: {told(outcome)}")
+        check(outcome.returncode == 1 and message in outcome.stderr, f"without {drop}: {status_of(outcome)}")
     # h5 with groups and compounds of its own
     path = folder / "groups.h5"
     with h5py.File(path, "w") as file:
@@ -586,7 +586,7 @@ def layouts():
     waves["Trans"]["ElementPos"] = waves["Trans"]["ElementPos"] * 1e-3 / wavelength
     start = (2 * 2.0 - 1.5) / F0 - passes
     param = {"fs": FS, "fc": F0, "pitch": PITCH, "c": C}
-    v = lambda **told: [word for key, value in told.items() for word in ("--variable", f"{key}={value}")]
+    v = lambda **given: [word for key, value in given.items() for word in ("--variable", f"{key}={value}")]
     one = dict(tx_angle=np.zeros(1), t0=np.zeros(1))
     for write in (mat5, mat73):
         for name, values, samples, flags, expected in (
@@ -614,16 +614,16 @@ def layouts():
             write(path, values)
             # float32 of the samples: whole numbers that RF of any type holds.
             read_alike(path, "rf", samples.astype(np.float32), *flags, exact=False, **expected)
-            told_of = run("info", path, *flags)
-            assumed = [line.split(maxsplit=1)[1] for line in told_of.stdout.splitlines() if line.startswith("assumed ")]
-            check(told_of.returncode == 0 and assumed, f"{path.name}: {told(told_of)}")
+            described = run("info", path, *flags)
+            assumed = [line.split(maxsplit=1)[1] for line in described.stdout.splitlines() if line.startswith("assumed ")]
+            check(described.returncode == 0 and assumed, f"{path.name}: {status_of(described)}")
             # What turns a file into lines or another file says the same.
             for command in ("convert", "beamform"):
                 words = ["--method", "das", "--line-count", 5] if command == "beamform" else []
                 outcome = run(command, path, "-o", "assumed.npz", *flags, *words)
                 line = f"host-sim: {path}: assumed: {'; '.join(assumed)}"
-                check(line in outcome.stderr.splitlines(), f"{path.name}: {command}: {told(outcome)}")
-    # Of a workspace that tells little, each default is said.
+                check(line in outcome.stderr.splitlines(), f"{path.name}: {command}: {status_of(outcome)}")
+    # Of a workspace that tells little, each default is reported.
     for receive in verasonics["Receive"]:
         del receive["decimSampleRate"], receive["sampleMode"], receive["startDepth"]
     little = dict(waves, Receive=verasonics["Receive"])
@@ -642,13 +642,13 @@ def layouts():
         receive["sampleMode"] = "BS100BW"
     mat5(folder / "bandwidth.mat", verasonics)
     outcome = run("info", folder / "bandwidth.mat")
-    check(outcome.returncode == 1 and "BS100BW" in outcome.stderr, f"bandwidth.mat: {told(outcome)}")
+    check(outcome.returncode == 1 and "BS100BW" in outcome.stderr, f"bandwidth.mat: {status_of(outcome)}")
     # All that is missing, in one line, with the arrays that there are.
     mat5(folder / "little.mat", {"data": first, "P": {"rate": FS}, "pos": X})
     outcome = run("info", folder / "little.mat")
     parts = ["`fs`", "`f0`", "`c`", "`t0`", "`element_x` or `pitch`", "`tx_angle`", "data (900 x 32 x 3, perhaps `rf`)", "P.rate", "pos (1 x 32"]
     fits = all(part in outcome.stderr for part in parts) and outcome.stderr.count("\n") == 1
-    check(outcome.returncode == 1 and fits, f"little.mat: {told(outcome)}")
+    check(outcome.returncode == 1 and fits, f"little.mat: {status_of(outcome)}")
 
 
 def unusual():
@@ -663,8 +663,8 @@ def unusual():
     np.savez(path, rf=rf[0, :, ::-1], **dict(keys("rf"), element_x=X[::-1]))
     read_alike(path, "rf", rf)
     delay = np.array([X * np.sin(angle) / C for angle in ANGLES])
-    told_of = {key: value for key, value in keys("rf").items() if key != "tx_angle"}
-    np.savez(path, rf=rf[0, :, ::-1], **dict(told_of, element_x=X[::-1], tx_delay=delay[:, ::-1]))
+    known = {key: value for key, value in keys("rf").items() if key != "tx_angle"}
+    np.savez(path, rf=rf[0, :, ::-1], **dict(known, element_x=X[::-1], tx_delay=delay[:, ::-1]))
     held = converted(path)
     check(held is not None and np.array_equal(held["tx_delay"], delay), "tx_delay of elements from right to left")
     iq = scene("iq")[:1]
@@ -700,7 +700,7 @@ def at_most_two(path, flags):
 
 def public_layouts():
     """The layouts of public recordings, beside those above: each opens with at most two flags, and as it was recorded."""
-    v = lambda **told: [word for key, value in told.items() for word in ("--variable", f"{key}={value}")]
+    v = lambda **given: [word for key, value in given.items() for word in ("--variable", f"{key}={value}")]
     rf = scene("rf")[:1]
     passes = np.max(np.abs(X)) * np.abs(np.sin(ANGLES)) / C
     common = {"channel_data": rf[0], "modulation_frequency": F0, "sound_speed": C}
@@ -779,7 +779,7 @@ def public_layouts():
     at_most_two(path, stacked)
     # Without an angle for each of the transmits none is assumed.
     outcome = run("info", folder / "cubdl_inserm.hdf5")
-    check(outcome.returncode == 1 and "--variable tx_angle=RADIANS" in outcome.stderr, f"cubdl_inserm.hdf5: {told(outcome)}")
+    check(outcome.returncode == 1 and "--variable tx_angle=RADIANS" in outcome.stderr, f"cubdl_inserm.hdf5: {status_of(outcome)}")
     # Rows of one transmit after the other's, in MATLAB's order, with frames; degrees.
     frames = scene("rf")
     rows = folder / "rows.mat"
@@ -794,14 +794,14 @@ def public_layouts():
         del file["shot2"]
         file["shot2"] = rf[0, 2, :, :-1]
     outcome = run("info", path, *stacked)
-    check(outcome.returncode == 1 and "several shapes" in outcome.stderr, f"shots: {told(outcome)}")
+    check(outcome.returncode == 1 and "several shapes" in outcome.stderr, f"shots: {status_of(outcome)}")
     # Elements out of the plane.
     for name, write in (("plane.npz", lambda path, **more: np.savez(path, rf=rf[0], **keys("rf"), **more)), ("plane.mat", lambda path, **more: scipy.io.savemat(path, {"rf": rf[0], **keys("rf"), **more}))):
         write(folder / name, element_y=0 * X)
         read_alike(folder / name, "rf", rf)
         write(folder / name, element_y=X)
         outcome = run("info", folder / name)
-        check(outcome.returncode == 1 and "`element_y` is" in outcome.stderr, f"{name}: {told(outcome)}")
+        check(outcome.returncode == 1 and "`element_y` is" in outcome.stderr, f"{name}: {status_of(outcome)}")
     # Single-element transmits of UFF, whose sources are elements at z = 0, whatever the origin: a grid of lines.
     index = [3, 16, 28]
     sources = [(X[k], 0.0) for k in index]
@@ -836,18 +836,18 @@ def written():
     starts = np.array([0.0, 2.0**-20, -(2.0**-22)])
     for kind in ("rf", "iq"):
         samples = scene(kind)
-        told_of = {key: value for key, value in keys(kind).items() if key not in ("tx_angle", "t0")}
+        known = {key: value for key, value in keys(kind).items() if key not in ("tx_angle", "t0")}
         for name, law in laws.items():
             source = folder / f"{kind}_{name}.npz"
-            np.savez(source, **{kind: samples}, **told_of, **law, t0=starts)
+            np.savez(source, **{kind: samples}, **known, **law, t0=starts)
             for ending in ("uff", "hdf5"):
                 path = folder / f"{kind}_{name}.{ending}"
                 path.unlink(missing_ok=True)
                 outcome = run("convert", source, "-o", path)
                 if (name, ending) == ("delay", "uff"):
-                    check(outcome.returncode == 1 and "tx_delay" in outcome.stderr, f"{path.name}: {told(outcome)}")
+                    check(outcome.returncode == 1 and "tx_delay" in outcome.stderr, f"{path.name}: {status_of(outcome)}")
                     continue
-                check(outcome.returncode == 0, f"{path.name}: {told(outcome)}")
+                check(outcome.returncode == 0, f"{path.name}: {status_of(outcome)}")
                 held = converted(path)
                 if outcome.returncode or held is None:
                     continue
@@ -869,7 +869,7 @@ def written():
                 own_reader(path, kind, samples, starts)
         # A lens delays what is heard.
         source = folder / f"{kind}_lens.npz"
-        np.savez(source, **{kind: samples[0]}, **told_of, **laws["plane"], t0=0.0, lens_delay=2.0**-24)
+        np.savez(source, **{kind: samples[0]}, **known, **laws["plane"], t0=0.0, lens_delay=2.0**-24)
         for ending in ("uff", "hdf5"):
             path = folder / f"{kind}_lens.{ending}"
             run("convert", source, "-o", path)
@@ -918,7 +918,7 @@ def written_lines():
         for ending in ("uff", "hdf5"):
             path = folder / f"lines_{name}.{ending}"
             outcome = run("convert", source, "-o", path)
-            check(outcome.returncode == 0, f"{path.name}: {told(outcome)}")
+            check(outcome.returncode == 0, f"{path.name}: {status_of(outcome)}")
             if outcome.returncode:
                 continue
             if ending == "uff":
@@ -938,8 +938,8 @@ def written_lines():
 
 def sonix_variables():
     """What a folder of a SonixDAQ does not tell."""
-    told = dict(fs=FS, f0=F0, c=C, t0=0, pitch=PITCH, tx_angle=",".join(map(str, ANGLES)))
-    return [word for key, value in told.items() for word in ("--variable", f"{key}={value}")]
+    given = dict(fs=FS, f0=F0, c=C, t0=0, pitch=PITCH, tx_angle=",".join(map(str, ANGLES)))
+    return [word for key, value in given.items() for word in ("--variable", f"{key}={value}")]
 
 
 def sonix():
@@ -960,27 +960,27 @@ def sonix():
     missing = ["`f0`", "`element_x` or `pitch`", "--variable f0=HZ --variable pitch=METRES"]
     fits = all(part in outcome.stderr for part in missing) and outcome.stderr.count("\n") == 1
     check(outcome.returncode == 1 and fits, f"128 channels of nothing: {outcome.stderr}")
-    # The machine's own values for the rest, which are said: the board's order, 40 MHz, and each record a frame.
-    told_of = ["--variable", f"f0={F0}", "--variable", f"pitch={PITCH}"]
-    outcome = run("info", path, *told_of)
+    # The machine's own values for the rest, which are reported: the board's order, 40 MHz, and each record a frame.
+    known = ["--variable", f"f0={F0}", "--variable", f"pitch={PITCH}"]
+    outcome = run("info", path, *known)
     parts = ["\nassumed    fs is 40 MHz", "order of the vendor's board", "3 frames, 1 transmit, 128 elements", "plane waves at 0.0000 degrees"]
-    check(all(part in outcome.stdout for part in parts), f"128 channels, two flags: {told(outcome)} {outcome.stdout}")
-    held = converted(path, *told_of)
+    check(all(part in outcome.stdout for part in parts), f"128 channels, two flags: {status_of(outcome)} {outcome.stdout}")
+    held = converted(path, *known)
     fits = held is not None and np.array_equal(held["rf"], wide[0][:, None]) and held["fs"] == 40e6
     check(fits, "128 channels, two flags: samples")
-    at_most_two(path, told_of)
+    at_most_two(path, known)
     # As many angles as records.
-    held = converted(path, *told_of, "--variable", "tx_angle=-10deg..10deg")
+    held = converted(path, *known, "--variable", "tx_angle=-10deg..10deg")
     fits = held is not None and np.allclose(held["tx_angle"], np.radians([-10, 0, 10])) and np.array_equal(held["rf"], wide[0])
     check(fits, "128 channels, angles: samples")
 
 
-def beamformed_alike(path, kind, samples, **told):
+def beamformed_alike(path, kind, samples, **given):
     """By every method the lines of the same scene in numpy's archive, whose places and times are float64:
     zea's are float32, to 1e-8 m and 1e-13 s, and UFF's are computed in another order."""
     reference = folder / "reference.npz"
     common = dict(fs=FS, f0=F0, c=C, t0=0.0, **({} if kind == "rf" else {"f_demod": F0}))
-    np.savez(reference, **{kind: samples[0]}, **common, **told)
+    np.savez(reference, **{kind: samples[0]}, **common, **given)
     for method in methods:
         ours, failed = lines(path, "--method", method)
         theirs, refused = lines(reference, "--method", method)
@@ -1039,11 +1039,11 @@ def geometries():
     held = converted(path)
     check(held is not None and "tx_source_x" in held and np.allclose(held["tx_source_x"], [s[0] for s in sources], atol=1e-9) and np.allclose(held["t0"], 0, atol=1e-12), "diverging.hdf5: sources")
     # A pitch of two thirds of a wavelength is a phased array's: a sector.
-    told = dict(element_x=X, tx_source_x=[s[0] for s in sources], tx_source_z=[s[1] for s in sources])
+    given = dict(element_x=X, tx_source_x=[s[0] for s in sources], tx_source_z=[s[1] for s in sources])
     diverging_iq = scene("iq", source=sources)[:1]
     write_uff(folder / "diverging_iq.uff", "iq", diverging_iq, waves=waves)
     for name, kind, samples in (("diverging.hdf5", "rf", diverging), ("diverging.uff", "rf", diverging), ("diverging_iq.uff", "iq", diverging_iq)):
-        beamformed_alike(folder / name, kind, samples, **told)
+        beamformed_alike(folder / name, kind, samples, **given)
     sector, _ = lines(folder / "diverging.uff")
     check(sector is not None and np.ptp(sector["beam_angle"]) > 1.5, "diverging.uff: no sector")
     # zea's I/Q turns from sample 0, a quarter of a period after the wave passes its origin.
@@ -1108,7 +1108,7 @@ def hostile():
             if not clean:
                 kept = folder / f"hostile_{Path(name).stem}_{n}{path.suffix}"
                 kept.write_bytes(case)
-            check(clean, f"{name}, case {n}: {told(outcome)}")
+            check(clean, f"{name}, case {n}: {status_of(outcome)}")
             refused += outcome.returncode
         print(f"{name}: {len(cases)} changed files, {refused} refused")
     # Names that lead out of the file.
@@ -1125,7 +1125,7 @@ def hostile():
                 file[key] = value
             make(file)
         outcome = run("info", path, limit=LIMIT)
-        check(outcome.returncode == 1 and "another file" in outcome.stderr, f"{name}: {told(outcome)}")
+        check(outcome.returncode == 1 and "another file" in outcome.stderr, f"{name}: {status_of(outcome)}")
     # Groups within groups without end, and a name that is itself.
     path = folder / "loops.h5"
     with h5py.File(path, "w") as file:
@@ -1136,7 +1136,7 @@ def hostile():
         for _ in range(3000):
             deep = deep.create_group("d")
     outcome = run("info", path, limit=LIMIT)
-    check(outcome.returncode == 1 and outcome.stderr.count("\n") == 1, f"loops: {told(outcome)}")
+    check(outcome.returncode == 1 and outcome.stderr.count("\n") == 1, f"loops: {status_of(outcome)}")
     # Claims that no file holds.
     path = folder / "huge.h5"
     with h5py.File(path, "w") as file:
@@ -1144,11 +1144,11 @@ def hostile():
             file[key] = value
         file.create_dataset("rf", (3, 32, 1 << 40), "f4", chunks=(1, 1, 1 << 20))
     outcome = run("info", path, limit=LIMIT)
-    check(outcome.returncode == 1 and "claims" in outcome.stderr, f"huge: {told(outcome)}")
+    check(outcome.returncode == 1 and "claims" in outcome.stderr, f"huge: {status_of(outcome)}")
     path = folder / "bomb.mat"
     scipy.io.savemat(path, {"rf": np.zeros((1, 32, 2_000_000)), **keys("rf")}, do_compression=True)
     outcome = run("info", path, limit=LIMIT)
-    check(outcome.returncode == 1 and outcome.stderr.count("\n") == 1, f"bomb: {told(outcome)}")
+    check(outcome.returncode == 1 and outcome.stderr.count("\n") == 1, f"bomb: {status_of(outcome)}")
 
 
 def virtual(path):
@@ -1166,7 +1166,7 @@ def readme():
     check(any("recording.hdf5" in command for command in commands), "README: no example of a zea file")
     for command in commands:
         outcome = run(*shlex.split(command, comments=True))
-        check(outcome.returncode == 0, f"README: {command}: {told(outcome)}")
+        check(outcome.returncode == 0, f"README: {command}: {status_of(outcome)}")
     for name in ("lines.npz", "lines.png", "map.npy", "map.png"):
         check((folder / name).exists(), f"README: no {name} came of it")
 
@@ -1191,7 +1191,7 @@ def messages():
     }.items():
         outcome = run("beamform", folder / name, "-o", "lines.npz")
         fits = outcome.returncode == 1 and part in outcome.stderr and outcome.stderr.count("\n") == 1
-        check(fits, f"{name}: {told(outcome)}")
+        check(fits, f"{name}: {status_of(outcome)}")
 
 
 try:

@@ -105,7 +105,7 @@ fn what_is_written_is_the_same_and_what_differs_is_named() {
     let verdicts = check(folder).expect("a check");
     let of = |file: &str| {
         let verdict = verdicts.iter().find(|verdict| verdict.file == file);
-        verdict.unwrap_or_else(|| panic!("{file} is not told"))
+        verdict.unwrap_or_else(|| panic!("{file} has no verdict"))
     };
     assert!(
         of("das.out.hex")

@@ -262,12 +262,12 @@ fn the_fan_of_a_picture_is_found_told_and_written() {
     assert!(found > 550, "{found}");
     let config = fs::read_to_string(folder.path().join("a.csv.config.toml")).unwrap();
     assert!(config.contains("[surface.fan]"), "{config}");
-    let told = "--fan 0.045,-0.03,0.04,0.09,-0.5,0.5";
-    works(&folder, &format!("{common} {told} -o b.csv"));
+    let given = "--fan 0.045,-0.03,0.04,0.09,-0.5,0.5";
+    works(&folder, &format!("{common} {given} -o b.csv"));
     assert!(on_bone("b.csv").abs_diff(found) < 20);
     // A crop of the picture keeps the positions.
     let crop = "--crop 200,40,520,560";
-    works(&folder, &format!("{common} {told} {crop} -o c.csv"));
+    works(&folder, &format!("{common} {given} {crop} -o c.csv"));
     assert!(on_bone("c.csv") > 400);
     works(&folder, &format!("{common} --columns-as-lines -o d.csv"));
     let config = fs::read_to_string(folder.path().join("d.csv.config.toml")).unwrap();

@@ -62,14 +62,14 @@ pub fn surface_of_picture<'py>(
     fan: Option<Fan>,
     section: &str,
 ) -> PyResult<(Points<'py>, usize, Option<Fan>)> {
-    let told = fan.map(|(x, z, begin, end, first, last)| PictureFan {
+    let given = fan.map(|(x, z, begin, end, first, last)| PictureFan {
         x,
         z,
         radii: [begin, end],
         angles: [first, last],
     });
     let section = Surface {
-        fan: told,
+        fan: given,
         ..parameters::surface(section)?
     };
     section.validate().map_err(refused)?;

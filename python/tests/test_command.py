@@ -89,9 +89,9 @@ def test_channel_data_have_the_bits_of_the_command(command, folder, request, kin
     assert command("beamform", recording, *words, "-o", folder / "lines.npz") == ""
     expected = np.load(folder / "lines.npz")
 
-    told = bonebeam.beamform(data, **parameters, **delays)
+    result = bonebeam.beamform(data, **parameters, **delays)
     read = bonebeam.beamform(bonebeam.read(recording), **parameters, **delays)
-    for lines in map(saved, (told, read)):
+    for lines in map(saved, (result, read)):
         for key in expected.files:
             assert same_bits(lines[key], expected[key]), key
     # Aligned samples hold one direction a line.
@@ -111,26 +111,26 @@ def test_rf_is_read_as_by_the_command(command, folder, plane, rf_interpolation):
     words = flags({"method": "mv", **asked})
     assert command("beamform", recording, *words, "-o", folder / "lines.npz") == ""
     expected = np.load(folder / "lines.npz")
-    told = bonebeam.beamform(plane, method="mv", **asked)
+    result = bonebeam.beamform(plane, method="mv", **asked)
     for key in expected.files:
-        assert same_bits(saved(told)[key], expected[key]), key
+        assert same_bits(saved(result)[key], expected[key]), key
     steps = bonebeam.beamform(bonebeam.delay(plane, **asked), method="mv")
     assert same_bits(steps.z, bonebeam.beamform(plane, method="mv", **asked, sub_lines=1).z)
     # It is another way to nearly the same.
     usual = bonebeam.beamform(plane, method="mv", **common).z
-    assert same_bits(told.z, usual) == (rf_interpolation == "filtered")
+    assert same_bits(result.z, usual) == (rf_interpolation == "filtered")
 
 
 def test_a_reading_that_there_is_not_is_refused(command, folder, point):
     recording = folder / "recording.npz"
     np.savez(recording, **point.keys())
     asked = {"rf_interpolation": "upsampled"}
-    told = command("beamform", recording, *flags(asked), "-o", folder / "lines.npz")
-    assert "these make one line each" in told
+    result = command("beamform", recording, *flags(asked), "-o", folder / "lines.npz")
+    assert "these make one line each" in result
     for function in (bonebeam.beamform, bonebeam.delay):
         with pytest.raises(ValueError) as refused:
             function(point, **asked)
-        assert in_python(told).endswith(str(refused.value))
+        assert in_python(result).endswith(str(refused.value))
     with pytest.raises(ValueError, match="unknown variant `cubic`"):
         bonebeam.delay(point, rf_interpolation="cubic")
 
@@ -187,8 +187,8 @@ def test_a_simulation_is_that_of_the_command(command, folder):
     words = [f"{key} = {value}" for key, value in scanner.items()]
     text = '[simulate]\nphantom = "point"\noffset = 4e-4\n[simulate.scanner]\n' + "\n".join(words)
     (folder / "scanner.toml").write_text(text)
-    told = command("simulate", "--config", folder / "scanner.toml", "-o", folder / "point.npz")
-    assert told == ""
+    result = command("simulate", "--config", folder / "scanner.toml", "-o", folder / "point.npz")
+    assert result == ""
     expected = np.load(folder / "point.npz")
     point = bonebeam.simulate("point", offset=4e-4, scanner=scanner)
     assert sorted(expected.files) == sorted(point.keys())
@@ -212,7 +212,7 @@ def test_the_keywords_are_the_keys_of_the_command():
 
 
 def test_the_defaults_are_those_of_the_command():
-    told = json.loads(_native.defaults())
+    result = json.loads(_native.defaults())
     for function, section in [
         (bonebeam.bmode, "image"),
         (bonebeam.phase_symmetry, "phase_symmetry"),
@@ -220,7 +220,7 @@ def test_the_defaults_are_those_of_the_command():
         (bonebeam.simulate, "simulate"),
     ]:
         ours = function.__kwdefaults__ | ({"phantom": "vertebra"} if section == "simulate" else {})
-        for key, value in told[section].items():
+        for key, value in result[section].items():
             if ours.get(key) is not None:
                 ours[key] = list(ours[key]) if isinstance(ours[key], tuple) else ours[key]
                 assert ours[key] == value, f"{function.__name__}: {key}"
@@ -242,11 +242,11 @@ def test_the_defaults_are_those_of_the_command():
 def test_what_is_refused_is_reported_in_words_of_python(command, folder, aligned, parameters):
     recording = folder / "delayed.npz"
     np.savez(recording, x=aligned, fs=20e6, t0=0.0)
-    told = command("beamform", recording, *flags(parameters), "-o", folder / "lines.npz")
-    assert told
+    result = command("beamform", recording, *flags(parameters), "-o", folder / "lines.npz")
+    assert result
     with pytest.raises(ValueError) as refused:
         bonebeam.beamform(aligned, **parameters)
-    assert str(refused.value) == in_python(told)
+    assert str(refused.value) == in_python(result)
     assert "--" not in str(refused.value)
 
 
@@ -255,10 +255,10 @@ def test_a_file_is_refused_in_the_words_of_the_command(command, folder):
     np.savez(folder / "neither.npz", y=np.ones(3))
     np.savez(folder / "real.npz", x=np.ones((2, 3, 4)), fs=1e6, t0=0.0)
     for name in ["text.npz", "neither.npz", "real.npz"]:
-        told = command("beamform", folder / name, "-o", folder / "lines.npz")
+        result = command("beamform", folder / name, "-o", folder / "lines.npz")
         with pytest.raises(ValueError) as refused:
             bonebeam.read(folder / name)
-        assert str(refused.value) == told.replace("see --help", "see docs/file-formats.md"), name
+        assert str(refused.value) == result.replace("see --help", "see docs/file-formats.md"), name
 
 
 def test_a_file_that_is_missing_is_reported_as_python_does(folder, monkeypatch):
@@ -325,11 +325,11 @@ def test_channel_data_are_refused_in_the_words_of_the_command(command, folder, p
         keys = plane.keys() | {key: value}
         recording = folder / f"{key}.npz"
         np.savez(recording, **keys)
-        told = command("beamform", recording, "-o", folder / "lines.npz")
+        result = command("beamform", recording, "-o", folder / "lines.npz")
         with pytest.raises(ValueError) as refused:
             bonebeam.beamform(bonebeam.ChannelData(**keys))
         # The command names the file as well.
-        assert in_python(told) == f"{recording}: {refused.value}", key
+        assert in_python(result) == f"{recording}: {refused.value}", key
 
 
 def test_doubts_are_warnings(plane):

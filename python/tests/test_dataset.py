@@ -71,16 +71,16 @@ def test_a_data_set_may_go_to_another_process(recording):
 def test_processes_make_the_lines_of_one(recording, processes):
     path, rf = recording
     dataset = bonebeam.Dataset(path)
-    told = []
+    reported = []
     results = dataset.map(
         bonebeam.beamform,
         method="mv",
         depth_end=0.018,
         processes=processes,
-        progress=lambda done, of: told.append((done, of)),
+        progress=lambda done, of: reported.append((done, of)),
     )
     results = list(results)
-    assert told == [(done, 5) for done in range(1, 6)]
+    assert reported == [(done, 5) for done in range(1, 6)]
     for lines, frame in zip(results, dataset, strict=True):
         assert same_bits(lines.z, bonebeam.beamform(frame, method="mv", depth_end=0.018).z)
 

@@ -61,8 +61,8 @@ def test_a_fan_is_found_or_told():
     levels = np.where(below < 0, 60 + noise, np.where(below < 0.5e-3, 190 + noise, noise / 4))
     inside = (depth >= 0) & (depth < fan.end - fan.begin) & (abs(angle) <= 0.5)
     pixels = np.where(inside, levels, 0)
-    for told in (fan, None):
-        found = bonebeam.surface(pixels, pixel_size=PIXEL, fan=told)
+    for given in (fan, None):
+        found = bonebeam.surface(pixels, pixel_size=PIXEL, fan=given)
         assert np.hypot(found.fan.x - fan.x, found.fan.z - fan.z) < 1e-3
         along = np.hypot(found.x - fan.x, found.z - fan.z) - fan.begin
         assert len(found) > 0.95 * found.lines

@@ -464,3 +464,26 @@ fn a_singular_covariance_takes_the_eigensolver() {
         }
     }
 }
+
+/// Constant time has no eigensolver: a noise-free wave gives 0 if its loaded covariance is singular in f32.
+///
+/// That is so for tiny loadings, and never from a thousandth on.
+#[test]
+fn steps_serve_a_wave_with_a_loading_of_a_thousandth() {
+    let zeros = |elements, diagonal_loading| {
+        let line = Line::from_fn(4, elements, |_, m| Complex::cis(0.7 * m as f32));
+        let parameters = Parameters {
+            method: Method::EsmvRank1Steps(8),
+            diagonal_loading,
+            ..Parameters::default()
+        };
+        COVARIANCES.map(|covariance| {
+            let z = core(&line, parameters, covariance);
+            z.iter().filter(|z| z.norm() == 0.0).count()
+        })
+    };
+    for elements in [8, 32, 128] {
+        assert_eq!(zeros(elements, 1e-3), [0, 0], "{elements}");
+    }
+    assert!(zeros(128, 1e-7).iter().all(|&zeros| zeros > 0));
+}

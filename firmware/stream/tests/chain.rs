@@ -148,7 +148,7 @@ fn a_half_filled_frame_says_so() {
     assert_eq!((whole.missing, whole.saturated), (0, 2 * BEAMS as u32));
     let pixels = whole.pixels.to_vec();
     assert_eq!(chain.oldest(1100), Some(100));
-    // Half a frame more: the rest is of the frame before, and told.
+    // Half a frame more: the rest is of the frame before, which is reported.
     fill(&mut chain, 0..12, 2000);
     let half = chain.image().unwrap();
     assert_eq!((half.missing, half.pixels), (BEAMS - 12, &pixels[..]));

@@ -36,7 +36,7 @@ const T0: f64 = 4.6e-6;
 
 /// Lateral position of a line, angle of its plane wave, demodulation frequency.
 ///
-/// The phase of the last line's second element turns by eighths, and meets both ends of the table.
+/// The phase of the last line's second element turns by steps of 45°, and meets both ends of the table.
 const LINES: [(f64, f64, f64); 3] = [
     (0.3e-3, 0.0, 4.7e6),
     (-3e-3, 0.2, 4.7e6),

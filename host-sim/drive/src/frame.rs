@@ -207,7 +207,7 @@ impl<'a> RecordingFrames<'a> {
             let x = data.x.index_axis(Axis(0), index);
             Ok(BeamformedLines {
                 z: self.plan.run(x, &|_, _| all, &count)?,
-                // The carrier that interpolation takes is not told.
+                // The carrier for the interpolation is unknown.
                 fs: data.fs / self.parameters.core.depth_step as f64,
                 t0: data.t0,
                 beam_x: beam_x.clone(),

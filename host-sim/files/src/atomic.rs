@@ -264,7 +264,7 @@ pub fn check_outputs(inputs: &[&Path], outputs: &[&Path]) -> Result<()> {
     let mut taken: Vec<(PathBuf, &Path)> = Vec::new();
     let mut folders = BTreeSet::new();
     for input in inputs {
-        // An input that cannot be found is told when it is read.
+        // A missing input is reported when it is read.
         if let Ok(target) = fs::canonicalize(input) {
             taken.push((target, input));
         }

@@ -39,7 +39,7 @@ fn begin() -> io::Result<()> {
     let always = [SIGABRT, SIGINT, SIGQUIT, SIGTERM, SIGXCPU];
     let mut signals = Signals::new(always.into_iter().chain(hangup))?;
     wait_at_abort()?;
-    // A handler that does nothing: the write is told that it failed.
+    // A handler that does nothing: the write returns an error.
     flag::register(SIGXFSZ, Arc::default())?;
     let (begun, begin) = mpsc::channel();
     let thread = thread::Builder::new().stack_size(STACK);

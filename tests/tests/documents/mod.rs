@@ -252,7 +252,7 @@ fn the_configuration_of_the_documents_has_every_key_of_the_host() {
 fn the_formats_of_the_documents_are_those_that_are_read() {
     let document = read(&root().join("docs/file-formats.md"));
     let (_, rows) = document
-        .split_once("| format | told by | holds |\n|---|---|---|\n")
+        .split_once("| format | recognized by | holds |\n|---|---|---|\n")
         .unwrap();
     let (rows, _) = rows.split_once("\n\n").unwrap();
     let name = |row: &'_ str| {

@@ -14,7 +14,7 @@ use std::f64::consts::{PI, TAU};
 
 const C: f64 = 1540.0;
 const ELEMENTS: usize = 64;
-/// The depth of the point, wavelengths.
+/// The depth of the point, wavelengths, but for [`Geometry::DeepSector`].
 const DEPTH: f64 = 80.0;
 /// Samples a period in the records.
 const RATE: f64 = 8.0;
@@ -27,6 +27,14 @@ enum Geometry {
     Sector,
     /// Five diverging waves, pitch of a wavelength, lines along the normals.
     Curved,
+    /// A sector with the point at a depth of 80 mm.
+    DeepSector,
+}
+
+impl Geometry {
+    fn is_sector(self) -> bool {
+        matches!(self, Geometry::Sector | Geometry::DeepSector)
+    }
 }
 
 const GEOMETRIES: [Geometry; 3] = [Geometry::Linear, Geometry::Sector, Geometry::Curved];
@@ -52,22 +60,25 @@ impl Point {
     }
 
     fn pitch(&self) -> f64 {
-        self.wavelength()
-            * if self.geometry == Geometry::Sector {
-                0.5
-            } else {
-                1.0
-            }
+        self.wavelength() * if self.geometry.is_sector() { 0.5 } else { 1.0 }
+    }
+
+    /// The depth of the point, m.
+    fn depth(&self) -> f64 {
+        match self.geometry {
+            Geometry::DeepSector => 80e-3,
+            _ => DEPTH * self.wavelength(),
+        }
     }
 
     /// The position of the point, m.
     fn position(&self) -> [f64; 2] {
-        let depth = DEPTH * self.wavelength();
+        let depth = self.depth();
         let along = (ELEMENTS - 1) as f64 * self.pitch();
         let steps = (self.lines - 1) as f64;
         match self.geometry {
             Geometry::Linear => [self.beside * along / steps, depth],
-            Geometry::Sector => {
+            Geometry::Sector | Geometry::DeepSector => {
                 let angle = self.beside * PI / 2.0 / steps;
                 [depth * angle.sin(), depth * angle.cos()]
             }
@@ -103,7 +114,9 @@ impl Point {
             Geometry::Linear => Transmits::Plane {
                 angle: five.map(|k| k * 0.0524).to_vec(),
             },
-            Geometry::Sector => sources(4.0 * self.wavelength(), -20.0 * self.wavelength()),
+            Geometry::Sector | Geometry::DeepSector => {
+                sources(4.0 * self.wavelength(), -20.0 * self.wavelength())
+            }
             Geometry::Curved => sources(4.0 * self.wavelength(), -self.radius()),
         }
     }
@@ -116,7 +129,7 @@ impl Point {
     fn record_of(&self, points: &[([f64; 2], f64)]) -> ChannelData {
         let transmits = self.transmits();
         let fs = RATE * self.f0;
-        let samples = (3.2 * DEPTH * RATE) as usize;
+        let samples = (3.2 * self.depth() / self.wavelength() * RATE) as usize;
         // 6 dB below its peak at 0.7 and 1.3 f0.
         let a = (PI * self.f0 * 0.6).powi(2) / (4.0 * 10f64.powf(6.0 / 20.0).ln());
         let sent = |t: usize, [x, z]: [f64; 2]| match &transmits {
@@ -193,12 +206,12 @@ impl Point {
         section: &Beamform,
         sub_lines: Option<usize>,
     ) -> BeamformedLines {
-        let depth = DEPTH * self.wavelength();
+        let depth = self.depth();
         let section = Beamform {
             line_count: sub_lines.map(|_| self.lines),
             lines: Some(match self.geometry {
                 Geometry::Linear => LineKind::Down,
-                Geometry::Sector => LineKind::Sector,
+                Geometry::Sector | Geometry::DeepSector => LineKind::Sector,
                 Geometry::Curved => LineKind::Normals,
             }),
             sub_lines,
@@ -213,7 +226,10 @@ impl Point {
     ///
     /// They are of its largest sample, and of the vertex of a parabola through that line's level and its neighbours'.
     fn peak(&self, section: &Beamform, sub_lines: Option<usize>) -> [f64; 3] {
-        let lines = self.lines(section, sub_lines);
+        self.peak_of(&self.lines(section, sub_lines))
+    }
+
+    fn peak_of(&self, lines: &BeamformedLines) -> [f64; 3] {
         let largest = lines.z.indexed_iter().max_by(|(_, a), (_, b)| {
             let power = |z: &Complex<f32>| z.norm_sqr();
             power(a).total_cmp(&power(b))

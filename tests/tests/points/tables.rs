@@ -1,75 +1,115 @@
 //! Tables and a picture of points between lines, for the documents.
 
-use super::{C, DEPTH, ELEMENTS, GEOMETRIES, Geometry, Point, section};
+use super::{C, DEPTH, ELEMENTS, Geometry, Point, section};
 
 use bonebeam::image::{Pooling, pooled_envelope};
 use bonebeam_drive::config::Image;
-use bonebeam_drive::image::image_of;
+use bonebeam_drive::image::{image_of, pooled as pooled_lines};
 use bonebeam_drive::methods::MethodName;
-use bonebeam_files::{BeamformedLines, image};
+use bonebeam_files::document::rewritten;
+use bonebeam_files::{BeamformedLines, ChannelData, image};
 use ndarray::{Array2, Axis, concatenate};
 use num_complex::Complex;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
+use std::fs;
 use std::path::Path;
 
-/// Largest loss at a quarter and at a half of the line spacing.
+/// The largest losses of a point at three distances from a line, by MV and by rank 1, dB.
 ///
-/// For each geometry and frequency, with the largest lateral errors of the peak and of the vertex between lines.
+/// Then the largest distances of its peak and of its vertex, mm. Lines are the default, or have the directions given,
+/// as lines of their own or pooled.
+fn worst(
+    points: &[(Point, ChannelData)],
+    sub_lines: Option<usize>,
+    pooling: Option<Pooling>,
+) -> [f64; 4] {
+    let mut worst = [0.0f64; 4];
+    let methods = [MethodName::Mv, MethodName::EsmvRank1].map(section);
+    for (k, method) in methods.iter().enumerate() {
+        let mut on = 0.0;
+        for (at, (point, record)) in points.iter().enumerate() {
+            let lines = |sub_lines| point.lines_of(record, method, sub_lines);
+            if at == 0 {
+                // On a line: the reference.
+                [on, ..] = point.peak_of(&lines(Some(1)));
+                continue;
+            }
+            let mut lines = lines(sub_lines);
+            if let Some(pooling) = pooling {
+                lines = pooled_lines(&lines, pooling).expect("lines");
+            }
+            let [level, peak, vertex] = point.peak_of(&lines);
+            worst[k] = worst[k].max(on - level);
+            worst[2] = worst[2].max(1e3 * peak);
+            worst[3] = worst[3].max(1e3 * vertex);
+        }
+    }
+    worst
+}
+
+/// `cargo test --workspace --release --test across -- --ignored write_points`.
 #[test]
-#[ignore = "prints a table"]
-fn table_of_points_beside_the_lines() {
-    println!(
-        "| geometry | f0, MHz | SNR, dB | lines, sub-lines | MV, dB | rank 1, dB | peak, mm | vertex, mm |"
+#[ignore = "writes docs/numerics.md, in minutes"]
+fn write_points() {
+    let mut table = String::from(
+        "| geometry | f₀, MHz | SNR, dB | one direction | largest | vertex, mm | RMS | vertex, mm | 32 directions | \
+         peak, vertex, mm |\n|---|---|---|---|---|---|---|---|---|---|\n",
     );
-    println!("|---|---|---|---|---|---|---|---|");
-    for geometry in GEOMETRIES {
+    for geometry in [
+        Geometry::Linear,
+        Geometry::Curved,
+        Geometry::Sector,
+        Geometry::DeepSector,
+    ] {
         for f0 in [3e6, 5e6, 7.5e6, 10e6, 15e6] {
             for snr in [10.0, 40.0] {
-                let point = |lines, beside| Point {
-                    geometry,
-                    f0,
-                    snr,
-                    lines,
-                    beside,
-                    iq: false,
-                };
-                let methods = [MethodName::Mv, MethodName::EsmvRank1].map(section);
-                let on = methods
-                    .each_ref()
-                    .map(|method| point(127, 0.0).peak(method, Some(1))[0]);
-                let of = |lines, sub_lines| (lines, Some(sub_lines));
-                for (lines, sub_lines) in [
-                    of(127, 1),
-                    of(127, 8),
-                    of(63, 1),
-                    of(63, 16),
-                    of(63, 32),
-                    (127, None),
-                ] {
-                    let (mut losses, mut off) = ([0.0f64; 2], [0.0f64; 2]);
-                    for beside in [0.03125, 0.25, 0.5] {
-                        let point = point(lines, beside);
-                        let methods = methods.iter().zip(&on);
-                        for (loss, (method, on)) in losses.iter_mut().zip(methods) {
-                            let [level, beside, vertex] = point.peak(method, sub_lines);
-                            *loss = loss.max(on - level);
-                            off = [off[0].max(beside), off[1].max(vertex)];
-                        }
-                    }
-                    println!(
-                        "| {geometry:?} | {} | {snr} | {lines}, {} | {:.1} | {:.1} | {:.3} | {:.3} |",
-                        f0 / 1e6,
-                        sub_lines.map_or("default".to_owned(), |count| count.to_string()),
-                        losses[0],
-                        losses[1],
-                        1e3 * off[0],
-                        1e3 * off[1]
-                    );
-                }
+                let points = [0.0, 0.03125, 0.25, 0.5].map(|beside| {
+                    let point = Point {
+                        geometry,
+                        f0,
+                        snr,
+                        lines: 2 * ELEMENTS - 1,
+                        beside,
+                        iq: false,
+                    };
+                    let record = point.record();
+                    (point, record)
+                });
+                let [alone, largest, rms, each] = [
+                    (Some(1), None),
+                    (None, None),
+                    (Some(32), Some(Pooling::Rms)),
+                    (Some(32), None),
+                ]
+                .map(|(sub_lines, pooling)| worst(&points, sub_lines, pooling));
+                let losses = |of: [f64; 4]| format!("{:.1}, {:.1}", of[0], of[1]);
+                table += &format!(
+                    "| {} | {} | {snr} | {} | {} | {:.3} | {} | {:.3} | {} | {:.3}, {:.3} |\n",
+                    match geometry {
+                        Geometry::Linear => "linear",
+                        Geometry::Curved => "curved",
+                        Geometry::Sector => "sector",
+                        Geometry::DeepSector => "sector, 80 mm",
+                    },
+                    f0 / 1e6,
+                    losses(alone),
+                    losses(largest),
+                    largest[3],
+                    losses(rms),
+                    rms[3],
+                    losses(each),
+                    each[2],
+                    each[3]
+                );
+                println!("{}", table.lines().next_back().unwrap_or_default());
             }
         }
     }
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/numerics.md");
+    let document = fs::read_to_string(&path).expect("the document");
+    let document = rewritten(&document, "points", &table).expect("its marks");
+    fs::write(path, document).expect("a file");
 }
 
 /// The envelopes of 127 lines, from 64 by 16 sub-lines.

@@ -45,7 +45,7 @@ choices! {
         ///
         /// The number of steps is 1 to [`Method::MOST_STEPS`], for all data. The share of other eigenvectors falls
         /// by `λ₂/λ₁` a step: docs/numerics.md has a table. A sample whose covariance is singular in f32 gives 0,
-        /// which requires a diagonal loading below about 10⁻³.
+        /// which a diagonal loading of 10⁻³ or more prevents.
         EsmvRank1Steps(steps: usize = 8, STEPS), "esmv-rank1-steps", "ESMV rank 1 by steps";
         /// Eigenspace MV with all eigenvectors but the first (Fig. 2c): `w − e₁e₁ᴴw`.
         EsmvExcludeFirst, "esmv-exclude-first", "ESMV without λ₁";

@@ -247,11 +247,11 @@ mod tests {
     #[test]
     fn bone_is_found_along_the_beams_of_a_fan_told_or_found() {
         let pixels = drawn(520, 760);
-        let told = config::Surface {
+        let given = config::Surface {
             fan: Some(FAN),
             ..config::Surface::default()
         };
-        let found = surface(&pixels, &told);
+        let found = surface(&pixels, &given);
         assert_eq!(found.fan, Some(FAN));
         follows(&found, 0.95);
         let found = surface(&pixels, &config::Surface::default());

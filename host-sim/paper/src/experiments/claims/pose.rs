@@ -285,7 +285,7 @@ impl<'a> Pose<'a> {
         for variant in claims.variants() {
             let progress = self.context.progress;
             let mut lines = aligned.lines(&variant, &claims.receive, self.what, progress)?;
-            // Depths are told by the true speed, so that a wrong one defocuses and no more.
+            // Depths follow from the true speed, so that a wrong one only defocuses.
             lines.c = data.c;
             let grid = View::once(&mut view, Some(&outline), &lines, image)?.grid;
             let made = b_mode(&lines, image.dynamic_range as f32, &grid, image.median)?;
