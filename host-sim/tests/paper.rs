@@ -185,9 +185,9 @@ columns = 128
 median = true
 ";
 
-/// Killed in the sweep and started again: the report of an uninterrupted run.
+/// From CT to Table I; killed in the sweep and started again, with the bytes of an uninterrupted run.
 #[test]
-fn a_run_that_was_killed_goes_on_to_the_same_bytes() {
+fn the_water_bath_goes_from_ct_to_table_one_also_after_an_end() {
     let folder = tempdir().unwrap();
     let config = folder.path().join("bath.toml");
     fs::write(&config, SMALL_BATH).unwrap();
@@ -227,19 +227,11 @@ fn a_run_that_was_killed_goes_on_to_the_same_bytes() {
         let [a, b] = [&killed, &path_of("whole")].map(|out| fs::read(out.join(file)).unwrap());
         assert!(a == b, "{file}");
     }
+    assert_goes_from_ct_to_table_one(&path_of("whole"));
 }
 
-#[test]
-fn the_water_bath_goes_from_ct_to_table_one() {
-    let folder = tempdir().unwrap();
-    let config = folder.path().join("bath.toml");
-    fs::write(&config, SMALL_BATH).unwrap();
-    let out = folder.path().join("out");
-    let [config_name, out_name] = [&config, &out].map(|path| path.to_str().unwrap());
-    let output = run(&["--figure", "4", "--config", config_name, "-o", out_name]);
-    let message = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{message}");
-
+/// A water bath of known ends, with the files and pictures of its report in `out`.
+fn assert_goes_from_ct_to_table_one(out: &Path) {
     let text = fs::read_to_string(out.join("report.json")).unwrap();
     let report: Value = serde_json::from_str(&text).unwrap();
     let bath = &report["water_bath"];

@@ -70,6 +70,7 @@ fn measure(
         Section::Beamformers => beamformers::against_faer(settings, step),
         Section::Fraction => shares::share_of_peak(settings, step),
         Section::TimeWindow => shares::time_window(settings, step),
+        Section::SubLines => shares::sub_lines(settings, step),
         Section::Simulated => simulated::simulated(settings, step),
         Section::Frames => frames::frames(settings, step),
         Section::Delay => delay::against_beamforming(settings, step),

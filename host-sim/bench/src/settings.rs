@@ -20,6 +20,8 @@ pub enum Section {
     Fraction,
     /// A time window of 21 samples against none
     TimeWindow,
+    /// Several directions of a line against one
+    SubLines,
     /// Simulated frames, and depths beyond the full aperture
     Simulated,
     /// Frames per second

@@ -2,7 +2,7 @@
 
 use std::hint::black_box;
 
-use bonebeam::beamform::Method;
+use bonebeam::beamform::{Method, Parameters};
 use bonebeam::covariance::Covariance;
 use bonebeam::simd::InstructionSet;
 use ndarray::{Array2, Array3};
@@ -124,6 +124,75 @@ pub fn time_window(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> 
             LINE + 20
         ),
         yardstick: "K = 0".into(),
+        rows,
+    })
+}
+
+/// Several directions of a line against one.
+///
+/// # Errors
+/// The errors of the core.
+pub fn sub_lines(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<Table> {
+    let (mut rows, mut by_operations) = (Vec::new(), Vec::new());
+    for (name, method) in [("MV", Method::Mv), ("rank-1 ESMV", Method::EsmvRank1)] {
+        for (elements, half_window) in [(128, 0), (64, 2)] {
+            let x = snapshots(Wavefield::Echo, (BEAMS, settings.samples, elements));
+            for (count, most) in [(4, 1.25), (16, 1.8)] {
+                let label = format!(
+                    "{name}, {elements}/{}/{half_window}, {count} sub-lines",
+                    elements / 2
+                );
+                step(&label);
+                if method == Method::Mv {
+                    let l = elements / 2;
+                    let line = operations::mv_forward_backward(elements, l, half_window);
+                    let each = (14 * elements + 20 * l + 2 * l * l) as f64;
+                    by_operations.push(format!("{:.2}", 1.0 + count as f64 * each / line));
+                }
+                let of = |sub_lines| Parameters {
+                    sub_lines,
+                    ..parameters(method, half_window)
+                };
+                let core = |sub_lines, then: &mut Then<'_>| {
+                    let rule = Covariance::ForwardBackward;
+                    with_core(settings.instruction_set, of(sub_lines), rule, &x, then)
+                };
+                let [mut one, mut all] =
+                    [1, count].map(|count| Array2::zeros((BEAMS, settings.samples * count)));
+                let mut times = [f64::NAN; 2];
+                core(count, &mut |several| {
+                    core(1, &mut |single| {
+                        several(&mut all)?;
+                        single(&mut one)?;
+                        times = side_by_side(
+                            4 * settings.budget,
+                            [&mut || drop(black_box(several(&mut all))), &mut || {
+                                drop(black_box(single(&mut one)))
+                            }],
+                        );
+                        Ok(())
+                    })
+                })?;
+                let [several, single] = times.map(|seconds| seconds / one.len() as f64);
+                rows.push(
+                    Row::new(label, Quantity::microseconds(several))
+                        .beside(Quantity::microseconds(single))
+                        .result(several / single, "×")
+                        .target(Target::AtMost(most)),
+                );
+            }
+        }
+    }
+    Ok(Table {
+        section: Section::SubLines.to_string(),
+        title: "Sub-lines against one line, time of one aligned sample".into(),
+        method: format!(
+            "As the beamformers, M/L/K; all sub-lines of a sample share its covariance. By operations (those of MV \
+             above; 14M + 20L + 2L² more a sub-line) MV takes {} times as many, in the order \
+             of its rows.",
+            by_operations.join(", ")
+        ),
+        yardstick: "one line".into(),
         rows,
     })
 }
