@@ -22,6 +22,7 @@ mod weights;
 mod workspace;
 
 pub(crate) use line::LineBlock;
+pub(crate) use sub_lines::SUB_LINES;
 
 pub use aligned_line::AlignedLine;
 pub use apodization::Apodization;

@@ -5,6 +5,7 @@ use super::depth_step::DepthStep;
 use super::methods::Method;
 use super::postfilter::{Applied, Postfilter};
 use super::sizes::Sizes;
+use super::sub_lines::SUB_LINES;
 use super::table::{Parameter, Range, range};
 use crate::Error;
 
@@ -201,7 +202,8 @@ impl Beamformer {
     /// # Errors
     /// [`Error::Parameter`] for a value outside the range of its row in [`Parameters::TABLE`], or for an argument
     /// of the method outside that of [`Method::parameter`]; for sub-lines beyond [`Parameters::SUB_LINES`]. Without
-    /// the feature `eigenspace`, for its methods, and for MV with a diagonal loading below 10⁻⁴.
+    /// the feature `eigenspace`, for its methods, and for MV with a diagonal loading below 10⁻⁴. Without the feature
+    /// `sub-lines`, for more than one.
     pub fn new(parameters: Parameters) -> Result<Self, Error> {
         let method = parameters.method;
         if let (Some(row), Some(argument)) = (method.parameter(), method.argument()) {
@@ -210,11 +212,14 @@ impl Beamformer {
         method.check_compiled(parameters.diagonal_loading)?;
         let sub_lines = parameters.sub_lines;
         Parameters::SUB_LINES.check(sub_lines as f64)?;
-        if !sub_lines.is_power_of_two() {
+        if !sub_lines.is_power_of_two() || sub_lines > 1 && !SUB_LINES {
             return Err(Error::Parameter {
                 name: Parameters::SUB_LINES.name,
                 value: sub_lines as f64,
-                expected: Parameters::SUB_LINES.range.text,
+                expected: match SUB_LINES {
+                    true => Parameters::SUB_LINES.range.text,
+                    false => "1 without the feature sub-lines",
+                },
             });
         }
         for (row, value) in Parameters::TABLE.iter().zip(parameters.values()) {

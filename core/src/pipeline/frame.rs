@@ -3,7 +3,7 @@
 use super::line::Output;
 use super::{LinePipeline, Parts, Pipeline};
 
-use crate::beamform::{Sizes, Workspace};
+use crate::beamform::{SUB_LINES, Sizes, Workspace};
 use crate::covariance::{Averaging, ForwardBackward};
 use crate::delay::{Delay, Stage};
 use crate::error::check_length;
@@ -119,8 +119,8 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
         let scan = pipeline.lines().scan();
         let steering = split_front(&mut scratch.complex, parts.steering);
         let steering = match parts.sub_lines {
-            0 | 1 => None,
-            count => Some(SteeringTable::new(scan, count, steering)?),
+            2.. if SUB_LINES => Some(SteeringTable::new(scan, parts.sub_lines, steering)?),
+            _ => None,
         };
         envelopes.fill(0.0);
         image.fill(0.0);

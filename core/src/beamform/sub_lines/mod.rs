@@ -26,6 +26,9 @@ use crate::simd::{ComplexVector, MOST_LANES, Scalar, Vector};
 use num_complex::Complex;
 use steer::{Sample, steer};
 
+/// Whether kernels of several directions are compiled in.
+pub(crate) const SUB_LINES: bool = cfg!(feature = "sub-lines");
+
 impl Beamformer {
     /// Beamforms the sub-lines of one beam.
     ///
@@ -69,6 +72,9 @@ impl Beamformer {
         (block, steering): (&LineBlock<'_, impl Fn(usize) -> Active>, Steering<'_>),
         z: &mut [Complex<f32>],
     ) -> Result<(), Error> {
+        if !SUB_LINES {
+            return self.block(workspace, sizes, block, z);
+        }
         let parameters = self.parameters();
         let (count, half_window) = (parameters.sub_lines, parameters.temporal_half_window);
         let (samples, step) = (block.samples, parameters.step());
@@ -152,7 +158,7 @@ impl Beamformer {
         let SteeredSegments { segments, steering } = lines;
         let parameters = self.parameters();
         let sub_lines = parameters.sub_lines;
-        if sub_lines <= 1 {
+        if sub_lines <= 1 || !SUB_LINES {
             let group = SegmentGroup { segments, count };
             return self.segments_within(workspace, sizes, group, z);
         }
