@@ -6,6 +6,7 @@ mod das;
 mod directions;
 mod eigenspace;
 mod mv;
+mod pairs;
 
 pub(super) use directions::{Shape, answers};
 pub(super) use eigenspace::{Subspace, at_least_floor, rank_order};
