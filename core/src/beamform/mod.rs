@@ -21,6 +21,7 @@ mod table;
 mod weights;
 mod workspace;
 
+pub(crate) use depth_step::DepthStep;
 pub(crate) use line::LineBlock;
 pub(crate) use sub_lines::SUB_LINES;
 

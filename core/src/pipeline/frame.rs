@@ -119,7 +119,11 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
         let scan = pipeline.lines().scan();
         let steering = split_front(&mut scratch.complex, parts.steering);
         let steering = match parts.sub_lines {
-            2.. if SUB_LINES => Some(SteeringTable::new(scan, parts.sub_lines, steering)?),
+            2.. if SUB_LINES => {
+                let step = pipeline.lines().beamformer().parameters().depth_step;
+                let of = (parts.sub_lines, step);
+                Some(SteeringTable::of_step(scan, of, steering)?)
+            }
             _ => None,
         };
         envelopes.fill(0.0);

@@ -10,7 +10,7 @@ use super::aligned_line::AlignedLine;
 use super::extent::{Constant, Extent, Given};
 use super::line::LineBlock;
 use super::methods::{Shape, answers};
-use super::parameters::Beamformer;
+use super::parameters::{Beamformer, Parameters};
 use super::pushes::Pushes;
 use super::segment::{Segment, SegmentGroup, SteeredSegments, constant_segments, segments_within};
 use super::segments::emit;
@@ -135,7 +135,8 @@ impl Beamformer {
     ///
     /// # Errors
     /// As [`Beamformer::segments`]; [`Error::Capacity`] for more sub-lines than the workspace has;
-    /// [`Error::Parameter`] for steering with another number of sub-lines, or with fewer samples than a segment.
+    /// [`Error::Parameter`] for steering with another number of sub-lines, or without directions at a computed sample;
+    /// [`Error::Length`] for steering with fewer samples than a segment.
     #[inline]
     pub fn sub_line_segments<A: Averaging<V>, V: Vector>(
         &self,
@@ -176,7 +177,7 @@ impl Beamformer {
             check_length("z", z.len(), outputs.saturating_mul(sub_lines))?;
             let samples = parameters.step().span(segment.first_sample, outputs);
             self.check_segment(segment, count, samples)?;
-            check_steering(steering, segment, samples, sub_lines)?;
+            check_steering(steering, segment, samples, parameters)?;
         }
         if count == 0 || parameters.method.direct().is_some() {
             for ((segment, &steering), z) in segments.iter().zip(steering).zip(z.iter_mut()) {
@@ -316,14 +317,22 @@ impl Beamformer {
     }
 }
 
-/// The directions have as many sub-lines as the beamformer, and samples for the segment.
+/// The directions have as many sub-lines as the beamformer, its computed samples, and samples for the segment.
 fn check_steering(
     steering: &Steering<'_>,
     segment: &Segment<'_>,
     samples: usize,
-    sub_lines: usize,
+    parameters: &Parameters,
 ) -> Result<(), Error> {
-    if steering.sub_lines() != sub_lines {
+    let step = steering.step().get();
+    if !parameters.step().get().is_multiple_of(step) {
+        return Err(Error::Parameter {
+            name: "depth_step of the steering",
+            value: step as f64,
+            expected: "that of the beamformer, or a divisor of it",
+        });
+    }
+    if steering.sub_lines() != parameters.sub_lines {
         return Err(Error::Parameter {
             name: "sub_lines of the steering",
             value: steering.sub_lines() as f64,
