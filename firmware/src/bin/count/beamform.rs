@@ -59,7 +59,7 @@ const CASES: [Case; 7] = [
         "esmv-beta",
         Method::EsmvBeta(0.01),
         ECHO,
-        [18_540, 65_000, 253_400],
+        [16_720, 65_000, 253_400],
     ),
 ];
 
