@@ -401,3 +401,48 @@ impl super::Lines<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{Array, Axis, Depth, Lines, ScanParameters};
+    use std::vec;
+
+    #[test]
+    fn directions_of_a_depth_step_are_those_of_its_samples() {
+        let scan = Scan::new(ScanParameters {
+            array: Array::linear(8, 0.3e-3),
+            lines: Lines::Even(Axis::centred(3, 0.3e-3)),
+            sound_speed: 1540.0,
+            centre_frequency: 5e6,
+            sampling_rate: 20e6,
+            record_samples: 512,
+            output_rate: 20e6,
+            start: Depth::Metres(4e-3),
+            end: Depth::Metres(5e-3),
+            f_number: 1.5,
+            min_elements: 4,
+        });
+        let scan = scan.expect("valid parameters");
+        let samples = scan.samples();
+        for (sub_lines, step) in [(2, 2), (2, 7), (4, 3), (16, 2)] {
+            let memory = |samples| {
+                let need = SteeringTable::need(scan.lines(), samples, sub_lines);
+                vec![Complex::ZERO; need.complex]
+            };
+            let (mut all, mut computed) = (memory(samples), memory(samples.div_ceil(step)));
+            let all = SteeringTable::new(&scan, sub_lines, &mut all).expect("memory");
+            let computed = SteeringTable::of_step(&scan, (sub_lines, step), &mut computed);
+            let computed = computed.expect("memory");
+            for line in 0..scan.lines() {
+                let [all, computed] =
+                    [all, computed].map(|table| table.line(line).expect("a line"));
+                assert!((samples..samples + step).contains(&computed.samples()));
+                for n in (0..samples).step_by(step) {
+                    assert_eq!(computed.at(n), all.at(n), "{line}, {n}");
+                    assert_eq!(computed.direction(n, 1), all.direction(n, 1));
+                }
+            }
+        }
+    }
+}

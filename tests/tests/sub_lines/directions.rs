@@ -48,38 +48,6 @@ fn directions_are_those_of_the_definition() {
     });
 }
 
-#[test]
-fn directions_of_a_depth_step_are_those_of_its_samples() {
-    geometries(|scan| {
-        for (sub_lines, depth_step) in [(2, 2), (2, 7), (4, 3), (16, 2)] {
-            let memory = |samples: usize| {
-                let need = SteeringTable::need(scan.lines(), samples, sub_lines);
-                vec![Complex::ZERO; need.complex]
-            };
-            let mut all = memory(300);
-            let all = SteeringTable::new(scan, sub_lines, &mut all).expect("memory that fits");
-            let mut computed = memory(300_usize.div_ceil(depth_step));
-            let computed = SteeringTable::of_step(scan, (sub_lines, depth_step), &mut computed);
-            let computed = computed.expect("memory that fits");
-            for line in 0..scan.lines() {
-                let [all, computed] =
-                    [all, computed].map(|table| table.line(line).expect("a line"));
-                assert!((300..300 + depth_step).contains(&computed.samples()));
-                for (n, k) in (0..300)
-                    .step_by(depth_step)
-                    .flat_map(|n| (0..sub_lines).map(move |k| (n, k)))
-                {
-                    assert_eq!(
-                        computed.direction(n, k),
-                        all.direction(n, k),
-                        "{line}, {n}, {k}"
-                    );
-                }
-            }
-        }
-    });
-}
-
 /// For more than four sub-lines within the error of the polynomial.
 fn assert_directions(scan: &Scan<'_>, sub_lines: usize) {
     let need = SteeringTable::need(scan.lines(), scan.samples(), sub_lines);
