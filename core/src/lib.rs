@@ -113,6 +113,8 @@
 //! | feature | |
 //! |---|---|
 //! | `eigenspace` | the eigenspace methods; on by default |
+//! | `apodization`, `postfilters` | of the beamformers; on by default |
+//! | `sub-lines` | several directions from a line's covariance; on by default. Frames without it have less code |
 //! | `constants` | kernels of one lane for some constant sizes: faster, more code; on by default |
 //! | `simd` | vectors of x86-64 and AArch64 registers, for workstations and large SoCs |
 //! | `std` | detection of the processor's instruction sets at run time |

@@ -10,12 +10,12 @@ pub(crate) struct DepthStep(NonZeroUsize);
 impl DepthStep {
     /// The depth step of a number; 1 for 0.
     #[inline(always)]
-    pub(super) fn new(step: usize) -> Self {
+    pub(crate) fn new(step: usize) -> Self {
         DepthStep(NonZeroUsize::new(step).unwrap_or(NonZeroUsize::MIN))
     }
 
     /// Every sample is computed.
-    pub(super) const ONE: Self = DepthStep(NonZeroUsize::MIN);
+    pub(crate) const ONE: Self = DepthStep(NonZeroUsize::MIN);
 
     /// The depth step as a number.
     #[inline(always)]
@@ -32,6 +32,15 @@ impl DepthStep {
         samples / self.0 + usize::from(!samples.is_multiple_of(self.get()))
     }
 
+    /// The index of the computed sample at or above `sample`.
+    #[inline(always)]
+    pub(crate) fn index(self, sample: usize) -> usize {
+        if self.get() == 1 {
+            return sample;
+        }
+        sample / self.0
+    }
+
     /// The indices of the computed samples among a line's samples `samples`.
     #[inline(always)]
     pub(crate) fn outputs_of(self, samples: Range<usize>) -> Range<usize> {
@@ -40,7 +49,7 @@ impl DepthStep {
 
     /// The first computed sample at or behind `sample`.
     #[inline(always)]
-    pub(super) fn first(self, sample: usize) -> usize {
+    pub(crate) fn first(self, sample: usize) -> usize {
         if self.get() == 1 {
             return sample;
         }
@@ -49,7 +58,7 @@ impl DepthStep {
 
     /// Samples of a segment up to the last of its `outputs` computed ones.
     #[inline(always)]
-    pub(super) fn span(self, first_sample: usize, outputs: usize) -> usize {
+    pub(crate) fn span(self, first_sample: usize, outputs: usize) -> usize {
         if self.get() == 1 || outputs == 0 {
             return outputs;
         }

@@ -166,7 +166,9 @@ impl Beamformer {
     }
 
     /// A run of samples with one active set, a part of it in each lane.
-    #[inline(always)]
+    ///
+    /// Inlined for constant sizes, if the code may be large.
+    #[cfg_attr(feature = "constants", inline(always))]
     fn run<A: Averaging<V>, V: Vector>(
         &self,
         workspace: &mut Workspace<'_, A, V>,

@@ -21,7 +21,9 @@ mod table;
 mod weights;
 mod workspace;
 
+pub(crate) use depth_step::DepthStep;
 pub(crate) use line::LineBlock;
+pub(crate) use sub_lines::SUB_LINES;
 
 pub use aligned_line::AlignedLine;
 pub use apodization::Apodization;

@@ -5,6 +5,7 @@ use super::depth_step::DepthStep;
 use super::methods::Method;
 use super::postfilter::{Applied, Postfilter};
 use super::sizes::Sizes;
+use super::sub_lines::SUB_LINES;
 use super::table::{Parameter, Range, range};
 use crate::Error;
 
@@ -118,6 +119,12 @@ parameters! {
     depth_step: usize = 1 "samples" (or 3), whole true, range!(1 to 8);
 }
 
+/// Whether apodizations are compiled in.
+pub(super) const APODIZATION: bool = cfg!(feature = "apodization");
+
+/// Whether postfilters are compiled in.
+const POSTFILTERS: bool = cfg!(feature = "postfilters");
+
 impl Default for Parameters {
     fn default() -> Self {
         Self::DEFAULT
@@ -127,6 +134,9 @@ impl Default for Parameters {
 impl Parameters {
     /// The window of the apodization, if it has one.
     pub(super) fn window(&self) -> Option<Window> {
+        if !APODIZATION {
+            return None;
+        }
         Window::new(self.apodization, self.tukey_taper)
     }
 
@@ -156,7 +166,10 @@ impl Parameters {
     /// The postfilter and its parameter.
     pub(super) fn postfilter_of_lines(&self) -> Applied {
         Applied {
-            postfilter: self.postfilter,
+            postfilter: match POSTFILTERS {
+                true => self.postfilter,
+                false => Postfilter::None,
+            },
             cutoff: self.coherence_cutoff,
         }
     }
@@ -201,20 +214,46 @@ impl Beamformer {
     /// # Errors
     /// [`Error::Parameter`] for a value outside the range of its row in [`Parameters::TABLE`], or for an argument
     /// of the method outside that of [`Method::parameter`]; for sub-lines beyond [`Parameters::SUB_LINES`]. Without
-    /// the feature `eigenspace`, for its methods, and for MV with a diagonal loading below 10⁻⁴.
+    /// the feature `eigenspace`, for its methods, and for MV with a diagonal loading below 10⁻⁴. Without the feature
+    /// `apodization`, `postfilters` or `sub-lines`, for any of these.
     pub fn new(parameters: Parameters) -> Result<Self, Error> {
         let method = parameters.method;
         if let (Some(row), Some(argument)) = (method.parameter(), method.argument()) {
             row.check(argument)?;
         }
         method.check_compiled(parameters.diagonal_loading)?;
+        let (apodization, postfilter) = (parameters.apodization, parameters.postfilter);
+        let of_features = [
+            (
+                APODIZATION || apodization == Apodization::None,
+                apodization.name(),
+                "the feature apodization",
+            ),
+            (
+                POSTFILTERS || postfilter == Postfilter::None,
+                postfilter.name(),
+                "the feature postfilters",
+            ),
+        ];
+        for (compiled, name, expected) in of_features {
+            if !compiled {
+                return Err(Error::Parameter {
+                    name,
+                    value: 0.0,
+                    expected,
+                });
+            }
+        }
         let sub_lines = parameters.sub_lines;
         Parameters::SUB_LINES.check(sub_lines as f64)?;
-        if !sub_lines.is_power_of_two() {
+        if !sub_lines.is_power_of_two() || sub_lines > 1 && !SUB_LINES {
             return Err(Error::Parameter {
                 name: Parameters::SUB_LINES.name,
                 value: sub_lines as f64,
-                expected: Parameters::SUB_LINES.range.text,
+                expected: match SUB_LINES {
+                    true => Parameters::SUB_LINES.range.text,
+                    false => "1 without the feature sub-lines",
+                },
             });
         }
         for (row, value) in Parameters::TABLE.iter().zip(parameters.values()) {

@@ -125,7 +125,7 @@ impl Beamformer {
     }
 
     /// Segments of a method without covariance.
-    #[inline(always)]
+    #[cfg_attr(feature = "constants", inline(always))]
     pub(super) fn direct_segments<V: Vector>(
         &self,
         direct: &Direct,

@@ -5,6 +5,7 @@
 //! echo paths. The table holds cosines and sines, so that the beamformer computes none.
 
 use super::{Active, Ray, Scan};
+use crate::beamform::DepthStep;
 use crate::error::check_length;
 use crate::memory::Need;
 use crate::{Complex, Error};
@@ -47,13 +48,16 @@ const AHEAD: [Complex<f32>; PARTS] = [Complex::new(1.0, 0.0); PARTS];
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Steering<'m> {
-    /// `[sample][sub-line]`.
+    /// `[computed sample][sub-line]`.
     directions: &'m [[Complex<f32>; PARTS]],
     sub_lines: usize,
+    step: DepthStep,
 }
 
 impl<'m> Steering<'m> {
     /// Memory of a line with `samples` samples and `sub_lines` sub-lines.
+    ///
+    /// With a depth step, `samples` is the number of computed samples.
     pub const fn need(samples: usize, sub_lines: usize) -> Need {
         Need {
             real: 0,
@@ -78,18 +82,38 @@ impl<'m> Steering<'m> {
         sub_lines: usize,
         memory: &'m mut [Complex<f32>],
     ) -> Result<Self, Error> {
-        let need = Self::need(scan.samples(), sub_lines);
+        Self::of_step(scan, line, (sub_lines, 1), memory)
+    }
+
+    /// [`Steering::new`] at the computed samples of a [depth step] alone.
+    ///
+    /// The directions have the same bits. The memory is [`Steering::need`] of
+    /// [`Parameters::line_samples`](crate::beamform::Parameters::line_samples).
+    ///
+    /// [depth step]: crate::beamform::Parameters::depth_step
+    ///
+    /// # Errors
+    /// [`Error::Length`].
+    pub fn of_step(
+        scan: &Scan<'_>,
+        line: usize,
+        (sub_lines, depth_step): (usize, usize),
+        memory: &'m mut [Complex<f32>],
+    ) -> Result<Self, Error> {
+        let step = DepthStep::new(depth_step);
+        let need = Self::need(step.outputs(scan.samples()), sub_lines);
         check_length("steering", memory.len(), need.complex)?;
         let (directions, _) = memory.as_chunks_mut::<PARTS>();
         match sub_lines {
             0 | 1 => directions.fill(AHEAD),
-            2 => Cell::<2>::new(scan, line).fill(sub_lines, directions),
-            4 => Cell::<4>::new(scan, line).fill(sub_lines, directions),
-            _ => Cell::<NODES>::new(scan, line).fill(sub_lines, directions),
+            2 => Cell::<2>::new(scan, line).fill(sub_lines, step, directions),
+            4 => Cell::<4>::new(scan, line).fill(sub_lines, step, directions),
+            _ => Cell::<NODES>::new(scan, line).fill(sub_lines, step, directions),
         }
         Ok(Steering {
             directions,
             sub_lines,
+            step,
         })
     }
 
@@ -98,6 +122,7 @@ impl<'m> Steering<'m> {
         Steering {
             directions: directions.as_chunks().0,
             sub_lines,
+            step: DepthStep::ONE,
         }
     }
 
@@ -106,28 +131,34 @@ impl<'m> Steering<'m> {
         self.sub_lines
     }
 
-    /// Number of samples.
+    /// Number of samples, computed or not.
+    ///
+    /// With a depth step, up to the next computed sample.
     pub fn samples(&self) -> usize {
-        self.directions
-            .len()
-            .checked_div(self.sub_lines)
-            .unwrap_or(0)
+        let computed = self.directions.len().checked_div(self.sub_lines);
+        computed.unwrap_or(0).saturating_mul(self.step.get())
+    }
+
+    /// Distance of the samples with directions.
+    pub(crate) fn step(&self) -> DepthStep {
+        self.step
     }
 
     /// `e^{js/2}` and `e^{−jφ_c}` of each sub-line at a sample; none beyond the last.
     #[inline(always)]
     pub(crate) fn at(&self, sample: usize) -> &'m [[Complex<f32>; PARTS]] {
-        let first = sample.wrapping_mul(self.sub_lines);
+        let first = self.step.index(sample).wrapping_mul(self.sub_lines);
         let directions = self.directions.get(first..).unwrap_or_default();
         directions.get(..self.sub_lines).unwrap_or_default()
     }
 
     /// `e^{js/2}` and `e^{−jφ_c}` of a sub-line at a sample.
     ///
-    /// Beyond the last sample, those of the line itself.
+    /// Beyond the last sample, those of the line itself. With a depth step, those of the computed sample at or above
+    /// `sample`.
     #[inline(always)]
     pub fn direction(&self, sample: usize, sub_line: usize) -> [Complex<f32>; 2] {
-        let index = sample * self.sub_lines + sub_line;
+        let index = self.step.index(sample) * self.sub_lines + sub_line;
         self.directions.get(index).copied().unwrap_or(AHEAD)
     }
 }
@@ -140,10 +171,13 @@ pub struct SteeringTable<'m> {
     /// Those of a line.
     length: usize,
     sub_lines: usize,
+    step: DepthStep,
 }
 
 impl<'m> SteeringTable<'m> {
     /// Memory of `lines` lines with `samples` samples and `sub_lines` sub-lines.
+    ///
+    /// With a depth step, `samples` is the number of computed samples.
     pub const fn need(lines: usize, samples: usize, sub_lines: usize) -> Need {
         Need {
             real: 0,
@@ -162,23 +196,41 @@ impl<'m> SteeringTable<'m> {
         sub_lines: usize,
         memory: &'m mut [Complex<f32>],
     ) -> Result<Self, Error> {
-        let need = Self::need(scan.lines(), scan.samples(), sub_lines);
+        Self::of_step(scan, (sub_lines, 1), memory)
+    }
+
+    /// Computes [`Steering::of_step`] of every line, in memory of [`SteeringTable::need`].
+    ///
+    /// # Errors
+    /// [`Error::Length`].
+    pub fn of_step(
+        scan: &Scan<'_>,
+        (sub_lines, depth_step): (usize, usize),
+        memory: &'m mut [Complex<f32>],
+    ) -> Result<Self, Error> {
+        let step = DepthStep::new(depth_step);
+        let samples = step.outputs(scan.samples());
+        let need = Self::need(scan.lines(), samples, sub_lines);
         check_length("steering table", memory.len(), need.complex)?;
-        let length = Steering::need(scan.samples(), sub_lines).complex;
+        let length = Steering::need(samples, sub_lines).complex;
         for (line, memory) in memory.chunks_exact_mut(length.max(1)).enumerate() {
-            Steering::new(scan, line, sub_lines, memory)?;
+            Steering::of_step(scan, line, (sub_lines, depth_step), memory)?;
         }
         Ok(SteeringTable {
             directions: memory,
             length,
             sub_lines,
+            step,
         })
     }
 
     /// Directions of a line; `None` for a line outside the scan.
     pub fn line(&self, line: usize) -> Option<Steering<'m>> {
         let mut of_lines = self.directions.chunks_exact(self.length.max(1));
-        Some(Steering::of(of_lines.nth(line)?, self.sub_lines))
+        Some(Steering {
+            step: self.step,
+            ..Steering::of(of_lines.nth(line)?, self.sub_lines)
+        })
     }
 }
 
@@ -220,12 +272,12 @@ impl<'s, 'a, const N: usize> Cell<'s, 'a, N> {
         }
     }
 
-    /// The directions of `sub_lines` sub-lines at all samples.
-    fn fill(&self, sub_lines: usize, directions: &mut [[Complex<f32>; PARTS]]) {
+    /// The directions of `sub_lines` sub-lines at all computed samples.
+    fn fill(&self, sub_lines: usize, step: DepthStep, directions: &mut [[Complex<f32>; PARTS]]) {
         let p = self.scan.parameters();
         let wave = 2.0 * core::f64::consts::PI * p.centre_frequency / p.sound_speed;
-        for (sample, directions) in directions.chunks_exact_mut(sub_lines.max(1)).enumerate() {
-            let lines = self.least_squares(sample);
+        for (index, directions) in directions.chunks_exact_mut(sub_lines.max(1)).enumerate() {
+            let lines = self.least_squares(index * step.get());
             for (k, direction) in directions.iter_mut().enumerate() {
                 let [mut mean, mut slope] = [0.0; 2];
                 for (node, line) in lines.iter().enumerate() {
@@ -346,6 +398,51 @@ impl super::Lines<'_> {
             (Some(left), None) => [own.towards(&left, 0.5), own.towards(&left, -0.5)],
             (None, Some(right)) => [own.towards(&right, -0.5), own.towards(&right, 0.5)],
             (None, None) => [own; 2],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{Array, Axis, Depth, Lines, ScanParameters};
+    use std::vec;
+
+    #[test]
+    fn directions_of_a_depth_step_are_those_of_its_samples() {
+        let scan = Scan::new(ScanParameters {
+            array: Array::linear(8, 0.3e-3),
+            lines: Lines::Even(Axis::centred(3, 0.3e-3)),
+            sound_speed: 1540.0,
+            centre_frequency: 5e6,
+            sampling_rate: 20e6,
+            record_samples: 512,
+            output_rate: 20e6,
+            start: Depth::Metres(4e-3),
+            end: Depth::Metres(5e-3),
+            f_number: 1.5,
+            min_elements: 4,
+        });
+        let scan = scan.expect("valid parameters");
+        let samples = scan.samples();
+        for (sub_lines, step) in [(2, 2), (2, 7), (4, 3), (16, 2)] {
+            let memory = |samples| {
+                let need = SteeringTable::need(scan.lines(), samples, sub_lines);
+                vec![Complex::ZERO; need.complex]
+            };
+            let (mut all, mut computed) = (memory(samples), memory(samples.div_ceil(step)));
+            let all = SteeringTable::new(&scan, sub_lines, &mut all).expect("memory");
+            let computed = SteeringTable::of_step(&scan, (sub_lines, step), &mut computed);
+            let computed = computed.expect("memory");
+            for line in 0..scan.lines() {
+                let [all, computed] =
+                    [all, computed].map(|table| table.line(line).expect("a line"));
+                assert!((samples..samples + step).contains(&computed.samples()));
+                for n in (0..samples).step_by(step) {
+                    assert_eq!(computed.at(n), all.at(n), "{line}, {n}");
+                    assert_eq!(computed.direction(n, 1), all.direction(n, 1));
+                }
+            }
         }
     }
 }

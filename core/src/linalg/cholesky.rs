@@ -60,12 +60,12 @@ pub fn factorise<S: Scalar<V>, V: Vector, const ROWS: usize>(
                 let (tile, panel) = panel.split_last()?;
                 let (slot, own) = own.get_mut(..=j)?.split_last_mut()?;
                 let mut sums = entry;
-                subtract_products(&mut sums, (TILE, size), own, panel);
+                subtract_products(&mut sums, (TILE, size, false), own, panel);
                 divide(&mut sums, (TILE, size), tile);
                 *slot = sums;
             }
             let mut sums = *last;
-            subtract_products(&mut sums, (size, size), own, own);
+            subtract_products(&mut sums, (size, size, true), own, own);
             for k in 0..size {
                 let pivot = sums[k][k].real();
                 definite = definite & zero.splat(FLOOR).less(pivot);
@@ -86,7 +86,7 @@ pub fn factorise<S: Scalar<V>, V: Vector, const ROWS: usize>(
                 return None;
             };
             let mut row = *slot;
-            subtract_products(&mut row, (size, ROWS), before, own);
+            subtract_products(&mut row, (size, ROWS, false), before, own);
             divide(&mut row, (size, ROWS), &sums);
             *slot = row;
             Some(())
@@ -119,7 +119,7 @@ pub fn divide_forward<S: Scalar<V>, V: Vector, const ROWS: usize>(
                 break;
             };
             let mut row = *slot;
-            subtract_products(&mut row, (TILE, ROWS), before, own);
+            subtract_products(&mut row, (TILE, ROWS, false), before, own);
             divide(&mut row, (TILE, ROWS), diagonal);
             *slot = row;
         }
@@ -229,15 +229,17 @@ const fn first_tile(index: usize) -> usize {
 
 /// `sums[c][r] −= Σ_k row[k][r]·column[k][c]*`, `k` ascending, for the first columns and rows.
 ///
+/// With one lane, only the lower triangle of a diagonal tile, whose other half nobody reads.
+///
 /// The number of columns at a time leaves registers free for the factors.
 #[inline(always)]
 fn subtract_products<S: Scalar<V>, V: Vector, const ROWS: usize>(
     sums: &mut Tile<S, ROWS>,
-    size: (usize, usize),
+    size: (usize, usize, bool),
     row: &[Tile<S, ROWS>],
     column: &[Tile<S>],
 ) {
-    match V::REGISTERS / (2 * ROWS * S::PARTS) {
+    match V::REGISTERS / (2 * ROWS * S::PARTS).max(1) {
         4.. => subtract_columns::<S, V, ROWS, 4>(sums, (0, size), row, column),
         2..4 => {
             subtract_columns::<S, V, ROWS, 2>(sums, (0, size), row, column);
@@ -254,7 +256,7 @@ fn subtract_products<S: Scalar<V>, V: Vector, const ROWS: usize>(
 #[inline(always)]
 fn subtract_columns<S: Scalar<V>, V: Vector, const ROWS: usize, const C: usize>(
     sums: &mut Tile<S, ROWS>,
-    (first, (columns, rows)): (usize, (usize, usize)),
+    (first, (columns, rows, diagonal)): (usize, (usize, usize, bool)),
     row: &[Tile<S, ROWS>],
     column: &[Tile<S>],
 ) {
@@ -267,7 +269,12 @@ fn subtract_columns<S: Scalar<V>, V: Vector, const ROWS: usize, const C: usize>(
                     break;
                 }
                 let factor = column[k][first + c];
-                for r in 0..rows {
+                let above = if diagonal && V::LANES == 1 {
+                    first + c
+                } else {
+                    0
+                };
+                for r in above..rows {
                     kept[c][r] = kept[c][r] - row[k][r].mul_conj(factor);
                 }
             }

@@ -3,7 +3,7 @@
 use super::line::Output;
 use super::{LinePipeline, Parts, Pipeline};
 
-use crate::beamform::{Sizes, Workspace};
+use crate::beamform::{SUB_LINES, Sizes, Workspace};
 use crate::covariance::{Averaging, ForwardBackward};
 use crate::delay::{Delay, Stage};
 use crate::error::check_length;
@@ -119,8 +119,12 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
         let scan = pipeline.lines().scan();
         let steering = split_front(&mut scratch.complex, parts.steering);
         let steering = match parts.sub_lines {
-            0 | 1 => None,
-            count => Some(SteeringTable::new(scan, count, steering)?),
+            2.. if SUB_LINES => {
+                let step = pipeline.lines().beamformer().parameters().depth_step;
+                let of = (parts.sub_lines, step);
+                Some(SteeringTable::of_step(scan, of, steering)?)
+            }
+            _ => None,
         };
         envelopes.fill(0.0);
         image.fill(0.0);

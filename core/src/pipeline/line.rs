@@ -3,7 +3,7 @@
 use super::cuts::Cuts;
 use super::memory::buffered;
 use super::{Block, DepthGate};
-use crate::beamform::{AlignedLine, Beamformer, LineBlock, Parameters, Workspace};
+use crate::beamform::{AlignedLine, Beamformer, LineBlock, Parameters, SUB_LINES, Workspace};
 use crate::covariance::Averaging;
 use crate::delay::stage::{Outputs, Rest};
 use crate::delay::{
@@ -455,12 +455,12 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
                 adaptive,
             };
             match steering {
-                None => self.beamformer.block(workspace, sizes, &block, out)?,
-                Some(steering) => {
+                Some(steering) if SUB_LINES => {
                     let block = (&block, steering);
                     self.beamformer
                         .sub_line_block(workspace, sizes, block, out)?;
                 }
+                _ => self.beamformer.block(workspace, sizes, &block, out)?,
             }
             buffered = needed;
         }

@@ -162,7 +162,7 @@ impl Parameters<'_> {
         let line_samples = self.beamformer.line_samples(scan.samples());
         let step = self.beamformer.depth_step;
         let interpolation = DepthInterpolation::need_of(line_samples, step, sub_lines);
-        let steering = SteeringTable::need(scan.lines(), scan.samples(), sub_lines).complex;
+        let steering = SteeringTable::need(scan.lines(), line_samples, sub_lines).complex;
         let before_median = if self.median { strips.image_len() } else { 0 };
         Parts {
             samples: scan.samples(),

@@ -471,6 +471,16 @@ fn what_does_not_fit_is_refused() {
             ..
         })
     ));
+    let mut every_second = memory(3, 4);
+    let every_second = Steering::of_step(&scan, 3, (4, 2), &mut every_second);
+    let refused = run(every_second.expect("memory that fits"), 4, 24, 6);
+    assert!(matches!(
+        refused,
+        Err(Error::Parameter {
+            name: "depth_step of the steering",
+            ..
+        })
+    ));
     let mut short = memory(3, 4);
     let shallow = linear(8, 3);
     let short = Steering::new(&shallow, 3, 4, &mut short).expect("memory that fits");

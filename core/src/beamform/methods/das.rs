@@ -3,6 +3,7 @@
 use crate::beamform::aligned_line::AlignedLine;
 use crate::beamform::apodization::Window;
 use crate::beamform::depth_step::DepthStep;
+use crate::beamform::parameters::APODIZATION;
 use crate::beamform::segment::Segment;
 use num_complex::Complex;
 
@@ -18,19 +19,21 @@ const BLOCK: usize = 8;
 /// largest.
 ///
 /// With a window it is [`Window::das`].
-#[inline(always)]
+#[cfg_attr(feature = "constants", inline(always))]
 pub(in crate::beamform) fn das(
     segment: &Segment<'_>,
     (count, step): (usize, DepthStep),
     window: Option<&Window>,
     z: &mut [Complex<f32>],
 ) {
-    if let Some(window) = window {
+    if let Some(window) = window
+        && APODIZATION
+    {
         return window.das(segment, (count, step), z);
     }
-    // Separate loops: whole snapshots of known length take 3 % fewer instructions on a Cortex-M7.
+    // Separate loops: whole snapshots of known length take 3 % fewer instructions on a Cortex-M7, and more code.
     match step.get() {
-        1 => means(segment, count, segment.all_snapshots(), z),
+        1 if cfg!(feature = "constants") => means(segment, count, segment.all_snapshots(), z),
         _ => stepped(segment, (count, step), z),
     }
 }

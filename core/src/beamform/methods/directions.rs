@@ -3,14 +3,14 @@
 use super::eigenspace::{
     Subspace, accumulate, at_least_floor, first_eigenpair, sort, stepped_eigenpair, subspace_sum,
 };
-use super::{EIGENSPACE, Method};
+use super::{EIGENSPACE, Method, pairs};
 use crate::beamform::workspace::{Directions, Solver};
 use crate::covariance::Averaging;
 use crate::linalg::cholesky::{divide_backward, divide_forward, factorise};
 use crate::linalg::householder::Reduction;
 use crate::linalg::implicit_ql::implicit_ql;
 use crate::linalg::matrix_vector::times_vector;
-use crate::linalg::panels::TILE;
+use crate::linalg::panels::{TILE, panel};
 use crate::linalg::size::{Size, small_known};
 use crate::simd::{ComplexVector, Mask, Scalar, Vector, copy};
 
@@ -40,7 +40,7 @@ impl Shape {
 
 /// No lane.
 #[inline(always)]
-fn no_lane<V: Vector>(zero: V) -> V::Mask {
+pub(super) fn no_lane<V: Vector>(zero: V) -> V::Mask {
     zero.mask(
         #[inline(always)]
         |_| false,
@@ -57,11 +57,12 @@ pub(in crate::beamform) fn answers<A: Averaging<V>, V: Vector>(
     method: Method,
     solver: &mut Solver<'_, A::Scalar, V>,
     directions: &mut Directions<'_, A::Scalar, V>,
-    (shape, zero_power): (Shape, V::Mask),
+    (shape, n, zero_power): (Shape, impl Size, V::Mask),
 ) {
+    let of = (shape, n, zero_power);
     match shape.sub_lines {
-        2 => of_groups::<A, V, 2>(zero, method, solver, directions, (shape, zero_power)),
-        _ => of_groups::<A, V, TILE>(zero, method, solver, directions, (shape, zero_power)),
+        2 => of_groups::<A, V, 2>(zero, method, solver, directions, of),
+        _ => of_groups::<A, V, TILE>(zero, method, solver, directions, of),
     }
 }
 
@@ -72,26 +73,32 @@ fn of_groups<A: Averaging<V>, V: Vector, const N: usize>(
     method: Method,
     solver: &mut Solver<'_, A::Scalar, V>,
     directions: &mut Directions<'_, A::Scalar, V>,
-    (shape, zero_power): (Shape, V::Mask),
+    (shape, n, zero_power): (Shape, impl Size, V::Mask),
 ) {
     let none = zero_power & !zero_power;
+    let in_pairs = V::LANES == 1 && n.known() == Some(8);
+    let sub_lines = shape.sub_lines;
     let definite = match method {
-        Method::Mv if N == 2 => small_known!(V, n = shape.subaperture => {
-            mv::<A, V, N>(zero, solver, directions, (shape, n))
-        }, 1 2 3 4 5 6 7 8),
-        Method::Mv => mv::<A, V, N>(zero, solver, directions, (shape, shape.subaperture)),
+        Method::Mv if in_pairs => {
+            pairs::mv::<A::Scalar, V, 8, { panel(2) }>(zero, solver, directions, sub_lines)
+        }
+        Method::Mv if N == 2 && n.known().is_none() => {
+            small_known!(V, n = shape.subaperture => {
+                mv::<A, V, N>(zero, solver, directions, (shape, n))
+            }, 1 2 3 4 5 6 7 8)
+        }
+        Method::Mv => mv::<A, V, N>(zero, solver, directions, (shape, n)),
         Method::EsmvRank1 if EIGENSPACE => stage(
             zero,
             solver,
             directions,
             #[inline(always)]
-            move |solver, directions| match first_eigenpair::<A, V>(
-                zero,
-                solver,
-                shape.subaperture,
-                zero_power,
-            ) {
-                Some(value) => rank1::<A, V, N>(zero, value, solver, directions, shape),
+            move |solver, directions| match first_eigenpair::<A, V>(zero, solver, n, zero_power) {
+                Some(value) if in_pairs => {
+                    const COLUMNS: usize = panel(2);
+                    pairs::rank1::<_, _, 8, COLUMNS>(zero, value, solver, directions, sub_lines)
+                }
+                Some(value) => rank1::<A, V, N>(zero, value, solver, directions, (shape, n)),
                 None => none,
             },
         ),
@@ -104,7 +111,9 @@ fn of_groups<A: Averaging<V>, V: Vector, const N: usize>(
                 move |solver, directions| {
                     let definite = match stepped_eigenpair::<A, V>(steps, solver, shape.subaperture)
                     {
-                        Some(value) => rank1::<A, V, N>(zero, value, solver, directions, shape),
+                        Some(value) => {
+                            rank1::<A, V, N>(zero, value, solver, directions, (shape, n))
+                        }
                         None => none,
                     };
                     let nothing = ComplexVector::from_real(zero);
@@ -117,10 +126,8 @@ fn of_groups<A: Averaging<V>, V: Vector, const N: usize>(
         }
         _ => none,
     };
-    let mut solved = definite;
-    for answer in directions.answers.iter().take(shape.sub_lines) {
-        solved = solved & answer.is_finite();
-    }
+    let answers = directions.answers.iter().take(sub_lines);
+    let solved = definite & all_finite(zero, answers);
     if (solved | zero_power).all() {
         return;
     }
@@ -144,9 +151,30 @@ fn of_groups<A: Averaging<V>, V: Vector, const N: usize>(
     );
 }
 
+/// The lanes in which all numbers are finite.
+#[inline(always)]
+fn all_finite<'a, V: Vector + 'a>(
+    zero: V,
+    numbers: impl Iterator<Item = &'a ComplexVector<V>>,
+) -> V::Mask {
+    if V::LANES == 1 {
+        // A finite number times 0 is 0, another NaN.
+        let mut sum = zero;
+        for number in numbers {
+            sum = sum + number.re * zero + number.im * zero;
+        }
+        return sum.is_finite();
+    }
+    let mut finite = !no_lane(zero);
+    for number in numbers {
+        finite = finite & number.is_finite();
+    }
+    finite
+}
+
 /// Runs a kernel, each as a separate function (see `segments`).
 #[inline(never)]
-fn stage<S: Scalar<V>, V: Vector, R>(
+pub(super) fn stage<S: Scalar<V>, V: Vector, R>(
     zero: V,
     solver: &mut Solver<'_, S, V>,
     directions: &mut Directions<'_, S, V>,
@@ -255,13 +283,10 @@ fn rank1<A: Averaging<V>, V: Vector, const N: usize>(
     eigenvalue: V,
     solver: &mut Solver<'_, A::Scalar, V>,
     directions: &mut Directions<'_, A::Scalar, V>,
-    shape: Shape,
+    (shape, n): (Shape, impl Size),
 ) -> V::Mask {
-    let Shape {
-        sub_lines,
-        subaperture,
-    } = shape;
-    let (padded, none) = (shape.padded(), no_lane(zero));
+    let (sub_lines, subaperture) = (shape.sub_lines, n.get());
+    let (padded, none) = (subaperture.next_multiple_of(TILE), no_lane(zero));
     let (Some(vector), Some(product)) = (
         solver.vector.get(..padded),
         directions.product.get_mut(..padded),
@@ -283,7 +308,7 @@ fn rank1<A: Averaging<V>, V: Vector, const N: usize>(
         }
         *answer = projection.conj_mul_complex(echo);
     }
-    let definite = forward::<A, V, N>(zero, solver, directions, (shape, padded));
+    let definite = forward::<A, V, N>(zero, solver, directions, (shape, n));
     let answers = directions.answers.iter_mut().zip(&*directions.powers);
     for (answer, &power) in answers.take(sub_lines) {
         *answer = answer.divide(eigenvalue * eigenvalue * power);
@@ -329,7 +354,7 @@ fn forward<A: Averaging<V>, V: Vector, const N: usize>(
     let (powers, _) = directions.powers.as_chunks_mut::<N>();
     for (rows, powers) in rows.chunks_exact(padded.max(1)).zip(powers) {
         let mut sums = [zero; N];
-        for row in rows.iter().take(shape.subaperture) {
+        for row in rows.iter().take(n.get()) {
             for r in 0..N {
                 sums[r] = sums[r] + row[r].norm_sqr();
             }

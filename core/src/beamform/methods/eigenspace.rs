@@ -209,10 +209,10 @@ pub(in crate::beamform) fn esmv<A: Averaging<V>, V: Vector>(
     zero: V,
     subspace: Subspace,
     solver: &mut Solver<'_, A::Scalar, V>,
-    subaperture: usize,
+    subaperture: impl Size,
     s: &[ComplexVector<V>],
 ) -> ComplexVector<V> {
-    let zero = zero.zero();
+    let (zero, subaperture) = (zero.zero(), subaperture.get());
     let nothing = ComplexVector::from_real(zero);
     let Solver {
         matrix,

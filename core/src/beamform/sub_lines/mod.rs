@@ -7,10 +7,10 @@ mod das;
 mod steer;
 
 use super::aligned_line::AlignedLine;
-use super::extent::{Extent, Given};
+use super::extent::{Constant, Extent, Given};
 use super::line::LineBlock;
 use super::methods::{Shape, answers};
-use super::parameters::Beamformer;
+use super::parameters::{Beamformer, Parameters};
 use super::pushes::Pushes;
 use super::segment::{Segment, SegmentGroup, SteeredSegments, constant_segments, segments_within};
 use super::segments::emit;
@@ -18,13 +18,16 @@ use super::sizes::Sizes;
 use super::snapshot::elements;
 use super::workspace::Workspace;
 use crate::Error;
-use crate::covariance::Averaging;
+use crate::covariance::{Averaging, Covariance};
 use crate::error::check_length;
 use crate::geometry::{Active, Steering};
-use crate::linalg::size::Size;
+use crate::linalg::size::{CONSTANTS, Size};
 use crate::simd::{ComplexVector, MOST_LANES, Scalar, Vector};
 use num_complex::Complex;
 use steer::{Sample, steer};
+
+/// Whether kernels of several directions are compiled in.
+pub(crate) const SUB_LINES: bool = cfg!(feature = "sub-lines");
 
 impl Beamformer {
     /// Beamforms the sub-lines of one beam.
@@ -69,6 +72,9 @@ impl Beamformer {
         (block, steering): (&LineBlock<'_, impl Fn(usize) -> Active>, Steering<'_>),
         z: &mut [Complex<f32>],
     ) -> Result<(), Error> {
+        if !SUB_LINES {
+            return self.block(workspace, sizes, block, z);
+        }
         let parameters = self.parameters();
         let (count, half_window) = (parameters.sub_lines, parameters.temporal_half_window);
         let (samples, step) = (block.samples, parameters.step());
@@ -129,7 +135,8 @@ impl Beamformer {
     ///
     /// # Errors
     /// As [`Beamformer::segments`]; [`Error::Capacity`] for more sub-lines than the workspace has;
-    /// [`Error::Parameter`] for steering with another number of sub-lines, or with fewer samples than a segment.
+    /// [`Error::Parameter`] for steering with another number of sub-lines, or without directions at a computed sample;
+    /// [`Error::Length`] for steering with fewer samples than a segment.
     #[inline]
     pub fn sub_line_segments<A: Averaging<V>, V: Vector>(
         &self,
@@ -152,7 +159,7 @@ impl Beamformer {
         let SteeredSegments { segments, steering } = lines;
         let parameters = self.parameters();
         let sub_lines = parameters.sub_lines;
-        if sub_lines <= 1 {
+        if sub_lines <= 1 || !SUB_LINES {
             let group = SegmentGroup { segments, count };
             return self.segments_within(workspace, sizes, group, z);
         }
@@ -170,7 +177,7 @@ impl Beamformer {
             check_length("z", z.len(), outputs.saturating_mul(sub_lines))?;
             let samples = parameters.step().span(segment.first_sample, outputs);
             self.check_segment(segment, count, samples)?;
-            check_steering(steering, segment, samples, sub_lines)?;
+            check_steering(steering, segment, samples, parameters)?;
         }
         if count == 0 || parameters.method.direct().is_some() {
             for ((segment, &steering), z) in segments.iter().zip(steering).zip(z.iter_mut()) {
@@ -187,8 +194,14 @@ impl Beamformer {
             });
         }
         if const { V::LANES == 1 } && parameters.temporal_half_window == 0 {
-            let extent = Given::<false> { count, subaperture };
-            self.fitting_sub_lines(workspace, lines, extent, z);
+            let forward_backward = matches!(A::COVARIANCE, Covariance::ForwardBackward);
+            let known = (count, subaperture) == (16, 8) && parameters.window().is_none();
+            if CONSTANTS && forward_backward && known {
+                self.fitting_sub_lines(workspace, lines, Constant::<16, 8>, z);
+            } else {
+                let extent = Given::<false> { count, subaperture };
+                self.fitting_sub_lines(workspace, lines, extent, z);
+            }
         } else {
             let extent = Given::<true> { count, subaperture };
             self.fitting_sub_lines(workspace, lines, extent, z);
@@ -233,7 +246,7 @@ impl Beamformer {
                 most = count;
             }
         }
-        let window = parameters.window();
+        let window = extent.apodization(parameters);
         let gain = self.gain::<A, V>(count - subaperture + 1);
         for push in 0..most {
             let Some(zero_power) = self.push::<A, V, false>(workspace, segments, extent, push)
@@ -260,9 +273,10 @@ impl Beamformer {
                 lines,
                 sample_index,
                 active,
-                subaperture,
             };
-            steer::<A, V>(zero, sample, (parameters, window.as_ref()), directions);
+            let sizes = (extent.count(), extent.subaperture());
+            let applied = (parameters, window.as_ref());
+            steer::<A, V>(zero, sample, sizes, applied, directions);
             let shape = Shape {
                 sub_lines,
                 subaperture,
@@ -272,11 +286,24 @@ impl Beamformer {
                 parameters.method,
                 solver,
                 directions,
-                (shape, zero_power),
+                (shape, extent.subaperture(), zero_power),
             );
             let gain = zero.splat(gain);
             let nothing = ComplexVector::from_real(zero);
             let answers = directions.answers.iter().zip(&*directions.phases);
+            if V::LANES == 1 {
+                let ([segment, ..], [z, ..]) = (segments, &mut *z) else {
+                    return;
+                };
+                let (line, first) = (segment.line, pushes.output(segment, push));
+                let first = first.map_or(z.len(), |output| output * sub_lines);
+                let z = z.get_mut(first..).unwrap_or_default();
+                for (z, (&sum, &phase)) in z.iter_mut().zip(answers).take(sub_lines) {
+                    let value = ComplexVector::select(zero_power, nothing, sum.divide(gain));
+                    *z = line.unscale(value.mul(phase).lane(0));
+                }
+                continue;
+            }
             for (k, (&sum, &phase)) in answers.enumerate().take(sub_lines) {
                 let value = ComplexVector::select(zero_power, nothing, sum.divide(gain));
                 emit(
@@ -290,14 +317,22 @@ impl Beamformer {
     }
 }
 
-/// The directions have as many sub-lines as the beamformer, and samples for the segment.
+/// The directions have as many sub-lines as the beamformer, its computed samples, and samples for the segment.
 fn check_steering(
     steering: &Steering<'_>,
     segment: &Segment<'_>,
     samples: usize,
-    sub_lines: usize,
+    parameters: &Parameters,
 ) -> Result<(), Error> {
-    if steering.sub_lines() != sub_lines {
+    let step = steering.step().get();
+    if !parameters.step().get().is_multiple_of(step) {
+        return Err(Error::Parameter {
+            name: "depth_step of the steering",
+            value: step as f64,
+            expected: "that of the beamformer, or a divisor of it",
+        });
+    }
+    if steering.sub_lines() != parameters.sub_lines {
         return Err(Error::Parameter {
             name: "sub_lines of the steering",
             value: steering.sub_lines() as f64,
@@ -313,4 +348,76 @@ fn check_steering(
         });
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::beamform::{Method, Parameters, Postfilter};
+    use crate::covariance::ForwardBackward;
+    use crate::memory::Scratch;
+    use std::vec;
+    use std::vec::Vec;
+
+    const SAMPLES: usize = 5;
+
+    /// Sub-lines of 16 elements in subapertures of 8 over an extent.
+    fn of_extent(parameters: Parameters, extent: impl Extent) -> Vec<[u32; 2]> {
+        let count = parameters.sub_lines;
+        let number = |k: usize| Complex::new((7 * k % 31) as f32 - 15.0, (11 * k % 37) as f32);
+        let x: Vec<_> = (0..SAMPLES * 16).map(number).collect();
+        let directions: Vec<_> = (0..2 * SAMPLES * count)
+            .map(|k| Complex::new((0.01 * k as f32).cos(), (0.01 * k as f32).sin()))
+            .collect();
+        let beamformer = Beamformer::new(parameters).unwrap();
+        let sizes = beamformer.sizes(16);
+        let need = sizes.need(Covariance::ForwardBackward);
+        let (mut real, mut complex) = (vec![0.0; need.real], vec![Complex::ZERO; need.complex]);
+        let scratch = Scratch {
+            real: &mut real,
+            complex: &mut complex,
+        };
+        let mut workspace = Workspace::<ForwardBackward>::new(0.0, sizes, scratch).unwrap();
+        let lines = SteeredSegments {
+            segments: &[Segment {
+                line: AlignedLine::new(&x, 16).unwrap(),
+                first_element: 0,
+                first_sample: 0,
+            }],
+            steering: &[Steering::of(&directions, count)],
+        };
+        let mut z = vec![Complex::ZERO; SAMPLES * count];
+        beamformer.fitting_sub_lines(&mut workspace, lines, extent, &mut [&mut z]);
+        let bits = |z: &Complex<f32>| [z.re.to_bits(), z.im.to_bits()];
+        z.iter().map(bits).collect()
+    }
+
+    #[test]
+    fn a_constant_extent_has_the_bits_of_a_given_one() {
+        let given = Given::<false> {
+            count: 16,
+            subaperture: 8,
+        };
+        let methods = [
+            Method::Mv,
+            Method::EsmvRank1,
+            Method::EsmvRank1Steps(8),
+            Method::EsmvBeta(0.1),
+        ];
+        for method in methods {
+            for postfilter in [Postfilter::None, Postfilter::CoherenceFactor] {
+                for sub_lines in [2, 4, 8] {
+                    let parameters = Parameters {
+                        method,
+                        postfilter,
+                        sub_lines,
+                        ..Parameters::DEFAULT
+                    };
+                    let constant = of_extent(parameters, Constant::<16, 8>);
+                    assert_eq!(constant, of_extent(parameters, given), "{parameters:?}");
+                    assert!(constant.iter().all(|&[re, _]| re != 0), "{parameters:?}");
+                }
+            }
+        }
+    }
 }

@@ -19,7 +19,6 @@ pub(super) struct Sample<'s, 'a, V> {
     pub(super) lines: SteeredSegments<'s, 'a>,
     pub(super) sample_index: SampleIndex,
     pub(super) active: &'s [ComplexVector<V>],
-    pub(super) subaperture: usize,
 }
 
 /// A complex number as a vector of one lane.
@@ -101,6 +100,7 @@ impl<V: Vector> Powers<V> {
 pub(super) fn steer<A: Averaging<V>, V: Vector>(
     zero: V,
     sample: Sample<'_, '_, V>,
+    (count, n): (impl Size, impl Size),
     (parameters, window): (&Parameters, Option<&Window>),
     directions: &mut Directions<'_, A::Scalar, V>,
 ) {
@@ -108,8 +108,8 @@ pub(super) fn steer<A: Averaging<V>, V: Vector>(
         lines,
         sample_index,
         active,
-        subaperture,
     } = sample;
+    let subaperture = n.get();
     let Directions {
         powers_of_step,
         rotated,
@@ -154,6 +154,12 @@ pub(super) fn steer<A: Averaging<V>, V: Vector>(
             phase.set_lane(0, of_phase);
         }
         let half = *half;
+        if (count.known(), n.known()) == (Some(16), Some(8))
+            && parameters.postfilter == Postfilter::None
+        {
+            direction::<A, V, 16, 8>(half, active, row, data);
+            continue;
+        }
         let outwards = active.len().div_ceil(2);
         small_known!(V, n = outwards => rotate((half, n), active, powers_of_step, rotated));
         if parameters.postfilter != Postfilter::None {
@@ -169,6 +175,38 @@ pub(super) fn steer<A: Averaging<V>, V: Vector>(
             data,
         ));
     }
+}
+
+/// [`rotate`] and [`sum`] of `M` elements in subapertures of `L`, both even, in registers.
+#[inline(never)]
+fn direction<A: Averaging<V>, V: Vector, const M: usize, const L: usize>(
+    half: ComplexVector<V>,
+    active: &[ComplexVector<V>],
+    steering: &mut [A::Scalar],
+    data: &mut [ComplexVector<V>],
+) {
+    half.re.vectorize(
+        #[inline(always)]
+        || {
+            let (Some(active), Some(steering), Some(data)) = (
+                active.first_chunk::<M>(),
+                steering.first_chunk_mut::<L>(),
+                data.first_chunk_mut::<L>(),
+            ) else {
+                return;
+            };
+            let mut powers = [half; M];
+            let (mut rotated, mut sums) = ([half; M], [half; L]);
+            Powers::new(half, M).fill(&mut powers[..M / 2]);
+            for k in 0..M / 2 {
+                let (left, right) = (M / 2 - 1 - k, M / 2 + k);
+                rotated[left] = active[left].mul(powers[k]);
+                rotated[right] = active[right].mul_conj(powers[k]);
+            }
+            subaperture_sum(half.re.zero(), &rotated, &mut sums);
+            A::steered(&powers[..L / 2], &sums, steering, data);
+        },
+    );
 }
 
 /// The factor of a postfilter, of the elements with phases and of their power.

@@ -62,7 +62,8 @@ fn scan(array: Array<'_>, lines: Lines<'_>) {
                 .sub_line(opaque(1), opaque(1), opaque(2)),
         );
         let mut memory = [Complex::ZERO; 5];
-        if let Ok(table) = SteeringTable::new(&scan, opaque(2), opaque(&mut memory[..]))
+        take(SteeringTable::new(&scan, opaque(2), opaque(&mut memory[..])).is_ok());
+        if let Ok(table) = SteeringTable::of_step(&scan, opaque((2, 2)), opaque(&mut memory[..]))
             && let Some(steering) = table.line(opaque(1))
         {
             take((steering.samples(), steering.sub_lines()));
