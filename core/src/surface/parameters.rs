@@ -159,7 +159,7 @@ impl Settings {
             width: 0.325,
         },
         shadow_range: 0.063,
-        shadow_drop: 0.25,
+        shadow_drop: 0.0,
         shadow_black: 1.0,
         depths: [5e-3, f64::INFINITY],
         absence: -2.35,
@@ -195,17 +195,18 @@ impl Settings {
             width: 0.08,
         },
         shadow: Ramp {
-            weight: -3.0,
-            centre: 0.23,
+            weight: -3.5,
+            centre: 0.16,
             width: 0.09,
         },
         shadow_range: 0.15,
+        shadow_drop: 0.22,
         shadow_black: 0.05,
         absence: -0.3,
         end: 5.2,
         jump: 10.9,
         slope: 2.7e3,
-        confidence: [1.29, 0.62],
+        confidence: [-0.6, 0.85],
         ..Self::DEFAULT
     };
 }
