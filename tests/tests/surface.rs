@@ -123,6 +123,35 @@ fn a_single_bright_line_is_no_surface() {
     assert_eq!(points.iter().flatten().count(), 0);
 }
 
+/// A bright layer over dark muscle, and over shadows.
+#[test]
+fn a_shadow_is_black_or_far_below_the_tissue() {
+    let lines_found = |tissue: u8, below: u8| {
+        let mut line = vec![tissue; 250];
+        line.extend([220; 6]);
+        line.resize(400, below);
+        let parameters = Parameters {
+            samples: Axis {
+                first: 0.0,
+                step: 0.1e-3,
+                count: 400,
+            },
+            settings: Settings::PICTURE,
+            ..PARAMETERS
+        };
+        let points = found(parameters, &line.repeat(40));
+        points.iter().flatten().count()
+    };
+    assert_eq!(
+        [(110, 70), (80, 40)].map(|(t, b)| lines_found(t, b)),
+        [0; 2]
+    );
+    assert_eq!(
+        [(110, 20), (40, 10)].map(|(t, b)| lines_found(t, b)),
+        [40; 2]
+    );
+}
+
 /// Settings of all kinds, near the usual ones.
 fn any_settings(rng: &mut ChaCha8Rng) -> Settings {
     let usual = Settings::DEFAULT;
@@ -141,6 +170,8 @@ fn any_settings(rng: &mut ChaCha8Rng) -> Settings {
         rest,
         shadow,
         margin: rng.random_range(0.0..1.0),
+        shadow_drop: rng.random_range(0.0..0.5),
+        shadow_black: rng.random_range(0.0..0.3),
         rest_from: rng.random_range(0.0..3e-3),
         rest_block: rng.random_range(0.0..2e-3),
         near: [0.2e-3, rng.random_range(0.3e-3..2e-3)],
@@ -314,7 +345,7 @@ fn what_is_out_of_range_is_refused_by_its_name() {
         Detector::new(parameters).unwrap_err()
     };
 
-    let cases: [(&str, Change); 29] = [
+    let cases: [(&str, Change); 31] = [
         ("samples", &|p| p.samples.step = 0.0),
         ("samples", &|p| p.samples.count = (1 << 16) + 1),
         ("line spacing", &|p| p.spacing = f64::NAN),
@@ -335,6 +366,8 @@ fn what_is_out_of_range_is_refused_by_its_name() {
         ("rest_block", &|p| p.settings.rest_block = f64::NAN),
         ("rest", &|p| p.settings.rest.centre = 3.0),
         ("shadow_range", &|p| p.settings.shadow_range = 0.0),
+        ("shadow_drop", &|p| p.settings.shadow_drop = -0.1),
+        ("shadow_black", &|p| p.settings.shadow_black = f64::NAN),
         ("margin", &|p| p.settings.margin = 1.1),
         ("onset_floor", &|p| p.settings.onset_floor = 0.0),
         ("onset_weight", &|p| p.settings.onset_weight = -1.0),

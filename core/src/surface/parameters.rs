@@ -40,7 +40,8 @@ pub struct Ramp {
 /// - `rest`, a ramp of `R − M`, with `M` the brightest mean grey of any `rest_block` that begins `rest_from` or
 ///   more below the cell. Nothing below bone is as bright as the tissue above it; below a fascia something is;
 /// - `shadow`, a ramp of `(E − d)/max(t − d, shadow_range)`, with `E` the mean grey from `shadow_from` below the
-///   cell to the end of the line, `d` and `t` the frame's dark and tissue ([`Levels`](super::Levels)).
+///   cell to the end of the line, `d` and `t` the frame's dark and tissue ([`Levels`](super::Levels)). `d` counts as
+///   at most `max(t − shadow_drop, shadow_black)`: a shadow is black, or far below the tissue.
 ///
 /// A strong echo is its own reference `R`: in water there is no tissue above it, and clutter may fill its shadow.
 ///
@@ -86,6 +87,14 @@ pub struct Settings {
     ///
     /// In a frame without a shadow the measured range is small.
     pub shadow_range: f64,
+    /// Minimum drop from a frame's tissue to a dark that is not black.
+    ///
+    /// In a frame without bone the darkest muscle is closer to the tissue.
+    pub shadow_drop: f64,
+    /// Largest dark that is black, a shadow at any drop.
+    ///
+    /// 1 disables `shadow_drop`.
+    pub shadow_black: f64,
     /// Depths of the search, m: the first and the last, which may be infinite.
     ///
     /// The search ends where the near window still fits above the line's end.
@@ -150,6 +159,8 @@ impl Settings {
             width: 0.325,
         },
         shadow_range: 0.063,
+        shadow_drop: 0.0,
+        shadow_black: 1.0,
         depths: [5e-3, f64::INFINITY],
         absence: -2.35,
         end: 8.0,
@@ -184,16 +195,18 @@ impl Settings {
             width: 0.08,
         },
         shadow: Ramp {
-            weight: -2.5,
-            centre: 0.23,
+            weight: -3.5,
+            centre: 0.16,
             width: 0.09,
         },
         shadow_range: 0.15,
+        shadow_drop: 0.22,
+        shadow_black: 0.05,
         absence: -0.3,
         end: 5.2,
         jump: 10.9,
         slope: 2.7e3,
-        confidence: [1.29, 0.62],
+        confidence: [-0.6, 0.85],
         ..Self::DEFAULT
     };
 }

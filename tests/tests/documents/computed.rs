@@ -48,7 +48,7 @@ fn surface_settings() -> String {
     let mm = |v: f64| format!("{} mm", (v * 1e9).round() / 1e6);
     let window = |[from, to]: [f64; 2]| format!("{} to {}", (from * 1e9).round() / 1e6, mm(to));
     let ramp = |r: Ramp| format!("{}, {}, {}", r.weight, r.centre, r.width);
-    let rows: [(&str, &dyn Fn(Settings) -> String); 22] = [
+    let rows: [(&str, &dyn Fn(Settings) -> String); 23] = [
         ("length of a cell, at least", &|s| mm(s.cell)),
         ("`B`, around the cell", &|s| format!("±{}", mm(s.echo))),
         ("`S₁`, below", &|s| window(s.near)),
@@ -66,6 +66,10 @@ fn surface_settings() -> String {
         ("rest: `w`, `a`, `b`", &|s| ramp(s.rest)),
         ("shadow to the end: `w`, `a`, `b`", &|s| ramp(s.shadow)),
         ("… range", &|s| s.shadow_range.to_string()),
+        ("… drop to dark above black", &|s| match s.shadow_black {
+            1.0 => "–".into(),
+            black => format!("{} above {black}", s.shadow_drop),
+        }),
         ("line without bone, nats", &|s| s.absence.to_string()),
         ("start, end; jump, nats", &|s| {
             format!("{}; {}", s.end, s.jump)

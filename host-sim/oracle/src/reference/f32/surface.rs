@@ -78,7 +78,9 @@ pub fn scores(p: &Parameters, line: &[u8], levels: Levels) -> Vec<i64> {
         }
     };
     let white = 4080.0;
-    let dark = i64::from(levels.dark);
+    let [drop, black] = [s.shadow_drop, s.shadow_black].map(|l| (l * white).round() as i64);
+    let dark = (i64::from(levels.tissue) - drop).max(black);
+    let dark = dark.min(i64::from(levels.dark));
     let least = (s.shadow_range * white).round() as i64;
     let range = (i64::from(levels.tissue) - dark).max(least);
     let shadow_gain = (slope(&s.shadow).round() as i64 / range).clamp(-131_071, 131_071);
