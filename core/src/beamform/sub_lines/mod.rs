@@ -350,7 +350,12 @@ fn check_steering(
     Ok(())
 }
 
-#[cfg(test)]
+#[cfg(all(
+    test,
+    feature = "eigenspace",
+    feature = "postfilters",
+    feature = "sub-lines"
+))]
 mod tests {
     use super::*;
     use crate::beamform::{Method, Parameters, Postfilter};
