@@ -5,6 +5,7 @@
 
 mod aligned_line;
 mod apodization;
+mod compiled;
 mod depth_step;
 mod extent;
 mod line;
@@ -21,9 +22,9 @@ mod table;
 mod weights;
 mod workspace;
 
+pub(crate) use compiled::SUB_LINES;
 pub(crate) use depth_step::DepthStep;
 pub(crate) use line::LineBlock;
-pub(crate) use sub_lines::SUB_LINES;
 
 pub use aligned_line::AlignedLine;
 pub use apodization::Apodization;

@@ -1,11 +1,11 @@
 //! Parameters of a beamformer.
 
 use super::apodization::{Apodization, Window};
+use super::compiled::{APODIZATION, POSTFILTERS, SUB_LINES};
 use super::depth_step::DepthStep;
 use super::methods::Method;
 use super::postfilter::{Applied, Postfilter};
 use super::sizes::Sizes;
-use super::sub_lines::SUB_LINES;
 use super::table::{Parameter, Range, range};
 use crate::Error;
 
@@ -118,12 +118,6 @@ parameters! {
     /// Images interpolate between them. A beamformed sample has the same value for every depth step.
     depth_step: usize = 1 "samples" (or 3), whole true, range!(1 to 8);
 }
-
-/// Whether apodizations are compiled in.
-pub(super) const APODIZATION: bool = cfg!(feature = "apodization");
-
-/// Whether postfilters are compiled in.
-const POSTFILTERS: bool = cfg!(feature = "postfilters");
 
 impl Default for Parameters {
     fn default() -> Self {

@@ -2,8 +2,8 @@
 
 use crate::beamform::aligned_line::AlignedLine;
 use crate::beamform::apodization::Window;
+use crate::beamform::compiled::APODIZATION;
 use crate::beamform::depth_step::DepthStep;
-use crate::beamform::parameters::APODIZATION;
 use crate::beamform::segment::Segment;
 use num_complex::Complex;
 

@@ -3,6 +3,7 @@
 use super::eigenspace::{
     Subspace, accumulate, at_least_floor, first_eigenpair, sort, stepped_eigenpair, subspace_sum,
 };
+use super::stage::{no_lane, stage};
 use super::{EIGENSPACE, Method, pairs};
 use crate::beamform::workspace::{Directions, Solver};
 use crate::covariance::Averaging;
@@ -36,15 +37,6 @@ impl Shape {
             _ => self.sub_lines / N,
         }
     }
-}
-
-/// No lane.
-#[inline(always)]
-pub(super) fn no_lane<V: Vector>(zero: V) -> V::Mask {
-    zero.mask(
-        #[inline(always)]
-        |_| false,
-    )
 }
 
 /// `wᴴs` of each direction for the loaded covariance in the solver's panels, into the `answers`.
@@ -170,20 +162,6 @@ fn all_finite<'a, V: Vector + 'a>(
         finite = finite & number.is_finite();
     }
     finite
-}
-
-/// Runs a kernel, each as a separate function (see `segments`).
-#[inline(never)]
-pub(super) fn stage<S: Scalar<V>, V: Vector, R>(
-    zero: V,
-    solver: &mut Solver<'_, S, V>,
-    directions: &mut Directions<'_, S, V>,
-    kernel: impl FnOnce(&mut Solver<'_, S, V>, &mut Directions<'_, S, V>) -> R,
-) -> R {
-    zero.vectorize(
-        #[inline(always)]
-        || kernel(solver, directions),
-    )
 }
 
 /// Minimum variance: with `y = G⁻¹a` and `u = G⁻ᴴy = R⁻¹a`, `wᴴs = uᴴs/‖y‖²`. Returns the lanes in which `R` is not

@@ -7,6 +7,7 @@ mod directions;
 mod eigenspace;
 mod mv;
 mod pairs;
+mod stage;
 
 pub(super) use directions::{Shape, answers};
 pub(super) use eigenspace::{Subspace, at_least_floor, rank_order};

@@ -3,7 +3,7 @@
 //! Their solutions stay in registers, and a number of the factor is loaded once for both. The results are those of
 //! `directions`, in the same order of operations.
 
-use super::directions::{no_lane, stage};
+use super::stage::{no_lane, stage};
 use crate::beamform::workspace::{Directions, Solver};
 use crate::linalg::cholesky::factorise;
 use crate::linalg::matrix_vector::times_vector;

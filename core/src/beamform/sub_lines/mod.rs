@@ -7,6 +7,7 @@ mod das;
 mod steer;
 
 use super::aligned_line::AlignedLine;
+use super::compiled::SUB_LINES;
 use super::extent::{Constant, Extent, Given};
 use super::line::LineBlock;
 use super::methods::{Shape, answers};
@@ -25,9 +26,6 @@ use crate::linalg::size::{CONSTANTS, Size};
 use crate::simd::{ComplexVector, MOST_LANES, Scalar, Vector};
 use num_complex::Complex;
 use steer::{Sample, steer};
-
-/// Whether kernels of several directions are compiled in.
-pub(crate) const SUB_LINES: bool = cfg!(feature = "sub-lines");
 
 impl Beamformer {
     /// Beamforms the sub-lines of one beam.

@@ -1,0 +1,8 @@
+//! What the crate's features compile in.
+
+/// Whether apodizations are compiled in.
+pub(crate) const APODIZATION: bool = cfg!(feature = "apodization");
+/// Whether postfilters are compiled in.
+pub(crate) const POSTFILTERS: bool = cfg!(feature = "postfilters");
+/// Whether kernels of several directions are compiled in.
+pub(crate) const SUB_LINES: bool = cfg!(feature = "sub-lines");
