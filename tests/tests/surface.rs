@@ -333,6 +333,18 @@ fn levels_are_percentiles_of_the_frame() {
         tissue: 100 * 16,
     };
     assert_eq!(survey.levels(), expected);
+    // Black beside the picture; a line with an echo in it counts.
+    for _ in 0..3 {
+        survey.line(&[0; 600]).unwrap();
+    }
+    assert_eq!(survey.levels(), expected);
+    for _ in 0..3 {
+        survey
+            .line(&std::array::from_fn::<u8, 600, _>(|n| u8::from(n == 40)))
+            .unwrap();
+    }
+    let darker = Levels { dark: 0, tissue: 0 };
+    assert_eq!(survey.levels(), darker);
 }
 
 type Change<'a> = &'a dyn Fn(&mut Parameters);

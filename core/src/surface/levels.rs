@@ -43,11 +43,16 @@ impl<'p, 'm> Survey<'p, 'm> {
 
     /// Counts a line's grey levels, and its shadows from the depths of the search.
     ///
+    /// A line that is black from end to end is not counted: it lies beside the picture.
+    ///
     /// # Errors
     /// [`Error::Length`] if the number of samples differs from the parameters'.
     pub fn line(&mut self, grey: &[u8]) -> Result<(), Error> {
         let Detector { sizes, line, .. } = self.detector;
         check_length("line", grey.len(), self.detector.parameters().samples.count)?;
+        if grey.iter().all(|&level| level == 0) {
+            return Ok(());
+        }
         let from = line.shadow_from.saturating_add(sizes.first);
         let to = from.saturating_add(sizes.searched);
         let (mut sum, mut count) = (0u32, 0u32);

@@ -348,12 +348,8 @@ fn check_steering(
     Ok(())
 }
 
-#[cfg(all(
-    test,
-    feature = "eigenspace",
-    feature = "postfilters",
-    feature = "sub-lines"
-))]
+#[cfg(all(feature = "eigenspace", feature = "postfilters", feature = "sub-lines"))]
+#[cfg(test)]
 mod tests {
     use super::*;
     use crate::beamform::{Method, Parameters, Postfilter};

@@ -132,11 +132,12 @@ pub fn scores(p: &Parameters, line: &[u8], levels: Levels) -> Vec<i64> {
     scores.collect()
 }
 
-/// The frame's levels, from every fourth line.
+/// The frame's levels, from every fourth line that is not black.
 pub fn levels(p: &Parameters, frame: &[u8]) -> Levels {
     let cells = cells(p);
     let (mut grey, mut shadows) = (Vec::new(), Vec::new());
-    for line in frame.chunks(p.samples.count).step_by(4) {
+    let lines = frame.chunks(p.samples.count).step_by(4);
+    for line in lines.filter(|line| line.iter().any(|&g| g > 0)) {
         grey.extend(
             line[..cells.stride * cells.count]
                 .iter()
@@ -153,7 +154,7 @@ pub fn levels(p: &Parameters, frame: &[u8]) -> Levels {
     let percentile = |mut values: Vec<i64>, percent: usize| {
         values.sort_unstable();
         let index = (values.len() * percent).div_ceil(100).max(1) - 1;
-        16 * values[index] as u16
+        values.get(index).map_or(0, |&value| 16 * value as u16)
     };
     Levels {
         dark: percentile(shadows, 2),
