@@ -338,7 +338,7 @@ fn levels_are_percentiles_of_the_frame() {
         survey.line(&[0; 600]).unwrap();
     }
     assert_eq!(survey.levels(), expected);
-    for _ in 0..3 {
+    for _ in 0..4 {
         survey
             .line(&std::array::from_fn::<u8, 600, _>(|n| u8::from(n == 40)))
             .unwrap();
