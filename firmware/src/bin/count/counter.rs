@@ -6,8 +6,12 @@
 
 use core::hint::black_box;
 
+use bonebeam::Error;
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
+use cortex_m_semihosting::debug::{EXIT_FAILURE, EXIT_SUCCESS};
+use cortex_m_semihosting::hprintln;
+use firmware::exit;
 
 const INSTRUCTIONS_PER_TICK: u32 = 40;
 /// SysTick counts down through 24 bits.
@@ -21,6 +25,22 @@ pub struct Cost {
     pub instructions: u32,
     /// Bytes of stack below the caller's.
     pub stack: u32,
+}
+
+/// Runs an image's work and ends the image, with a failure unless the work stays within its bounds.
+///
+/// `image` is the folder below `src/bin` that has the bounds. `work` returns whether it stays within them.
+pub fn run(image: &str, work: impl FnOnce(&mut Counter) -> Result<bool, Error>) -> ! {
+    let Some(mut counter) = cortex_m::Peripherals::take().and_then(|p| Counter::new(p.SYST)) else {
+        hprintln!("error: SysTick does not follow the instructions: run QEMU with -icount shift=0");
+        exit(EXIT_FAILURE)
+    };
+    match work(&mut counter) {
+        Ok(true) => exit(EXIT_SUCCESS),
+        Ok(false) => hprintln!("error: more instructions than the bounds in src/bin/{image} allow"),
+        Err(error) => hprintln!("error: {error}"),
+    }
+    exit(EXIT_FAILURE)
 }
 
 /// The timer.

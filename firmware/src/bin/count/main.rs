@@ -19,10 +19,8 @@ mod surface;
 
 use bonebeam::Error;
 use cortex_m_rt::entry;
-use cortex_m_semihosting::debug::{EXIT_FAILURE, EXIT_SUCCESS};
 use cortex_m_semihosting::hprintln;
 use counter::{Cost, Counter};
-use firmware::exit;
 use static_cell::ConstStaticCell;
 
 static DELAY: ConstStaticCell<delay::Workspaces> = ConstStaticCell::new(delay::Workspaces::new());
@@ -38,17 +36,7 @@ static SURFACE: ConstStaticCell<surface::Workspaces> =
 
 #[entry]
 fn main() -> ! {
-    let counter = cortex_m::Peripherals::take().and_then(|p| Counter::new(p.SYST));
-    let Some(mut counter) = counter else {
-        hprintln!("error: SysTick does not follow the instructions: run QEMU with -icount shift=0");
-        exit(EXIT_FAILURE)
-    };
-    match count(&mut counter) {
-        Ok(true) => exit(EXIT_SUCCESS),
-        Ok(false) => hprintln!("error: more instructions than the bounds in src/bin/count allow"),
-        Err(error) => hprintln!("error: {error}"),
-    }
-    exit(EXIT_FAILURE)
+    counter::run("count", count)
 }
 
 fn count(counter: &mut Counter) -> Result<bool, Error> {

@@ -19,10 +19,9 @@ use bonebeam::delay::{IqInterpolation, IqParameters};
 use bonebeam::pipeline::{Block, DepthGate, IqInput, Parameters, Pipeline};
 use bonebeam::{Complex, Error};
 use cortex_m_rt::entry;
-use cortex_m_semihosting::debug::{EXIT_FAILURE, EXIT_SUCCESS};
 use cortex_m_semihosting::hprintln;
 use counter::Counter;
-use firmware::{exit, load};
+use firmware::load;
 use static_cell::ConstStaticCell;
 use stream::scan::{
     self, BEAMS, ELEMENTS, INPUT, LENGTH, PARAMETERS, Reference, SCAN, ScanBlock, ScanMemory,
@@ -115,17 +114,7 @@ impl Workspaces {
 
 #[entry]
 fn main() -> ! {
-    let counter = cortex_m::Peripherals::take().and_then(|p| Counter::new(p.SYST));
-    let Some(mut counter) = counter else {
-        hprintln!("error: SysTick does not follow the instructions: run QEMU with -icount shift=0");
-        exit(EXIT_FAILURE)
-    };
-    match run(&mut counter, MEMORY.take()) {
-        Ok(true) => exit(EXIT_SUCCESS),
-        Ok(false) => hprintln!("error: more instructions than the bounds in src/bin/frames allow"),
-        Err(error) => hprintln!("error: {error}"),
-    }
-    exit(EXIT_FAILURE)
+    counter::run("frames", |counter| run(counter, MEMORY.take()))
 }
 
 /// Counts; returns whether every frame stays within its bound.

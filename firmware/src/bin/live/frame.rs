@@ -13,14 +13,13 @@ use bonebeam::geometry::{Axis, Depth, Lines, ScanParameters};
 use bonebeam::memory::{Memory, Need};
 use bonebeam::pipeline::{Frame, IqInput, Parameters, Pipeline};
 use cortex_m::peripheral::SYST;
-use cortex_m_semihosting::debug::{EXIT_FAILURE, EXIT_SUCCESS};
 use cortex_m_semihosting::hprintln;
-use firmware::{exit, load};
+use firmware::load;
 use static_cell::ConstStaticCell;
 use stream::scan::{BEAMS, ELEMENTS, INPUT, PARAMETERS as STREAM, ScanBlock, TRANSMIT, record};
 
 use crate::CASE;
-use crate::counter::{Counter, instructions};
+use crate::counter::{self, Counter, instructions};
 
 /// Samples of a line: those of the scan of `stream` down to 20.5 mm.
 const SAMPLES: usize = 208;
@@ -107,16 +106,7 @@ impl Workspaces {
 
 /// Counts the frame; ends with a failure if it or a step exceeds its bound.
 pub fn main() -> ! {
-    let Some(mut counter) = cortex_m::Peripherals::take().and_then(|p| Counter::new(p.SYST)) else {
-        hprintln!("error: SysTick does not follow the instructions: run QEMU with -icount shift=0");
-        exit(EXIT_FAILURE)
-    };
-    match run(&mut counter, MEMORY.take()) {
-        Ok(true) => exit(EXIT_SUCCESS),
-        Ok(false) => hprintln!("error: more instructions than the bounds in src/bin/live allow"),
-        Err(error) => hprintln!("error: {error}"),
-    }
-    exit(EXIT_FAILURE)
+    counter::run("live", |counter| run(counter, MEMORY.take()))
 }
 
 fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error> {

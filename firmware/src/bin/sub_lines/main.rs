@@ -1,7 +1,8 @@
 //! Counts two and eight directions of a line: 16 elements, forward-backward, K = 0.
 //!
-//! An image of its own: in `count`, the lines and their sub-lines would share kernels, which are slower then. Prints `count NAME SIZE INSTRUCTIONS
-//! OUTPUTS BYTES STACK`. Ends with a failure if a case takes more instructions than its bound.
+//! An image of its own: in `count`, the lines and their sub-lines would share kernels, which are slower then. Prints
+//! `count NAME SIZE INSTRUCTIONS OUTPUTS BYTES STACK`. Ends with a failure if a case takes more instructions than its
+//! bound.
 
 #![no_std]
 #![no_main]
@@ -18,10 +19,8 @@ use bonebeam::geometry::{Active, Steering};
 use bonebeam::memory::{Memory, Need};
 use bonebeam::{Complex, Error};
 use cortex_m_rt::entry;
-use cortex_m_semihosting::debug::{EXIT_FAILURE, EXIT_SUCCESS};
 use cortex_m_semihosting::hprintln;
 use counter::Counter;
-use firmware::exit;
 use input::{ECHO, SAMPLES, snapshots};
 use static_cell::ConstStaticCell;
 
@@ -61,17 +60,7 @@ static MEMORY: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces::ne
 
 #[entry]
 fn main() -> ! {
-    let counter = cortex_m::Peripherals::take().and_then(|p| Counter::new(p.SYST));
-    let Some(mut counter) = counter else {
-        hprintln!("error: SysTick does not follow the instructions: run QEMU with -icount shift=0");
-        exit(EXIT_FAILURE)
-    };
-    match run(&mut counter, MEMORY.take()) {
-        Ok(true) => exit(EXIT_SUCCESS),
-        Ok(false) => hprintln!("error: more instructions than the bounds allow"),
-        Err(error) => hprintln!("error: {error}"),
-    }
-    exit(EXIT_FAILURE)
+    counter::run("sub_lines", |counter| run(counter, MEMORY.take()))
 }
 
 /// The memory of the cases.
