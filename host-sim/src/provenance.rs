@@ -10,7 +10,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use twox_hash::XxHash3_128;
 
 use crate::{Error, Result};
-use bonebeam_files::{FileHash, cannot_be_opened, file_error};
+use bonebeam_files::{FileHash, SharedHash, cannot_be_opened, file_error};
 
 /// The program's version.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -39,8 +39,9 @@ pub struct Input {
 
 /// State of a file, or of a folder's files, before they are read.
 ///
-/// Readers of archives and of HDF5 seek in a file, skip parts of it and read others twice, so the bytes cannot be
-/// hashed as they are read. The file is hashed by itself, and must not have changed from the snapshot to the end.
+/// Readers of archives and of HDF5 seek in a file, skip parts of it and read others twice, so a file is hashed by
+/// itself; only frames of an archive that is not compressed are hashed as they are read. The file must not have
+/// changed from the snapshot to the end.
 pub struct Snapshot {
     path: PathBuf,
     files: Vec<State>,
@@ -89,7 +90,7 @@ impl Snapshot {
     /// # Errors
     /// A file that changed or that cannot be read.
     pub fn hashed(&self, is_whole: bool) -> Result<Input> {
-        self.input(self.hash(is_whole))
+        self.input(self.hash(is_whole).as_mut())
     }
 
     /// Begins to hash the input, behind its reader. `is_whole`: all of it is used.
@@ -97,18 +98,19 @@ impl Snapshot {
     /// An input that is read at once needs no thread, but is hashed at the end.
     pub fn hashing(&self, is_whole: bool, is_read_at_once: bool) -> Hashing<'_> {
         let (read, receiver) = channel();
-        let (mut hash, bytes) = (self.hash(is_whole), self.bytes());
+        let (hash, bytes) = (self.hash(is_whole).map(SharedHash::new), self.bytes());
+        let own = hash.clone();
         let follow = move || {
             for fraction in receiver {
-                if let Some(hash) = &mut hash {
-                    hash.up_to((fraction * bytes as f64) as u64)?;
+                if let Some(hash) = &own {
+                    hash.lock().up_to((fraction * bytes as f64) as u64)?;
                 }
             }
-            Ok(hash)
+            Ok(())
         };
         Hashing {
             snapshot: self,
-            is_whole,
+            hash,
             read,
             thread: match is_read_at_once {
                 true => None,
@@ -128,7 +130,7 @@ impl Snapshot {
         self.files.iter().map(|file| file.bytes).sum()
     }
 
-    fn input(&self, hash: Option<FileHash>) -> Result<Input> {
+    fn input(&self, hash: Option<&mut FileHash>) -> Result<Input> {
         let xxh128 = hash.map(FileHash::finish).transpose()?;
         self.check()?;
         Ok(Input {
@@ -161,12 +163,24 @@ impl Snapshot {
 /// It stays behind the reader, whose bytes the system then still has in memory.
 pub struct Hashing<'s> {
     snapshot: &'s Snapshot,
-    is_whole: bool,
+    hash: Option<SharedHash>,
     read: Sender<f64>,
-    thread: Option<JoinHandle<Result<Option<FileHash>>>>,
+    thread: Option<JoinHandle<Result<()>>>,
 }
 
 impl Hashing<'_> {
+    /// The hash, for a reader that can pass it the bytes that it reads.
+    ///
+    /// `None` if there is none, or for a folder.
+    pub fn shared(&self) -> Option<SharedHash> {
+        let is_file = self
+            .snapshot
+            .files
+            .iter()
+            .all(|file| file.path == self.snapshot.path);
+        self.hash.clone().filter(|_| is_file)
+    }
+
     /// Follows the reader to a share of the input.
     pub fn follow(&self, fraction: f64) {
         // `finish` returns the error of a thread that has ended.
@@ -179,11 +193,11 @@ impl Hashing<'_> {
     /// As [`Snapshot::hashed`].
     pub fn finish(self) -> Result<Input> {
         drop(self.read);
-        let hash = match self.thread {
-            Some(thread) => thread.join().unwrap_or_else(|panic| resume_unwind(panic))?,
-            None => self.snapshot.hash(self.is_whole),
-        };
-        self.snapshot.input(hash)
+        if let Some(thread) = self.thread {
+            thread.join().unwrap_or_else(|panic| resume_unwind(panic))?;
+        }
+        let mut hash = self.hash.as_ref().map(SharedHash::lock);
+        self.snapshot.input(hash.as_deref_mut())
     }
 }
 

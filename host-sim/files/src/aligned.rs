@@ -38,7 +38,8 @@ impl AlignedData {
 
     /// Some frames, or all if the array is read whole, and their total number.
     pub(super) fn from_npz(file: &mut npz::Reader, frames: Range<usize>) -> Result<(Self, usize)> {
-        let (x, held) = file.complex_frames("x", &AXES[1..].join(", "), frames)?;
+        let found = file.complex_frames("x", &AXES[1..].join(", "), frames)?;
+        let (x, held) = (found.array, found.held);
         let fs = file.scalar("fs")?;
         let t0 = file.scalar("t0")?;
         let beam_x = match file.has("beam_x") {
@@ -46,7 +47,11 @@ impl AlignedData {
             false => None,
         };
         let data = Self { x, fs, t0, beam_x };
-        data.check().map_err(|message| file.error(message))?;
+        if !found.are_finite {
+            data.check_samples()
+                .map_err(|message| file.error(message))?;
+        }
+        data.check_keys().map_err(|message| file.error(message))?;
         Ok((data, held))
     }
 
@@ -112,10 +117,20 @@ impl AlignedData {
     }
 
     fn check(&self) -> std::result::Result<(), String> {
+        self.check_samples()?;
+        self.check_keys()
+    }
+
+    /// Checks that there is a sample, and that all are finite.
+    fn check_samples(&self) -> std::result::Result<(), String> {
         match self.x.dim().0 {
-            1 => validate::samples("x", &self.x.index_axis(Axis(0), 0), &AXES[1..])?,
-            _ => validate::samples("x", &self.x, &AXES)?,
+            1 => validate::samples("x", &self.x.index_axis(Axis(0), 0), &AXES[1..]),
+            _ => validate::samples("x", &self.x, &AXES),
         }
+    }
+
+    /// Checks all but the samples.
+    fn check_keys(&self) -> std::result::Result<(), String> {
         validate::positive("fs", self.fs, "Hz")?;
         units::RATE.check("`fs`", self.fs)?;
         validate::times("t0", &[self.t0], "sample")?;

@@ -117,7 +117,7 @@ impl ChannelData {
             lens_delay: file.optional_scalar("lens_delay")?.unwrap_or(0.0),
         };
         let data = data.normalised();
-        data.check().map_err(|message| file.error(message))?;
+        data.check_keys().map_err(|message| file.error(message))?;
         Ok((data, held))
     }
 

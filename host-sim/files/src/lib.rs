@@ -38,7 +38,7 @@ mod volume;
 pub use aligned::AlignedData;
 pub use channel_data::{ChannelData, check_plane};
 pub use error::{Error, Result};
-pub use hash::FileHash;
+pub use hash::{FileHash, SharedHash};
 pub use input::cannot_be_opened;
 pub use lines::{BeamRays, BeamformedLines};
 pub use npy::read_array;

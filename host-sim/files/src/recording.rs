@@ -8,7 +8,7 @@ use ndarray::{Array4, Axis};
 use num_complex::Complex;
 
 use super::atomic::Outputs;
-use super::{AlignedData, ChannelData, Samples, npz, npz_writer};
+use super::{AlignedData, ChannelData, Samples, SharedHash, npz, npz_writer};
 use crate::Result;
 use crate::memory::product;
 
@@ -27,10 +27,12 @@ impl Recording {
     /// # Errors
     /// The file cannot be opened, has keys of both kinds or of neither, or is not valid.
     pub fn read_npz(path: &Path, frames: Range<usize>) -> Result<(Self, usize)> {
-        Self::read_npz_into(path, frames, None)
+        Self::read_npz_into(path, frames, None, None)
     }
 
     /// Reads into the memory of a recording that is no longer needed.
+    ///
+    /// Bytes of samples that are stored uncompressed are passed to `hash`, the hash of this file.
     ///
     /// # Errors
     /// As [`Recording::read_npz`].
@@ -38,9 +40,10 @@ impl Recording {
         path: &Path,
         frames: Range<usize>,
         spare: Option<Self>,
+        hash: Option<SharedHash>,
     ) -> Result<(Self, usize)> {
         let spare = spare.map(Self::into_spare).unwrap_or_default();
-        let file = &mut npz::Reader::open(path)?.with_spare(spare);
+        let file = &mut npz::Reader::open(path)?.with_spare(spare).with_hash(hash);
         match (file.has("rf") || file.has("iq"), file.has("x")) {
             (true, false) => {
                 let (data, frames) = ChannelData::from_npz(file, frames)?;

@@ -308,22 +308,30 @@ impl Samples {
     }
 
     /// Some frames, or all if the array is read whole, and their total number.
+    ///
+    /// All are finite.
     pub(super) fn from_npz(file: &mut npz::Reader, frames: Range<usize>) -> Result<(Self, usize)> {
         let axes = AXES[1..].join(", ");
-        match (file.has("rf"), file.has("iq")) {
+        let (samples, held, are_finite) = match (file.has("rf"), file.has("iq")) {
             (true, true) => {
-                Err(file.error("holds both `rf` and `iq`; expected the samples of one kind"))
+                return Err(
+                    file.error("holds both `rf` and `iq`; expected the samples of one kind")
+                );
             }
             (false, true) => {
-                let (iq, held) = file.complex_frames("iq", &axes, frames)?;
-                let f_demod = file.scalar("f_demod")?;
-                Ok((Samples::Iq { iq, f_demod }, held))
+                let found = file.complex_frames("iq", &axes, frames)?;
+                let (iq, f_demod) = (found.array, file.scalar("f_demod")?);
+                (Samples::Iq { iq, f_demod }, found.held, found.are_finite)
             }
             _ => {
-                let (rf, held) = file.real_frames("rf", &axes, frames)?;
-                Ok((Samples::Rf(rf), held))
+                let found = file.real_frames("rf", &axes, frames)?;
+                (Samples::Rf(found.array), found.held, found.are_finite)
             }
+        };
+        if !are_finite {
+            samples.check().map_err(|message| file.error(message))?;
         }
+        Ok((samples, held))
     }
 
     /// Begins the array of `frames` such frames in an archive.

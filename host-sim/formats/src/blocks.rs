@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::Builder;
 
-use bonebeam_files::{Recording, Result};
+use bonebeam_files::{Recording, Result, SharedHash};
 
 use crate::{Format, Variables};
 
@@ -38,6 +38,8 @@ pub(crate) struct Source {
     pub(crate) path: PathBuf,
     pub(crate) variables: Variables,
     pub(crate) format: Format,
+    /// The hash of the file, if it is an .npz archive.
+    pub(crate) hash: Option<SharedHash>,
 }
 
 /// Frames in memory.
@@ -52,7 +54,10 @@ impl Source {
     fn read(&self, frames: Range<usize>, spare: Option<Recording>) -> Result<Held> {
         let start = frames.start;
         let recording = match self.format {
-            Format::Npz => Recording::read_npz_into(&self.path, frames, spare)?.0,
+            Format::Npz => {
+                let hash = self.hash.clone();
+                Recording::read_npz_into(&self.path, frames, spare, hash)?.0
+            }
             _ => {
                 drop(spare);
                 crate::read(&self.path, &self.variables, frames)?.recording

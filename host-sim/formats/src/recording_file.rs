@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use bonebeam_files::atomic::Outputs;
-use bonebeam_files::{Recording, Result};
+use bonebeam_files::{Recording, Result, SharedHash};
 
 use crate::blocks::{Blocks, Source};
 use crate::export::add_recording;
@@ -39,6 +39,7 @@ impl RecordingFile {
                 path: path.to_path_buf(),
                 variables: variables.clone(),
                 format: found.format,
+                hash: None,
             },
             frames: found.frames,
             first: found.recording,
@@ -84,6 +85,13 @@ impl RecordingFile {
             crate::read(&self.source.path, &self.source.variables, frames)?;
         let all = 0..recording.frames();
         Ok((Cow::Owned(recording), all))
+    }
+
+    /// Passes bytes that are read to the hash of this file.
+    ///
+    /// Only bytes of an .npz archive that is not compressed; the hash reads the others itself.
+    pub fn set_hash(&mut self, hash: Option<SharedHash>) {
+        self.source.hash = hash;
     }
 
     /// Splits into what all frames share, and blocks of `at_a_time` of some frames.

@@ -282,7 +282,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     arguments.check_paths(&config_path)?;
 
     let snapshot = Snapshot::of(&arguments.recording)?;
-    let file = RecordingFile::open(&arguments.recording, &config.variables)?;
+    let mut file = RecordingFile::open(&arguments.recording, &config.variables)?;
     let first = file.first();
     arguments.refuse_flags_without_effect(first)?;
     arguments.check_beams(first)?;
@@ -295,11 +295,12 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let bytes = working_memory(first, &config.beamform, pictures.as_ref(), at_a_time);
     memory::check(bytes, "beamforming").map_err(|e| about(&arguments.recording, e))?;
     let (format, of) = (file.format(), file.frames());
+    let hashing = snapshot.hashing(frames.len() == of, frames.len() == at_a_time);
+    file.set_hash(hashing.shared());
     let (shared, mut blocks) = file.into_blocks(frames.clone(), at_a_time);
     let beamformer = RecordingFrames::new(&shared, &config.beamform);
     let beamformer = beamformer.map_err(|e| about(&arguments.recording, e))?;
     let bar = Progress::new("beamforming", 1000);
-    let hashing = snapshot.hashing(frames.len() == of, frames.len() == at_a_time);
     let mut seconds = 0.0;
     // The lines of the next frames after so many.
     let mut next = |done: usize| -> Result<Vec<BeamformedLines>> {

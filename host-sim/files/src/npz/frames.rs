@@ -9,12 +9,23 @@ use zip::CompressionMethod;
 use zip::result::ZipResult;
 
 use super::{MAX_INFLATION, Reader, SMALL};
+use crate::hash::Hashed;
 use crate::npy;
 use crate::npy_header::Header;
 use crate::{Error, Result, memory};
 
-/// Bytes of numbers to read at a time.
-const AT_A_TIME: usize = 1 << 15;
+/// Numbers to read at a time.
+const AT_A_TIME: usize = 1 << 14;
+
+/// Some frames of an array.
+pub struct SomeFrames<T> {
+    /// The samples, [frame, …].
+    pub array: Array4<T>,
+    /// Number of all frames in the file.
+    pub held: usize,
+    /// Whether all samples are known to be finite.
+    pub are_finite: bool,
+}
 
 /// A part of an array of four axes.
 ///
@@ -26,7 +37,7 @@ struct Part {
 }
 
 impl Reader {
-    /// Real samples of some frames, [frame, …], and the number of all frames.
+    /// Real samples of some frames, [frame, …].
     ///
     /// Types are those of [`Reader::samples_of_any_rank`]. A file without a frame axis has one frame. `axes` names
     /// the other axes. Samples stored by columns are read whole.
@@ -35,21 +46,21 @@ impl Reader {
         key: &str,
         axes: &str,
         frames: Range<usize>,
-    ) -> Result<(Array4<f32>, usize)> {
+    ) -> Result<SomeFrames<f32>> {
         if let Some(part) = self.part(key, &frames)? {
             let numbers = std::mem::take(&mut self.spare.real);
-            let numbers = match part.header.descr.as_str() {
-                "<f4" => self.stored(key, &part, numbers, f32::from_le_bytes)?,
-                "<i2" => self.stored(key, &part, numbers, |b| i16::from_le_bytes(b).into())?,
+            let stored = match part.header.descr.as_str() {
+                "<f4" => self.stored(key, &part, numbers, floats)?,
+                "<i2" => self.stored(key, &part, numbers, counts)?,
                 _ => None,
             };
-            if let Some(array) = numbers {
-                return self.framed(key, axes, array, Some(part.held));
+            if let Some((array, are_finite)) = stored {
+                return self.framed(key, axes, (array, are_finite), Some(part.held));
             }
         }
         let (bytes, held) = self.bytes_of_frames(key, frames)?;
         let array = self.real_samples(key, &bytes)?;
-        self.framed(key, axes, array, held)
+        self.framed(key, axes, (array, false), held)
     }
 
     /// Complex samples of some frames, complex64 or complex128; else as real samples.
@@ -58,31 +69,33 @@ impl Reader {
         key: &str,
         axes: &str,
         frames: Range<usize>,
-    ) -> Result<(Array4<Complex<f32>>, usize)> {
+    ) -> Result<SomeFrames<Complex<f32>>> {
         if let Some(part) = self.part(key, &frames)?
             && part.header.descr == "<c8"
         {
             let numbers = std::mem::take(&mut self.spare.complex);
-            let number = |[a, b, c, d, e, f, g, h]: [u8; 8]| {
-                let (re, im) = ([a, b, c, d], [e, f, g, h]);
-                Complex::new(f32::from_le_bytes(re), f32::from_le_bytes(im))
+            let parts = |source: &mut dyn Read, numbers: &mut [_]| {
+                floats(
+                    source,
+                    bytemuck::cast_slice_mut::<Complex<f32>, f32>(numbers),
+                )
             };
-            if let Some(array) = self.stored(key, &part, numbers, number)? {
-                return self.framed(key, axes, array, Some(part.held));
+            if let Some(stored) = self.stored(key, &part, numbers, parts)? {
+                return self.framed(key, axes, stored, Some(part.held));
             }
         }
         let (bytes, held) = self.bytes_of_frames(key, frames)?;
         let array = self.complex_samples(key, &bytes)?;
-        self.framed(key, axes, array, held)
+        self.framed(key, axes, (array, false), held)
     }
 
     fn framed<T>(
         &self,
         key: &str,
         axes: &str,
-        array: ArrayD<T>,
+        (array, are_finite): (ArrayD<T>, bool),
         held: Option<usize>,
-    ) -> Result<(Array4<T>, usize)> {
+    ) -> Result<SomeFrames<T>> {
         let expected = match array.ndim() {
             4 => format!("[frame, {axes}]"),
             _ => format!("[{axes}], or with a frame axis before them"),
@@ -93,7 +106,11 @@ impl Reader {
         };
         let array: Array4<T> = self.ranked(key, array, &expected)?;
         let held = held.unwrap_or(array.dim().0);
-        Ok((array, held))
+        Ok(SomeFrames {
+            array,
+            held,
+            are_finite,
+        })
     }
 
     /// Bytes of an array of four axes at some indices of the first, and its length.
@@ -152,39 +169,43 @@ impl Reader {
 
     /// The numbers of a part that is stored uncompressed, in the memory of `numbers`.
     ///
-    /// A few thousand are read at a time, so that no other memory is used.
-    fn stored<T, const N: usize>(
+    /// `read` fills some numbers and returns whether they are finite: few enough to be in the cache still.
+    fn stored<T: Clone + Default>(
         &mut self,
         key: &str,
         part: &Part,
         mut numbers: Vec<T>,
-        number: impl Fn([u8; N]) -> T,
-    ) -> Result<Option<ArrayD<T>>> {
+        read: impl Fn(&mut dyn Read, &mut [T]) -> io::Result<bool>,
+    ) -> Result<Option<(ArrayD<T>, bool)>> {
         let name = format!("{key}.npy");
-        numbers.clear();
-        numbers.reserve_exact(part.bytes.len() / N);
-        let mut read = || -> ZipResult<bool> {
-            if self.archive.by_name(&name)?.compression() != CompressionMethod::Stored {
-                return Ok(false);
+        numbers.resize(part.header.shape.iter().product(), T::default());
+        let mut fill = || -> ZipResult<Option<bool>> {
+            let member = self.archive.by_name(&name)?;
+            if member.compression() != CompressionMethod::Stored {
+                return Ok(None);
             }
-            let mut member = self.archive.by_name_seek(&name)?;
-            member.seek(SeekFrom::Start(part.bytes.start as u64))?;
-            let mut some = [0; AT_A_TIME];
-            let mut left = part.bytes.len();
-            while left > 0 {
-                let some = &mut some[..left.min(AT_A_TIME)];
-                member.read_exact(some)?;
-                numbers.extend(some.as_chunks().0.iter().map(|&bytes| number(bytes)));
-                left -= some.len();
+            let position = member.data_start() + part.bytes.start as u64;
+            drop(member);
+            let mut inner = self.archive.by_name_seek(&name)?;
+            inner.seek(SeekFrom::Start(part.bytes.start as u64))?;
+            let mut member = Hashed {
+                inner,
+                position,
+                hash: self.hash.as_ref(),
+            };
+            let mut are_finite = true;
+            for some in numbers.chunks_mut(AT_A_TIME) {
+                are_finite &= read(&mut member, some)?;
             }
-            Ok(true)
+            Ok(Some(are_finite))
         };
-        match read() {
-            Ok(true) => {
+        match fill() {
+            Ok(None) => Ok(None),
+            Ok(Some(are_finite)) => {
                 let array = ArrayD::from_shape_vec(part.header.shape.clone(), numbers);
-                Ok(Some(array.map_err(|e| self.error(format!("`{key}` {e}")))?))
+                let array = array.map_err(|e| self.error(format!("`{key}` {e}")))?;
+                Ok(Some((array, are_finite)))
             }
-            Ok(false) => Ok(None),
             Err(e) => Err(self.damaged(key, &e)),
         }
     }
@@ -240,6 +261,26 @@ impl Reader {
     }
 }
 
+/// Fills `numbers` with little-endian f32; returns whether all are finite.
+fn floats(source: &mut dyn Read, numbers: &mut [f32]) -> io::Result<bool> {
+    source.read_exact(bytemuck::cast_slice_mut(numbers))?;
+    for number in numbers.iter_mut() {
+        *number = f32::from_bits(u32::from_le(number.to_bits()));
+    }
+    Ok(numbers.iter().fold(true, |all, v| all & v.is_finite()))
+}
+
+/// Fills `numbers` with little-endian i16.
+fn counts(source: &mut dyn Read, numbers: &mut [f32]) -> io::Result<bool> {
+    let mut counts = [0i16; AT_A_TIME];
+    let counts = &mut counts[..numbers.len()];
+    source.read_exact(bytemuck::cast_slice_mut(counts))?;
+    for (number, &count) in numbers.iter_mut().zip(&*counts) {
+        *number = i16::from_le(count).into();
+    }
+    Ok(true)
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::{Spare, Writer};
@@ -271,14 +312,14 @@ mod tests {
                     complex: vec![Complex::from(f32::NAN); spare],
                 });
                 let part = real.slice_axis(Axis(0), own.clone().into());
-                let (found, held) = file.real_frames("real", "a", frames.clone()).unwrap();
-                assert_eq!((found.view(), held), (part, 5));
+                let found = file.real_frames("real", "a", frames.clone()).unwrap();
+                assert_eq!((found.array.view(), found.held), (part, 5));
                 let part = whole.slice_axis(Axis(0), own.clone().into());
-                let (found, held) = file.real_frames("whole", "a", frames.clone()).unwrap();
-                assert_eq!((found, held), (part.mapv(f32::from), 5));
+                let found = file.real_frames("whole", "a", frames.clone()).unwrap();
+                assert_eq!((found.array, found.held), (part.mapv(f32::from), 5));
                 let part = complex.slice_axis(Axis(0), own.into());
-                let (found, held) = file.complex_frames("complex", "a", frames).unwrap();
-                assert_eq!((found.view(), held), (part, 5));
+                let found = file.complex_frames("complex", "a", frames).unwrap();
+                assert_eq!((found.array.view(), found.held), (part, 5));
             }
         }
     }

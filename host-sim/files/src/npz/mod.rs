@@ -12,9 +12,11 @@ use zip::ZipArchive;
 use zip::result::ZipError;
 
 pub use super::npz_writer::{Writer, Written};
+pub use frames::SomeFrames;
 
 use super::npy::{self, Half, NpyError, or_type};
 use super::npy_header::MAX_LENGTH;
+use crate::hash::SharedHash;
 use crate::input;
 use crate::{Error, Result};
 
@@ -31,6 +33,7 @@ pub struct Reader {
     path: PathBuf,
     archive: ZipArchive<BufReader<File>>,
     spare: Spare,
+    hash: Option<SharedHash>,
 }
 
 /// Memory of samples that is no longer needed, for the next ones.
@@ -54,12 +57,18 @@ impl Reader {
             path: path.to_path_buf(),
             archive,
             spare: Spare::default(),
+            hash: None,
         })
     }
 
     /// Uses spare memory for the samples of some frames.
     pub fn with_spare(self, spare: Spare) -> Self {
         Reader { spare, ..self }
+    }
+
+    /// Passes the bytes of samples that are stored uncompressed to the hash of this file.
+    pub fn with_hash(self, hash: Option<SharedHash>) -> Self {
+        Reader { hash, ..self }
     }
 
     /// An error about this file.
