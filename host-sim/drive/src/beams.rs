@@ -20,8 +20,8 @@ const HALVINGS: usize = 40;
 pub struct Beams {
     /// From left to right.
     pub rays: Vec<Ray>,
-    /// The beams and one between each two, if output lines are made of sub-lines.
-    pub between: Option<Vec<Ray>>,
+    /// Whether output lines, made of sub-lines, may be closer than these.
+    pub divided: bool,
     /// Whether each line has its own transmit; else all are compounded into each.
     pub own: bool,
 }
@@ -79,7 +79,7 @@ impl Beams {
             }
             return Ok(Beams {
                 rays: x.iter().map(|&x| Ray::down(x)).collect(),
-                between: None,
+                divided: false,
                 own: true,
             });
         }
@@ -96,25 +96,19 @@ impl Beams {
         {
             return Ok(Beams {
                 rays,
-                between: None,
+                divided: false,
                 own: true,
             });
         }
         let kind = parameters.lines.unwrap_or(fitting);
         let rays = grid(data, array, kind, parameters)?;
-        // Two lines an element: sub-lines of one an element are as right, at half the cost.
-        let halved = parameters.chooses_sub_lines() && !counted(parameters);
-        Ok(match halved {
-            true => Beams {
-                rays: rays.iter().copied().step_by(2).collect(),
-                between: Some(rays),
-                own: false,
-            },
-            false => Beams {
-                rays,
-                between: None,
-                own: false,
-            },
+        // Sub-lines of one line an element are as right as those of two, at half the cost.
+        let divided = parameters.chooses_sub_lines() && !counted(parameters);
+        let step = if divided { 2 } else { 1 };
+        Ok(Beams {
+            rays: rays.into_iter().step_by(step).collect(),
+            divided,
+            own: false,
         })
     }
 }
@@ -159,7 +153,7 @@ fn counted(parameters: &Beamform) -> bool {
 
 /// Evenly spaced lines over the whole array, or those requested.
 ///
-/// The default is two per element, since an adaptive beam is narrower than an element.
+/// The default is two per element.
 fn grid(
     data: &ChannelData,
     array: &Array<'_>,

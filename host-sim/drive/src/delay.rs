@@ -30,8 +30,8 @@ pub(crate) const LINES_UPSAMPLED: usize = 128;
 /// The delay stage of one set of channel data: beams, depths, elements.
 ///
 /// Focused transmits make one beam each, on their axis. So do virtual sources in front of the array if they are
-/// ordered from left to right. Other transmits are compounded coherently (their mean) into two beams per element,
-/// or those requested.
+/// ordered from left to right. Other transmits are compounded coherently (their mean) into two beams per element, one
+/// with sub-lines, or those requested.
 pub struct DelayStage<'a> {
     data: &'a ChannelData,
     /// `None` if the array is straight.

@@ -3,6 +3,7 @@
 use bonebeam::delay::{Delay, MAX_DECIMATION, Upsampled};
 use bonebeam::geometry::Depth;
 
+use crate::config::Beamform;
 use crate::{Error, Result};
 use bonebeam_files::ChannelData;
 use bonebeam_files::terminal::{digits, short};
@@ -62,6 +63,15 @@ pub(super) fn check_depths(start: Depth, end: Depth, c: f64) -> Result<()> {
             digits(c * last / 2.0)
         ))),
     }
+}
+
+/// Depths of the lines, m: those asked for, or where the record begins and ends.
+pub(super) fn depths_of(data: &ChannelData, parameters: &Beamform) -> [f64; 2] {
+    let [first, last] = data.depths(parameters.sound_speed.unwrap_or(data.c));
+    [
+        parameters.depth_start.unwrap_or(first),
+        parameters.depth_end.unwrap_or(last),
+    ]
 }
 
 /// Two-way times at which every transmit has recorded, from 0 at the earliest.

@@ -10,6 +10,7 @@ use num_complex::Complex;
 use crate::beamform::TILE;
 use crate::config::{Beamform, Image, LONGER_SIDE, PhaseSymmetry, RfInterpolation};
 use crate::delay::LINES_UPSAMPLED;
+use crate::limits::depths_of;
 use crate::sub_lines;
 use crate::{Error, Result};
 
@@ -103,9 +104,7 @@ pub fn working_memory(
         Recording::Aligned(_) => vec![blocks, frame],
         Recording::Channel(data) => {
             let c = parameters.sound_speed.unwrap_or(data.c);
-            let [first, last] = data.depths(c);
-            let first = parameters.depth_start.unwrap_or(first);
-            let last = parameters.depth_end.unwrap_or(last);
+            let [first, last] = depths_of(data, parameters);
             // The cast saturates.
             let rate = parameters.rate_of(data);
             let samples = (2.0 * (last - first) / c * rate).ceil() as usize;

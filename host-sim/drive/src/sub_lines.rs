@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use crate::Result;
 use crate::beams::{Beams, array_of, elements_of};
 use crate::config::Beamform;
+use crate::limits::depths_of;
 use crate::methods::MethodName;
 use bonebeam_files::ChannelData;
 
@@ -23,14 +24,18 @@ const COUNTS: [usize; 4] = [4, 8, 16, 32];
 /// It is that of channel data with 40 dB.
 const CLEAN: f64 = 1e4;
 
+/// Largest distance between output lines, m, or as a share of their depth where that is more.
+///
+/// A parabola through three pooled lines errs by up to a fifth of it.
+const SPACING: f64 = 0.1e-3;
+const SHARE: f64 = 1.0 / 400.0;
+
 /// The aligned lines, their sub-lines, and the output lines.
 pub(crate) struct SubLines {
     /// Sub-lines of each aligned line.
     pub(crate) count: usize,
-    /// Sub-lines of an output line, and the number before the first line's.
-    ///
-    /// `None` if each sub-line is output.
-    pooled: Option<[usize; 2]>,
+    /// Sub-lines of an output line; `None` if each sub-line is output.
+    pooled: Option<usize>,
     /// The output lines.
     pub(crate) rays: Vec<Ray>,
     /// Approximate largest loss of a point between two sub-lines, dB; `None` for DAS.
@@ -46,23 +51,23 @@ impl SubLines {
             let enough = COUNTS.into_iter().find(|&count| loss(count) <= LOSS);
             enough.unwrap_or(COUNTS[COUNTS.len() - 1])
         };
-        let (count, pooled, rays) = match (parameters.sub_lines, &beams.between) {
-            (None, Some(between)) => {
+        let lines = Lines::Rays(&beams.rays);
+        let divided = |parts: usize| {
+            let of_line = |line| (0..parts).map(move |k| lines.sub_line(line, k, parts));
+            (0..beams.rays.len()).flat_map(of_line).collect()
+        };
+        let (count, pooled, rays) = match parameters.sub_lines {
+            None if beams.divided => {
                 let count = chosen();
-                // A line that is put out between two aligned ones has half of the sub-lines of each.
-                (count, Some([count / 2, count / 4]), between.clone())
+                let parts = parts(data, &beams.rays, parameters, count);
+                (count, Some(count / parts), divided(parts))
             }
-            (None, None) if adaptive => {
+            None if adaptive => {
                 let count = chosen();
-                (count, Some([count, 0]), beams.rays.clone())
+                (count, Some(count), beams.rays.clone())
             }
-            (None | Some(1), _) => (1, None, beams.rays.clone()),
-            (Some(count), _) => {
-                let lines = Lines::Rays(&beams.rays);
-                let of_line = |line| (0..count).map(move |k| lines.sub_line(line, k, count));
-                let rays = (0..beams.rays.len()).flat_map(of_line);
-                (count, None, rays.collect())
-            }
+            None | Some(1) => (1, None, beams.rays.clone()),
+            Some(count) => (count, None, divided(count)),
         };
         SubLines {
             count,
@@ -82,7 +87,7 @@ impl SubLines {
 
     /// Number of sub-lines pooled into each output line; `None` if each is output.
     pub(crate) fn pooled(&self) -> Option<usize> {
-        self.pooled.map(|[size, _]| size)
+        self.pooled
     }
 
     /// The output lines, `[line, sample]`: at each sample the largest sub-line.
@@ -97,14 +102,14 @@ impl SubLines {
         interpolation: &DepthInterpolation,
         mut z: ArrayViewMut2<'_, Complex<f32>>,
     ) -> Result<()> {
-        let [size, skipped] = self.pooled.unwrap_or([1, 0]);
+        let size = self.pooled.unwrap_or(1);
         let lines: Vec<_> = z.rows_mut().into_iter().enumerate().collect();
         lines.into_par_iter().try_for_each(|(line, mut z)| {
             let mut levels = [vec![0.0; z.len()], vec![0.0; z.len()]];
             let mut scratch = vec![Complex::ZERO; interpolation.need(1).complex];
             let mut interpolated = vec![Complex::ZERO; z.len()];
-            let first = skipped + line * size;
-            for (k, computed) in all.axis_iter(Axis(0)).skip(first).take(size).enumerate() {
+            let own = all.axis_iter(Axis(0)).skip(line * size).take(size);
+            for (k, computed) in own.enumerate() {
                 let [largest, level] = &mut levels;
                 let computed = computed.to_slice().expect("a row of an array in order");
                 let own = match interpolation.depth_step() {
@@ -138,6 +143,25 @@ pub(crate) fn count(data: &ChannelData, parameters: &Beamform) -> Result<(usize,
     Ok((beams.rays.len(), sub_lines.count))
 }
 
+/// Largest distance between neighbouring lines at a depth, m.
+fn widest(rays: &[Ray], depth: f64) -> f64 {
+    let distance = |pair: &[Ray]| {
+        let [[ax, az], [bx, bz]] = [pair[0].point(depth), pair[1].point(depth)];
+        (bx - ax).hypot(bz - az)
+    };
+    rays.windows(2).map(distance).fold(0.0, f64::max)
+}
+
+/// Number of output lines of an aligned line with `most` sub-lines: a power of two.
+fn parts(data: &ChannelData, rays: &[Ray], parameters: &Beamform, most: usize) -> usize {
+    // The distance grows evenly with depth, the limit from here on.
+    let [first, last] = depths_of(data, parameters);
+    let depths = [first, last, SPACING / SHARE].into_iter();
+    let needed = depths.map(|depth| widest(rays, depth) / (SHARE * depth).max(SPACING));
+    let needed = needed.fold(1.0, f64::max).ceil() as usize;
+    needed.next_power_of_two().min(most)
+}
+
 /// Approximate largest loss between two sub-lines of `count` per line, dB.
 ///
 /// It is that of a single wave half way between them, at the depths where the receive apertures begin, end, and are
@@ -148,9 +172,7 @@ pub(crate) fn count(data: &ChannelData, parameters: &Beamform) -> Result<(usize,
 /// weighs as `1 − ψ²/12` in its covariance.
 fn loss(data: &ChannelData, rays: &[Ray], parameters: &Beamform, count: usize) -> f64 {
     let c = parameters.sound_speed.unwrap_or(data.c);
-    let [first, last] = data.depths(c);
-    let first = parameters.depth_start.unwrap_or(first);
-    let last = parameters.depth_end.unwrap_or(last);
+    let [first, last] = depths_of(data, parameters);
     let elements = data.element_x.len() as f64;
     let pitch = data.pitch();
     let (f_number, least) = (parameters.f_number, parameters.min_elements as f64);
@@ -158,15 +180,10 @@ fn loss(data: &ChannelData, rays: &[Ray], parameters: &Beamform, count: usize) -
     let loading = f64::from(parameters.core.diagonal_loading);
     let power = 1.0 / (loading + 1.0 / CLEAN);
     let at = |depth: f64| {
-        let distance = |pair: &[Ray]| {
-            let [[ax, az], [bx, bz]] = [pair[0].point(depth), pair[1].point(depth)];
-            (bx - ax).hypot(bz - az)
-        };
-        let widest = rays.windows(2).map(distance).fold(0.0, f64::max);
         let active = (depth / (f_number * pitch)).clamp(least.min(elements), elements);
         let subaperture = parameters.core.subaperture_ratio * active;
         // The path from a point to an element `x` beside it grows by `δ·x/z`, and near the array by less.
-        let beside = widest / (2 * count) as f64;
+        let beside = widest(rays, depth) / (2 * count) as f64;
         let path = beside * subaperture * pitch / depth.hypot(active * pitch / 2.0);
         let phase = std::f64::consts::TAU * data.f0 / c * path;
         20.0 * (1.0 + subaperture * power * phase * phase / 12.0).log10()

@@ -37,8 +37,8 @@ use bonebeam_paper::report::figure;
 /// FILE holds channel data, or aligned data (`x` …) as .npz, which are not delayed again. Focused transmits make
 /// one line each. So do virtual sources in front of the array if they are ordered from left to right. Other
 /// transmits are compounded into two lines per element: straight down, along the normals of a curved array, or in a
-/// sector. With an adaptive method, each line is the largest of several directions (--sub-lines), so that echoes
-/// between two lines are kept.
+/// sector. With an adaptive method, lines are up to 0.1 mm apart, and each is the largest of several directions
+/// (--sub-lines), so that echoes between two lines are kept.
 ///
 /// The configuration used is written beside the lines as LINES.npz.config.toml, with the program's version and
 /// commit and the recording's hash. An interrupted run over many frames resumes from LINES.npz.partial.

@@ -76,6 +76,8 @@ pub struct BeamformFlags {
     lines: Option<LineKind>,
 
     /// Number of lines of compounded transmits [default: two per element]
+    ///
+    /// The default of adaptive methods is as many as are 0.1 mm, or a 400th of the depth, apart.
     #[arg(long, value_name = "N", help_heading = "Delay (channel data only)")]
     line_count: Option<usize>,
 

@@ -151,9 +151,9 @@ fn depths_and_rate_are_those_asked_for() {
     let command = "beamform data.npz -o lines.npz --depth-start 0.005 --depth-end 0.015";
     run(&folder, &format!("{command} --output-rate 30.8e6"));
     let lines = BeamformedLines::read(&folder.path().join("lines.npz")).unwrap();
-    // Two lines an element; 25 µm a sample: 401 of them from 5 to 15 mm.
-    assert_eq!(lines.z.dim(), (2 * ELEMENTS - 1, 401));
-    assert!((lines.beam_x[1] - lines.beam_x[0] - PITCH / 2.0).abs() < 1e-12);
+    // Four lines an element, 75 µm apart; 25 µm a sample: 401 of them from 5 to 15 mm.
+    assert_eq!(lines.z.dim(), (4 * ELEMENTS, 401));
+    assert!((lines.beam_x[1] - lines.beam_x[0] - PITCH / 4.0).abs() < 1e-12);
     assert_eq!(lines.fs, 30.8e6);
     assert_eq!(lines.t0, 2.0 * 0.005 / C);
 }

@@ -337,11 +337,11 @@ fn the_default_keeps_a_point_anywhere() {
                     let [lost, _, off] = loss(&point, method, None);
                     let name = format!("{geometry:?} {f0} {beside} {method:?} I/Q {iq}");
                     assert!(lost < 2.5, "{name}: {lost} dB");
-                    // The peak lies on a line, up to half of a pitch away.
-                    let bound = 0.15 * point.wavelength();
-                    assert!(off < bound, "{name}: {off} m between lines");
+                    assert!(off < 0.02e-3, "{name}: {off} m between lines");
                     let lines = point.lines(&section(method), None);
-                    assert_eq!((lines.z.nrows(), lines.sub_lines), (127, 1), "{name}");
+                    assert_eq!(lines.sub_lines, 1, "{name}");
+                    let apart = lines.beam_x[1] - lines.beam_x[0];
+                    assert!(apart <= 0.1e-3, "{name}: lines are {apart} m apart");
                 }
             }
         }

@@ -221,7 +221,9 @@ pub struct Beamform {
     /// By default straight down for linear arrays, and radial for curved and phased arrays.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lines: Option<LineKind>,
-    /// The number of lines of compounded transmits; by default two per element.
+    /// The number of lines of compounded transmits.
+    ///
+    /// By default two per element, or with an adaptive method at most 0.1 mm, or a 400th of the depth, apart.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub line_count: Option<usize>,
     /// The spacing of parallel lines, m; by default half the pitch of the elements.
