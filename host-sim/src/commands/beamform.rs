@@ -224,7 +224,7 @@ impl Arguments {
         let surface = FrameSurface { frame: 0, points };
         let count = lines.beam_x.len();
         let text = format!("; {}", surface.summary(count));
-        add_surfaces_to(&[surface], count, path, outputs)?;
+        add_surfaces_to(&[surface], count, None, path, outputs)?;
         Ok(text)
     }
 
