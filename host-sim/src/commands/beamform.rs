@@ -248,6 +248,7 @@ impl Arguments {
             let map = phase_symmetry::of_image(
                 image.pixels.clone(),
                 &config.phase_symmetry,
+                image.angles.is_none().then_some(image.pixel),
                 &mut |done, of| bar.set(done as u64, of as u64),
             );
             let mut map = map.map_err(|e| about(&self.recording, e))?;
