@@ -243,6 +243,26 @@ fn bone_maps_that_cannot_be_made() {
     for (flags, status, parts) in [
         ("--threshold 5", USAGE, ["--threshold", "--bone-map"]),
         ("--pad --image image.npy", USAGE, ["--pad", "--bone-map"]),
+        (
+            "--wavelengths 0.002",
+            USAGE,
+            ["--wavelengths", "--bone-map"],
+        ),
+        (
+            "--bone-map map.npy --wavelengths 2",
+            USAGE,
+            ["--wavelengths", "2 to 1024 pixels"],
+        ),
+        (
+            "--bone-map map.npy --noise-by-direction",
+            USAGE,
+            ["--noise-by-direction", "--noise-deviations"],
+        ),
+        (
+            "--bone-map map.npy --noise-deviations -1",
+            USAGE,
+            ["--noise-deviations", "0 to 100"],
+        ),
         ("--bone-map map.tif", USAGE, ["map.tif", ".png or .npy"]),
         ("--bone-map lines.npz", USAGE, ["lines.npz", ""]),
         (
@@ -336,6 +356,22 @@ fn images_that_cannot_be_filtered() {
         DATA,
         &["image.npy", "100", "powers of two", "--resize 128x128"],
     );
+    for (flags, parts) in [
+        (
+            "--pad --wavelengths 0.002",
+            ["--wavelengths", "--pixel-size"],
+        ),
+        (
+            "--wavelengths 0.002 --pixel-size 0.0001 --resize 64x64",
+            ["--resize", "--wavelengths"],
+        ),
+        (
+            "--pad --wavelengths 0.00001 --pixel-size 0.0001",
+            ["--wavelengths", "2 to 1024 pixels of 0.0001 m"],
+        ),
+    ] {
+        fails(&folder, &format!("{command} {flags}"), USAGE, &parts);
+    }
     let mut pixels = Array2::zeros((64, 64));
     pixels[(5, 7)] = f32::NAN;
     image(pixels);

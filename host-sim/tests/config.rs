@@ -101,6 +101,7 @@ fn the_written_configuration_is_read_back_as_it_was() {
             phantom: Kind::Point,
             mesh: Some("bone 'a'.ply".into()),
             slice: -8e-3,
+            sweep_step: 1e-3,
             scanner: Some(Settings {
                 noise: Some(-60.0),
                 ..Settings::default()
@@ -133,9 +134,12 @@ fn the_written_configuration_is_read_back_as_it_was() {
             absence: Some(-2.0),
             contrast: Some(0.5),
             rest: Some(1.5),
+            sweep_step: Some(0.5e-3),
             ..Surface::default()
         },
         phase_symmetry: PhaseSymmetry {
+            noise_deviations: Some(2.5),
+            noise_by_direction: true,
             resize: Some(Size {
                 rows: 512,
                 columns: 256,

@@ -73,7 +73,7 @@ pub fn phase_symmetry(
     let section = parameters::phase_symmetry(scales, threshold, strip, pad, resize)?;
     let pool = self::threads(threads)?;
     let (image, mut map) = (image.as_array(), out.as_array_mut());
-    let run = || of_image(image.to_owned(), &section, &mut |_, _| {});
+    let run = || of_image(image.to_owned(), &section, None, &mut |_, _| {});
     let found = py.detach(|| pool.install(run)).map_err(refused)?;
     map.assign(&found);
     Ok(())

@@ -81,6 +81,7 @@ pub fn phase_symmetry(
         strip,
         pad,
         resize: resize.map(|(rows, columns)| Size { rows, columns }),
+        ..PhaseSymmetry::default()
     };
     section.validate().map_err(refused)?;
     Ok(section)

@@ -196,7 +196,10 @@ pub fn phase_symmetry_memory([rows, columns]: [usize; 2], section: &PhaseSymmetr
     };
     let lanes = 16 * (2 * sizes.line_len() + sizes.gains_len());
     let thread = sizes.strip_len() + sizes.sums_len() + lanes;
-    let filters = sizes.gain_tables_len(section.scales.len());
+    let scales = section.scales.len().max(section.wavelengths.len());
+    // The noise is measured first, with two scales and an amplitude for each direction.
+    let noise = section.noise_deviations.map_or(0, |_| 8);
+    let filters = sizes.gain_tables_len(scales.max(2));
     let numbers = [
         // Resized, padded and as the result.
         product(&[3, sizes.image_len()]),
@@ -204,6 +207,7 @@ pub fn phase_symmetry_memory([rows, columns]: [usize; 2], section: &PhaseSymmetr
         sizes.filtered_len(),
         sizes.amplitude_len(),
         filters,
+        product(&[noise, sizes.image_len()]),
         product(&[rayon::current_num_threads() + 1, thread]),
         // The image that is resampled, and its copy; the map of its size; a PNG.
         product(&[3 + PNG / size_of::<f32>(), rows, columns]),

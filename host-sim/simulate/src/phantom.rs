@@ -226,6 +226,32 @@ impl Phantom {
         Phantom::bone(&slice_vertebra(slice)?.at_depth(depth)?)
     }
 
+    /// The phantom, moved so that the elevation `y`, m, is in the image plane.
+    ///
+    /// Only scatterers within a slab of `thickness` around the plane are kept.
+    ///
+    /// # Errors
+    /// A surface that is not closed there.
+    pub(super) fn at_elevation(&self, y: f64, thickness: f64) -> Result<Self> {
+        let near = |s: &Scatterer| (s.y - y).abs() <= 0.5 * thickness;
+        let moved = |s: &Scatterer| Scatterer { y: s.y - y, ..*s };
+        let kept = |all: &[Scatterer]| all.iter().filter(|s| near(s)).map(moved).collect();
+        let seen_at = self.seen_at.iter().zip(&self.scatterers);
+        let seen_at = seen_at.filter(|(_, s)| near(s));
+        let surface = self.surface.clone().map(|all| all.moved([0.0, -y, 0.0]));
+        let outline = surface.as_ref().map(Surface::outline).transpose();
+        let on_bone = self.scatterers.iter().take(self.on_bone);
+        Ok(Phantom {
+            scatterers: kept(&self.scatterers),
+            on_bone: on_bone.filter(|s| near(s)).count(),
+            seen_at: seen_at.map(|([x, at, z], _)| [*x, at - y, *z]).collect(),
+            bone: outline.map_err(Error::Data)?.flatten(),
+            surface,
+            clutter: kept(&self.clutter),
+            ..*self
+        })
+    }
+
     /// Refuses scatterers that are not in front of the array.
     pub(super) fn check_in_front(&self) -> Result<()> {
         let scatterers = self.scatterers.iter().chain(&self.clutter);
@@ -347,4 +373,44 @@ fn check_length(outline: &Outline) -> Result<()> {
         )));
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn at_another_elevation_the_plane_cuts_the_bone_there() {
+        let at = |y: f64| Scatterer {
+            x: 1e-3,
+            y,
+            z: 20e-3,
+            amplitude: 1.0,
+        };
+        let phantom = Phantom {
+            scatterers: vec![at(0.0), at(2.9e-3), at(3.5e-3), at(3.6e-3)],
+            on_bone: 3,
+            seen_at: vec![
+                [1e-3, 0.1e-3, 20e-3],
+                [1e-3, 2.8e-3, 20e-3],
+                [1e-3, 3.4e-3, 20e-3],
+            ],
+            surface: Some(crate::ball([0.0, 0.0, 20e-3], 5e-3)),
+            clutter: vec![at(0.0), at(3e-3)],
+            ..Phantom::default()
+        };
+        let found = phantom.at_elevation(3e-3, 1e-3).unwrap();
+        let elevations =
+            |all: &[Scatterer]| -> Vec<f64> { all.iter().map(|s| (1e4 * s.y).round()).collect() };
+        assert_eq!(elevations(&found.scatterers), [-1.0, 5.0]);
+        assert_eq!(elevations(&found.clutter), [0.0]);
+        assert_eq!((found.on_bone, found.seen_at.len()), (2, 2));
+        assert!((found.seen_at[0][1] + 0.2e-3).abs() < 1e-12);
+        // 3 mm beside its middle, a ball of 5 mm is a circle of 4 mm.
+        let outline = found.bone.unwrap();
+        for [x, z] in outline.loops().iter().flatten() {
+            assert!((x.hypot(z - 20e-3) - 4e-3).abs() < 0.1e-3, "{x} {z}");
+        }
+        assert!(phantom.at_elevation(9e-3, 1e-3).unwrap().bone.is_none());
+    }
 }

@@ -1,5 +1,6 @@
 //! The parameters of a simulation.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::path::PathBuf;
 
@@ -15,6 +16,8 @@ use crate::{
 };
 
 const SECTION: &str = "simulate";
+/// Largest number of frames of a sweep.
+const MOST_FRAMES: usize = 1000;
 
 /// Section `[simulate]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -46,6 +49,12 @@ pub struct Simulate {
     pub iq: bool,
     /// Volumes: thickness of the slab of scatterers around the image plane, m.
     pub thickness: f64,
+    /// Volumes: number of frames of a sweep in elevation.
+    ///
+    /// Its middle is at the height `slice`. The first frame is at elevation 0.
+    pub sweep: usize,
+    /// Volumes: distance between the frames of a sweep, m.
+    pub sweep_step: f64,
     /// Volumes: scatterers of tissue per mm³.
     ///
     /// By default the paper's 222 around a vertebra, else 60.
@@ -161,6 +170,8 @@ impl Default for Simulate {
             tissue: false,
             iq: false,
             thickness: 6e-3,
+            sweep: 1,
+            sweep_step: 0.5e-3,
             tissue_density: None,
             reverberation: None,
             clutter: None,
@@ -179,12 +190,15 @@ impl Simulate {
         self.scanner.get_or_insert_with(|| phantom.scanner())
     }
 
-    /// The phantom, as `scanner` images it.
+    /// The phantom, as `scanner` images it; of a sweep, all of it.
+    ///
+    /// Elevation 0 is that of the first frame.
     ///
     /// # Errors
     /// A mesh that cannot be read, a slice that does not cut the bone, or a phantom outside the record.
     pub fn build(&self, scanner: &Settings) -> Result<Built> {
         let mut warnings = Vec::new();
+        let thickness = self.thickness + self.sweep_length();
         let rough = self.bone.as_ref().map(|bone| (bone, scanner.seed));
         let mut phantom = match self.phantom {
             Kind::Point => {
@@ -207,7 +221,7 @@ impl Simulate {
                         slice: self.slice,
                     },
                 };
-                let (phantom, found) = bone.phantom(self.depth, self.thickness, rough)?;
+                let (phantom, found) = bone.phantom(self.depth, thickness, rough)?;
                 warnings = found;
                 phantom
             }
@@ -232,12 +246,20 @@ impl Simulate {
         let clutter = Clutter {
             diffuse: self.clutter,
             reverberation: self.reverberation,
-            thickness: self.thickness,
+            thickness,
             depth_end: scanner.depth_end,
             seed: scanner.seed,
         };
         clutter.add(&mut phantom)?;
+        if self.sweep > 1 {
+            phantom = phantom.at_elevation(-0.5 * self.sweep_length(), f64::INFINITY)?;
+        }
         Ok(Built { phantom, warnings })
+    }
+
+    /// Distance from the first frame to the last, m.
+    fn sweep_length(&self) -> f64 {
+        self.sweep.saturating_sub(1) as f64 * self.sweep_step
     }
 
     /// The block of soft tissue.
@@ -254,7 +276,7 @@ impl Simulate {
             } else {
                 [-20e-3, 20e-3]
             },
-            thickness: self.thickness,
+            thickness: self.thickness + self.sweep_length(),
             z: match paper {
                 true => [12e-3, 37e-3],
                 false => [scanner.depth_start.min(1e-3), scanner.depth_end],
@@ -285,6 +307,7 @@ impl Simulate {
             check_positive(SECTION, "point_depth", depth, LENGTHS, " (m)")?;
         }
         check_positive(SECTION, "thickness", self.thickness, [1e-6, 0.1], " (m)")?;
+        self.validate_sweep()?;
         if let Some(density) = self.tissue_density {
             check_positive(
                 SECTION,
@@ -306,7 +329,18 @@ impl Simulate {
 }
 
 impl Simulate {
-    /// Channel data of the section.
+    fn validate_sweep(&self) -> Result<()> {
+        let refused = |expected: &str| Err(out_of_range(SECTION, "sweep", self.sweep, expected));
+        if !(1..=MOST_FRAMES).contains(&self.sweep) {
+            return refused(&format!("1 to {MOST_FRAMES} frames"));
+        }
+        if self.sweep > 1 && !self.phantom.is_volume() {
+            return refused(&format!("1, since {} has no elevation", self.phantom));
+        }
+        check_positive(SECTION, "sweep_step", self.sweep_step, [1e-6, 0.01], " (m)")
+    }
+
+    /// Channel data of the section; of a sweep, those of its first frame.
     ///
     /// `progress` receives the fraction done, from any thread.
     ///
@@ -315,10 +349,12 @@ impl Simulate {
     pub fn recorded(&mut self, progress: &(dyn Fn(f64) + Sync)) -> Result<ChannelData> {
         let scanner = self.scanner().clone();
         let phantom = self.build(&scanner)?.phantom;
-        self.record(&scanner, &phantom, progress, &mut Checkpoint::none())
+        self.record(&scanner, &phantom, 0, progress, &mut Checkpoint::none())
     }
 
-    /// Channel data of `phantom` by `scanner`, which are the section's.
+    /// Channel data of a frame of `phantom` by `scanner`, which are the section's.
+    ///
+    /// The frames of a sweep have noise of their own.
     ///
     /// An interrupted run resumes from `checkpoint`.
     ///
@@ -328,6 +364,7 @@ impl Simulate {
         &self,
         scanner: &Settings,
         phantom: &Phantom,
+        frame: usize,
         progress: &(dyn Fn(f64) + Sync),
         checkpoint: &mut Checkpoint,
     ) -> Result<ChannelData> {
@@ -338,7 +375,13 @@ impl Simulate {
             _ => Summation::Cells,
         };
         let set = InstructionSet::detect();
-        let data = resumed_channel_data(scanner, phantom, summation, set, progress, checkpoint)?;
+        let (mut scanner, mut phantom) = (Cow::Borrowed(scanner), Cow::Borrowed(phantom));
+        if self.sweep > 1 {
+            let elevation = frame as f64 * self.sweep_step;
+            scanner.to_mut().seed = scanner.seed.wrapping_add(frame as u64);
+            phantom = Cow::Owned(phantom.at_elevation(elevation, self.thickness)?);
+        }
+        let data = resumed_channel_data(&scanner, &phantom, summation, set, progress, checkpoint)?;
         Ok(match self.iq {
             true => demodulate(data),
             false => data,

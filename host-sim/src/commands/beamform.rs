@@ -224,7 +224,7 @@ impl Arguments {
         let surface = FrameSurface { frame: 0, points };
         let count = lines.beam_x.len();
         let text = format!("; {}", surface.summary(count));
-        add_surfaces_to(&[surface], count, path, outputs)?;
+        add_surfaces_to(&[surface], count, None, path, outputs)?;
         Ok(text)
     }
 
@@ -248,6 +248,7 @@ impl Arguments {
             let map = phase_symmetry::of_image(
                 image.pixels.clone(),
                 &config.phase_symmetry,
+                image.angles.is_none().then_some(image.pixel),
                 &mut |done, of| bar.set(done as u64, of as u64),
             );
             let mut map = map.map_err(|e| about(&self.recording, e))?;

@@ -18,6 +18,7 @@ pub mod simulate;
 pub mod surface;
 mod surface_files;
 mod surface_inputs;
+mod surface_mesh;
 pub mod tune;
 pub mod verify;
 

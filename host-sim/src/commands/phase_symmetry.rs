@@ -35,6 +35,10 @@ pub struct Arguments {
     #[arg(long = "image", value_name = "PS.png")]
     picture: Option<PathBuf>,
 
+    /// Size of the image's square pixels, m, for --wavelengths
+    #[arg(long, value_name = "M")]
+    pixel_size: Option<f64>,
+
     #[command(flatten)]
     phase_symmetry: PhaseSymmetryFlags,
 
@@ -47,7 +51,9 @@ Examples:
   host-sim phase-symmetry bone.png --pad --scales 2^-7,2^-8,2^-9 --threshold 15 -o ps.npy \\
       --image ps.png
   host-sim phase-symmetry scan.png --resize 512x512 --scales 2^-5,2^-6,2^-7,2^-8,2^-9 \\
-      --threshold 10 -o ps.npy";
+      --threshold 10 -o ps.npy
+  host-sim phase-symmetry bone.png --pad --pixel-size 0.0001 --wavelengths 0.002,0.004 \\
+      --noise-deviations 2 -o ps.npy";
 
 /// Runs the command.
 ///
@@ -56,6 +62,7 @@ Examples:
 pub fn run(arguments: Arguments) -> Result<()> {
     let mut config = load_config(arguments.config.path.as_deref())?;
     arguments.phase_symmetry.apply(&mut config.phase_symmetry);
+    config.image.pixel_size = arguments.pixel_size.or(config.image.pixel_size);
     config.validate()?;
 
     if Format::of(&arguments.output)? != Format::Npy {
@@ -78,7 +85,8 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let bytes = phase_symmetry_memory(pixels.dim().into(), &config.phase_symmetry);
     memory::check(bytes, "phase symmetry").map_err(|e| about(&arguments.image, e))?;
     let bar = Progress::new("phase symmetry", 1);
-    let map = of_image(pixels, &config.phase_symmetry, &mut |done, of| {
+    let (section, pixel) = (&config.phase_symmetry, config.image.pixel_size);
+    let map = of_image(pixels, section, pixel, &mut |done, of| {
         bar.set(done as u64, of as u64);
     })
     .map_err(|e| about(&arguments.image, e))?;

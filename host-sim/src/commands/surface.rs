@@ -34,7 +34,8 @@ pub struct Arguments {
     /// Points of the surface, written as .csv, .json or .ply
     ///
     /// .csv: line, x and z in m, confidence, piece. .json: the same, grouped by piece. .ply: x, 0, z in mm with
-    /// confidence, and edges between neighbours. For several frames, points have the frame as well.
+    /// confidence, and edges between neighbours. For several frames, points have the frame as well. With --sweep-step,
+    /// points have y, and .ply has triangles.
     #[arg(short, long, value_name = "SURFACE.csv")]
     output: PathBuf,
 
@@ -80,6 +81,7 @@ Examples:
   host-sim surface lines.npz -o surface.json --image surface.png --dynamic-range 60
   host-sim surface scan.png --pixel-size 0.0001 -o surface.csv --image surface.png
   host-sim surface frames.hdf5 --frames 0..10 -o surface.csv
+  host-sim surface sweep.npz --sweep-step 0.0005 -o surface.ply
   host-sim surface sector.png --pixel-size 0.0002 --fan 0.032,0.004,0.006,0.15,-0.78,0.78 -o surface.csv
   host-sim surface screen.png --pixel-size 0.00012 --crop 80,40,512,480 -o surface.csv --image surface.png";
 
@@ -132,7 +134,14 @@ pub fn run(arguments: Arguments) -> Result<()> {
     };
     let found = Found::of(&source, &config, &snapshot)?;
     let mut outputs = Outputs::new();
-    add_surfaces_to(&found.frames, found.lines, &arguments.output, &mut outputs)?;
+    let step = config.surface.sweep_step;
+    if step.is_some() && found.frames.len() < 2 {
+        let path = arguments.input.display();
+        let message = format!("--sweep-step needs several frames; {path} gives one");
+        return Err(Error::Usage(message));
+    }
+    let (path, lines) = (&arguments.output, found.lines);
+    add_surfaces_to(&found.frames, lines, step, path, &mut outputs)?;
     if let (Some(path), Some(picture)) = (&arguments.image, &found.picture) {
         let points = found.frames.first().map_or(&[][..], |frame| &frame.points);
         Overlay::of(picture, found.fan.as_ref(), points).add_to(path, &mut outputs)?;

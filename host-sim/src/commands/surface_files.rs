@@ -6,6 +6,7 @@ use std::path::Path;
 use ndarray::Array2;
 use serde::Serialize;
 
+use super::surface_mesh::triangles;
 use crate::{Error, Result};
 use bonebeam_drive::image::BModeImage;
 use bonebeam_drive::surface::{PictureFan, SurfacePoint};
@@ -65,11 +66,17 @@ impl FrameSurface {
         )
     }
 
-    fn document(&self) -> Vec<Vec<DocumentPoint>> {
+    /// Elevation of the frame, m.
+    fn y(&self, sweep_step: f64) -> f64 {
+        self.frame as f64 * sweep_step
+    }
+
+    fn document(&self, sweep_step: Option<f64>) -> Vec<Vec<DocumentPoint>> {
         let pieces = self.points.chunk_by(|a, b| a.piece == b.piece);
         let point = |point: &SurfacePoint| DocumentPoint {
             line: point.line,
             x_m: point.x,
+            y_m: sweep_step.map(|step| self.y(step)),
             z_m: point.z,
             confidence: point.confidence,
         };
@@ -100,33 +107,37 @@ struct FrameDocument {
 struct DocumentPoint {
     line: usize,
     x_m: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    y_m: Option<f64>,
     z_m: f64,
     confidence: f32,
 }
 
 /// Stages the surfaces of frames of `lines` lines; the ending sets the format.
 ///
-/// With several frames, the file also gives the frame of each point.
+/// With several frames, the file also gives the frame of each point; with the step of a sweep, in m, the elevation and
+/// the triangles between frames.
 ///
 /// # Errors
 /// Another ending, or the file cannot be written.
 pub fn add_surfaces_to(
     frames: &[FrameSurface],
     lines: usize,
+    sweep_step: Option<f64>,
     path: &Path,
     outputs: &mut Outputs,
 ) -> Result<()> {
     let text = match Kind::of("--output", path)? {
-        Kind::Csv => csv(frames),
+        Kind::Csv => csv(frames, sweep_step),
         Kind::Json => {
             let of = |frame: &FrameSurface| FrameDocument {
                 frame: frame.frame,
-                pieces: frame.document(),
+                pieces: frame.document(sweep_step),
             };
             let document = match frames {
                 [one] => Document {
                     lines,
-                    pieces: Some(one.document()),
+                    pieces: Some(one.document(sweep_step)),
                     frames: None,
                 },
                 _ => Document {
@@ -138,17 +149,18 @@ pub fn add_surfaces_to(
             let text = serde_json::to_string_pretty(&document);
             text.map_err(|e| Error::Data(format!("the surface cannot be written: {e}")))? + "\n"
         }
-        Kind::Ply => ply(frames),
+        Kind::Ply => ply(frames, lines, sweep_step),
     };
     outputs.add(path, |sink| Ok(sink.write_all(text.as_bytes())?))
 }
 
-fn csv(frames: &[FrameSurface]) -> String {
+fn csv(frames: &[FrameSurface], sweep_step: Option<f64>) -> String {
     let several = frames.len() != 1;
-    let mut text = String::from(if several { "frame," } else { "" });
-    text += "line,x_m,z_m,confidence,piece\n";
-    for FrameSurface { frame, points } in frames {
-        for point in points {
+    let [frame, y] = [(several, "frame,"), (sweep_step.is_some(), "y_m,")]
+        .map(|(given, column)| if given { column } else { "" });
+    let mut text = format!("{frame}line,x_m,{y}z_m,confidence,piece\n");
+    for frame in frames {
+        for point in &frame.points {
             let SurfacePoint {
                 line,
                 x,
@@ -157,37 +169,52 @@ fn csv(frames: &[FrameSurface]) -> String {
                 piece,
             } = point;
             if several {
-                text += &format!("{frame},");
+                text += &format!("{},", frame.frame);
             }
-            text += &format!("{line},{x:.7},{z:.7},{confidence:.4},{piece}\n");
+            text += &format!("{line},{x:.7},");
+            if let Some(step) = sweep_step {
+                text += &format!("{:.7},", frame.y(step));
+            }
+            text += &format!("{z:.7},{confidence:.4},{piece}\n");
         }
     }
     text
 }
 
-/// A PLY in mm, as the simulator's meshes; y is 0.
-fn ply(frames: &[FrameSurface]) -> String {
+/// A PLY in mm, as the simulator's meshes; without a sweep y is 0.
+fn ply(frames: &[FrameSurface], lines: usize, sweep_step: Option<f64>) -> String {
     let several = frames.len() != 1;
     let (mut vertices, mut edges, mut count) = (String::new(), vec![], 0usize);
-    for FrameSurface { frame, points } in frames {
-        for (k, point) in points.iter().enumerate() {
+    for frame in frames {
+        let y = sweep_step.map_or("0".into(), |step| format!("{:.4}", 1e3 * frame.y(step)));
+        for (k, point) in frame.points.iter().enumerate() {
             let (x, z) = (1e3 * point.x, 1e3 * point.z);
-            vertices += &format!("{x:.4} 0 {z:.4} {:.4}", point.confidence);
+            vertices += &format!("{x:.4} {y} {z:.4} {:.4}", point.confidence);
             vertices += &if several {
-                format!(" {frame}\n")
+                format!(" {}\n", frame.frame)
             } else {
                 "\n".into()
             };
-            if k > 0 && points[k - 1].piece == point.piece {
+            if k > 0 && frame.points[k - 1].piece == point.piece {
                 edges.push(format!("{} {count}\n", count - 1));
             }
             count += 1;
         }
     }
+    let faces = sweep_step.map(|step| triangles(frames, lines, step));
+    let faces = faces.map(|faces| {
+        let head = format!(
+            "element face {}\nproperty list uchar int vertex_indices\n",
+            faces.len()
+        );
+        let rows = faces.iter().map(|[a, b, c]| format!("3 {a} {b} {c}\n"));
+        (head, rows.collect::<String>())
+    });
+    let (face_head, face_rows) = faces.unwrap_or_default();
     format!(
         "ply\nformat ascii 1.0\nelement vertex {count}\nproperty float x\nproperty float y\nproperty float z\n\
-         property float confidence\n{}element edge {}\nproperty int vertex1\nproperty int vertex2\nend_header\n\
-         {vertices}{}",
+         property float confidence\n{}{face_head}element edge {}\nproperty int vertex1\nproperty int vertex2\n\
+         end_header\n{vertices}{face_rows}{}",
         if several { "property int frame\n" } else { "" },
         edges.len(),
         edges.concat()

@@ -14,9 +14,32 @@ pub struct PhaseSymmetryFlags {
     #[arg(long, value_name = "R0,…", value_delimiter = ',', value_parser = parse_scale)]
     scales: Option<Vec<f64>>,
 
+    /// Wavelengths at the centres of the filters, m, in place of --scales
+    ///
+    /// They need the size of a pixel; --resize has no place beside them. A ridge whose width at half height is w answers
+    /// most at a wavelength of about 4·w.
+    #[arg(
+        long,
+        value_name = "M,…",
+        value_delimiter = ',',
+        conflicts_with = "scales"
+    )]
+    wavelengths: Option<Vec<f64>>,
+
     /// Noise threshold T_n, in grey levels of the image [default: 15]
     #[arg(long, value_name = "GREY")]
     threshold: Option<f64>,
+
+    /// T_n from the image's noise: its mean amplitude and K standard deviations
+    ///
+    /// The noise is the median amplitude of the finest filters. Of noise alone a filter passes 0.8 % of the pixels for
+    /// K = 1, 0.12 % for 2 and 0.013 % for 3.
+    #[arg(long, value_name = "K", conflicts_with = "threshold")]
+    noise_deviations: Option<f64>,
+
+    /// With --noise-deviations, a threshold for each direction of the filters
+    #[arg(long)]
+    noise_by_direction: bool,
 
     /// Rows or columns processed at a time [default: 16]
     ///
@@ -43,7 +66,10 @@ impl PhaseSymmetryFlags {
     pub fn refuse(&self, why: &str) -> Result<()> {
         let given = [
             ("--scales", self.scales.is_some()),
+            ("--wavelengths", self.wavelengths.is_some()),
             ("--threshold", self.threshold.is_some()),
+            ("--noise-deviations", self.noise_deviations.is_some()),
+            ("--noise-by-direction", self.noise_by_direction),
             ("--strip", self.strip.is_some()),
             ("--pad", self.pad),
             ("--resize", self.resize.is_some()),
@@ -58,8 +84,17 @@ impl PhaseSymmetryFlags {
     pub fn apply(&self, section: &mut PhaseSymmetry) {
         if let Some(scales) = &self.scales {
             section.scales.clone_from(scales);
+            section.wavelengths.clear();
         }
-        section.threshold = self.threshold.unwrap_or(section.threshold);
+        if let Some(wavelengths) = &self.wavelengths {
+            section.wavelengths.clone_from(wavelengths);
+        }
+        if let Some(threshold) = self.threshold {
+            section.threshold = threshold;
+            (section.noise_deviations, section.noise_by_direction) = (None, false);
+        }
+        section.noise_deviations = self.noise_deviations.or(section.noise_deviations);
+        section.noise_by_direction |= self.noise_by_direction;
         section.strip = self.strip.unwrap_or(section.strip);
         // Each undoes the need for the other.
         if self.pad {

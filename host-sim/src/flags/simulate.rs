@@ -97,6 +97,17 @@ pub struct SimulateFlags {
     #[arg(long, value_name = "M", help_heading = "Volume")]
     thickness: Option<f64>,
 
+    /// Number of frames of a sweep in elevation [default: 1]
+    ///
+    /// Its middle is at the height --slice of a vertebra, or in the middle of another volume. The first frame is at
+    /// elevation 0, the next ones towards the head. Frames have noise of their own.
+    #[arg(long, value_name = "N", help_heading = "Volume")]
+    sweep: Option<usize>,
+
+    /// Distance between the frames of a sweep, m [default: 0.0005]
+    #[arg(long, value_name = "M", help_heading = "Volume")]
+    sweep_step: Option<f64>,
+
     /// Scatterers of tissue per mm³ [default: 222 around a vertebra, else 60]
     #[arg(long, value_name = "N", help_heading = "Volume")]
     tissue_density: Option<f64>,
@@ -216,6 +227,8 @@ impl SimulateFlags {
         section.elevation = self.elevation.unwrap_or(section.elevation);
         section.point_depth = self.point_depth.or(section.point_depth);
         section.thickness = self.thickness.unwrap_or(section.thickness);
+        section.sweep = self.sweep.unwrap_or(section.sweep);
+        section.sweep_step = self.sweep_step.unwrap_or(section.sweep_step);
         section.tissue_density = self.tissue_density.or(section.tissue_density);
         section.reverberation = self.reverberation.or(section.reverberation);
         if let Some(level) = self.clutter {
@@ -293,6 +306,7 @@ impl SimulateFlags {
                 phantom.has_bone(),
             ),
             ("--thickness", self.thickness.is_some(), phantom.is_volume()),
+            ("--sweep", self.sweep.is_some(), phantom.is_volume()),
             (
                 "--tissue-density",
                 self.tissue_density.is_some(),
@@ -322,6 +336,12 @@ impl SimulateFlags {
                 self.clutter_fall.is_some(),
                 "--clutter",
                 section.clutter.is_some(),
+            ),
+            (
+                "--sweep-step",
+                self.sweep_step.is_some(),
+                "--sweep",
+                section.sweep > 1,
             ),
             (
                 "--noise-rise",

@@ -56,6 +56,13 @@ pub struct SurfaceFlags {
     /// Minimum confidence of a point, 0 to 1 [default: 0]
     #[arg(long, value_name = "P", help_heading = "Surface")]
     min_confidence: Option<f64>,
+
+    /// Frames of a sweep: distance in elevation from one to the next, m
+    ///
+    /// Frame 0 is at elevation 0. Points then have y as well, and a .ply file has triangles between the surfaces of
+    /// neighbouring frames.
+    #[arg(long, value_name = "M", help_heading = "Surface")]
+    sweep_step: Option<f64>,
 }
 
 /// A help text with the core's defaults.
@@ -127,5 +134,6 @@ impl SurfaceFlags {
         over(self.rest, &mut section.rest);
         over(self.shadow, &mut section.shadow);
         over(self.margin, &mut section.margin);
+        over(self.sweep_step, &mut section.sweep_step);
     }
 }

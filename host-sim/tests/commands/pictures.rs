@@ -86,6 +86,52 @@ fn a_bone_map_is_the_phase_symmetry_of_the_image() {
     assert!(bytes("own-map.npy") == bytes("own-ps.npy"));
 }
 
+/// Wavelengths are scales by the size of a pixel, and noise gives a threshold, in both commands.
+#[test]
+fn a_bone_map_by_wavelengths_and_the_images_noise() {
+    let folder = tempdir().unwrap();
+    let [focused, ..] = laws();
+    point(focused)
+        .write(&folder.path().join("data.npz"))
+        .unwrap();
+    let map = |name: &str| image::read(&folder.path().join(name)).unwrap();
+    let wavelengths = "--pixel-size 0.0001 --wavelengths 0.0004,0.0008";
+    let beamform = "beamform data.npz -o lines.npz --method das --image image.npy";
+    run(
+        &folder,
+        &format!("{beamform} --bone-map map.npy {wavelengths} --noise-deviations 2"),
+    );
+    let filter = "phase-symmetry image.npy --pad";
+    run(
+        &folder,
+        &format!("{filter} {wavelengths} --noise-deviations 2 -o ps.npy"),
+    );
+    assert!(map("map.npy") == map("ps.npy"));
+    run(
+        &folder,
+        &format!("{filter} --scales 0.25,0.125 --noise-deviations 2 -o scales.npy"),
+    );
+    assert!(map("map.npy") == map("scales.npy"));
+    run(
+        &folder,
+        &format!("{filter} {wavelengths} --noise-deviations 2 --noise-by-direction -o own.npy"),
+    );
+    assert!(map("own.npy") != map("ps.npy"));
+    // The written configuration repeats the run; --scales and --threshold replace its keys.
+    run(
+        &folder,
+        "phase-symmetry image.npy --config own.npy.config.toml -o again.npy",
+    );
+    assert!(map("again.npy") == map("own.npy"));
+    let plain = "--scales 0.25,0.125 --threshold 5";
+    run(
+        &folder,
+        &format!("phase-symmetry image.npy --config own.npy.config.toml {plain} -o a.npy"),
+    );
+    run(&folder, &format!("{filter} {plain} -o b.npy"));
+    assert!(map("a.npy") == map("b.npy"));
+}
+
 #[test]
 fn a_figure_has_axes_in_mm_and_the_image_in_it() {
     let folder = tempdir().unwrap();

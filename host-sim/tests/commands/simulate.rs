@@ -47,3 +47,30 @@ fn a_simulation_can_be_repeated_to_the_byte() {
     );
     assert!(bytes("d.npz") == bytes("e.npz"));
 }
+
+#[test]
+fn a_sweep_has_a_frame_at_each_elevation() {
+    let folder = tempdir().unwrap();
+    let flags = "--beams 1 --first-beam 32 --elements 64 --depth-start 0.014 --depth-end 0.017 \
+                 --noise-free --slice -0.003 --thickness 0.001";
+    let read = |name: &str| ChannelData::read(&folder.path().join(name)).unwrap();
+    run(
+        &folder,
+        &format!("simulate vertebra-3d -o sweep.npz {flags} --sweep 3 --sweep-step 0.0005"),
+    );
+    let sweep = read("sweep.npz");
+    assert_eq!(sweep.samples.frames(), 3);
+    let frame = |k: usize| sweep.samples.rf(k).unwrap();
+    let peak = frame(0).iter().fold(0f32, |most, v| most.max(v.abs()));
+    for [a, b] in [[0, 1], [1, 2], [0, 2]] {
+        let off = (&frame(a) - &frame(b))
+            .iter()
+            .fold(0f32, |most, v| most.max(v.abs()));
+        assert!(off > 0.01 * peak, "{a} and {b}");
+    }
+    for refused in ["vertebra", "point"] {
+        let arguments = format!("simulate {refused} -o other.npz --sweep 3");
+        let part = ["--sweep has no effect"];
+        common::program::fails(&folder, &arguments, common::program::USAGE, &part);
+    }
+}

@@ -7,11 +7,14 @@ use bonebeam::phase_symmetry::MAX_SCALES;
 use serde::{Deserialize, Serialize};
 
 use crate::{Error, Result};
-use bonebeam_files::settings::{check_count, out_of_range};
+use bonebeam_files::settings::{LENGTHS, check_count, check_positive, out_of_range};
+use bonebeam_files::terminal::short;
 
 const SECTION: &str = "phase_symmetry";
 /// Largest noise threshold: the largest pixel that the core accepts.
 const MAX_THRESHOLD: f64 = 1e12;
+/// Smallest and largest centre frequency that the core accepts, cycles per pixel.
+const SCALES: [f64; 2] = [1.0 / 1024.0, 0.5];
 /// Sides that the transform accepts, pixels.
 const SIDES: [usize; 5] = [64, 128, 256, 512, 1024];
 
@@ -21,8 +24,21 @@ const SIDES: [usize; 5] = [64, 128, 256, 512, 1024];
 pub struct PhaseSymmetry {
     /// Centre frequencies r₀ of the filters, cycles per pixel.
     pub scales: Vec<f64>,
+    /// Wavelengths at the centres of the filters, m, in place of `scales`.
+    ///
+    /// A scale is the size of a pixel over the wavelength.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub wavelengths: Vec<f64>,
     /// Noise threshold T_n, in grey levels of an image of 0 to 255.
     pub threshold: f64,
+    /// T_n from the image's noise in place of `threshold`.
+    ///
+    /// It is the mean of the noise's amplitude and this number of standard deviations.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noise_deviations: Option<f64>,
+    /// With `noise_deviations`, whether each direction has a threshold of its own.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub noise_by_direction: bool,
     /// Number of rows or columns processed at a time.
     ///
     /// It changes the memory needed, never the result.
@@ -72,7 +88,10 @@ impl Default for PhaseSymmetry {
     fn default() -> Self {
         Self {
             scales: vec![(-7f64).exp2(), (-8f64).exp2(), (-9f64).exp2()],
+            wavelengths: Vec::new(),
             threshold: 15.0,
+            noise_deviations: None,
+            noise_by_direction: false,
             strip: 16,
             pad: false,
             resize: None,
@@ -89,11 +108,71 @@ impl PhaseSymmetry {
         next(sides.0).zip(next(sides.1)).filter(|_| self.pad)
     }
 
+    /// Centre frequencies of the filters for square pixels of a size in m, cycles per pixel.
+    ///
+    /// # Errors
+    /// [`crate::Error::Usage`] for wavelengths without the size of a pixel, and for one beyond 2 to 1024 pixels.
+    pub fn centre_frequencies(&self, pixel: Option<f64>) -> Result<Vec<f64>> {
+        if self.wavelengths.is_empty() {
+            return Ok(self.scales.clone());
+        }
+        let Some(pixel) = pixel else {
+            let message =
+                "--wavelengths needs square pixels of known size, such as --pixel-size 0.0001";
+            return Err(Error::Usage(message.into()));
+        };
+        let scale = |wavelength: &f64| {
+            let scale = pixel / wavelength;
+            if (SCALES[0]..=SCALES[1]).contains(&scale) {
+                return Ok(scale);
+            }
+            let expected = format!("2 to 1024 pixels of {} m", short(pixel));
+            Err(out_of_range(SECTION, "wavelengths", *wavelength, &expected))
+        };
+        self.wavelengths.iter().map(scale).collect()
+    }
+
+    fn validate_noise(&self) -> Result<()> {
+        match self.noise_deviations {
+            Some(deviations) if !(0.0..=100.0).contains(&deviations) => {
+                let expected = "0 to 100 standard deviations";
+                Err(out_of_range(
+                    SECTION,
+                    "noise_deviations",
+                    deviations,
+                    expected,
+                ))
+            }
+            None if self.noise_by_direction => Err(Error::Usage(
+                "--noise-by-direction has no effect without --noise-deviations".into(),
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    fn validate_wavelengths(&self) -> Result<()> {
+        if self.wavelengths.len() > MAX_SCALES {
+            let count = format!("{} wavelengths", self.wavelengths.len());
+            let expected = format!("at most {MAX_SCALES}");
+            return Err(out_of_range(SECTION, "wavelengths", count, &expected));
+        }
+        for wavelength in &self.wavelengths {
+            check_positive(SECTION, "wavelengths", *wavelength, LENGTHS, " (m)")?;
+        }
+        if !self.wavelengths.is_empty() && self.resize.is_some() {
+            let message = "--resize changes the size of the pixels that --wavelengths needs; give one of them";
+            return Err(Error::Usage(message.into()));
+        }
+        Ok(())
+    }
+
     /// Checks every value.
     ///
     /// # Errors
     /// [`crate::Error::Usage`] naming the flag, the key, the value and the range.
     pub fn validate(&self) -> Result<()> {
+        self.validate_wavelengths()?;
+        self.validate_noise()?;
         let count = self.scales.len();
         if !(1..=MAX_SCALES).contains(&count) {
             let expected = format!("1 to {MAX_SCALES} scales");
@@ -104,7 +183,7 @@ impl PhaseSymmetry {
                 &expected,
             ));
         }
-        let (low, high) = ((-10f64).exp2(), (-1f64).exp2());
+        let [low, high] = SCALES;
         if let Some(scale) = self.scales.iter().find(|s| !(low..=high).contains(*s)) {
             return Err(out_of_range(
                 SECTION,

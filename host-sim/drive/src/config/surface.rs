@@ -61,6 +61,11 @@ pub struct Surface {
     pub margin: Option<f64>,
     /// The minimum confidence of a point, 0 to 1.
     pub min_confidence: f64,
+    /// Several frames: the distance in elevation from one to the next, m.
+    ///
+    /// Without it, points have no elevation.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sweep_step: Option<f64>,
     /// Pictures: columns are lines, even if the picture looks like a fan.
     pub columns_as_lines: bool,
     /// Pictures: the fan of a curved array or a sector.
@@ -86,6 +91,7 @@ impl Default for Surface {
             shadow: None,
             margin: None,
             min_confidence: 0.0,
+            sweep_step: None,
             columns_as_lines: false,
             fan: None,
         }
@@ -153,6 +159,9 @@ impl Surface {
             if let Some(value) = value {
                 within(key, value, range, unit)?;
             }
+        }
+        if let Some(step) = self.sweep_step {
+            check_positive(SECTION, "sweep_step", step, [1e-6, 0.01], " (m)")?;
         }
         within("min_confidence", self.min_confidence, [0.0, 1.0], "")?;
         self.fan

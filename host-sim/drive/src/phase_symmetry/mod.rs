@@ -3,6 +3,7 @@
 //! It uses the widest vectors that the processor has.
 
 mod bands;
+mod noise;
 
 use std::ops::Range;
 
@@ -19,6 +20,9 @@ use crate::config;
 use crate::image::resize;
 use crate::{Error, Result};
 use bands::{Band, MatrixPart, Whole};
+
+/// Directions of the filters of a scale.
+const DIRECTIONS: usize = 6;
 
 /// Parameters of phase symmetry.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,13 +58,15 @@ pub fn phase_symmetry(
 
 /// The map of an image 0..255 with the parameters of the section.
 ///
-/// The image is resampled first, or padded with black; then the map is cut to its size again.
+/// The image is resampled first, or padded with black; then the map is cut to its size again. `pixel` is the size of
+/// its square pixels, m, if known.
 ///
 /// # Errors
-/// As [`phase_symmetry`] and [`resize`].
+/// As [`phase_symmetry`] and [`resize`]; wavelengths without the size of a pixel.
 pub fn of_image(
     mut image: Array2<f32>,
     section: &config::PhaseSymmetry,
+    pixel: Option<f64>,
     progress: &mut dyn FnMut(usize, usize),
 ) -> Result<Array2<f32>> {
     if let Some(size) = section.resize {
@@ -72,11 +78,20 @@ pub fn of_image(
         image = Array2::from_shape_fn(sides, level);
     }
     let parameters = Parameters {
-        scales: section.scales.clone(),
+        scales: section.centre_frequencies(pixel)?,
         threshold: section.threshold as f32,
         strip: section.strip,
     };
-    let map = phase_symmetry(image.view(), &parameters, progress)?;
+    let thresholds = match section.noise_deviations {
+        None => [parameters.threshold; DIRECTIONS],
+        Some(deviations) => {
+            let noise = noise::of_image(image.view(), shown, &parameters)?;
+            noise.thresholds(deviations, section.noise_by_direction)
+        }
+    };
+    let mut plan = Plan::new(image.dim(), &parameters)?;
+    plan.set_thresholds(&parameters, thresholds)?;
+    let map = plan.run(image.view(), InstructionSet::detect(), progress)?;
     Ok(Array2::from_shape_fn(shown, |at| map[at]))
 }
 
@@ -86,6 +101,8 @@ pub fn of_image(
 /// map's bits depend neither on their number nor on the instruction set.
 #[derive(Debug)]
 pub struct Plan {
+    /// The bank for the filters of each direction; only thresholds differ.
+    directions: [PhaseSymmetry; DIRECTIONS],
     fft: LaneFft,
     gains: GainTables<Vec<f32>>,
     spectrum: Vec<f32>,
@@ -97,7 +114,8 @@ pub struct Plan {
 struct Map<'a> {
     plan: &'a mut Plan,
     image: ArrayView2<'a, f32>,
-    progress: &'a mut dyn FnMut(usize, usize),
+    /// Called after each filter, with its index and the denominator so far; `false` ends the computation.
+    after: &'a mut dyn FnMut(usize, &[f32]) -> bool,
     map: ArrayViewMut2<'a, f32>,
 }
 
@@ -108,16 +126,27 @@ impl Plan {
     /// Sides that are not powers of two from 64 to 1024, or parameters that the core rejects.
     pub fn new((rows, columns): (usize, usize), parameters: &Parameters) -> Result<Self> {
         check_size(rows, columns)?;
-        let bank = PhaseSymmetry::new(&core::Parameters {
-            sizes: Sizes {
-                rows,
-                columns,
-                strip: parameters.strip,
-            },
-            scales: &parameters.scales,
-            threshold: parameters.threshold,
-        })?;
-        Self::of(bank)
+        let sizes = Sizes {
+            rows,
+            columns,
+            strip: parameters.strip,
+        };
+        Self::of(bank(sizes, parameters, parameters.threshold)?)
+    }
+
+    /// Sets the thresholds of the directions, in the order of the bank's filters.
+    ///
+    /// `parameters` are those of the plan.
+    fn set_thresholds(
+        &mut self,
+        parameters: &Parameters,
+        thresholds: [f32; DIRECTIONS],
+    ) -> Result<()> {
+        let sizes = self.gains.bank().sizes();
+        for (direction, threshold) in self.directions.iter_mut().zip(thresholds) {
+            *direction = bank(sizes, parameters, threshold)?;
+        }
+        Ok(())
     }
 
     /// From a plan of the core.
@@ -130,6 +159,7 @@ impl Plan {
         let filters = LogGabor::new(&mut filters);
         let gains = vec![0.0; bank.gain_tables_len()];
         Ok(Plan {
+            directions: [bank; DIRECTIONS],
             fft: LaneFft::new(),
             gains: GainTables::new(&filters, &bank, gains)?,
             spectrum: vec![0.0; sizes.spectrum_len()],
@@ -167,13 +197,26 @@ impl Plan {
         progress: &mut dyn FnMut(usize, usize),
         map: ArrayViewMut2<f32>,
     ) -> Result<()> {
+        let filters = self.gains.bank().filters();
         set.dispatch(Map {
             plan: self,
             image,
-            progress,
+            after: &mut |filter, _| {
+                progress(filter + 1, filters);
+                true
+            },
             map,
         })
     }
+}
+
+/// A bank of filters for images of these sizes.
+fn bank(sizes: Sizes, parameters: &Parameters, threshold: f32) -> Result<PhaseSymmetry> {
+    Ok(PhaseSymmetry::new(&core::Parameters {
+        sizes,
+        scales: &parameters.scales,
+        threshold,
+    })?)
 }
 
 impl Task for Map<'_> {
@@ -183,7 +226,7 @@ impl Task for Map<'_> {
         let Map {
             plan,
             image,
-            progress,
+            after,
             map,
         } = self;
         let bank = *plan.gains.bank();
@@ -250,6 +293,7 @@ impl Task for Map<'_> {
                     })
                 })?;
             let filtered = plan.filtered.as_slice();
+            let bank = plan.directions[filter % DIRECTIONS];
             row_strips
                 .par_chunks(row_share)
                 .zip(sums.par_chunks_mut(band))
@@ -266,7 +310,9 @@ impl Task for Map<'_> {
                         bank.add_rows(&kernels, filter, rows, filtered, sums, memory)
                     })
                 })?;
-            progress(filter + 1, bank.filters());
+            if !after(filter, &plan.amplitude) {
+                break;
+            }
         }
         Ok(())
     }
