@@ -116,10 +116,14 @@ impl HilbertTransformer {
         let behind = rows.get(reach + V::LANES..);
         let earlier = before.unwrap_or_default().windows(group).rev();
         let later = behind.unwrap_or_default().windows(group);
-        let pairs = earlier.step_by(2 * V::LANES).zip(later.step_by(2 * V::LANES));
+        let pairs = earlier
+            .step_by(2 * V::LANES)
+            .zip(later.step_by(2 * V::LANES));
         for (&tap, (earlier, later)) in taps.iter().zip(pairs) {
             let tap = zero.splat(tap);
-            let pairs = earlier.chunks_exact(V::LANES).zip(later.chunks_exact(V::LANES));
+            let pairs = earlier
+                .chunks_exact(V::LANES)
+                .zip(later.chunks_exact(V::LANES));
             for (sum, (earlier, later)) in sums.iter_mut().zip(pairs) {
                 *sum = *sum + tap * (load(zero, earlier) - load(zero, later));
             }

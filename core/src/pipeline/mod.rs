@@ -17,6 +17,7 @@ mod block;
 mod cuts;
 mod depth_gate;
 mod frame;
+mod lanes;
 mod line;
 mod memory;
 

@@ -467,7 +467,8 @@ mod tests {
         }
         for none in 0..PARTIAL_SUMS {
             let (mut first, mut second) = ([0.0; PARTIAL_SUMS], [0.0; PARTIAL_SUMS]);
-            let dots = zero.blended_dots(|k| (k != none).then(|| term(k)), [&mut first, &mut second]);
+            let dots =
+                zero.blended_dots(|k| (k != none).then(|| term(k)), [&mut first, &mut second]);
             assert!(dots.is_none(), "without term {none}");
         }
     }
