@@ -29,12 +29,12 @@ const PARAMETERS: Parameters = Parameters {
     strip: 64,
     ..example::PARAMETERS
 };
-const NEED: Need = match PARAMETERS.need(Covariance::ForwardBackward) {
+/// Lanes of the widest vector.
+const LANES: usize = 4;
+const NEED: Need = match PARAMETERS.need_over(LANES, Covariance::ForwardBackward) {
     Ok(need) => need,
     Err(_) => panic!("the scan is not valid"),
 };
-/// More memory than one lane needs: for the delay stage by vectors.
-const MORE: usize = 16 * 1024;
 
 const SIZES: Sizes = Sizes {
     rows: PARAMETERS.rows,
@@ -50,7 +50,7 @@ static WORKSPACES: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces
 });
 
 struct Workspaces {
-    frame: Memory<{ NEED.real + MORE }, { NEED.complex }>,
+    frame: Memory<{ NEED.real }, { NEED.complex }>,
     gains: [f32; SIZES.gain_tables_len(PARAMETERS.scales.len())],
     /// For bone maps by vectors.
     strip: [f32; SIZES.strip_len()],

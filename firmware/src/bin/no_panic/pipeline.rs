@@ -39,6 +39,8 @@ pub fn all() {
             parameters.surface(opaque(Settings::DEFAULT)),
             parameters.need(covariance),
             parameters.need_of_iq(covariance),
+            parameters.need_over(opaque(1), covariance),
+            parameters.need_over_of_iq(opaque(1), covariance),
         ));
         take(rf(parameters));
         take(iq(parameters));
