@@ -236,8 +236,7 @@ impl FrameParameters {
         let (beamformer, image) = unsafe { (self.beamformer.core()?, self.image.core()?) };
         let scan = match input {
             Input::Rf => self.scan.core(self.scan.delay.frequency)?,
-            // As for lines of I/Q.
-            Input::Iq => self.scan.core(1.0)?,
+            Input::Iq => self.scan.core_of_iq()?,
         };
         self.scan.check(geometry::Scan::of_iq(scan)?.samples())?;
         Ok(Parameters {

@@ -41,8 +41,7 @@ impl Plan {
     /// # Safety
     /// As [`BeamformParameters::core`].
     unsafe fn new(scan: &Scan, beamformer: &BeamformParameters) -> Result<Plan, Status> {
-        // The frequency only serves to choose an interpolation, which the caller gives.
-        let core = geometry::Scan::of_iq(scan.core(1.0)?)?;
+        let core = geometry::Scan::of_iq(scan.core_of_iq()?)?;
         scan.check(core.samples())?;
         // SAFETY: by the caller's promise.
         let beamformer = unsafe { beamformer.core()? };

@@ -74,14 +74,19 @@ pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Re
         demodulation_frequency: 5.1e6,
         interpolation: None,
     };
-    let lines = |beamformer| LinePipeline::of_iq(Scan::of_iq(SCAN)?, input, beamformer);
-    let (one, several) = (lines(BEAMFORMER)?, lines(OF_SUB_LINES)?);
+    let lines = |scan, beamformer| LinePipeline::of_iq(Scan::of_iq(scan)?, input, beamformer);
+    // Directions of the demodulation frequency, as in C.
+    let of_sub_lines = ScanParameters {
+        centre_frequency: input.demodulation_frequency,
+        ..SCAN
+    };
+    let (one, several) = (lines(SCAN, BEAMFORMER)?, lines(of_sub_lines, OF_SUB_LINES)?);
     let samples = IqSamples::Counts(&COUNTS, 1e-3);
     let record = IqRecord::new(samples, IqLayout::Interleaved, ELEMENTS)?;
     // Two waves, compounded.
     let wave = |angle| (Transmit::new(TransmitLaw::Plane { angle }, 0.1e-6), &record);
     let waves = [wave(-0.1), wave(0.15)];
-    let steering = Steering::new(one.scan(), 1, SUB_LINES, &mut memory.directions)?;
+    let steering = Steering::new(several.scan(), 1, SUB_LINES, &mut memory.directions)?;
     let z = &mut memory.z;
     for (line, lines, name) in [
         (0, &one, "pipeline-iq-left"),
