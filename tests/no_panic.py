@@ -37,6 +37,7 @@ EXCEPTIONS = {
     r"^simd/mod.rs: pub trait Vector.* is_finite$": "f32 has its own",
     r"^magnitude.rs: (side_by_side|magnitude)$": "registers of several lanes",
     r"^phase_symmetry/columns.rs: .*store_squares$": "several lanes",
+    r"^delay/groups.rs: .*is_consecutive$": "several lanes",
     r"^beamform/snapshot.rs: (register|gather_lanes)$": "registers of several lanes",
     r"^beamform/line.rs: .* (parts|used)$": "several lanes",
     r"^delay/iq/(chunk.rs: .*Chunk<V> \w+$|(records|taps).rs:)": "several lanes; one has one_lane.rs",

@@ -10,8 +10,12 @@
 
 enum { ELEMENTS = 16, RECORD = 384, LINES = 64, SIDE = 64 };
 
-/* bonebeam_frame_bytes on a workstation gives this number. */
+/* bonebeam_frame_bytes on a workstation gives this number, and on AArch64, with vectors, the other. */
+#ifdef __aarch64__
+static alignas(BONEBEAM_ALIGN) unsigned char memory[194624];
+#else
 static alignas(BONEBEAM_ALIGN) unsigned char memory[188608];
+#endif
 static float rf[ELEMENTS][RECORD];
 
 static double surface(double x) { return 8e-3 + 60.0 * x * x; }

@@ -212,6 +212,11 @@ typedef struct {
   const bonebeam_number *numbers;
   /// Number of `numbers`.
   size_t count;
+  /// Directions within the cell of each line of a scan, from the line's one covariance: 1, 2, 4, 8, 16 or 32.
+  ///
+  /// 0 is 1. More than 1 need the library's feature `sub-lines`, and are for frames and lines of scans only. For I/Q their
+  /// phases are those of the demodulation frequency.
+  size_t sub_lines;
 } bonebeam_beamform_parameters;
 
 /// A complex number.
@@ -358,6 +363,8 @@ typedef struct {
   float dynamic_range;
   /// Not 0: the image is filtered by a median of 3 × 3 pixels.
   int32_t median;
+  /// Not 0: the image shows the RMS of a line's sub-lines, instead of the largest.
+  int32_t pool_by_rms;
   /// Not 0: the filters' gains are in tables, for faster maps of the same bits.
   int32_t gain_tables;
   /// Least depth of the surface, m.
@@ -530,7 +537,7 @@ bonebeam_status bonebeam_frame_iq_new(void *memory,
 ///
 /// The line is the mean over `count` transmits. Lines may come in any order. A line that does not come keeps its
 /// values of the last frame. `z`, unless null, receives the line: `output_samples` numbers; with a `depth_step`, their
-/// number over the step, rounded up.
+/// number over the step, rounded up. With sub-lines it receives as many for each, `[sample][sub-line]`.
 bonebeam_status bonebeam_frame_line(bonebeam_frame *frame,
                                     size_t index,
                                     const bonebeam_rf_wave *waves,
@@ -621,8 +628,8 @@ bonebeam_status bonebeam_iq_lines_new(void *memory,
 
 /// Computes line `index`, the mean over `count` transmits.
 ///
-/// `z` has `output_samples` numbers; with a `depth_step`, their number over the step, rounded up. An error may
-/// leave them changed in part.
+/// `z` has `output_samples` numbers; with a `depth_step`, their number over the step, rounded up. With sub-lines it has
+/// as many for each, `[sample][sub-line]`. An error may leave them changed in part.
 bonebeam_status bonebeam_iq_lines_line(bonebeam_iq_lines *lines,
                                        size_t index,
                                        const bonebeam_iq_wave *waves,

@@ -2,7 +2,7 @@
 
 use crate::memory::{Output, array, bytes_of, complex, new, one, one_mut, sum};
 use crate::status::{Status, status};
-use crate::workspace::{Workspace, need_bytes, with_view};
+use crate::workspace::{Workspace, with_view, workspace_bytes};
 use crate::{Complex, Range};
 use bonebeam::beamform::{self, AlignedLine, Apodization, Beamformer, Method, Postfilter};
 use bonebeam::geometry::{self, Aperture, ApertureParameters};
@@ -44,6 +44,11 @@ pub struct BeamformParameters {
     pub numbers: *const Number,
     /// Number of `numbers`.
     pub count: usize,
+    /// Directions within the cell of each line of a scan, from the line's one covariance: 1, 2, 4, 8, 16 or 32.
+    ///
+    /// 0 is 1. More than 1 need the library's feature `sub-lines`, and are for frames and lines of scans only. For I/Q their
+    /// phases are those of the demodulation frequency.
+    pub sub_lines: usize,
 }
 
 /// A parameter by its name in the tables of docs/numerics.md.
@@ -90,6 +95,7 @@ impl BeamformParameters {
             method: method.with_argument(self.argument),
             postfilter,
             apodization,
+            sub_lines: self.sub_lines.max(1),
             ..beamform::Parameters::DEFAULT
         };
         for number in numbers {
@@ -119,8 +125,12 @@ impl BeamformParameters {
     unsafe fn plan(&self, elements: usize) -> Result<(Beamformer, usize), Status> {
         // SAFETY: by the caller's promise.
         let beamformer = Beamformer::new(unsafe { self.core()? })?;
+        // Directions belong to a scan.
+        if self.sub_lines > 1 {
+            return Err(Status::Parameter);
+        }
         let need = beamformer.sizes(elements).need(self.covariance()?);
-        Ok((beamformer, need_bytes(need)))
+        Ok((beamformer, workspace_bytes(need)))
     }
 }
 

@@ -7,6 +7,7 @@ use crate::iq::{Interpolation, Layout};
 use crate::memory::{Output, array, bytes_of, new, one, one_mut, sum};
 use crate::scan_line::ScanLine;
 use crate::status::{Status, status};
+use crate::vectors::{LANES, zero};
 use crate::{Complex, Range};
 use bonebeam::Error;
 use bonebeam::delay::{
@@ -121,7 +122,7 @@ pub(crate) static ANY: Delay = match Delay::new(Rf {
 
 impl DelayStage {
     fn set(&mut self, parameters: &DelayParameters) -> Result<(), Status> {
-        if parameters.rf().need(1).real > self.scratch.len() {
+        if parameters.rf().need(LANES).real > self.scratch.len() {
             return Err(Status::Storage);
         }
         Ok(parameters.set(self.stage)?)
@@ -146,9 +147,9 @@ impl DelayStage {
             (line, out.values(), rf)
         };
         let record = Record::new(rf, p.elements)?;
-        let need = p.block_need(1, block.count).real;
+        let need = p.block_need(LANES, block.count).real;
         let scratch = scratch.get_mut(..need).ok_or(Status::Capacity)?;
-        Ok(stage.block(0.0f32, &line, &record, block.first, scratch, out)?)
+        Ok(stage.block(zero(), &line, &record, block.first, scratch, out)?)
     }
 }
 
@@ -157,7 +158,7 @@ impl DelayStage {
 pub unsafe extern "C" fn bonebeam_delay_bytes(parameters: *const DelayParameters) -> usize {
     // SAFETY: by the caller's promise.
     unsafe { one(parameters) }.map_or(0, |parameters| {
-        let scratch = parameters.rf().need(1).real;
+        let scratch = parameters.rf().need(LANES).real;
         sum(&[
             bytes_of::<DelayStage>(1),
             bytes_of::<Delay>(1),

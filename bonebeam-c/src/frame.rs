@@ -2,16 +2,19 @@
 
 use crate::beamformer::BeamformParameters;
 use crate::delay::ANY;
+use crate::image::product;
 use crate::memory::{Bytes, Output, bytes_of, new, one, one_mut, sum};
 use crate::phase_symmetry::PhaseSymmetryParameters;
 use crate::scan::{IqWave, RfWave, Scan, Transmits, each};
 use crate::status::{Status, status};
-use crate::workspace::{need_bytes, scratch};
+use crate::vectors::LANES;
+use crate::workspace::{Workspace, need_bytes, scratch, workspace_bytes};
 use crate::{Axis, Complex};
 #[cfg(feature = "forward")]
 use bonebeam::covariance::Forward;
 use bonebeam::covariance::{Averaging, Covariance};
 use bonebeam::delay::{Delay, IqDelay, Stage};
+use bonebeam::image::Pooling;
 use bonebeam::memory::{Need, Scratch};
 use bonebeam::phase_symmetry::{self, PhaseSymmetry, Sizes};
 use bonebeam::surface::{self, Detector, Settings};
@@ -32,6 +35,8 @@ pub struct FrameParameters {
     pub dynamic_range: f32,
     /// Not 0: the image is filtered by a median of 3 × 3 pixels.
     pub median: i32,
+    /// Not 0: the image shows the RMS of a line's sub-lines, instead of the largest.
+    pub pool_by_rms: i32,
     /// Not 0: the filters' gains are in tables, for faster maps of the same bits.
     pub gain_tables: i32,
     /// Least depth of the surface, m.
@@ -78,6 +83,8 @@ enum Source {
 struct Planned<D: Stage + 'static> {
     pipeline: &'static Pipeline<'static, D>,
     frame: Averaged<D>,
+    /// For lines by vectors.
+    workspace: Option<Workspace>,
 }
 
 enum Averaged<D: Stage + 'static> {
@@ -126,21 +133,38 @@ impl<D: Stage> Planned<D> {
             Some(gate) => pipeline.with_gate(gate)?,
         };
         let pipeline: &'static _ = bytes.copy(&pipeline)?;
-        let scratch = scratch(bytes, pipeline.need(covariance))?;
+        let (need, workspace) = match LANES {
+            1 => (pipeline.need(covariance), None),
+            _ => {
+                let lines = pipeline.lines();
+                let sizes = lines.beamformer().sizes(lines.scan().elements());
+                let workspace = Workspace::new(bytes, sizes, covariance)?;
+                (pipeline.need_over(LANES, covariance), Some(workspace))
+            }
+        };
+        let scratch = scratch(bytes, need)?;
         let tables = match parameters.gain_tables {
             0 => None,
             _ => Some(bytes.fill(pipeline.phase_symmetry().gain_tables_len(), 0.0)?),
         };
+        let pooling = match parameters.pool_by_rms {
+            0 => Pooling::Largest,
+            _ => Pooling::Rms,
+        };
         let frame = match covariance {
             #[cfg(feature = "forward")]
-            Covariance::Forward => Averaged::Forward(frame(pipeline, scratch, tables)?),
+            Covariance::Forward => Averaged::Forward(frame(pipeline, scratch, tables, pooling)?),
             #[cfg(not(feature = "forward"))]
             Covariance::Forward => return Err(Status::Parameter),
             Covariance::ForwardBackward => {
-                Averaged::ForwardBackward(frame(pipeline, scratch, tables)?)
+                Averaged::ForwardBackward(frame(pipeline, scratch, tables, pooling)?)
             }
         };
-        Ok(Planned { pipeline, frame })
+        Ok(Planned {
+            pipeline,
+            frame,
+            workspace,
+        })
     }
 
     /// A line's numbers, or none for a null pointer.
@@ -148,7 +172,10 @@ impl<D: Stage> Planned<D> {
         let lines = self.pipeline.lines();
         match z.is_null() {
             true => Ok(Output::none()),
-            false => Output::complex(z, lines.line_samples()),
+            false => {
+                let sub_lines = lines.beamformer().parameters().sub_lines;
+                Output::complex(z, product(lines.line_samples(), sub_lines)?)
+            }
         }
     }
 
@@ -159,7 +186,18 @@ impl<D: Stage> Planned<D> {
         z: &mut [bonebeam::Complex<f32>],
     ) -> Result<(), Status> {
         let waves = each(records);
-        let line = with_frame!(&mut self.frame, frame => frame.line(index, waves)?);
+        let line = match (&mut self.frame, &mut self.workspace) {
+            #[cfg(feature = "forward")]
+            (Averaged::Forward(frame), Some(Workspace::Forward(by))) if LANES > 1 => {
+                frame.line_over(by, index, waves)?
+            }
+            (Averaged::ForwardBackward(frame), Some(Workspace::ForwardBackward(by)))
+                if LANES > 1 =>
+            {
+                frame.line_over(by, index, waves)?
+            }
+            (frame, _) => with_frame!(frame, frame => frame.line(index, waves)?),
+        };
         for (z, line) in z.iter_mut().zip(line) {
             *z = *line;
         }
@@ -167,13 +205,14 @@ impl<D: Stage> Planned<D> {
     }
 }
 
-/// The core's frame, with gains in tables or not.
+/// The core's frame, with gains in tables or not, and a pooling of sub-lines.
 fn frame<D: Stage, A: Averaging<f32>>(
     pipeline: &'static Pipeline<'static, D>,
     scratch: Scratch<'static>,
     tables: Option<&'static mut [f32]>,
+    pooling: Pooling,
 ) -> Result<Frame<'static, 'static, D, A>, Error> {
-    let frame = Frame::with_averaging(pipeline, scratch)?;
+    let frame = Frame::with_averaging(pipeline, scratch)?.with_pooling(pooling);
     match tables {
         None => Ok(frame),
         Some(tables) => frame.with_gain_tables(tables),
@@ -197,8 +236,7 @@ impl FrameParameters {
         let (beamformer, image) = unsafe { (self.beamformer.core()?, self.image.core()?) };
         let scan = match input {
             Input::Rf => self.scan.core(self.scan.delay.frequency)?,
-            // As for lines of I/Q.
-            Input::Iq => self.scan.core(1.0)?,
+            Input::Iq => self.scan.core_of_iq()?,
         };
         self.scan.check(geometry::Scan::of_iq(scan)?.samples())?;
         Ok(Parameters {
@@ -237,11 +275,25 @@ impl FrameParameters {
         let (plan, need) = match input {
             Input::Rf => {
                 let plan = bytes_of::<Pipeline<'_, &Delay>>(1);
-                (sum(&[bytes_of::<Delay>(1), plan]), core.need(covariance)?)
+                let need = match LANES {
+                    1 => core.need(covariance)?,
+                    lanes => core.need_over(lanes, covariance)?,
+                };
+                (sum(&[bytes_of::<Delay>(1), plan]), need)
             }
             Input::Iq => {
-                let plan = bytes_of::<Pipeline<'_, IqDelay>>(1);
-                (plan, core.need_of_iq(covariance)?)
+                let need = match LANES {
+                    1 => core.need_of_iq(covariance)?,
+                    lanes => core.need_over_of_iq(lanes, covariance)?,
+                };
+                (bytes_of::<Pipeline<'_, IqDelay>>(1), need)
+            }
+        };
+        let workspace = match LANES {
+            1 => 0,
+            _ => {
+                let sizes = core.beamformer.sizes(core.scan.array.elements());
+                workspace_bytes(sizes.need(covariance))
             }
         };
         let bank = PhaseSymmetry::new(&phase_symmetry::Parameters {
@@ -264,6 +316,7 @@ impl FrameParameters {
         Ok(sum(&[
             bytes_of::<FrameObject>(1),
             plan,
+            workspace,
             need_bytes(need),
             bytes_of::<f32>(tables),
             need_bytes(detector),
@@ -350,7 +403,7 @@ pub unsafe extern "C" fn bonebeam_frame_iq_new(
 ///
 /// The line is the mean over `count` transmits. Lines may come in any order. A line that does not come keeps its
 /// values of the last frame. `z`, unless null, receives the line: `output_samples` numbers; with a `depth_step`, their
-/// number over the step, rounded up.
+/// number over the step, rounded up. With sub-lines it receives as many for each, `[sample][sub-line]`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_frame_line(
     frame: *mut FrameObject,

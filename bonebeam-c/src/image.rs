@@ -2,6 +2,7 @@
 
 use crate::memory::{Output, array, complex, one};
 use crate::status::{Status, status};
+use crate::vectors::zero;
 use crate::{Axis, Complex};
 use bonebeam::geometry;
 use bonebeam::image::{self, envelope, largest, log_compression_with, median, resample};
@@ -126,6 +127,6 @@ pub unsafe extern "C" fn bonebeam_median(
         let pixels = product(rows, columns)?;
         let out = Output::new(out, pixels)?;
         let image = out.apart(array(image, pixels)?)?;
-        Ok(median(0.0f32, image, columns, out.values())?)
+        Ok(median(zero(), image, columns, out.values())?)
     })
 }

@@ -7,6 +7,7 @@ use crate::delay::DelayParameters;
 use crate::memory::{Output, array, bytes_of, complex, new, one, one_mut, sum};
 use crate::scan_line::ScanLine;
 use crate::status::{Status, status};
+use crate::vectors::{LANES, zero};
 use bonebeam::delay::{IqDelay, IqInterpolation, IqLayout, IqParameters, IqSamples, Stage};
 use core::ffi::c_void;
 
@@ -124,7 +125,7 @@ pub unsafe extern "C" fn bonebeam_iq_bytes(parameters: *const DelayParameters) -
     // SAFETY: by the caller's promise.
     let parameters = unsafe { one(parameters) }.and_then(DelayParameters::iq);
     parameters.map_or(0, |parameters| {
-        let scratch = parameters.need(1).real;
+        let scratch = parameters.need(LANES).real;
         sum(&[bytes_of::<IqStage>(1), bytes_of::<f32>(scratch)])
     })
 }
@@ -141,7 +142,7 @@ pub unsafe extern "C" fn bonebeam_iq_new(
     unsafe {
         new(memory, bytes, iq, |bytes| {
             let stage = IqDelay::new(one(parameters)?.iq()?)?;
-            let scratch = bytes.fill(stage.parameters().need(1).real, 0.0)?;
+            let scratch = bytes.fill(stage.parameters().need(LANES).real, 0.0)?;
             Ok(IqStage { stage, scratch })
         })
     }
@@ -161,6 +162,6 @@ pub unsafe extern "C" fn bonebeam_iq_line(
         let p = stage.parameters();
         let out = Output::complex(out, p.elements * p.output_samples)?;
         let (line, record) = (one(line)?.core(p.elements)?, one(record)?.core(p, &out)?);
-        Ok(stage.line(0.0f32, &line, &record, scratch, out.values())?)
+        Ok(stage.line(zero(), &line, &record, scratch, out.values())?)
     })
 }

@@ -1,14 +1,16 @@
 //! Lines of I/Q by the core's pipeline, aligned and beamformed in blocks.
 
-use crate::Complex;
 use crate::beamformer::BeamformParameters;
+use crate::image::product;
 use crate::memory::{Output, bytes_of, new, one, one_mut, sum};
 use crate::scan::{IqWave, Scan, each};
 use crate::status::{Status, status};
-use crate::workspace::{Workspace, need_bytes, scratch, with_view};
+use crate::vectors::LANES;
+use crate::workspace::{Workspace, need_bytes, scratch, with_view, workspace_bytes};
+use crate::{Complex, SUB_LINES};
 use bonebeam::beamform::Sizes;
 use bonebeam::delay::IqDelay;
-use bonebeam::geometry;
+use bonebeam::geometry::{self, SteeringTable};
 use bonebeam::memory::{Need, Scratch};
 use bonebeam::pipeline::LinePipeline;
 use core::ffi::c_void;
@@ -18,6 +20,8 @@ pub struct IqLines {
     pipeline: LinePipeline<'static, IqDelay>,
     scratch: Scratch<'static>,
     workspace: Workspace,
+    /// Directions of sub-lines, if there are any.
+    steering: Option<SteeringTable<'static>>,
 }
 
 /// A pipeline and the sizes of its memory.
@@ -25,14 +29,19 @@ struct Plan {
     pipeline: LinePipeline<'static, IqDelay>,
     need: Need,
     sizes: Sizes,
+    /// Complex numbers of the directions of all sub-lines, if there are any.
+    directions: usize,
 }
 
 impl Plan {
+    fn directions_bytes(&self) -> usize {
+        bytes_of::<bonebeam::Complex<f32>>(self.directions)
+    }
+
     /// # Safety
     /// As [`BeamformParameters::core`].
     unsafe fn new(scan: &Scan, beamformer: &BeamformParameters) -> Result<Plan, Status> {
-        // The frequency only serves to choose an interpolation, which the caller gives.
-        let core = geometry::Scan::of_iq(scan.core(1.0)?)?;
+        let core = geometry::Scan::of_iq(scan.core_of_iq()?)?;
         scan.check(core.samples())?;
         // SAFETY: by the caller's promise.
         let beamformer = unsafe { beamformer.core()? };
@@ -44,8 +53,16 @@ impl Plan {
         let deepest = pipeline.adaptive().end.saturating_sub(1);
         let count = |line| pipeline.scan().active(line, deepest).count;
         let elements = (0..core.lines()).map(count).max().unwrap_or(0);
+        let sub_lines = beamformer.sub_lines;
+        let directions = match sub_lines {
+            2.. if SUB_LINES => {
+                SteeringTable::need(core.lines(), pipeline.line_samples(), sub_lines)
+            }
+            _ => Need::default(),
+        };
         Ok(Plan {
-            need: pipeline.need(1, scan.block),
+            directions: directions.complex,
+            need: pipeline.need(LANES, scan.block),
             sizes: pipeline.beamformer().sizes(elements),
             pipeline,
         })
@@ -65,7 +82,8 @@ pub unsafe extern "C" fn bonebeam_iq_lines_bytes(
         Ok::<_, Status>(sum(&[
             bytes_of::<IqLines>(1),
             need_bytes(plan.need),
-            need_bytes(plan.sizes.need(beamformer.covariance()?)),
+            workspace_bytes(plan.sizes.need(beamformer.covariance()?)),
+            plan.directions_bytes(),
         ]))
     };
     bytes().unwrap_or(0)
@@ -85,7 +103,17 @@ pub unsafe extern "C" fn bonebeam_iq_lines_new(
         new(memory, bytes, lines, |bytes| {
             let (scan, beamformer) = (one(scan)?, one(beamformer)?);
             let plan = Plan::new(scan, beamformer)?;
+            let steering = match plan.directions {
+                length if length == 0 || !SUB_LINES => None,
+                length => {
+                    let parameters = plan.pipeline.beamformer().parameters();
+                    let of = (parameters.sub_lines, parameters.depth_step);
+                    let memory = bytes.fill(length, bonebeam::Complex::ZERO)?;
+                    Some(SteeringTable::of_step(plan.pipeline.scan(), of, memory)?)
+                }
+            };
             Ok(IqLines {
+                steering,
                 pipeline: plan.pipeline,
                 scratch: scratch(bytes, plan.need)?,
                 workspace: Workspace::new(bytes, plan.sizes, beamformer.covariance()?)?,
@@ -96,8 +124,8 @@ pub unsafe extern "C" fn bonebeam_iq_lines_new(
 
 /// Computes line `index`, the mean over `count` transmits.
 ///
-/// `z` has `output_samples` numbers; with a `depth_step`, their number over the step, rounded up. An error may
-/// leave them changed in part.
+/// `z` has `output_samples` numbers; with a `depth_step`, their number over the step, rounded up. With sub-lines it has
+/// as many for each, `[sample][sub-line]`. An error may leave them changed in part.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_iq_lines_line(
     lines: *mut IqLines,
@@ -109,12 +137,21 @@ pub unsafe extern "C" fn bonebeam_iq_lines_line(
     // SAFETY: by the caller's promise.
     status(|| unsafe {
         let own = one_mut(lines)?;
-        let z = Output::complex(z, own.pipeline.line_samples())?;
+        let sub_lines = own.pipeline.beamformer().parameters().sub_lines;
+        let z = Output::complex(z, product(own.pipeline.line_samples(), sub_lines)?)?;
         let records = IqWave::core(waves, count, own.pipeline.delay().parameters(), &z)?;
         let waves = each(&records);
         let scratch = own.scratch.reborrow();
         let (pipeline, z) = (&own.pipeline, z.values());
-        with_view!(&mut own.workspace, view => pipeline.line(index, waves, scratch, view, z)?);
+        match own.steering.as_ref().filter(|_| SUB_LINES) {
+            None => {
+                with_view!(&mut own.workspace, view => pipeline.line(index, waves, scratch, view, z)?);
+            }
+            Some(table) => {
+                let output = (table.line(index).ok_or(Status::Capacity)?, z);
+                with_view!(&mut own.workspace, view => pipeline.sub_lines(index, waves, scratch, view, output)?);
+            }
+        }
         Ok(())
     })
 }

@@ -19,6 +19,7 @@ mod phase_symmetry;
 mod scan;
 mod scan_line;
 mod status;
+mod vectors;
 mod version;
 mod workspace;
 
@@ -34,6 +35,9 @@ pub use scan::*;
 pub use scan_line::*;
 pub use status::*;
 pub use version::*;
+
+/// Whether sub-lines are compiled in.
+pub(crate) const SUB_LINES: bool = cfg!(feature = "sub-lines");
 
 /// A complex number.
 #[repr(C)]

@@ -78,6 +78,13 @@ impl Scan {
         })
     }
 
+    /// [`Scan::core`] of I/Q: the demodulation frequency stands for the pulse's, which directions of sub-lines need.
+    pub(crate) fn core_of_iq(&self) -> Result<ScanParameters<'static>, Status> {
+        let frequency = self.delay.frequency;
+        // At baseband there is no carrier, and all directions are the line's.
+        self.core(if frequency > 0.0 { frequency } else { 1.0 })
+    }
+
     /// Refuses a number of samples of the core's scan that is not `output_samples`, which the caller's arrays have.
     pub(crate) fn check(&self, samples: usize) -> Result<(), Status> {
         match samples == self.delay.output_samples {

@@ -2,6 +2,7 @@
 
 use crate::memory::{Bytes, bytes_of, sum};
 use crate::status::Status;
+use crate::vectors::{V, zero};
 use bonebeam::beamform::{self, Sizes};
 #[cfg(feature = "forward")]
 use bonebeam::covariance::Forward;
@@ -11,8 +12,8 @@ use bonebeam::memory::{Need, Scratch};
 /// A workspace in the caller's bytes.
 pub(crate) enum Workspace {
     #[cfg(feature = "forward")]
-    Forward(beamform::Workspace<'static, Forward>),
-    ForwardBackward(beamform::Workspace<'static, ForwardBackward>),
+    Forward(beamform::Workspace<'static, Forward, V>),
+    ForwardBackward(beamform::Workspace<'static, ForwardBackward, V>),
 }
 
 /// Evaluates an expression of the view in a workspace.
@@ -34,19 +35,33 @@ impl Workspace {
         sizes: Sizes,
         covariance: Covariance,
     ) -> Result<Self, Status> {
-        let scratch = scratch(bytes, sizes.need(covariance))?;
+        let need = sizes.need(covariance);
+        let scratch = Scratch {
+            real: bytes.fill(need.real, zero())?,
+            complex: bytes.fill(need.complex, bonebeam::Complex::new(zero(), zero()))?,
+        };
         match covariance {
             #[cfg(feature = "forward")]
             Covariance::Forward => Ok(Workspace::Forward(beamform::Workspace::new(
-                0.0, sizes, scratch,
+                zero(),
+                sizes,
+                scratch,
             )?)),
             #[cfg(not(feature = "forward"))]
             Covariance::Forward => Err(Status::Parameter),
             Covariance::ForwardBackward => Ok(Workspace::ForwardBackward(
-                beamform::Workspace::new(0.0, sizes, scratch)?,
+                beamform::Workspace::new(zero(), sizes, scratch)?,
             )),
         }
     }
+}
+
+/// Bytes of a [`Workspace`] of this need.
+pub(crate) fn workspace_bytes(need: Need) -> usize {
+    sum(&[
+        bytes_of::<V>(need.real),
+        bytes_of::<bonebeam::Complex<V>>(need.complex),
+    ])
 }
 
 /// Bytes of a stage's memory.

@@ -21,14 +21,15 @@ pub(crate) fn largest_part(x: &[Complex<f32>]) -> u32 {
 
 #[inline(always)]
 fn largest_of<T, const PARTS: usize>(x: &[T], parts: impl Fn(&T) -> [f32; PARTS]) -> u32 {
-    if cfg!(target_pointer_width = "32") {
+    if cfg!(any(target_pointer_width = "32", target_arch = "aarch64")) {
         in_one_chain(x, parts)
     } else {
         side_by_side(x, parts)
     }
 }
 
-/// Without vectors one chain is best, and a shift is part of Arm's comparison.
+/// Without vectors one chain is best, and a shift is part of Arm's comparison. NEON has the larger of two integers, so
+/// the compiler makes registers of the chain.
 #[inline(always)]
 fn in_one_chain<T, const PARTS: usize>(x: &[T], parts: impl Fn(&T) -> [f32; PARTS]) -> u32 {
     let mut largest = 0;

@@ -1,9 +1,11 @@
-//! Lines of a pipeline from I/Q counts, in blocks shorter than the aperture's growth.
+//! Lines of a pipeline from I/Q counts, in blocks shorter than the aperture's growth, and sub-lines of one.
 
 use bonebeam::beamform::{self, Method, Sizes, Workspace};
 use bonebeam::covariance::{Covariance, ForwardBackward};
 use bonebeam::delay::{IqLayout, IqRecord, IqSamples};
-use bonebeam::geometry::{Array, Axis, Depth, Lines, Scan, ScanParameters, Transmit, TransmitLaw};
+use bonebeam::geometry::{
+    Array, Axis, Depth, Lines, Scan, ScanParameters, Steering, Transmit, TransmitLaw,
+};
 use bonebeam::memory::{self, Need};
 use bonebeam::pipeline::{IqInput, LinePipeline};
 use bonebeam::{Complex, Error};
@@ -35,7 +37,14 @@ const LENGTH: usize = 44;
 const STRETCH: usize = 7;
 const HELD: usize = STRETCH + 2;
 
-const SIZES: Sizes = BEAMFORMER.sizes(ELEMENTS);
+/// Sub-lines of a line.
+const SUB_LINES: usize = 4;
+const OF_SUB_LINES: beamform::Parameters = beamform::Parameters {
+    sub_lines: SUB_LINES,
+    ..BEAMFORMER
+};
+
+const SIZES: Sizes = OF_SUB_LINES.sizes(ELEMENTS);
 /// The elements' lags and the aligned samples.
 const LINE: Need = Need {
     real: 7 * ELEMENTS,
@@ -46,14 +55,16 @@ const NEED: Need = LINE.and(SIZES.need(Covariance::ForwardBackward));
 /// The memory of the case.
 pub struct Memory {
     scratch: memory::Memory<{ NEED.real }, { NEED.complex }>,
-    z: [Complex<f32>; LENGTH],
+    z: [Complex<f32>; LENGTH * SUB_LINES],
+    directions: [Complex<f32>; Steering::need(LENGTH, SUB_LINES).complex],
 }
 
 impl Memory {
     pub(crate) const fn new() -> Self {
         Memory {
             scratch: memory::Memory::new(),
-            z: [Complex::new(0.0, 0.0); LENGTH],
+            z: [Complex::new(0.0, 0.0); _],
+            directions: [Complex::new(0.0, 0.0); _],
         }
     }
 }
@@ -63,21 +74,35 @@ pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Re
         demodulation_frequency: 5.1e6,
         interpolation: None,
     };
-    let lines = LinePipeline::of_iq(Scan::of_iq(SCAN)?, input, BEAMFORMER)?;
+    let lines = |scan, beamformer| LinePipeline::of_iq(Scan::of_iq(scan)?, input, beamformer);
+    // Directions of the demodulation frequency, as in C.
+    let of_sub_lines = ScanParameters {
+        centre_frequency: input.demodulation_frequency,
+        ..SCAN
+    };
+    let (one, several) = (lines(SCAN, BEAMFORMER)?, lines(of_sub_lines, OF_SUB_LINES)?);
     let samples = IqSamples::Counts(&COUNTS, 1e-3);
     let record = IqRecord::new(samples, IqLayout::Interleaved, ELEMENTS)?;
-    for (line, name) in ["pipeline-iq-left", "pipeline-iq-middle"]
-        .into_iter()
-        .enumerate()
-    {
-        // Two waves, compounded.
-        let wave = |angle| (Transmit::new(TransmitLaw::Plane { angle }, 0.1e-6), &record);
+    // Two waves, compounded.
+    let wave = |angle| (Transmit::new(TransmitLaw::Plane { angle }, 0.1e-6), &record);
+    let waves = [wave(-0.1), wave(0.15)];
+    let steering = Steering::new(several.scan(), 1, SUB_LINES, &mut memory.directions)?;
+    let z = &mut memory.z;
+    for (line, lines, name) in [
+        (0, &one, "pipeline-iq-left"),
+        (1, &one, "pipeline-iq-middle"),
+        (1, &several, "sub-lines-pipeline-iq"),
+    ] {
         let mut scratch = memory.scratch.scratch();
         let own = scratch.take(lines.need(1, STRETCH))?;
         let mut workspace = Workspace::<ForwardBackward>::new(0.0, SIZES, scratch)?;
-        let waves = [wave(-0.1), wave(0.15)];
-        lines.line(line, waves, own, &mut workspace, &mut memory.z)?;
-        report(name, hash::complex(&memory.z));
+        let sub_lines = lines.beamformer().parameters().sub_lines;
+        let z = &mut z[..LENGTH * sub_lines];
+        match sub_lines {
+            1 => lines.line(line, waves, own, &mut workspace, z)?,
+            _ => lines.sub_lines(line, waves, own, &mut workspace, (steering, z))?,
+        }
+        report(name, hash::complex(z));
     }
     Ok(())
 }

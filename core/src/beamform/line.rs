@@ -3,7 +3,8 @@
 use super::aligned_line::AlignedLine;
 use super::depth_step::DepthStep;
 use super::methods::Method;
-use super::parameters::Beamformer;
+use super::parameters::{Beamformer, Parameters};
+use super::postfilter::Postfilter;
 use super::segment::{Segment, SegmentGroup, constant_segments, segments_within};
 use super::sizes::Sizes;
 use super::workspace::Workspace;
@@ -178,7 +179,11 @@ impl Beamformer {
     ) -> Result<(), Error> {
         let (first, _, set) = run;
         let count = set.count;
-        if V::LANES == 1 {
+        let Parameters {
+            method, postfilter, ..
+        } = self.parameters();
+        // A method without covariance has no use for parts; its postfilter has.
+        if V::LANES == 1 || method.direct().is_some() && *postfilter == Postfilter::None {
             let segments = &[block.segment(first, set)];
             let group = SegmentGroup { segments, count };
             return self.segments_within(workspace, sizes, group, &mut [z]);

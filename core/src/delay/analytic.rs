@@ -110,17 +110,22 @@ impl HilbertTransformer {
         let Some(taps) = self.taps.get(..self.count) else {
             return sums;
         };
-        for (j, &tap) in taps.iter().enumerate() {
-            let k = 2 * j + 1;
-            let group = |row: usize| rows.get(row * V::LANES..)?.get(..GROUP * V::LANES);
-            let (earlier, later) = (group(self.reach() - k), group(self.reach() + k));
-            let (Some(earlier), Some(later)) = (earlier, later) else {
-                break;
-            };
-            let pairs = earlier.chunks(V::LANES).zip(later.chunks(V::LANES));
+        let (reach, group) = (self.reach() * V::LANES, GROUP * V::LANES);
+        // From the nearest rows on either side to the farthest, every second one.
+        let before = rows.get(..(reach + group).saturating_sub(V::LANES));
+        let behind = rows.get(reach + V::LANES..);
+        let earlier = before.unwrap_or_default().windows(group).rev();
+        let later = behind.unwrap_or_default().windows(group);
+        let pairs = earlier
+            .step_by(2 * V::LANES)
+            .zip(later.step_by(2 * V::LANES));
+        for (&tap, (earlier, later)) in taps.iter().zip(pairs) {
+            let tap = zero.splat(tap);
+            let pairs = earlier
+                .chunks_exact(V::LANES)
+                .zip(later.chunks_exact(V::LANES));
             for (sum, (earlier, later)) in sums.iter_mut().zip(pairs) {
-                let pair = load(zero, earlier) - load(zero, later);
-                *sum = *sum + zero.splat(tap) * pair;
+                *sum = *sum + tap * (load(zero, earlier) - load(zero, later));
             }
         }
         sums

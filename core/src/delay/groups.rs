@@ -22,6 +22,15 @@ pub(super) struct Group {
     pub mirrored: bool,
 }
 
+impl Group {
+    /// Whether the elements follow each other, one in each of `lanes` lanes.
+    #[inline(always)]
+    pub(super) fn is_consecutive(&self, lanes: usize) -> bool {
+        let Group { left, right, .. } = self;
+        left.end == right.start && left.start + lanes == right.end
+    }
+}
+
 /// All elements of a range, in groups.
 #[derive(Clone)]
 pub(super) struct Groups {

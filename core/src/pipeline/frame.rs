@@ -82,9 +82,9 @@ pub struct Frame<'p, 'm, D = Delay, A = ForwardBackward> {
     steering: Option<SteeringTable<'m>>,
     pooling: Pooling,
     envelopes: &'m mut [f32],
-    image: &'m mut [f32],
-    map: &'m mut [f32],
-    scratch: Scratch<'m>,
+    pub(super) image: &'m mut [f32],
+    pub(super) map: &'m mut [f32],
+    pub(super) scratch: Scratch<'m>,
     averaging: PhantomData<A>,
 }
 

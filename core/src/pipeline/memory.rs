@@ -102,22 +102,59 @@ impl Parameters<'_> {
         }
     }
 
+    /// Memory of a frame of RF with lines by vectors of `lanes` lanes, as [`Pipeline::need_over`].
+    ///
+    /// # Errors
+    /// As [`Scan::new`].
+    ///
+    /// [`Pipeline::need_over`]: super::Pipeline::need_over
+    pub const fn need_over(&self, lanes: usize, covariance: Covariance) -> Result<Need, Error> {
+        match (self.parts(), self.parts_over(lanes)) {
+            (Ok(parts), Ok(over)) => Ok(parts.need_over(over.line, covariance)),
+            (Err(error), _) | (_, Err(error)) => Err(error),
+        }
+    }
+
+    /// [`Parameters::need_over`] of a frame of I/Q.
+    ///
+    /// # Errors
+    /// As [`Scan::of_iq`].
+    pub const fn need_over_of_iq(
+        &self,
+        lanes: usize,
+        covariance: Covariance,
+    ) -> Result<Need, Error> {
+        match (self.parts_of_iq(), self.parts_of_iq_over(lanes)) {
+            (Ok(parts), Ok(over)) => Ok(parts.need_over(over.line, covariance)),
+            (Err(error), _) | (_, Err(error)) => Err(error),
+        }
+    }
+
     pub(super) const fn parts(&self) -> Result<Parts, Error> {
+        self.parts_over(1)
+    }
+
+    pub(super) const fn parts_of_iq(&self) -> Result<Parts, Error> {
+        self.parts_of_iq_over(1)
+    }
+
+    /// The parts with the delay stage's memory for vectors.
+    const fn parts_over(&self, lanes: usize) -> Result<Parts, Error> {
         match Scan::new(self.scan) {
             Ok(scan) => {
                 let delay = DelayParameters::of(&scan);
-                let scratch = delay.block_need(1, self.buffered(&scan));
+                let scratch = delay.block_need(lanes, self.buffered(&scan));
                 Ok(self.parts_of(&scan, scratch))
             }
             Err(error) => Err(error),
         }
     }
 
-    pub(super) const fn parts_of_iq(&self) -> Result<Parts, Error> {
+    const fn parts_of_iq_over(&self, lanes: usize) -> Result<Parts, Error> {
         match Scan::of_iq(self.scan) {
             Ok(scan) => {
                 // The same for every frequency.
-                let scratch = IqParameters::of(&scan, 0.0).need(1);
+                let scratch = IqParameters::of(&scan, 0.0).need(lanes);
                 Ok(self.parts_of(&scan, scratch))
             }
             Err(error) => Err(error),
@@ -192,6 +229,22 @@ impl Parameters<'_> {
 }
 
 impl Parts {
+    /// [`Parts::need`], or that of lines by vectors, whose workspace is apart.
+    pub(super) const fn need_over(self, line: Need, covariance: Covariance) -> Need {
+        let beamformer = beamform::Sizes {
+            elements: 0,
+            subaperture: 0,
+            temporal_half_window: 0,
+            sub_lines: 0,
+        };
+        let of_lines = Parts {
+            line,
+            beamformer,
+            ..self
+        };
+        of_lines.need(covariance).or(self.need(covariance))
+    }
+
     pub(super) const fn need(&self, covariance: Covariance) -> Need {
         // Apertures; envelopes, image and map, which pass from stage to stage.
         let images = self.strips.image_len().saturating_mul(2);

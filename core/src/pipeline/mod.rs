@@ -17,6 +17,7 @@ mod block;
 mod cuts;
 mod depth_gate;
 mod frame;
+mod lanes;
 mod line;
 mod memory;
 
@@ -312,12 +313,8 @@ impl<'a, D: Stage> Pipeline<'a, D> {
     ///
     /// The vectors have `lanes` lanes. The workspace is apart.
     pub fn need_over(&self, lanes: usize, covariance: Covariance) -> Need {
-        let of_lines = Parts {
-            line: self.lines.need(lanes, self.block),
-            beamformer: beamform::Sizes::default(),
-            ..self.parts
-        };
-        of_lines.need(covariance).or(self.parts.need(covariance))
+        let line = self.lines.need(lanes, self.block);
+        self.parts.need_over(line, covariance)
     }
 }
 

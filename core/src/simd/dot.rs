@@ -25,9 +25,9 @@ pub struct Term<'a, const BLOCKS: usize, const LINES: usize> {
 /// This is the only operation that mixes the lanes of a register. Its order does not depend on the number of lanes:
 /// terms go to sixteen partial sums in turn, which are then added up.
 pub trait Dot: Copy {
-    /// Sixteen dot products of each line; the k-th uses `term(k)`.
+    /// Writes sixteen dot products of each line to `dots`; the k-th uses `term(k)`.
     ///
-    /// Returns `None` if one of the terms is `None`.
+    /// Returns `None` if one of the terms is `None`; the products before it may then be written.
     ///
     /// Order: for j = 0..16, s_j is the sum of samples·coefficient over its `BLOCKS` terms in
     /// ascending order, with the coefficient row + weight·(next − row); then s_j += s_{j+8} for
@@ -35,7 +35,8 @@ pub trait Dot: Copy {
     fn blended_dots<'a, const BLOCKS: usize, const LINES: usize>(
         self,
         term: impl Fn(usize) -> Option<Term<'a, BLOCKS, LINES>>,
-    ) -> Option<[[f32; PARTIAL_SUMS]; LINES]>;
+        dots: [&mut [f32]; LINES],
+    ) -> Option<()>;
 }
 
 impl Dot for f32 {
@@ -43,8 +44,8 @@ impl Dot for f32 {
     fn blended_dots<'a, const BLOCKS: usize, const LINES: usize>(
         self,
         term: impl Fn(usize) -> Option<Term<'a, BLOCKS, LINES>>,
-    ) -> Option<[[f32; PARTIAL_SUMS]; LINES]> {
-        let mut dots = [[0.0; PARTIAL_SUMS]; LINES];
+        mut dots: [&mut [f32]; LINES],
+    ) -> Option<()> {
         for k in 0..PARTIAL_SUMS {
             let Term {
                 samples,
@@ -69,9 +70,11 @@ impl Dot for f32 {
                         s[j] += s[j + half];
                     }
                 }
-                dots[k] = (s[0] + s[1]) + (s[2] + s[3]);
+                if let Some(dot) = dots.get_mut(k) {
+                    *dot = (s[0] + s[1]) + (s[2] + s[3]);
+                }
             }
         }
-        Some(dots)
+        Some(())
     }
 }

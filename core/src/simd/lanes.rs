@@ -147,18 +147,76 @@ impl<S: Simd> Dot for Lanes<S> {
     fn blended_dots<'a, const BLOCKS: usize, const LINES: usize>(
         self,
         term: impl Fn(usize) -> Option<Term<'a, BLOCKS, LINES>>,
-    ) -> Option<[[f32; PARTIAL_SUMS]; LINES]> {
+        dots: [&mut [f32]; LINES],
+    ) -> Option<()> {
         let simd = self.0.token();
-        let (mut dots, y) = (two_sums(simd, &term, 0)?, two_sums(simd, &term, 8)?);
+        if Self::LANES == 4 {
+            return in_fours(simd, term, dots);
+        }
+        let (mut sums, y) = (two_sums(simd, &term, 0)?, two_sums(simd, &term, 8)?);
         for line in 0..LINES {
-            dots[line] = neighbours(dots[line], y[line]);
+            sums[line] = neighbours(sums[line], y[line]);
         }
-        let mut values = [[0.0; PARTIAL_SUMS]; LINES];
-        for (values, dots) in values.iter_mut().zip(dots) {
-            dots.store_slice(values);
+        for (dots, sums) in dots.into_iter().zip(sums) {
+            if let Some(dots) = dots.get_mut(..PARTIAL_SUMS) {
+                sums.store_slice(dots);
+            }
         }
-        Some(values)
+        Some(())
     }
+}
+
+/// Dot products in registers of four: each four is stored before the next is read, so that few numbers are kept.
+#[inline(always)]
+fn in_fours<'a, S: Simd, const BLOCKS: usize, const LINES: usize>(
+    simd: S,
+    term: impl Fn(usize) -> Option<Term<'a, BLOCKS, LINES>>,
+    dots: [&mut [f32]; LINES],
+) -> Option<()> {
+    for four in 0..PARTIAL_SUMS / 4 {
+        let (x, y) = (
+            pair_sums(simd, &term, 4 * four)?,
+            pair_sums(simd, &term, 4 * four + 2)?,
+        );
+        for line in 0..LINES {
+            let sums = x[line].unzip_low(y[line]) + x[line].unzip_high(y[line]);
+            if let Some(dots) = dots[line].get_mut(4 * four..4 * four + 4) {
+                sums.store_slice(dots);
+            }
+        }
+    }
+    Some(())
+}
+
+/// Two sums for each of the products `k` and `k + 1`.
+#[inline(always)]
+fn pair_sums<'a, S: Simd, const BLOCKS: usize, const LINES: usize>(
+    simd: S,
+    term: &impl Fn(usize) -> Option<Term<'a, BLOCKS, LINES>>,
+    k: usize,
+) -> Option<[f32x4<S>; LINES]> {
+    let mut x = quarter_sums(simd, term(k)?);
+    let y = quarter_sums(simd, term(k + 1)?);
+    for line in 0..LINES {
+        x[line] = x[line].unzip_low(y[line]) + x[line].unzip_high(y[line]);
+    }
+    Some(x)
+}
+
+/// The partial sums of each line's dot product, those of every fourth term added up.
+#[inline(always)]
+fn quarter_sums<S: Simd, const BLOCKS: usize, const LINES: usize>(
+    simd: S,
+    term: Term<BLOCKS, LINES>,
+) -> [f32x4<S>; LINES] {
+    partial_sums(simd, term).map(
+        #[inline(always)]
+        |sums| {
+            let (a, b) = sums.split();
+            let (a, b) = (a + b).split();
+            a + b
+        },
+    )
 }
 
 // The sums of sixteen products take one register of AVX-512, two of AVX2, four of SSE2 and NEON each. They are added

@@ -449,7 +449,10 @@ mod tests {
             next: &tables[k][1],
             weight: 0.25 * (k % 5) as f32,
         };
-        let dots = zero.blended_dots(|k| Some(term(k))).expect("all terms");
+        let mut dots = [[0.0; PARTIAL_SUMS]; 2];
+        let [first, second] = dots.each_mut();
+        zero.blended_dots(|k| Some(term(k)), [first, second])
+            .expect("all terms");
         for k in 0..PARTIAL_SUMS {
             let Term {
                 row, next, weight, ..
@@ -463,7 +466,9 @@ mod tests {
             }
         }
         for none in 0..PARTIAL_SUMS {
-            let dots = zero.blended_dots(|k| (k != none).then(|| term(k)));
+            let (mut first, mut second) = ([0.0; PARTIAL_SUMS], [0.0; PARTIAL_SUMS]);
+            let dots =
+                zero.blended_dots(|k| (k != none).then(|| term(k)), [&mut first, &mut second]);
             assert!(dots.is_none(), "without term {none}");
         }
     }

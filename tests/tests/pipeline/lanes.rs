@@ -7,18 +7,19 @@ use bonebeam::beamform::{self, Method};
 use bonebeam::covariance::{Covariance, ForwardBackward};
 use bonebeam::delay::Record;
 use bonebeam::memory::Scratch;
+use bonebeam::phase_symmetry::{Kernels, LaneFft, LogGabor, StripSlices};
 use bonebeam::pipeline::{DepthGate, Frame, Parameters, Pipeline};
 use bonebeam::simd::{InstructionSet, Task, Vector};
 
 const NAN: Complex<f32> = Complex::new(f32::NAN, f32::NAN);
 
-/// A frame by vectors of each instruction set, line by line.
+/// A frame by vectors of each instruction set: lines, image and bone map.
 struct OverLanes<'a> {
     pipeline: &'a Pipeline<'a>,
 }
 
 impl Task for OverLanes<'_> {
-    type Output = (Vec<Complex<f32>>, Vec<f32>);
+    type Output = (Vec<Complex<f32>>, Vec<f32>, Vec<f32>);
 
     fn run<V: Vector>(self, zero: V) -> Self::Output {
         let OverLanes { pipeline } = self;
@@ -41,7 +42,24 @@ impl Task for OverLanes<'_> {
             let line = frame.line_over(&mut workspace, line, transmits);
             z.extend_from_slice(line.unwrap());
         }
-        (z, frame.image().unwrap().to_vec())
+        let image = frame.image().unwrap().to_vec();
+        let bank = pipeline.phase_symmetry();
+        let sizes = bank.sizes();
+        let kernels = Kernels {
+            fft: &LaneFft::new(),
+            gains: &LogGabor::fixed(),
+        };
+        let mut strips = StripSlices {
+            strip: &mut vec![f32::NAN; sizes.strip_len()],
+            sums: &mut vec![f32::NAN; sizes.sums_len()],
+            line: &mut vec![Complex::new(zero, zero); sizes.line_len()],
+            gains: &mut vec![zero; sizes.gains_len()],
+        };
+        let mut filters = 0;
+        let map = frame.bone_map_over(&kernels, &mut strips, &mut |done| filters = done);
+        let map = map.unwrap().to_vec();
+        assert_eq!(filters, bank.filters());
+        (z, image, map)
     }
 }
 
@@ -102,9 +120,12 @@ fn a_frame_over_lanes_has_the_bits_of_one_lane() {
         }
         assert!(z.iter().all(|z| z.is_finite()) && z.iter().any(|z| z.norm() > 0.1));
         let image = frame.image().unwrap().to_vec();
+        let map = frame.bone_map().unwrap().to_vec();
+        assert!(map.iter().any(|&pixel| pixel > 0.0));
         for set in InstructionSet::available() {
-            let (z_over, image_over) = set.dispatch(OverLanes { pipeline });
+            let (z_over, image_over, map_over) = set.dispatch(OverLanes { pipeline });
             assert!(z_over == z && image_over == image, "{}", set.name());
+            assert!(map_over == map, "{}", set.name());
         }
     }
 }

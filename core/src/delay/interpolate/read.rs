@@ -125,7 +125,14 @@ impl Interpolator {
             |values| values.as_chunks_mut::<PARTIAL_SUMS>().0.iter_mut(),
         );
         for positions in positions {
-            let dots = zero.blended_dots(
+            let mut dots: [&mut [f32]; LINES] = [(); LINES].map(|()| Default::default());
+            for (dots, values) in dots.iter_mut().zip(&mut values) {
+                let Some(values) = values.next() else {
+                    return;
+                };
+                *dots = values;
+            }
+            let read = zero.blended_dots(
                 #[inline(always)]
                 |k| {
                     let rows = window(table, positions.row[k], 2 * BLOCKS * PARTIAL_SUMS)?;
@@ -136,14 +143,11 @@ impl Interpolator {
                     }
                     term(samples, rows, positions.weight[k])
                 },
+                dots.each_mut().map(|dots| &mut **dots),
             );
-            let dots = match dots {
-                Some(dots) => dots,
-                None => records.map(|record| at_the_edge::<BLOCKS>(record, table, positions)),
-            };
-            for (values, dots) in values.iter_mut().zip(dots) {
-                if let Some(values) = values.next() {
-                    *values = dots;
+            if read.is_none() {
+                for (dots, record) in dots.into_iter().zip(records) {
+                    at_the_edge::<BLOCKS>(record, table, positions, dots);
                 }
             }
         }
@@ -181,7 +185,8 @@ fn at_the_edge<const BLOCKS: usize>(
     record: &[f32],
     table: &[f32],
     positions: &TapPositions,
-) -> [f32; PARTIAL_SUMS] {
+    dots: &mut [f32],
+) {
     let mut samples = [[[0.0; PARTIAL_SUMS]; BLOCKS]; PARTIAL_SUMS];
     for (samples, &first) in samples.iter_mut().zip(&positions.first) {
         for (k, sample) in samples.as_flattened_mut().iter_mut().enumerate() {
@@ -191,13 +196,12 @@ fn at_the_edge<const BLOCKS: usize>(
         }
     }
     // One lane or many, the bits are the same.
-    let dots = 0.0f32.blended_dots(|k| {
+    let term = |k: usize| {
         let rows = window(table, positions.row[k], 2 * BLOCKS * PARTIAL_SUMS)?;
         term([&samples[k]], rows, positions.weight[k])
-    });
-    match dots {
-        Some([dots]) => dots,
-        None => [0.0; PARTIAL_SUMS],
+    };
+    if 0.0f32.blended_dots(term, [&mut *dots]).is_none() {
+        dots.fill(0.0);
     }
 }
 

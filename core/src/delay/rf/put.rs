@@ -157,6 +157,18 @@ fn put_row<V: Vector>(lines: &GroupLines, (real, imaginary): (V, V), out: &mut [
     let GroupLines {
         group, compounding, ..
     } = *lines;
+    let half = V::LANES / 2;
+    // Consecutive elements in all lanes, the most frequent case by far, need one check of the range.
+    if V::LANES > 1 && group.is_consecutive(V::LANES) {
+        let out = out.get_mut(group.left.start..group.left.start + V::LANES);
+        if let Some((left, right)) = out.and_then(|out| out.split_at_mut_checked(half)) {
+            // A register holds both parts of half the elements, in the order of memory.
+            let (first, second) = real.interleave(imaginary);
+            put_parts(compounding, first.lanes(), left);
+            put_parts(compounding, second.lanes(), right);
+        }
+        return;
+    }
     let Some(left) = out.get_mut(group.left.clone()) else {
         return;
     };
@@ -164,7 +176,6 @@ fn put_row<V: Vector>(lines: &GroupLines, (real, imaginary): (V, V), out: &mut [
         put_parts(compounding, &[real.lanes()[0], imaginary.lanes()[0]], left);
         return;
     }
-    // A register holds both parts of half the elements, in the order of memory.
     let (first, second) = real.interleave(imaginary);
     put_parts(compounding, first.lanes(), left);
     let Some(right) = out.get_mut(group.right.clone()) else {
@@ -187,14 +198,19 @@ fn transpose_lines<V: Vector>(zero: V, lines: &GroupLines, first: usize, rows: &
     } = *lines;
     for (block, rows) in rows.chunks_mut(V::LANES * V::LANES).enumerate() {
         let mut square = [zero; MOST_LANES];
-        for (samples, line) in square.iter_mut().zip(values.chunks_exact(line_len.max(1))) {
-            let Some(loaded) = load_at(zero, line, first + block * V::LANES) else {
+        for (lane, samples) in square.iter_mut().take(V::LANES).enumerate() {
+            let at = lane * line_len + first + block * V::LANES;
+            let Some(loaded) = load_at(zero, values, at) else {
                 break;
             };
             *samples = loaded;
         }
         transpose(&mut square);
-        for (row, samples) in rows.chunks_exact_mut(V::LANES).zip(&square) {
+        // A constant number of rows, which the compiler unrolls.
+        for (k, samples) in square.iter().take(V::LANES).enumerate() {
+            let Some(row) = rows.get_mut(k * V::LANES..(k + 1) * V::LANES) else {
+                break;
+            };
             copy(samples.lanes(), row);
         }
     }

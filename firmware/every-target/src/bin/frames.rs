@@ -1,7 +1,7 @@
 //! Instructions of a frame of the example, by one lane and by the processor's vectors.
 //!
-//! Prints `frame METHOD LANES LINES IMAGE MAP`, in instructions, with all lines of a frame of RF. Both frames have the
-//! same bits.
+//! Prints `frame METHOD LANES LINES IMAGE MAP HASH`, in instructions, with all lines of a frame of RF, and the hash of its
+//! bone map.
 
 #![no_std]
 #![no_main]
@@ -15,7 +15,7 @@ mod start;
 use bonebeam::Error;
 use bonebeam::beamform::{self, Workspace};
 use bonebeam::covariance::ForwardBackward;
-use bonebeam::phase_symmetry::Sizes;
+use bonebeam::phase_symmetry::{GainTables, Kernels, LaneFft, LogGabor, Sizes, StripSlices};
 use bonebeam::prelude::*;
 use bonebeam::simd::{InstructionSet, Task, Vector};
 use semihosting::{eprintln, println, process};
@@ -23,17 +23,18 @@ use static_cell::ConstStaticCell;
 
 const ELEMENTS: usize = 16;
 const LINES: usize = PARAMETERS.scan.lines.count();
-/// The scan of the example, a whole line at a time.
+/// The scan of the example, whole lines and a whole image at a time.
 const PARAMETERS: Parameters = Parameters {
     block: 256,
+    strip: 64,
     ..example::PARAMETERS
 };
-const NEED: Need = match PARAMETERS.need(Covariance::ForwardBackward) {
+/// Lanes of the widest vector.
+const LANES: usize = 4;
+const NEED: Need = match PARAMETERS.need_over(LANES, Covariance::ForwardBackward) {
     Ok(need) => need,
     Err(_) => panic!("the scan is not valid"),
 };
-/// More memory than one lane needs: for the delay stage by vectors.
-const MORE: usize = 16 * 1024;
 
 const SIZES: Sizes = Sizes {
     rows: PARAMETERS.rows,
@@ -44,11 +45,16 @@ const SIZES: Sizes = Sizes {
 static WORKSPACES: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces {
     frame: Memory::new(),
     gains: [0.0; SIZES.gain_tables_len(PARAMETERS.scales.len())],
+    strip: [0.0; SIZES.strip_len()],
+    sums: [0.0; SIZES.sums_len()],
 });
 
 struct Workspaces {
-    frame: Memory<{ NEED.real + MORE }, { NEED.complex }>,
+    frame: Memory<{ NEED.real }, { NEED.complex }>,
     gains: [f32; SIZES.gain_tables_len(PARAMETERS.scales.len())],
+    /// For bone maps by vectors.
+    strip: [f32; SIZES.strip_len()],
+    sums: [f32; SIZES.sums_len()],
 }
 
 /// All methods of a frame, by vectors.
@@ -61,8 +67,10 @@ impl Task for Frames<'_> {
         let Workspaces {
             frame: memory,
             gains,
+            strip,
+            sums,
         } = self.0;
-        // Bone maps take the same by one lane and by vectors.
+        let (fft, over) = (LaneFft::new(), V::LANES > 1);
         let methods = [
             ("das", Method::Das),
             ("mv", Method::Mv),
@@ -76,7 +84,14 @@ impl Task for Frames<'_> {
                 },
                 ..PARAMETERS
             })?;
-            let mut frame = Frame::new(&pipeline, memory.scratch())?.with_gain_tables(gains)?;
+            let frame = Frame::new(&pipeline, memory.scratch())?;
+            let (tables, mut frame) = if over {
+                let bank = pipeline.phase_symmetry();
+                let tables = GainTables::new(&LogGabor::fixed(), bank, &mut gains[..])?;
+                (Some(tables), frame)
+            } else {
+                (None, frame.with_gain_tables(gains)?)
+            };
             let (mut real, mut complex) = ([zero; 512], [Complex::new(zero, zero); 512]);
             let scratch = Scratch {
                 real: &mut real,
@@ -96,10 +111,29 @@ impl Task for Frames<'_> {
             let begin = clock::now();
             frame.image()?;
             let image = clock::since(begin);
+            let (mut line, mut of_line) = ([Complex::new(zero, zero); 64], [zero; 64]);
             let begin = clock::now();
-            frame.bone_map()?;
-            let map = clock::since(begin);
-            println!("frame {name} {} {lines} {image} {map}", V::LANES);
+            let map = match &tables {
+                None => frame.bone_map()?,
+                Some(gains) => {
+                    let mut strips = StripSlices {
+                        strip: &mut strip[..],
+                        sums: &mut sums[..],
+                        line: &mut line,
+                        gains: &mut of_line,
+                    };
+                    let kernels = Kernels { fft: &fft, gains };
+                    frame.bone_map_over(&kernels, &mut strips, &mut |_| {})?
+                }
+            };
+            let taken = clock::since(begin);
+            let fnv =
+                |hash: u64, x: &f32| (hash ^ u64::from(x.to_bits())).wrapping_mul(0x100_0000_01b3);
+            let hash = map.iter().fold(0xcbf2_9ce4_8422_2325, fnv);
+            println!(
+                "frame {name} {} {lines} {image} {taken} {hash:016x}",
+                V::LANES
+            );
         }
         Ok(())
     }

@@ -8,7 +8,7 @@ use bonebeam::delay::{Delay, DelayParameters, IqLayout, IqRecord, IqSamples, Rec
 use bonebeam::geometry::{Lines, Scan, Steering};
 use bonebeam::image::Pooling;
 use bonebeam::memory::Scratch;
-use bonebeam::phase_symmetry::LogGabor;
+use bonebeam::phase_symmetry::{Kernels, LogGabor, Microfft, Sizes, StripSlices};
 use bonebeam::pipeline::{Block, DepthGate, Frame, IqInput, LinePipeline, Parameters, Pipeline};
 use bonebeam::surface::{Detector, Settings};
 use bonebeam::{Complex, Error};
@@ -39,6 +39,8 @@ pub fn all() {
             parameters.surface(opaque(Settings::DEFAULT)),
             parameters.need(covariance),
             parameters.need_of_iq(covariance),
+            parameters.need_over(opaque(1), covariance),
+            parameters.need_over_of_iq(opaque(1), covariance),
         ));
         take(rf(parameters));
         take(iq(parameters));
@@ -129,6 +131,19 @@ fn frames<'r, D: Stage>(pipeline: &Pipeline<D>, record: &'r D::Record<'r>) -> Re
     take(pipeline.need_over(opaque(1), opaque(Covariance::Forward)));
     let mut workspace = Workspace::<ForwardBackward>::new(0.0, sizes, opaque(Scratch::empty()))?;
     take(frame.line_over(&mut workspace, opaque(1), opaque([(transmit(), record)]))?);
+    let strips = Sizes {
+        rows: 64,
+        columns: 64,
+        strip: 1,
+    };
+    let fft = opaque(Microfft);
+    let filters = opaque(LogGabor::fixed());
+    let kernels = Kernels {
+        fft: &fft,
+        gains: &filters,
+    };
+    let mut strips = StripSlices::new(opaque(strips), opaque(Scratch::empty()))?;
+    take(frame.bone_map_over(&kernels, &mut strips, &mut |filters| take(filters))?);
     take(opaque(frame.with_pooling(opaque(Pooling::Rms))).image()?);
     let mut gains = [0.0; 100];
     let frame = Frame::new(pipeline, opaque(Scratch::empty()))?;
