@@ -46,8 +46,9 @@ pub struct BeamformParameters {
     pub count: usize,
     /// Sub-lines of each line of a scan: 1, 2, 4, 8, 16 or 32; 0 is 1.
     ///
-    /// They are directions within the line's cell, from its one covariance. More than 1 need the library's feature `sub-lines`, and are for frames and lines of scans only. For I/Q their
-    /// phases are those of the demodulation frequency.
+    /// They are directions within the line's cell, from its one covariance. More than 1 need the library's feature
+    /// `sub-lines`, and are for frames and lines of scans only. For I/Q their phases are those of the demodulation
+    /// frequency.
     pub sub_lines: usize,
 }
 
