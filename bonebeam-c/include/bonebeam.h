@@ -212,10 +212,11 @@ typedef struct {
   const bonebeam_number *numbers;
   /// Number of `numbers`.
   size_t count;
-  /// Directions within the cell of each line of a scan, from the line's one covariance: 1, 2, 4, 8, 16 or 32.
+  /// Sub-lines of each line of a scan: 1, 2, 4, 8, 16 or 32; 0 is 1.
   ///
-  /// 0 is 1. More than 1 need the library's feature `sub-lines`, and are for frames and lines of scans only. For I/Q their
-  /// phases are those of the demodulation frequency.
+  /// They are directions within the line's cell, from its one covariance. More than 1 need the library's feature
+  /// `sub-lines`, and are for frames and lines of scans only. For I/Q their phases are those of the demodulation
+  /// frequency.
   size_t sub_lines;
 } bonebeam_beamform_parameters;
 
@@ -363,7 +364,7 @@ typedef struct {
   float dynamic_range;
   /// Not 0: the image is filtered by a median of 3 × 3 pixels.
   int32_t median;
-  /// Not 0: the image shows the RMS of a line's sub-lines, instead of the largest.
+  /// Not 0: the image shows the RMS of sub-lines; else the largest.
   int32_t pool_by_rms;
   /// Not 0: the filters' gains are in tables, for faster maps of the same bits.
   int32_t gain_tables;

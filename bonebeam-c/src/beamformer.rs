@@ -44,10 +44,11 @@ pub struct BeamformParameters {
     pub numbers: *const Number,
     /// Number of `numbers`.
     pub count: usize,
-    /// Directions within the cell of each line of a scan, from the line's one covariance: 1, 2, 4, 8, 16 or 32.
+    /// Sub-lines of each line of a scan: 1, 2, 4, 8, 16 or 32; 0 is 1.
     ///
-    /// 0 is 1. More than 1 need the library's feature `sub-lines`, and are for frames and lines of scans only. For I/Q their
-    /// phases are those of the demodulation frequency.
+    /// They are directions within the line's cell, from its one covariance. More than 1 need the library's feature
+    /// `sub-lines`, and are for frames and lines of scans only. For I/Q their phases are those of the demodulation
+    /// frequency.
     pub sub_lines: usize,
 }
 

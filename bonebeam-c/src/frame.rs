@@ -35,7 +35,7 @@ pub struct FrameParameters {
     pub dynamic_range: f32,
     /// Not 0: the image is filtered by a median of 3 × 3 pixels.
     pub median: i32,
-    /// Not 0: the image shows the RMS of a line's sub-lines, instead of the largest.
+    /// Not 0: the image shows the RMS of sub-lines; else the largest.
     pub pool_by_rms: i32,
     /// Not 0: the filters' gains are in tables, for faster maps of the same bits.
     pub gain_tables: i32,

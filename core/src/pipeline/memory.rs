@@ -102,7 +102,9 @@ impl Parameters<'_> {
         }
     }
 
-    /// Memory of a frame of RF with lines by vectors of `lanes` lanes, as [`Pipeline::need_over`].
+    /// Memory of a frame of RF with lines by vectors, for a `static`.
+    ///
+    /// The vectors have `lanes` lanes: see [`Pipeline::need_over`].
     ///
     /// # Errors
     /// As [`Scan::new`].

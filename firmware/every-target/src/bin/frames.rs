@@ -1,6 +1,6 @@
 //! Instructions of a frame of the example, by one lane and by the processor's vectors.
 //!
-//! Prints `frame METHOD LANES LINES IMAGE MAP HASH`, in instructions, with all lines of a frame of RF, and the hash of its
+//! Prints `frame METHOD LANES LINES IMAGE MAP HASH`: instructions with all lines of a frame of RF, and the hash of its
 //! bone map.
 
 #![no_std]
