@@ -201,7 +201,8 @@ fn ply(frames: &[FrameSurface], lines: usize, sweep_step: Option<f64>) -> String
             count += 1;
         }
     }
-    let faces = sweep_step.map(|step| triangles(frames, lines, step));
+    let points: Vec<&[SurfacePoint]> = frames.iter().map(|frame| &frame.points[..]).collect();
+    let faces = sweep_step.map(|step| triangles(&points, lines, step));
     let faces = faces.map(|faces| {
         let head = format!(
             "element face {}\nproperty list uchar int vertex_indices\n",

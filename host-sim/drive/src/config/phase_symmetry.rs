@@ -108,7 +108,9 @@ impl PhaseSymmetry {
         next(sides.0).zip(next(sides.1)).filter(|_| self.pad)
     }
 
-    /// Centre frequencies of the filters for square pixels of a size in m, cycles per pixel.
+    /// Centre frequencies of the filters, cycles per pixel.
+    ///
+    /// Pixels are square, of a size in m if it is known.
     ///
     /// # Errors
     /// [`crate::Error::Usage`] for wavelengths without the size of a pixel, and for one beyond 2 to 1024 pixels.

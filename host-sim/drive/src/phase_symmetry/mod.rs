@@ -4,6 +4,8 @@
 
 mod bands;
 mod noise;
+#[cfg(test)]
+mod tests;
 
 use std::ops::Range;
 
@@ -20,9 +22,7 @@ use crate::config;
 use crate::image::resize;
 use crate::{Error, Result};
 use bands::{Band, MatrixPart, Whole};
-
-/// Directions of the filters of a scale.
-const DIRECTIONS: usize = 6;
+use noise::{DIRECTIONS, Noise};
 
 /// Parameters of phase symmetry.
 #[derive(Clone, Debug, PartialEq)]
@@ -85,7 +85,7 @@ pub fn of_image(
     let thresholds = match section.noise_deviations {
         None => [parameters.threshold; DIRECTIONS],
         Some(deviations) => {
-            let noise = noise::of_image(image.view(), shown, &parameters)?;
+            let noise = noise_of(image.view(), shown, &parameters)?;
             noise.thresholds(deviations, section.noise_by_direction)
         }
     };
@@ -93,6 +93,51 @@ pub fn of_image(
     plan.set_thresholds(&parameters, thresholds)?;
     let map = plan.run(image.view(), InstructionSet::detect(), progress)?;
     Ok(Array2::from_shape_fn(shown, |at| map[at]))
+}
+
+/// Filters an image with the finest scale.
+///
+/// Only the first `shown` rows and columns count; the others are padding.
+///
+/// # Errors
+/// As [`Plan::new`] and [`Plan::run`].
+fn noise_of(
+    image: ArrayView2<f32>,
+    shown: (usize, usize),
+    parameters: &Parameters,
+) -> Result<Noise> {
+    let finest = parameters.scales.iter().copied().fold(0.0, f64::max);
+    // Amplitudes stay in memory up to the last filter but one; all that are needed come before the second scale.
+    let mut plan = Plan::new(
+        image.dim(),
+        &Parameters {
+            scales: vec![finest; 2],
+            ..parameters.clone()
+        },
+    )?;
+    let (rows, columns) = image.dim();
+    let strip = plan.gains.bank().sizes().strip;
+    // Amplitudes lie in strips of rows, column by column.
+    let place = |row: usize, column: usize| {
+        let first = row - row % strip;
+        first * columns + column * strip.min(rows - first) + row - first
+    };
+    let mut before = vec![0.0; rows * columns];
+    let mut directions: Vec<Vec<f32>> = Vec::new();
+    let mut map = Array2::zeros((rows, columns));
+    InstructionSet::detect().dispatch(Map {
+        plan: &mut plan,
+        image,
+        after: &mut |_, sum| {
+            let rows = 0..shown.0;
+            let places = rows.flat_map(|row| (0..shown.1).map(move |column| place(row, column)));
+            directions.push(places.map(|k| sum[k] - before[k]).collect());
+            before.copy_from_slice(sum);
+            directions.len() < DIRECTIONS
+        },
+        map: map.view_mut(),
+    })?;
+    Ok(Noise { directions })
 }
 
 /// Phase symmetry of many images of one size, with gains and memory made once.
