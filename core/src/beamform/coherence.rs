@@ -1,4 +1,6 @@
-//! Short-lag coherence of a line, which tells echoes of tissue from clutter and noise.
+//! Short-lag coherence of a line.
+//!
+//! It tells echoes of tissue from clutter and noise.
 
 use super::aligned_line::AlignedLine;
 use crate::Error;

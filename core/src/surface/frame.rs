@@ -25,7 +25,9 @@ impl Detector {
         self.frame_of(grey, None, scratch, out)
     }
 
-    /// [`Detector::frame`] with the coherence of each sample, as [`Tracker::line_with_coherence`] takes it.
+    /// [`Detector::frame`] with the coherence of each sample.
+    ///
+    /// Its values are those of [`Tracker::line_with_coherence`].
     ///
     /// # Errors
     /// As [`Detector::frame`], for grey levels and coherence.

@@ -187,9 +187,9 @@ impl<'p, 'm> Tracker<'p, 'm> {
         self.line_of(grey, None, levels)
     }
 
-    /// [`Tracker::line`] with the coherence of each sample: 0 for none or less, 255 for 1.
+    /// [`Tracker::line`] with the coherence of each sample.
     ///
-    /// The settings' [`coherence`](super::Settings::coherence) is the term of it.
+    /// A coherence of 0 or less is 0, and one of 1 is 255. The settings' [`coherence`](super::Settings::coherence) is the term of it.
     ///
     /// # Errors
     /// As [`Tracker::line`], for both slices.

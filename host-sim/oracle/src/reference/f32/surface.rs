@@ -132,7 +132,9 @@ pub fn scores(p: &Parameters, line: &[u8], levels: Levels) -> Vec<i64> {
     scores.collect()
 }
 
-/// The term of a line's coherence for its cells from the first searched one, in 1/1024 nat.
+/// The terms of coherence of a line's cells, in 1/1024 nat.
+///
+/// They begin at the first searched cell.
 pub fn coherence_term(p: &Parameters, coherence: &[u8]) -> Vec<i64> {
     let (term, [from, to]) = (&p.settings.coherence, p.settings.below);
     let cells = cells(p);

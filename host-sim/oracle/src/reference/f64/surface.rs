@@ -16,9 +16,9 @@ fn ramp(ramp: &Ramp, x: f64) -> f64 {
     ramp.weight * ((x - ramp.centre) / ramp.width).clamp(-1.0, 1.0)
 }
 
-/// The term of coherence of a cell, in nats, from the coherence of a line's samples, 0 to 1.
+/// The term of coherence of a cell, in nats.
 ///
-/// Cells are as for [`score()`].
+/// `coherence` is that of a line's samples, 0 to 1. Cells are as for [`score()`].
 pub fn coherence_term(
     settings: &Settings,
     coherence: &[f64],
