@@ -478,7 +478,7 @@ fn other_lengths_are_refused() {
     assert_eq!(run(need, 3), "grey levels");
     assert_eq!(run(need - 1, 2), "real memory");
     let of_frame =
-        detector.frame_with_coherence(&frame, &frame[1..], scratch(&mut real), &mut vec![None; 2]);
+        detector.frame_with_coherence(&frame, &frame[1..], scratch(&mut real), &mut [None; 2]);
     assert_eq!(length(of_frame), "coherence");
     let levels = Levels { dark: 0, tissue: 0 };
     let mut tracker = Tracker::new(&detector, scratch(&mut real)).unwrap();

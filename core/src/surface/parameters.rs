@@ -189,7 +189,7 @@ impl Settings {
             weight: -0.7,
             ..Self::DEFAULT.coherence
         },
-        absence: -2.85,
+        absence: -2.7,
         ..Self::DEFAULT
     };
 
