@@ -188,8 +188,10 @@ fn frames_have_a_surface_each_and_beamforming_writes_that_of_the_first() {
         .finish();
     works(
         &folder,
-        "beamform data.npz --method das -o lines.npz --surface first.csv",
+        "beamform data.npz --method das -o lines.npz --surface first.csv --coherence map.npy",
     );
+    let map: Array2<f32> = ndarray_npy::read_npy(folder.path().join("map.npy")).unwrap();
+    assert_eq!(map, Array2::from_elem((COLUMNS, ROWS), 1.0));
     let first = rows(&folder, "first.csv");
     follow(&first, [-8e-3, 0.0]);
     for input in ["lines.npz", "data.npz --method das"] {

@@ -9,6 +9,7 @@
 extern crate std;
 
 pub mod beamform;
+pub mod coherence;
 pub mod delay;
 pub mod hash;
 pub mod image;
@@ -35,6 +36,7 @@ use bonebeam::Error;
 /// The memory of all cases; fits a `static`.
 pub struct Workspaces {
     beamform: beamform::Memory,
+    coherence: coherence::Memory,
     delay: delay::Memory,
     image: image::Memory,
     iq: iq::Memory,
@@ -51,6 +53,7 @@ impl Workspaces {
     pub const fn new() -> Self {
         Workspaces {
             beamform: beamform::Memory::new(),
+            coherence: coherence::Memory::new(),
             delay: delay::Memory::new(),
             image: image::Memory::new(),
             iq: iq::Memory::new(),
@@ -79,5 +82,6 @@ pub fn run(workspaces: &mut Workspaces, report: &mut impl FnMut(&str, u64)) -> R
     phase_symmetry::run(&mut workspaces.phase_symmetry, report)?;
     iq::run(&mut workspaces.iq, &mut workspaces.delay, report)?;
     pipeline::run(&mut workspaces.pipeline, report)?;
-    surface::run(&mut workspaces.surface, report)
+    surface::run(&mut workspaces.surface, report)?;
+    coherence::run(&mut workspaces.coherence, report)
 }

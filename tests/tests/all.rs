@@ -5,6 +5,7 @@ mod beamform_errors;
 mod beamform_f64;
 mod beamform_properties;
 mod circles;
+mod coherence;
 mod common;
 mod delay;
 mod delay_errors;

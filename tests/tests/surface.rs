@@ -3,7 +3,7 @@
 use bonebeam::Error;
 use bonebeam::geometry::Axis;
 use bonebeam::memory::Scratch;
-use bonebeam::surface::{Detector, Levels, Parameters, Point, Settings, Survey, Tracker};
+use bonebeam::surface::{Detector, Levels, Parameters, Point, Ramp, Settings, Survey, Tracker};
 use bonebeam_oracle::reference;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
@@ -36,6 +36,23 @@ fn found(parameters: Parameters, frame: &[u8]) -> Vec<Option<Point>> {
         .frame(frame, scratch, &mut points)
         .expect("a frame");
     points
+}
+
+/// The same with the coherence of each sample.
+fn found_with_coherence(
+    parameters: Parameters,
+    frame: &[u8],
+    coherence: &[u8],
+) -> Vec<Option<Point>> {
+    let detector = detector(parameters);
+    let mut real = vec![f32::NAN; detector.need().real];
+    let scratch = Scratch {
+        real: &mut real,
+        complex: &mut [],
+    };
+    let mut points = vec![None; frame.len() / parameters.samples.count];
+    let done = detector.frame_with_coherence(frame, coherence, scratch, &mut points);
+    done.map(|()| points).expect("a frame")
 }
 
 /// Lines of speckle with bone at a sample of each line, and a shadow below it.
@@ -115,6 +132,28 @@ fn tissue_alone_a_black_and_a_white_frame_have_no_surface() {
     }
 }
 
+/// Below a bright layer is a grey of 110 levels: clutter in a shadow, or muscle, by its coherence.
+#[test]
+fn coherence_tells_clutter_from_tissue() {
+    let frame = lines(600, &[Some(250); 40], 110, 3);
+    let parameters = Parameters {
+        settings: Settings::COHERENCE,
+        ..PARAMETERS
+    };
+    let found = |below: u8| {
+        let coherence = |n: usize| if n % 600 < 250 { 130 } else { below };
+        let coherence: Vec<u8> = (0..frame.len()).map(coherence).collect();
+        let points = found_with_coherence(parameters, &frame, &coherence);
+        let confidences = points
+            .iter()
+            .map(|point| point.map_or(0.0, |p| p.confidence));
+        confidences.collect::<Vec<_>>()
+    };
+    for (clutter, muscle) in found(0).iter().zip(found(130)) {
+        assert!(*clutter > muscle, "{clutter} and {muscle}");
+    }
+}
+
 #[test]
 fn a_single_bright_line_is_no_surface() {
     let mut bones = [None; 40];
@@ -155,7 +194,7 @@ fn a_shadow_is_black_or_far_below_the_tissue() {
 /// Settings of all kinds, near the usual ones.
 fn any_settings(rng: &mut ChaCha8Rng) -> Settings {
     let usual = Settings::DEFAULT;
-    let mut ramp = |mut ramp: bonebeam::surface::Ramp| {
+    let mut ramp = |mut ramp: Ramp| {
         ramp.weight = rng.random_range(-3.0..3.0);
         ramp.centre += rng.random_range(-0.1..0.1);
         ramp.width *= rng.random_range(0.7..2.0);
@@ -163,12 +202,14 @@ fn any_settings(rng: &mut ChaCha8Rng) -> Settings {
     };
     let terms = [usual.contrast, usual.level, usual.rest, usual.shadow];
     let [contrast, level, rest, shadow] = terms.map(&mut ramp);
+    let coherence = ramp(usual.coherence);
     Settings {
         cell: rng.random_range(0.02e-3..0.2e-3),
         contrast,
         level,
         rest,
         shadow,
+        coherence,
         margin: rng.random_range(0.0..1.0),
         shadow_drop: rng.random_range(0.0..0.5),
         shadow_black: rng.random_range(0.0..0.3),
@@ -214,6 +255,10 @@ fn every_path_has_the_bits_of_the_reference() {
         let points = found(parameters, &frame);
         let expected = reference::f32::surface::surface(&parameters, &frame);
         assert_eq!(points, expected, "{seed}: {parameters:?}");
+        let coherence: Vec<u8> = frame.iter().map(|grey| grey / 2).collect();
+        let points = found_with_coherence(parameters, &frame, &coherence);
+        let with = reference::f32::surface::surface_with_coherence;
+        assert_eq!(points, with(&parameters, &frame, &coherence), "{seed}");
         points_of_all += points.iter().flatten().count();
     }
     assert!(points_of_all > 100, "{points_of_all}");
@@ -255,6 +300,7 @@ fn scores_stay_within_their_bound_of_the_f64_reference() {
         let frame = lines(600, &[Some(300)], 20, seed);
         let levels = reference::f32::surface::levels(&parameters, &frame);
         let scores = reference::f32::surface::scores(&parameters, &frame, levels);
+        let terms = reference::f32::surface::coherence_term(&parameters, &frame);
         let grey: Vec<f64> = frame.iter().map(|&g| f64::from(g) / 255.0).collect();
         let ends = [levels.dark, levels.tissue].map(|level| f64::from(level) / 4080.0);
         let length = 2.0 * parameters.samples.step;
@@ -269,6 +315,12 @@ fn scores_stay_within_their_bound_of_the_f64_reference() {
                 error <= bound(&settings, means),
                 "{seed}, {k}: {score} and {expected}"
             );
+            // The frame in place of its coherence.
+            let expected = reference::f64::surface::coherence_term(&settings, &grey, cell, length);
+            let error = (terms[k] as f64 / 1024.0 - expected).abs();
+            let Ramp { weight, width, .. } = settings.coherence;
+            let bound = 1.2 / 4080.0 * (weight / width).abs() + 0.005;
+            assert!(error <= bound, "{seed}, {k}: {} and {expected}", terms[k]);
         }
     }
 }
@@ -357,7 +409,7 @@ fn what_is_out_of_range_is_refused_by_its_name() {
         Detector::new(parameters).unwrap_err()
     };
 
-    let cases: [(&str, Change); 31] = [
+    let cases: [(&str, Change); 32] = [
         ("samples", &|p| p.samples.step = 0.0),
         ("samples", &|p| p.samples.count = (1 << 16) + 1),
         ("line spacing", &|p| p.spacing = f64::NAN),
@@ -387,6 +439,7 @@ fn what_is_out_of_range_is_refused_by_its_name() {
         ("contrast", &|p| p.settings.contrast.weight = 17.0),
         ("level", &|p| p.settings.level.width = 0.0),
         ("shadow", &|p| p.settings.shadow.weight = f64::INFINITY),
+        ("coherence", &|p| p.settings.coherence.centre = f64::NAN),
         ("absence", &|p| p.settings.absence = f64::NAN),
         ("jump", &|p| p.settings.jump = 65.0),
         ("slope", &|p| p.settings.slope = 1.0),
@@ -424,10 +477,15 @@ fn other_lengths_are_refused() {
     };
     assert_eq!(run(need, 3), "grey levels");
     assert_eq!(run(need - 1, 2), "real memory");
+    let of_frame =
+        detector.frame_with_coherence(&frame, &frame[1..], scratch(&mut real), &mut [None; 2]);
+    assert_eq!(length(of_frame), "coherence");
     let levels = Levels { dark: 0, tissue: 0 };
     let mut tracker = Tracker::new(&detector, scratch(&mut real)).unwrap();
     let short = tracker.line(&frame[1..600], levels);
     assert_eq!(length(short.map(drop)), "line");
+    let short = tracker.line_with_coherence(&frame[..600], &frame[..599], levels);
+    assert_eq!(length(short.map(drop)), "coherence");
     let mut survey = Survey::new(&detector, scratch(&mut real)).unwrap();
     assert_eq!(length(survey.line(&frame)), "line");
 }

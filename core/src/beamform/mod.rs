@@ -5,6 +5,7 @@
 
 mod aligned_line;
 mod apodization;
+mod coherence;
 mod compiled;
 mod depth_step;
 mod extent;
@@ -28,6 +29,7 @@ pub(crate) use line::LineBlock;
 
 pub use aligned_line::AlignedLine;
 pub use apodization::Apodization;
+pub use coherence::ShortLagCoherence;
 pub use methods::Method;
 pub use parameters::{Beamformer, Parameters};
 pub use postfilter::Postfilter;

@@ -95,6 +95,7 @@ const fn line(settings: &Settings, sizes: &Sizes, step: f64) -> Result<Line, Err
     let white = WHITE as f64;
     let contrast = attempt!(ramp("contrast", &settings.contrast));
     let level = attempt!(ramp("level", &settings.level));
+    let coherence = attempt!(ramp("coherence", &settings.coherence));
     let rest = attempt!(ramp("rest", &settings.rest));
     let shadow = attempt!(ramp("shadow", &settings.shadow));
     let block = if signed(rest_block, cell) < 1 {
@@ -116,6 +117,7 @@ const fn line(settings: &Settings, sizes: &Sizes, step: f64) -> Result<Line, Err
         weight: integer(onset_weight * 1024.0),
         contrast: ramp_plan(&settings.contrast, contrast),
         level: ramp_plan(&settings.level, level),
+        coherence: ramp_plan(&settings.coherence, coherence),
         rest: ramp_plan(&settings.rest, rest),
         margin: integer(margin * white) << SHIFT,
         rest_from: cells_of(rest_from, cell),

@@ -8,7 +8,8 @@
 //!
 //! [`Parameters`] give the plan, a [`Detector`]. A [`Tracker`] is a plan with its memory, a
 //! [`Scratch`](crate::memory::Scratch). [`Detector::frame`] computes a whole frame; a tracker takes line after line
-//! with bounded latency.
+//! with bounded latency. A map of the samples'
+//! [coherence](crate::beamform::ShortLagCoherence) is an optional sixth term, where clutter may fill the shadow.
 //!
 //! Scores and paths are integers, from grey levels of eight bits ([`grey`]): means in 1/16 of a level, scores in
 //! 1/1024 nat. The bits are therefore the same everywhere, in any order of the sums.
@@ -36,6 +37,7 @@
 //! ```
 
 mod detector;
+mod frame;
 mod levels;
 mod logarithm;
 mod onset;

@@ -127,6 +127,7 @@ pub(super) struct Line {
     pub weight: i32,
     pub contrast: RampPlan,
     pub level: RampPlan,
+    pub coherence: RampPlan,
     pub rest: RampPlan,
     /// Margin below the echo, 2²³ times a grey level.
     pub margin: i32,
@@ -273,6 +274,20 @@ impl Line {
         for (entry, sum) in beside.iter_mut().rev().zip(beside_blocks().rev()) {
             brightest = brightest.max(sum);
             *entry = mean(brightest);
+        }
+    }
+
+    /// Adds the term of coherence to the scores of cells from the first of the search on.
+    ///
+    /// `sums` are those of a line's coherence.
+    pub(super) fn add_coherence(&self, sums: &[u32], sizes: &Sizes, scores: &mut [i32]) {
+        let (stride, cells) = (sizes.stride as i32, sizes.cells as i32);
+        let below = self
+            .below
+            .sums(sums, sizes.above.saturating_add(sizes.first));
+        for (cell, (sum, score)) in (sizes.first as i32..).zip(below.zip(scores)) {
+            let mean = self.below.cut(sum, cell, cells, stride) >> SHIFT;
+            *score += self.coherence.at(mean);
         }
     }
 

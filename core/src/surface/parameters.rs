@@ -95,6 +95,11 @@ pub struct Settings {
     ///
     /// 1 disables `shadow_drop`.
     pub shadow_black: f64,
+    /// Term of the mean coherence of `below` below the cell, 0 to 1.
+    ///
+    /// Clutter that fills a shadow has little coherence. The term is absent without a map of coherence
+    /// ([`Tracker::line_with_coherence`](super::Tracker::line_with_coherence)).
+    pub coherence: Ramp,
     /// Depths of the search, m: the first and the last, which may be infinite.
     ///
     /// The search ends where the near window still fits above the line's end.
@@ -161,6 +166,11 @@ impl Settings {
         shadow_range: 0.063,
         shadow_drop: 0.0,
         shadow_black: 1.0,
+        coherence: Ramp {
+            weight: 0.0,
+            centre: 0.12,
+            width: 0.05,
+        },
         depths: [5e-3, f64::INFINITY],
         absence: -2.35,
         end: 8.0,
@@ -168,6 +178,19 @@ impl Settings {
         slope: 2.5e3,
         spacing: 0.308e-3,
         confidence: [0.96, 0.69],
+    };
+
+    /// Settings for lines of channel data with a map of coherence.
+    ///
+    /// The map is [`ShortLagCoherence`](crate::beamform::ShortLagCoherence) over ±0.4 mm. Tuned as
+    /// [`Settings::DEFAULT`].
+    pub const COHERENCE: Settings = Settings {
+        coherence: Ramp {
+            weight: -0.7,
+            ..Self::DEFAULT.coherence
+        },
+        absence: -2.7,
+        ..Self::DEFAULT
     };
 
     /// Settings for scanner pictures, with unknown grey levels and layers.

@@ -1,7 +1,6 @@
 //! Path of the surface over the lines, by Viterbi's algorithm.
 
 use super::detector::Detector;
-use super::levels::Survey;
 use super::logarithm::NAT;
 use super::onset::{Levels, Line};
 use super::parameters::{AROUND, Prices, Sizes};
@@ -66,46 +65,6 @@ impl Pointer {
 
 /// Value of an impossible path; all others are above half of it.
 const NEVER: i32 = -(1 << 23);
-
-impl Detector {
-    /// Finds the surface of a whole frame, grey levels `[line][sample]`.
-    ///
-    /// A line gets a point or none. The frame's own [`Levels`] are computed first, from every fourth line.
-    ///
-    /// # Errors
-    /// [`Error::Length`] if `grey` does not have as many lines as `out`, or if the memory is shorter than
-    /// [`Detector::need`]. [`Error::Capacity`] for more lines than the parameters' latency and one.
-    pub fn frame(
-        &self,
-        grey: &[u8],
-        scratch: Scratch<'_>,
-        out: &mut [Option<Point>],
-    ) -> Result<(), Error> {
-        let samples = self.parameters().samples.count;
-        check_length("grey levels", grey.len(), out.len().saturating_mul(samples))?;
-        scratch.check(self.need())?;
-        let mut scratch = scratch;
-        let mut survey = Survey::new(self, scratch.reborrow())?;
-        for line in grey.chunks_exact(samples.max(1)).step_by(Survey::EVERY) {
-            survey.line(line)?;
-        }
-        let levels = survey.levels();
-        let mut tracker = Tracker::new(self, scratch)?;
-        let mut entries = out.iter_mut();
-        let mut put = |point| {
-            if let Some(entry) = entries.next() {
-                *entry = point;
-            }
-        };
-        for line in grey.chunks_exact(samples.max(1)) {
-            if let Some(point) = tracker.line(line, levels)? {
-                put(point);
-            }
-        }
-        tracker.finish(put);
-        Ok(())
-    }
-}
 
 /// A detector with its memory, working on the lines of a frame.
 ///
@@ -225,11 +184,43 @@ impl<'p, 'm> Tracker<'p, 'm> {
     /// # Errors
     /// [`Error::Length`] if the number of samples differs from the parameters'.
     pub fn line(&mut self, grey: &[u8], levels: Levels) -> Result<Option<Option<Point>>, Error> {
+        self.line_of(grey, None, levels)
+    }
+
+    /// [`Tracker::line`] with the coherence of each sample.
+    ///
+    /// A coherence of 0 or less is 0, and one of 1 is 255. The settings' [`coherence`](super::Settings::coherence) is the term of it.
+    ///
+    /// # Errors
+    /// As [`Tracker::line`], for both slices.
+    pub fn line_with_coherence(
+        &mut self,
+        grey: &[u8],
+        coherence: &[u8],
+        levels: Levels,
+    ) -> Result<Option<Option<Point>>, Error> {
+        self.line_of(grey, Some(coherence), levels)
+    }
+
+    pub(super) fn line_of(
+        &mut self,
+        grey: &[u8],
+        coherence: Option<&[u8]>,
+        levels: Levels,
+    ) -> Result<Option<Option<Point>>, Error> {
         let Detector { sizes, line, .. } = self.detector;
         let parameters = self.detector.parameters();
         check_length("line", grey.len(), parameters.samples.count)?;
-        Line::sums(grey, [sizes.stride, sizes.above], self.sums);
+        if let Some(coherence) = coherence {
+            check_length("coherence", coherence.len(), parameters.samples.count)?;
+        }
+        let shape = [sizes.stride, sizes.above];
+        Line::sums(grey, shape, self.sums);
         line.scores(self.sums, sizes, levels, self.scores);
+        if let Some(coherence) = coherence {
+            Line::sums(coherence, shape, self.sums);
+            line.add_coherence(self.sums, sizes, self.scores);
+        }
         self.step();
         if self.lines <= parameters.latency {
             return Ok(None);

@@ -111,6 +111,11 @@ impl<'a> RecordingFrames<'a> {
         }
     }
 
+    /// The parameters.
+    pub(crate) fn parameters(&self) -> &Beamform {
+        self.parameters
+    }
+
     /// Beamforms one frame of such channel data into `z` [beam, sample].
     ///
     /// The frame can be outside the recording. Lines are in the order of [`DelayStage::all_rays`]. `progress`
@@ -244,11 +249,11 @@ fn z_len(stage: &DelayStage<'_>) -> usize {
     stage.rays().len() * stage.samples()
 }
 
-fn other_kind() -> Error {
+pub(crate) fn other_kind() -> Error {
     Error::Data("the frame is of another kind of data than the recording".into())
 }
 
-fn no_frame(index: usize, frames: usize) -> Error {
+pub(crate) fn no_frame(index: usize, frames: usize) -> Error {
     Error::Usage(format!(
         "there is no frame {index}; expected 0 to {}",
         frames.saturating_sub(1)

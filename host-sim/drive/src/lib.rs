@@ -2,6 +2,7 @@
 
 pub mod beamform;
 mod beams;
+pub mod coherence;
 mod compound;
 pub mod config;
 pub mod delay;

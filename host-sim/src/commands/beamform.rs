@@ -18,12 +18,13 @@ use crate::progress::Progress;
 use crate::provenance::Snapshot;
 use crate::{Error, Result};
 use bonebeam::phase_symmetry::scale_for_display;
+use bonebeam_drive::coherence;
 use bonebeam_drive::config::Beamform;
 use bonebeam_drive::frame::RecordingFrames;
 use bonebeam_drive::image::{BModeImage, check_beams, image_of};
 use bonebeam_drive::phase_symmetry;
 use bonebeam_drive::policy::{Pictures, warnings, working_memory};
-use bonebeam_drive::surface::of_lines;
+use bonebeam_drive::surface::of_recording;
 use bonebeam_files::atomic::{Outputs, check_outputs};
 use bonebeam_files::image::{self, Format};
 use bonebeam_files::memory;
@@ -96,6 +97,13 @@ pub struct Arguments {
     /// The file is as `host-sim surface` writes it. Parameters come from the section [surface] of --config.
     #[arg(long, value_name = "SURFACE.csv", help_heading = "Bone surface")]
     surface: Option<PathBuf>,
+
+    /// Also write the short-lag coherence of the first frame: .npy
+    ///
+    /// float32 [beam, sample], as the lines, −1 to 1: how alike the echoes of neighbouring elements are. Tissue and
+    /// bone are above clutter and noise, which are near 0.
+    #[arg(long, value_name = "MAP.npy", help_heading = "Coherence")]
+    coherence: Option<PathBuf>,
 }
 
 const EXAMPLES: &str = "\
@@ -113,7 +121,7 @@ Examples:
   host-sim beamform channels.npz -o lines.npz --image figure.svg --dynamic-range 60
   host-sim beamform channels.npz -o lines.npz --image bone.png --rows 512 --columns 512 \\
       --bone-map map.npy --scales 2^-7,2^-8,2^-9 --threshold 15
-  host-sim beamform channels.npz --method das -o lines.npz --surface surface.csv
+  host-sim beamform channels.npz --method das -o lines.npz --surface surface.csv --coherence map.npy
   host-sim beamform delayed.npz --method mv --covariance forward -o lines.npz
   host-sim beamform recording.mat --variable rf=RcvData --variable c=1540 -o lines.npz
   host-sim beamform channels.npz --config lines.npz.config.toml -o again.npz";
@@ -157,6 +165,15 @@ impl Arguments {
         }
         if let Some(path) = &self.surface {
             Kind::of("--surface", path)?;
+            outputs.push(path);
+        }
+        if let Some(path) = &self.coherence {
+            if Format::of(path)? != Format::Npy {
+                return Err(Error::Usage(format!(
+                    "--coherence is {}; expected a name that ends in .npy",
+                    path.display()
+                )));
+            }
             outputs.push(path);
         }
         check_outputs(&[&self.recording], &outputs)
@@ -210,17 +227,23 @@ impl Arguments {
         PartialLines::open(Path::new(&path), key)
     }
 
-    /// Adds the surface if asked for; returns its summary.
-    fn add_surface(
+    /// Adds the map of coherence and the surface if asked for; returns the surface's summary.
+    fn add_maps(
         &self,
         lines: &BeamformedLines,
+        (frames, frame): (&RecordingFrames<'_>, (&Recording, usize)),
         config: &Config,
         outputs: &mut Outputs,
     ) -> Result<String> {
+        let of_file = |error| about(&self.recording, error);
+        if let Some(path) = &self.coherence {
+            let map = coherence::of_frame(frames, frame.0, frame.1).map_err(of_file)?;
+            image::add_to(&map, path, outputs)?;
+        }
         let Some(path) = &self.surface else {
             return Ok(String::new());
         };
-        let points = of_lines(lines, &config.surface).map_err(|e| about(&self.recording, e))?;
+        let points = of_recording(frames, frame, lines, &config.surface).map_err(of_file)?;
         let surface = FrameSurface { frame: 0, points };
         let count = lines.beam_x.len();
         let text = format!("; {}", surface.summary(count));
@@ -352,7 +375,11 @@ pub fn run(arguments: Arguments) -> Result<()> {
         (config.image.rows, config.image.columns) = (Some(rows), Some(columns));
         measures.add_image(&image);
     }
-    summary += &arguments.add_surface(&lines, &config, &mut outputs)?;
+    if arguments.surface.is_some() || arguments.coherence.is_some() {
+        let (recording, own) = blocks.block(frames.start)?;
+        let recorded = (&beamformer, (recording, own.start));
+        summary += &arguments.add_maps(&lines, recorded, &config, &mut outputs)?;
+    }
     if let Recording::Channel(_) = shared {
         config.beamform.output_rate = Some(lines.fs);
     }

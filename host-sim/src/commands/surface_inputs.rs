@@ -12,7 +12,7 @@ use crate::{Error, Result};
 use bonebeam_drive::frame::RecordingFrames;
 use bonebeam_drive::image::{BModeImage, image_of};
 use bonebeam_drive::policy::{Pictures, warnings, working_memory};
-use bonebeam_drive::surface::{Picture, PictureFan, of_lines, of_picture};
+use bonebeam_drive::surface::{self, Picture, PictureFan, of_lines, of_picture};
 use bonebeam_files::terminal::warn;
 use bonebeam_files::{BeamformedLines, Recording, image, memory, npz};
 use bonebeam_formats::RecordingFile;
@@ -111,7 +111,7 @@ impl Found {
                 let range = FrameRange::of(source.frames, frames.len())?;
                 let mut found = None;
                 for index in range {
-                    add_frame(&mut found, index, &frames[index], source, config)?;
+                    add_frame(&mut found, index, &frames[index], (source, config), None)?;
                 }
                 found.ok_or_else(|| Error::Usage("--frames selects no frame".into()))
             }
@@ -197,16 +197,20 @@ fn of_file_of_picture(source: &Source<'_>, config: &Config) -> Result<Found> {
     })
 }
 
-/// Adds the surface of a frame; of the first frame also the picture if asked for.
+/// Adds the surface of a frame, recorded or of lines alone; of the first also the picture if asked for.
 fn add_frame(
     found: &mut Option<Found>,
     frame: usize,
     lines: &BeamformedLines,
-    source: &Source<'_>,
-    config: &Config,
+    (source, config): (&Source<'_>, &Config),
+    recorded: Option<(&RecordingFrames<'_>, (&Recording, usize))>,
 ) -> Result<()> {
     let of_file = |error| about(source.path, error);
-    let points = of_lines(lines, &config.surface).map_err(of_file)?;
+    let points = match recorded {
+        Some((frames, frame)) => surface::of_recording(frames, frame, lines, &config.surface),
+        None => of_lines(lines, &config.surface),
+    };
+    let points = points.map_err(of_file)?;
     let surface = FrameSurface { frame, points };
     match found {
         Some(found) => found.frames.push(surface),
@@ -253,9 +257,11 @@ fn of_recording(source: &Source<'_>, config: &Config, snapshot: &Snapshot) -> Re
         let (done, block) = ((start - frames.start) as f64, own.len() as f64);
         let fraction = |part: f64| (done + part * block) / frames.len() as f64;
         let progress = |part: f64| bar.set((1000.0 * fraction(part)) as u64, 1000);
-        let lines = beamformer.lines(recording, own, &progress);
-        for (index, lines) in (start..).zip(lines.map_err(|e| about(path, e))?) {
-            add_frame(&mut found, index, &lines, source, config)?;
+        let lines = beamformer.lines(recording, own.clone(), &progress);
+        let lines = lines.map_err(|e| about(path, e))?;
+        for ((index, held), lines) in (start..).zip(own).zip(lines) {
+            let recorded = Some((&beamformer, (recording, held)));
+            add_frame(&mut found, index, &lines, (source, config), recorded)?;
         }
     }
     bar.clear();

@@ -48,7 +48,7 @@ fn surface_settings() -> String {
     let mm = |v: f64| format!("{} mm", (v * 1e9).round() / 1e6);
     let window = |[from, to]: [f64; 2]| format!("{} to {}", (from * 1e9).round() / 1e6, mm(to));
     let ramp = |r: Ramp| format!("{}, {}, {}", r.weight, r.centre, r.width);
-    let rows: [(&str, &dyn Fn(Settings) -> String); 23] = [
+    let rows: [(&str, &dyn Fn(Settings) -> String); 24] = [
         ("length of a cell, at least", &|s| mm(s.cell)),
         ("`B`, around the cell", &|s| format!("±{}", mm(s.echo))),
         ("`S₁`, below", &|s| window(s.near)),
@@ -70,6 +70,10 @@ fn surface_settings() -> String {
             1.0 => "–".into(),
             black => format!("{} above {black}", s.shadow_drop),
         }),
+        ("coherence: `w`, `a`, `b`", &|s| match s.coherence.weight {
+            0.0 => "–".into(),
+            _ => ramp(s.coherence),
+        }),
         ("line without bone, nats", &|s| s.absence.to_string()),
         ("start, end; jump, nats", &|s| {
             format!("{}; {}", s.end, s.jump)
@@ -81,10 +85,11 @@ fn surface_settings() -> String {
             format!("{a}, {b}")
         }),
     ];
-    let mut table = String::from("| | lines | pictures |\n|---|---|---|\n");
+    let mut table = String::from("| | lines | with coherence | pictures |\n|---|---|---|---|\n");
     for (name, text) in rows {
-        let [lines, pictures] = [Settings::DEFAULT, Settings::PICTURE].map(text);
-        table += &format!("| {name} | {lines} | {pictures} |\n");
+        let presets = [Settings::DEFAULT, Settings::COHERENCE, Settings::PICTURE];
+        let [lines, coherence, pictures] = presets.map(text);
+        table += &format!("| {name} | {lines} | {coherence} | {pictures} |\n");
     }
     table
 }

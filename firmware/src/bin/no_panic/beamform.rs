@@ -2,8 +2,8 @@
 
 use crate::{opaque, take};
 use bonebeam::beamform::{
-    AlignedLine, Apodization, Beamformer, Method, Parameters, Postfilter, Segment, Sizes,
-    SteeredSegments, Workspace, constant_segments, segments_within,
+    AlignedLine, Apodization, Beamformer, Method, Parameters, Postfilter, Segment,
+    ShortLagCoherence, Sizes, SteeredSegments, Workspace, constant_segments, segments_within,
 };
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::geometry::{Active, Steering};
@@ -36,6 +36,21 @@ pub fn all() {
     take(one::<ForwardBackward>(method));
     take(weights_of::<Forward>(method));
     take(weights_of::<ForwardBackward>(method));
+    take(coherence());
+}
+
+fn coherence() -> Result<(), Error> {
+    let (x, mut out) = ([Complex::ZERO; 100], [0.0; 100]);
+    let line = AlignedLine::new(opaque(&x[..]), opaque(4))?;
+    let coherence = opaque(ShortLagCoherence {
+        temporal_half_window: 1,
+    });
+    take(coherence.need());
+    let mut memory = Memory::<100, 0>::new();
+    let scratch = opaque(memory.scratch());
+    coherence.line(line, |_| active(), scratch, opaque(&mut out[..]))?;
+    take(out);
+    Ok(())
 }
 
 fn one<A: Averaging<f32>>(method: Method) -> Result<(), Error> {

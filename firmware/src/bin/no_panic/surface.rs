@@ -34,11 +34,14 @@ fn detector() -> Result<(), Error> {
     let mut points = [None; 9];
     take(detector.frame(line, scratch(real), opaque(&mut points[..])));
     take(points);
+    let coherence = opaque(line);
+    take(detector.frame_with_coherence(line, coherence, scratch(real), opaque(&mut points[..])));
     let mut survey = Survey::new(&detector, scratch(real))?;
     take(survey.line(line));
     let levels: Levels = opaque(survey.levels());
     let mut tracker = Tracker::new(&detector, scratch(real))?;
     take(tracker.line(line, levels)?);
+    take(tracker.line_with_coherence(line, coherence, levels)?);
     tracker.finish(take);
     Ok(())
 }

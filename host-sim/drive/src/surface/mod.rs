@@ -7,13 +7,15 @@ use bonebeam::geometry::Axis;
 use bonebeam::image::{Fan, envelope, largest, log_compression};
 use bonebeam::memory::Scratch;
 use bonebeam::surface::{Detector, Parameters, Point, Settings, grey};
-use ndarray::{ArrayBase, Data, Ix2};
+use ndarray::{Array2, ArrayBase, Data, Ix2};
 use num_complex::Complex;
 use rayon::prelude::*;
 
-use bonebeam_files::BeamformedLines;
+use bonebeam_files::{BeamformedLines, Recording};
 
+use crate::coherence;
 use crate::config;
+use crate::frame::RecordingFrames;
 use crate::image::{Layout, layout, sample_axis};
 use crate::{Error, Result};
 pub use fan::PictureFan;
@@ -43,6 +45,49 @@ pub fn of_lines<S: Data<Elem = Complex<f32>>>(
     lines: &BeamformedLines<ArrayBase<S, Ix2>>,
     section: &config::Surface,
 ) -> Result<Vec<SurfacePoint>> {
+    of_lines_with(lines, None, section)
+}
+
+/// Finds the surface in the lines of a frame of a recording.
+///
+/// Lines of channel data are searched with the coherence of their samples; missing values of the section are then
+/// those of [`Settings::COHERENCE`]. Lines of aligned data are searched as [`of_lines`] does: their coherence may be
+/// that of a few elements.
+///
+/// # Errors
+/// As [`of_lines`] and [`of_frame`](crate::coherence::of_frame).
+pub fn of_recording(
+    frames: &RecordingFrames<'_>,
+    (recording, frame): (&Recording, usize),
+    lines: &BeamformedLines,
+    section: &config::Surface,
+) -> Result<Vec<SurfacePoint>> {
+    match recording {
+        Recording::Channel(_) => {
+            let map = coherence::of_frame(frames, recording, frame)?;
+            of_lines_with_coherence(lines, &map, section)
+        }
+        Recording::Aligned(_) => of_lines(lines, section),
+    }
+}
+
+/// [`of_lines`] with the coherence of their samples, −1 to 1, [line, sample].
+///
+/// # Errors
+/// As [`of_lines`]; a coherence of another shape.
+pub fn of_lines_with_coherence(
+    lines: &BeamformedLines,
+    coherence: &Array2<f32>,
+    section: &config::Surface,
+) -> Result<Vec<SurfacePoint>> {
+    of_lines_with(lines, Some(coherence), section)
+}
+
+fn of_lines_with<S: Data<Elem = Complex<f32>>>(
+    lines: &BeamformedLines<ArrayBase<S, Ix2>>,
+    coherence: Option<&Array2<f32>>,
+    section: &config::Surface,
+) -> Result<Vec<SurfacePoint>> {
     let samples = sample_axis(lines);
     let spacing = match layout(lines)? {
         Layout::Even(beams) => beams.step,
@@ -50,8 +95,12 @@ pub fn of_lines<S: Data<Elem = Complex<f32>>>(
         Layout::Any(lattice) => lattice.width() / (lattice.rays().len() - 1) as f64,
     };
     let grey = grey_of_lines(lines, section.grey_range as f32)?;
-    let settings = section.settings(Settings::DEFAULT);
-    let points = detect(&grey, samples, spacing, settings)?;
+    let coherence = coherence.map(levels_of_coherence).transpose()?;
+    let settings = section.settings(match &coherence {
+        Some(_) => Settings::COHERENCE,
+        None => Settings::DEFAULT,
+    });
+    let points = detect(&grey, coherence.as_deref(), samples, spacing, settings)?;
     Ok(placed(points, section.min_confidence, |line, r| {
         let (z, angle) = match &lines.rays {
             None => (0.0, 0.0),
@@ -91,9 +140,18 @@ fn grey_of_lines<S: Data<Elem = Complex<f32>>>(
     Ok(levels)
 }
 
+/// Coherence as the core takes it, 0 for none or less and 255 for 1.
+fn levels_of_coherence(map: &Array2<f32>) -> Result<Vec<u8>> {
+    let scaled: Vec<f32> = map.iter().map(|coherence| 255.0 * coherence).collect();
+    let mut levels = vec![0; scaled.len()];
+    grey(&scaled, &mut levels)?;
+    Ok(levels)
+}
+
 /// Runs the core's detector over a whole frame.
 fn detect(
     grey: &[u8],
+    coherence: Option<&[u8]>,
     samples: Axis,
     spacing: f64,
     mut settings: Settings,
@@ -120,7 +178,10 @@ fn detect(
         complex: &mut [],
     };
     let mut points = vec![None; lines];
-    detector.frame(grey, scratch, &mut points)?;
+    match coherence {
+        Some(map) => detector.frame_with_coherence(grey, map, scratch, &mut points)?,
+        None => detector.frame(grey, scratch, &mut points)?,
+    }
     Ok(points)
 }
 

@@ -77,7 +77,13 @@ fn of_columns(picture: &Picture<'_>, section: &config::Surface) -> Result<Pictur
         step: pixel,
         count: pixels.nrows(),
     };
-    let points = detect(&levels, rows, pixel, section.settings(Settings::PICTURE))?;
+    let points = detect(
+        &levels,
+        None,
+        rows,
+        pixel,
+        section.settings(Settings::PICTURE),
+    )?;
     let at = |column: usize, r: f64| [x0 + column as f64 * pixel, z0 - depth + r];
     Ok(PictureSurface {
         points: placed(points, section.min_confidence, at),
@@ -123,7 +129,7 @@ fn of_fan(
         count: samples,
     };
     let settings = section.settings(Settings::PICTURE);
-    let mut points = detect(&grey_levels, depths, step * middle, settings)?;
+    let mut points = detect(&grey_levels, None, depths, step * middle, settings)?;
     for (point, seen) in points.iter_mut().zip(seen) {
         // Where the picture is cut, there is too little shadow to judge.
         let end = seen.filter(|&seen| seen + 1 < samples);

@@ -132,6 +132,29 @@ pub fn scores(p: &Parameters, line: &[u8], levels: Levels) -> Vec<i64> {
     scores.collect()
 }
 
+/// The terms of coherence of a line's cells, in 1/1024 nat.
+///
+/// They begin at the first searched cell.
+pub fn coherence_term(p: &Parameters, coherence: &[u8]) -> Vec<i64> {
+    let (term, [from, to]) = (&p.settings.coherence, p.settings.below);
+    let cells = cells(p);
+    let of = |length: f64| (length / cells.length + 0.5) as i64;
+    let of_cell = |cell: usize| {
+        let cell = cell as i64;
+        let (sum, samples) = sum(coherence, &cells, cell + of(from), cell + of(to) + 1);
+        let mean = sum * (1_i64 << 23).checked_div(samples).unwrap_or(0);
+        ramp(
+            mean >> 19,
+            (term.centre * 4080.0).round() as i64,
+            (slope(term) / 4080.0).round() as i64,
+            nats(term.weight.abs()),
+        )
+    };
+    (cells.first..cells.first + cells.searched)
+        .map(of_cell)
+        .collect()
+}
+
 /// The frame's levels, from every fourth line that is not black.
 pub fn levels(p: &Parameters, frame: &[u8]) -> Levels {
     let cells = cells(p);
@@ -331,4 +354,21 @@ pub fn surface(p: &Parameters, frame: &[u8]) -> Vec<Option<Point>> {
     let lines = frame.chunks(p.samples.count);
     let scores: Vec<_> = lines.map(|line| scores(p, line, levels)).collect();
     of_scores(p, &scores)
+}
+
+/// The surface of a frame with the coherence of its samples, 0 to 255.
+pub fn surface_with_coherence(
+    p: &Parameters,
+    frame: &[u8],
+    coherence: &[u8],
+) -> Vec<Option<Point>> {
+    let levels = levels(p, frame);
+    let lines = frame.chunks(p.samples.count);
+    let scores = lines.zip(coherence.chunks(p.samples.count));
+    let scores = scores.map(|(grey, coherence)| {
+        let term = coherence_term(p, coherence);
+        let own = self::scores(p, grey, levels);
+        own.iter().zip(term).map(|(own, term)| own + term).collect()
+    });
+    of_scores(p, &scores.collect::<Vec<_>>())
 }

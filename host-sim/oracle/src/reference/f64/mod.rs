@@ -1,5 +1,6 @@
 //! The f64 reference.
 pub mod beamform;
+pub mod coherence;
 pub mod delay;
 pub mod depth_interpolation;
 pub mod image;

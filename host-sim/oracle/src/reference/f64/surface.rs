@@ -16,6 +16,23 @@ fn ramp(ramp: &Ramp, x: f64) -> f64 {
     ramp.weight * ((x - ramp.centre) / ramp.width).clamp(-1.0, 1.0)
 }
 
+/// The term of coherence of a cell, in nats.
+///
+/// `coherence` is that of a line's samples, 0 to 1. Cells are as for [`score()`].
+pub fn coherence_term(
+    settings: &Settings,
+    coherence: &[f64],
+    [stride, cell]: [usize; 2],
+    length: f64,
+) -> f64 {
+    let whole = &coherence[..coherence.len() / stride * stride];
+    let [from, to] = settings
+        .below
+        .map(|metres| (metres / length).round() as i64);
+    let at = |cells: i64| (cell as i64 + cells) * stride as i64;
+    ramp(&settings.coherence, mean(whole, at(from), at(to + 1)))
+}
+
 /// The score of a cell, in nats, with the means that give its onset.
 ///
 /// The cell's samples begin at `stride·cell`, in a line of grey levels from 0 to 1. Windows have whole cells of `length` m.

@@ -220,7 +220,7 @@ fn detectors(
         depths: &depths,
     };
     let image = Image::default();
-    let frame = Frame::new(das, &image, 0.0);
+    let frame = Frame::new(das, None, &image, 0.0);
     for (name, detector) in [
         (DETECTORS[4], ONSET_PATH),
         (DETECTORS[5], Detector::Core("surface", 0)),

@@ -7,7 +7,7 @@ use crate::experiments::common::pictures::ridges;
 use crate::measure::surface::{Judged, Known, judge};
 use bonebeam_drive::config::{self, Image, PhaseSymmetry};
 use bonebeam_drive::image::{b_mode, grid_of_picture};
-use bonebeam_drive::surface::of_lines;
+use bonebeam_drive::surface::{of_lines, of_lines_with_coherence};
 use bonebeam_files::BeamformedLines;
 use bonebeam_oracle::surface::{
     Grey, Prices, change_of_level, foroughi, log_onset, onset, path, ramp, shadow_to_end,
@@ -36,6 +36,8 @@ pub enum Detector {
     Path(Terms),
     /// The core's detector, on lines of this method of [`METHODS`].
     Core(&'static str, usize),
+    /// The core's detector with the coherence of the samples.
+    Coherence,
 }
 
 /// Weights of terms other than the onset's logarithm, and the score of absence.
@@ -55,7 +57,7 @@ pub struct Terms {
 pub const ONSET_PATH: Detector = Detector::Path(terms("yardstick: onset, path", [0.0, 0.0], -3.0));
 
 /// All detectors, in the order of the table.
-pub const DETECTORS: [Detector; 13] = [
+pub const DETECTORS: [Detector; 14] = [
     Detector::PhaseSymmetry("phase symmetry, the paper's scales", [7, 9]),
     Detector::PhaseSymmetry("phase symmetry, finer scales", [5, 7]),
     Detector::Onset,
@@ -67,6 +69,7 @@ pub const DETECTORS: [Detector; 13] = [
     Detector::Path(terms("onset, level, shadow 1, path", [2.0, 1.0], -2.0)),
     Detector::Path(terms("onset, level, shadow 2, path", [2.0, 2.0], 0.0)),
     Detector::Core("surface", 0),
+    Detector::Coherence,
     Detector::Core("surface on MV", 1),
     Detector::Core("surface on rank 1", 2),
 ];
@@ -86,6 +89,8 @@ const fn terms(name: &'static str, [level, shadow]: [f64; 2], absence: f64) -> T
 /// Lines, and data that several detectors share.
 pub struct Frame<'a> {
     lines: &'a BeamformedLines,
+    /// Coherence of the samples, [line, sample], for [`Detector::Coherence`].
+    coherence: Option<&'a Array2<f32>>,
     grey: Grey,
     /// The image for phase symmetry.
     image: &'a Image,
@@ -93,9 +98,15 @@ pub struct Frame<'a> {
 }
 
 impl<'a> Frame<'a> {
-    pub fn new(lines: &'a BeamformedLines, image: &'a Image, threshold: f64) -> Self {
+    pub fn new(
+        lines: &'a BeamformedLines,
+        coherence: Option<&'a Array2<f32>>,
+        image: &'a Image,
+        threshold: f64,
+    ) -> Self {
         Frame {
             lines,
+            coherence,
             grey: Grey::of(lines, RANGE),
             image,
             threshold,
@@ -109,20 +120,25 @@ impl<'a> Frame<'a> {
     pub fn answers(&self, detector: Detector) -> Result<Vec<Answer>> {
         match detector {
             Detector::PhaseSymmetry(_, scales) => self.ridges(scales),
-            Detector::Core(..) => self.surface(),
+            Detector::Core(..) => self.surface(None),
+            Detector::Coherence => self.surface(self.coherence),
             _ => Ok(of_grey(detector, &self.grey)),
         }
     }
 
     /// The surface of the core, with the command's defaults.
-    fn surface(&self) -> Result<Vec<Answer>> {
+    fn surface(&self, coherence: Option<&Array2<f32>>) -> Result<Vec<Answer>> {
         let section = config::Surface {
             search_start: DEPTHS[0],
             search_end: Some(DEPTHS[1]),
             ..config::Surface::default()
         };
         let mut answers = vec![None; self.lines.beam_x.len()];
-        for point in of_lines(self.lines, &section)? {
+        let points = match coherence {
+            Some(map) => of_lines_with_coherence(self.lines, map, &section)?,
+            None => of_lines(self.lines, &section)?,
+        };
+        for point in points {
             answers[point.line] = Some((f64::INFINITY, point.z));
         }
         Ok(answers)
@@ -169,7 +185,7 @@ pub fn of_grey(detector: Detector, grey: &Grey) -> Vec<Answer> {
             let scores = scores.slice_axis(Axis(1), every).to_owned();
             best_path(&scores, grey.z0, 2.0 * grey.step, terms.absence)
         }
-        Detector::PhaseSymmetry(..) | Detector::Core(..) => Vec::new(),
+        Detector::PhaseSymmetry(..) | Detector::Core(..) | Detector::Coherence => Vec::new(),
     }
 }
 
@@ -202,6 +218,7 @@ impl Detector {
             Detector::ForoughiPath => "Foroughi 2007, path",
             Detector::Path(terms) => terms.name,
             Detector::Core(name, _) => name,
+            Detector::Coherence => "surface with coherence",
         }
     }
 }

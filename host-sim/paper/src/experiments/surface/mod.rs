@@ -9,6 +9,7 @@ pub(super) mod show;
 use serde::{Deserialize, Serialize};
 
 use crate::Result;
+use bonebeam_drive::coherence::of_first_frame;
 use bonebeam_drive::config::Image;
 use bonebeam_files::BeamformedLines;
 use bonebeam_files::settings::{LENGTHS, check_level, check_positive, out_of_range};
@@ -230,7 +231,8 @@ impl Surface {
                 (DEPTHS[0]..=DEPTHS[1]).contains(&depth).then_some(depth)
             });
             let surface = surface.collect();
-            let frame = |lines| Frame::new(lines, &self.image, self.threshold);
+            let coherence = of_first_frame(&data, &self.receive.0)?;
+            let frame = |lines| Frame::new(lines, Some(&coherence), &self.image, self.threshold);
             let frames: Vec<Frame<'_>> = lines.iter().map(frame).collect();
             let mut answers = Vec::new();
             for (k, detector) in DETECTORS.iter().enumerate() {

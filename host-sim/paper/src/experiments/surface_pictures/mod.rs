@@ -159,7 +159,8 @@ impl SurfacePictures {
 
 /// Whether the detector needs no more than a picture.
 fn is_of_pictures(detector: &Detector) -> bool {
-    detector.method() == 0 && !matches!(detector, Detector::PhaseSymmetry(..))
+    let of_lines = matches!(detector, Detector::PhaseSymmetry(..) | Detector::Coherence);
+    detector.method() == 0 && !of_lines
 }
 
 impl Scene {
