@@ -252,6 +252,7 @@ fn write_the_picture_between_lines() {
     let pictures = [Some(1), None].map(|sub_lines| {
         let lines = scene.lines_of(&record, &section, sub_lines);
         let parameters = Image {
+            rows: Some(55),
             columns: Some(360),
             dynamic_range: 30.0,
             ..Image::default()
