@@ -227,7 +227,7 @@ impl Arguments {
         PartialLines::open(Path::new(&path), key)
     }
 
-    /// Adds the map of coherence and the surface if asked for; returns the surface's summary.
+    /// Adds coherence and surface if asked for; returns the surface's summary.
     fn add_maps(
         &self,
         lines: &BeamformedLines,

@@ -197,7 +197,9 @@ fn of_file_of_picture(source: &Source<'_>, config: &Config) -> Result<Found> {
     })
 }
 
-/// Adds the surface of a frame, recorded or of lines alone; of the first also the picture if asked for.
+/// Adds the surface of a frame; of the first frame also the picture if asked for.
+///
+/// `recorded` is the frame in its recording; lines alone have none.
 fn add_frame(
     found: &mut Option<Found>,
     frame: usize,
