@@ -1,4 +1,6 @@
-//! The vectors that objects compute with: NEON on AArch64, one lane elsewhere. Results have the same bits.
+//! The vectors that objects compute with: NEON on AArch64, one lane elsewhere.
+//!
+//! Results have the same bits.
 
 #[cfg(all(target_arch = "aarch64", target_feature = "neon"))]
 mod own {

@@ -303,7 +303,7 @@ fn the_surface_by_trying_all_paths_has_the_hashes() {
 }
 
 /// Cases that are never computed over lanes, or only over lanes of a beam each.
-const ONE_LANE: [&str; 23] = [
+const ONE_LANE: [&str; 24] = [
     "sqrt",
     "delay-filter-f32",
     "mv-growing-aperture",
@@ -321,6 +321,7 @@ const ONE_LANE: [&str; 23] = [
     "short-lag-coherence",
     "steering",
     "sub-lines-mv-growing-aperture",
+    "sub-lines-pipeline-iq",
     "mv-growing-aperture-depth-step-3",
     "depth-interpolation-2",
     "depth-interpolation-3-rms",

@@ -102,7 +102,9 @@ impl FileHash {
     }
 }
 
-/// A hash that the reader of a file shares with the thread that hashes what is not read in order.
+/// A hash that the reader of a file shares with another thread.
+///
+/// The thread hashes what is not read in order.
 #[derive(Clone)]
 pub struct SharedHash(Arc<Mutex<FileHash>>);
 

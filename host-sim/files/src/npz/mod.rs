@@ -66,7 +66,7 @@ impl Reader {
         Reader { spare, ..self }
     }
 
-    /// Passes the bytes of samples that are stored uncompressed to the hash of this file.
+    /// Passes samples that are stored uncompressed to the hash of this file.
     pub fn with_hash(self, hash: Option<SharedHash>) -> Self {
         Reader { hash, ..self }
     }
