@@ -23,7 +23,8 @@ use bonebeam_files::terminal::print;
 /// FILE is a recording, lines, or a picture. A recording is beamformed first, by das unless --method or --config names
 /// another method. Lines are an .npz file with `z`. A picture is a PNG or .npy file; its lines are its columns, or the
 /// beams of its fan for a curved array or a sector. Bone is a bright echo with a shadow below it, continuous from line to
-/// line. The configuration used is written beside the surface as SURFACE.csv.config.toml.
+/// line. In a recording, coherence between neighbouring elements tells clutter in a shadow from tissue. The
+/// configuration used is written beside the surface as SURFACE.csv.config.toml.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES, allow_negative_numbers = true)]
 pub struct Arguments {
