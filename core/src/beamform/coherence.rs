@@ -37,7 +37,7 @@ use num_complex::Complex;
 /// let mut real = vec![0.0; coherence.need().real];
 /// let mut out = [0.0; 3];
 /// coherence.line(line, all, Scratch { real: &mut real, complex: &mut [] }, &mut out)?;
-/// assert_eq!(out, [1.0, 1.0 / 7.0, 0.0]);
+/// assert_eq!(out, [1.0, -1.0 / 7.0, 0.0]);
 /// # Ok::<(), bonebeam::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
