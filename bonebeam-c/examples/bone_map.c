@@ -14,7 +14,7 @@ enum { ELEMENTS = 16, RECORD = 384, LINES = 64, SIDE = 64 };
 #ifdef __aarch64__
 static alignas(BONEBEAM_ALIGN) unsigned char memory[194624];
 #else
-static alignas(BONEBEAM_ALIGN) unsigned char memory[188608];
+static alignas(BONEBEAM_ALIGN) unsigned char memory[189120];
 #endif
 static float rf[ELEMENTS][RECORD];
 
