@@ -16,7 +16,7 @@ use static_cell::ConstStaticCell;
 static WORKSPACES: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces::new());
 
 /// An upper bound on the number of cases.
-const CASES: usize = 64;
+const CASES: usize = 128;
 /// Processor cycles from one interrupt to the next.
 const PERIOD: u32 = 4001;
 
