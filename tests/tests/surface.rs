@@ -25,17 +25,9 @@ fn detector(parameters: Parameters) -> Detector {
 
 /// Computes a surface in memory full of NaN.
 fn found(parameters: Parameters, frame: &[u8]) -> Vec<Option<Point>> {
-    let detector = detector(parameters);
-    let mut real = vec![f32::NAN; detector.need().real];
-    let scratch = Scratch {
-        real: &mut real,
-        complex: &mut [],
-    };
-    let mut points = vec![None; frame.len() / parameters.samples.count];
-    detector
-        .frame(frame, scratch, &mut points)
-        .expect("a frame");
-    points
+    found_by(parameters, frame, |detector, scratch, points| {
+        detector.frame(frame, scratch, points)
+    })
 }
 
 /// The same with the coherence of each sample.
@@ -44,6 +36,16 @@ fn found_with_coherence(
     frame: &[u8],
     coherence: &[u8],
 ) -> Vec<Option<Point>> {
+    found_by(parameters, frame, |detector, scratch, points| {
+        detector.frame_with_coherence(frame, coherence, scratch, points)
+    })
+}
+
+fn found_by(
+    parameters: Parameters,
+    frame: &[u8],
+    run: impl FnOnce(&Detector, Scratch<'_>, &mut [Option<Point>]) -> Result<(), Error>,
+) -> Vec<Option<Point>> {
     let detector = detector(parameters);
     let mut real = vec![f32::NAN; detector.need().real];
     let scratch = Scratch {
@@ -51,8 +53,8 @@ fn found_with_coherence(
         complex: &mut [],
     };
     let mut points = vec![None; frame.len() / parameters.samples.count];
-    let done = detector.frame_with_coherence(frame, coherence, scratch, &mut points);
-    done.map(|()| points).expect("a frame")
+    run(&detector, scratch, &mut points).expect("a frame");
+    points
 }
 
 /// Lines of speckle with bone at a sample of each line, and a shadow below it.

@@ -189,7 +189,8 @@ impl<'p, 'm> Tracker<'p, 'm> {
 
     /// [`Tracker::line`] with the coherence of each sample.
     ///
-    /// A coherence of 0 or less is 0, and one of 1 is 255. The settings' [`coherence`](super::Settings::coherence) is the term of it.
+    /// A coherence of 0 or less is 0, and one of 1 is 255. The settings' [`coherence`](super::Settings::coherence) is the
+    /// term of it.
     ///
     /// # Errors
     /// As [`Tracker::line`], for both slices.
