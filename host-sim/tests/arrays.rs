@@ -365,7 +365,7 @@ fn frames_are_beamformed_each_by_itself() {
     let views: Vec<_> = (single.iter())
         .map(|data| match &data.samples {
             Samples::Iq { iq, .. } => iq.index_axis(Axis(0), 0),
-            Samples::Rf(_) => unreachable!(),
+            _ => unreachable!(),
         })
         .collect();
     let iq: Array4<Complex<f32>> = ndarray::stack(Axis(0), &views).unwrap();

@@ -11,7 +11,7 @@ use std::process::Command;
 
 use bonebeam_drive::config::Beamform;
 use bonebeam_drive::frame::beamform_channel_data;
-use bonebeam_files::{ChannelData, Recording};
+use bonebeam_files::{ChannelData, FrameSamples, Recording, Samples, Transmits};
 use bonebeam_formats::{RecordingFile, Variables};
 use common::{Npz, channel_data_without, scalar};
 use ndarray::{Array, Array3, Array4, ArrayD, Axis, ShapeBuilder};
@@ -196,11 +196,51 @@ fn some_frames_are_those_of_the_whole() {
                 };
                 assert_eq!(own.len(), at_a_time.min(5 - start), "{how}");
                 for (own, frame) in own.zip(start..) {
-                    let rf = all.index_axis(Axis(0), frame).mapv(f32::from);
-                    assert_eq!(data.samples.rf(own).unwrap(), rf, "{how}, frame {frame}");
+                    let counts = FrameSamples::Counts(all.index_axis(Axis(0), frame));
+                    assert_eq!(
+                        data.samples.frame(own),
+                        Some(counts),
+                        "{how}, frame {frame}"
+                    );
                 }
             }
         }
+    }
+}
+
+/// Counts become f32 some transmits at a time if each line has its own, and otherwise a frame at a time.
+#[test]
+fn counts_have_the_lines_of_their_values() {
+    const TRANSMITS: usize = 19;
+    let element_x: Vec<f64> = (0..8).map(|m| (f64::from(m) - 3.5) * 3e-4).collect();
+    let x: Vec<f64> = (0..TRANSMITS).map(|t| (t as f64 - 9.0) * 1e-4).collect();
+    let focused = Transmits::Focused {
+        x: x.clone(),
+        focus: vec![0.02; TRANSMITS],
+        f_number: Some(3.0),
+    };
+    let angle = x.iter().map(|x| 100.0 * x).collect();
+    for transmits in [focused, Transmits::Plane { angle }] {
+        let counts = samples(0, [TRANSMITS, 8, 512]).insert_axis(Axis(0));
+        let mut data = ChannelData {
+            samples: Samples::Counts(counts),
+            fs: 40e6,
+            t0: vec![0.0; TRANSMITS],
+            element_x: element_x.clone(),
+            element_z: None,
+            element_angle: None,
+            c: 1540.0,
+            f0: 5e6,
+            transmits,
+            lens_delay: 0.0,
+        };
+        let lines = |data: &ChannelData| {
+            beamform_channel_data(data, &Beamform::default(), &|_| {}).unwrap()
+        };
+        let of_counts = lines(&data);
+        data.samples = data.samples.into_float();
+        assert_eq!(of_counts, lines(&data));
+        assert!(of_counts.z.iter().any(|z| z.norm() > 1.0));
     }
 }
 

@@ -11,7 +11,7 @@ use bonebeam::geometry::{
 use bonebeam::image::DepthInterpolation;
 use bonebeam::pipeline::{IqInput, LinePipeline};
 use bonebeam::simd::InstructionSet;
-use ndarray::{Array3, ArrayView2, ArrayView3, ArrayViewMut2, CowArray, Ix3};
+use ndarray::{Array3, ArrayView2, ArrayView3, ArrayViewMut2, Axis as ArrayAxis, CowArray, Ix3};
 use num_complex::Complex;
 use rayon::prelude::*;
 
@@ -26,6 +26,8 @@ use bonebeam_files::{BeamRays, BeamformedLines, ChannelData, FrameSamples, Sampl
 
 /// Number of lines whose records are upsampled at a time; limited by memory.
 pub(crate) const LINES_UPSAMPLED: usize = 128;
+/// Parts of a frame in counts that become f32 one after the other, if each line has its own transmit.
+const COUNTED_PASSES: usize = 8;
 
 /// The delay stage of one set of channel data: beams, depths, elements.
 ///
@@ -72,7 +74,7 @@ impl<'a> DelayStage<'a> {
     pub fn new(data: &'a ChannelData, parameters: &Beamform) -> Result<Self> {
         let c = parameters.sound_speed.unwrap_or(data.c);
         let rate = parameters.rate_of(data);
-        if let Samples::Rf(_) = data.samples {
+        if let Samples::Rf(_) | Samples::Counts(_) = data.samples {
             check_rate(rate, data)?;
         }
         let (_, transmits, _, record_samples) = data.samples.dim();
@@ -109,7 +111,9 @@ impl<'a> DelayStage<'a> {
             )));
         }
         let stage = match data.samples {
-            Samples::Rf(_) => Stage::Rf(Box::new(Delay::new(DelayParameters::of(&scan))?)),
+            Samples::Rf(_) | Samples::Counts(_) => {
+                Stage::Rf(Box::new(Delay::new(DelayParameters::of(&scan))?))
+            }
             Samples::Iq { f_demod, .. } => {
                 let iq = IqInput {
                     demodulation_frequency: f_demod,
@@ -327,10 +331,10 @@ impl<'a> DelayStage<'a> {
     /// Ranges of lines that are beamformed together, one source each.
     pub(super) fn passes(&self) -> impl Iterator<Item = Range<usize>> + use<> {
         let lines = self.rays().len();
-        let at_a_time = if self.upsampled {
-            LINES_UPSAMPLED
-        } else {
-            lines
+        let at_a_time = match self.data.samples {
+            _ if self.upsampled => LINES_UPSAMPLED,
+            Samples::Counts(_) if self.beams.own => lines.div_ceil(COUNTED_PASSES),
+            _ => lines,
         };
         let firsts = (0..lines).step_by(at_a_time.max(1));
         firsts.map(move |first| first..lines.min(first + at_a_time))
@@ -347,23 +351,47 @@ impl<'a> DelayStage<'a> {
         beamformer: Parameters,
         work: &mut dyn FnMut(&LineSource<'_>) -> Result<()>,
     ) -> Result<()> {
-        let scan = self.scan()?;
-        let (own, first) = (self.beams.own, lines.start);
-        let range = if own {
-            lines.clone()
-        } else {
-            0..self.transmits.len()
+        let own = match self.beams.own {
+            true => lines.clone(),
+            false => 0..self.transmits.len(),
         };
-        let transmits = &self.transmits[range.clone()];
-        let of_line = |line: usize| match own {
+        let by = (own.clone(), lines, beamformer);
+        let own = own.into();
+        match frame {
+            FrameSamples::Rf(rf) => {
+                let rf = rf.slice_axis(ArrayAxis(0), own);
+                self.source_of(FrameSamples::Rf(rf), by, work)
+            }
+            FrameSamples::Counts(counts) => {
+                let rf = in_float(counts.slice_axis(ArrayAxis(0), own));
+                self.source_of(FrameSamples::Rf(rf.view()), by, work)
+            }
+            FrameSamples::Iq { iq, f_demod } => {
+                let iq = iq.slice_axis(ArrayAxis(0), own);
+                self.source_of(FrameSamples::Iq { iq, f_demod }, by, work)
+            }
+        }
+    }
+
+    /// [`DelayStage::source`] with the samples of the lines' transmits alone.
+    fn source_of(
+        &self,
+        samples: FrameSamples<'_>,
+        (transmits, lines, beamformer): (Range<usize>, Range<usize>, Parameters),
+        work: &mut dyn FnMut(&LineSource<'_>) -> Result<()>,
+    ) -> Result<()> {
+        let scan = self.scan()?;
+        let first = lines.start;
+        let transmits = &self.transmits[transmits];
+        let of_line = |line: usize| match self.beams.own {
             true => line - first..line - first + 1,
             false => 0..transmits.len(),
         };
         // What is not in row-major order is put into it, and each transmit is checked, once.
-        match (&self.stage, frame) {
+        match (&self.stage, samples) {
             (Stage::Rf(delay), FrameSamples::Rf(rf)) => {
                 let rf = self.weighted(&rf);
-                let records = records(rf.view(), range, Record::new)?;
+                let records = records(rf.view(), Record::new)?;
                 if self.upsampled {
                     let rf = rf.as_slice().expect("a standard layout is contiguous");
                     let by = (&**delay, scan);
@@ -382,7 +410,7 @@ impl<'a> DelayStage<'a> {
                 let late = (2.0 * self.data.lens_delay * f_demod).rem_euclid(1.0);
                 let phase = late * std::f64::consts::TAU;
                 let iq = self.weighted(&iq);
-                let records = records(iq.view(), range, |iq, elements| {
+                let records = records(iq.view(), |iq, elements| {
                     IqRecord::new(IqSamples::Float(iq), IqLayout::Planar, elements)?
                         .with_phase(phase)
                 })?;
@@ -420,6 +448,23 @@ impl<'a> DelayStage<'a> {
     }
 }
 
+/// Counts as f32, made on all threads.
+fn in_float(counts: ArrayView3<'_, i16>) -> Array3<f32> {
+    let mut floats = Array3::zeros(counts.dim());
+    let (_, elements, samples) = counts.dim();
+    let records = floats.as_slice_mut().unwrap_or_default();
+    let records = records.par_chunks_mut((elements * samples).max(1));
+    records.enumerate().for_each(|(transmit, record)| {
+        for (sample, &count) in record
+            .iter_mut()
+            .zip(counts.index_axis(ArrayAxis(0), transmit))
+        {
+            *sample = count.into();
+        }
+    });
+    floats
+}
+
 /// The scan of a recording's lines.
 fn scan<'s>(
     data: &ChannelData,
@@ -433,23 +478,20 @@ fn scan<'s>(
         ..parameters
     };
     Ok(match data.samples {
-        Samples::Rf(_) => Scan::new(parameters)?,
+        Samples::Rf(_) | Samples::Counts(_) => Scan::new(parameters)?,
         Samples::Iq { .. } => Scan::of_iq(parameters)?,
     })
 }
 
-/// Records of some transmits, checked on all threads.
+/// Records of the transmits, checked on all threads.
 fn records<'r, T: Sync, R: Send>(
     samples: ArrayView3<'r, T>,
-    transmits: Range<usize>,
     check: impl Fn(&'r [T], usize) -> std::result::Result<R, bonebeam::Error> + Sync,
 ) -> Result<Vec<R>> {
     let (_, elements, length) = samples.dim();
     let all = samples.to_slice().expect("a standard layout is contiguous");
-    let checked = transmits.into_par_iter().map(|transmit| {
-        let own = transmit * elements * length..(transmit + 1) * elements * length;
-        check(&all[own], elements)
-    });
+    let records = all.par_chunks((elements * length).max(1));
+    let checked = records.map(|record| check(record, elements));
     Ok(checked.collect::<std::result::Result<_, _>>()?)
 }
 

@@ -27,7 +27,7 @@ const FAR_BEYOND: f64 = 2.0;
 /// As [`check_depths`].
 pub fn warnings(data: &ChannelData, parameters: &Beamform) -> Result<Vec<String>> {
     let band = match data.samples {
-        Samples::Rf(_) => parameters.warnings(data.f0, data.fs),
+        Samples::Rf(_) | Samples::Counts(_) => parameters.warnings(data.f0, data.fs),
         Samples::Iq { .. } => None,
     };
     let depths = check_depths(data, parameters)?;

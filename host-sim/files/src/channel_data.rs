@@ -90,7 +90,9 @@ impl ChannelData {
     /// no delay law or several.
     pub fn read(path: &Path) -> Result<Self> {
         let all = 0..usize::MAX;
-        Self::from_npz(&mut npz::Reader::open(path)?, all).map(|(data, _)| data)
+        let (data, _) = Self::from_npz(&mut npz::Reader::open(path)?, all)?;
+        let samples = data.samples.into_float();
+        Ok(Self { samples, ..data })
     }
 
     /// Some frames, or all if the array is read whole, and their total number.

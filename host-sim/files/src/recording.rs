@@ -24,19 +24,12 @@ pub enum Recording {
 impl Recording {
     /// Reads some frames of a `.npz` archive of either kind, and the number of all.
     ///
+    /// They go into the memory of `spare`, a recording that is no longer needed. Samples stored as i16 stay so. Bytes
+    /// of samples that are stored uncompressed are passed to `hash`, the hash of this file.
+    ///
     /// # Errors
     /// The file cannot be opened, has keys of both kinds or of neither, or is not valid.
-    pub fn read_npz(path: &Path, frames: Range<usize>) -> Result<(Self, usize)> {
-        Self::read_npz_into(path, frames, None, None)
-    }
-
-    /// Reads into the memory of a recording that is no longer needed.
-    ///
-    /// Bytes of samples that are stored uncompressed are passed to `hash`, the hash of this file.
-    ///
-    /// # Errors
-    /// As [`Recording::read_npz`].
-    pub fn read_npz_into(
+    pub fn read_npz(
         path: &Path,
         frames: Range<usize>,
         spare: Option<Self>,
@@ -107,6 +100,10 @@ impl Recording {
                     real: real(rf),
                     ..none
                 },
+                Samples::Counts(counts) => npz::Spare {
+                    counts: counts.into_raw_vec_and_offset().0,
+                    ..none
+                },
                 Samples::Iq { iq, .. } => npz::Spare {
                     complex: complex(iq),
                     ..none
@@ -116,6 +113,17 @@ impl Recording {
                 complex: complex(data.x),
                 ..none
             },
+        }
+    }
+
+    /// The recording with [`Samples::into_float`].
+    pub fn into_float(self) -> Self {
+        match self {
+            Recording::Channel(data) => Recording::Channel(ChannelData {
+                samples: data.samples.into_float(),
+                ..data
+            }),
+            aligned => aligned,
         }
     }
 

@@ -15,6 +15,8 @@ use crate::terminal::digits;
 pub enum Samples {
     /// RF, as the elements received it.
     Rf(Array4<f32>),
+    /// RF in counts of a converter, as in a file of i16; [`Samples::into_float`] gives [`Samples::Rf`].
+    Counts(Array4<i16>),
     /// I/Q in the base band: the analytic signal times e^(−j2π·f_demod·t).
     ///
     /// t counts from the same moment as the recording's `t0`.
@@ -31,6 +33,8 @@ pub enum Samples {
 pub enum FrameSamples<'a> {
     /// See [`Samples::Rf`].
     Rf(ArrayView3<'a, f32>),
+    /// See [`Samples::Counts`].
+    Counts(ArrayView3<'a, i16>),
     /// See [`Samples::Iq`].
     Iq {
         /// The samples.
@@ -60,6 +64,7 @@ impl FrameSamples<'_> {
     pub fn dim(&self) -> (usize, usize, usize) {
         match self {
             FrameSamples::Rf(rf) => rf.dim(),
+            FrameSamples::Counts(counts) => counts.dim(),
             FrameSamples::Iq { iq, .. } => iq.dim(),
         }
     }
@@ -70,6 +75,7 @@ impl FrameSamples<'_> {
         let shape = (0, transmits, elements, samples);
         match *self {
             FrameSamples::Rf(_) => Samples::Rf(Array4::default(shape)),
+            FrameSamples::Counts(_) => Samples::Counts(Array4::default(shape)),
             FrameSamples::Iq { f_demod, .. } => Samples::Iq {
                 iq: Array4::default(shape),
                 f_demod,
@@ -81,6 +87,7 @@ impl FrameSamples<'_> {
     pub(super) fn check(&self) -> std::result::Result<(), String> {
         match self {
             FrameSamples::Rf(rf) => validate::samples("rf", rf, &AXES[1..]),
+            FrameSamples::Counts(counts) => validate::samples("rf", counts, &AXES[1..]),
             FrameSamples::Iq { iq, .. } => validate::samples("iq", iq, &AXES[1..]),
         }
     }
@@ -99,6 +106,7 @@ impl Samples {
     pub fn dim(&self) -> (usize, usize, usize, usize) {
         match self {
             Samples::Rf(rf) => rf.dim(),
+            Samples::Counts(counts) => counts.dim(),
             Samples::Iq { iq, .. } => iq.dim(),
         }
     }
@@ -112,6 +120,7 @@ impl Samples {
     pub fn frame(&self, frame: usize) -> Option<FrameSamples<'_>> {
         (frame < self.frames()).then(|| match self {
             Samples::Rf(rf) => FrameSamples::Rf(rf.index_axis(Axis(0), frame)),
+            Samples::Counts(counts) => FrameSamples::Counts(counts.index_axis(Axis(0), frame)),
             Samples::Iq { iq, f_demod } => FrameSamples::Iq {
                 iq: iq.index_axis(Axis(0), frame),
                 f_demod: *f_demod,
@@ -119,11 +128,19 @@ impl Samples {
         })
     }
 
-    /// The RF of one frame; `None` for I/Q and beyond the last frame.
+    /// The RF of one frame in f32; `None` for counts, for I/Q and beyond the last frame.
     pub fn rf(&self, frame: usize) -> Option<ArrayView3<'_, f32>> {
         match self.frame(frame)? {
             FrameSamples::Rf(rf) => Some(rf),
-            FrameSamples::Iq { .. } => None,
+            FrameSamples::Counts(_) | FrameSamples::Iq { .. } => None,
+        }
+    }
+
+    /// Counts become RF in f32, of the same values; other samples do not change.
+    pub fn into_float(self) -> Self {
+        match self {
+            Samples::Counts(counts) => Samples::Rf(counts.mapv(f32::from)),
+            other => other,
         }
     }
 
@@ -134,17 +151,20 @@ impl Samples {
     pub fn keep(&mut self, frames: Range<usize>) {
         match self {
             Samples::Rf(rf) => *rf = rf.slice_axis(Axis(0), frames.into()).to_owned(),
+            Samples::Counts(counts) => {
+                *counts = counts.slice_axis(Axis(0), frames.into()).to_owned();
+            }
             Samples::Iq { iq, .. } => *iq = iq.slice_axis(Axis(0), frames.into()).to_owned(),
         }
     }
 
     /// Concatenates samples along the transmits of one recording.
     ///
-    /// `None` without parts, or with parts of several kinds or shapes.
+    /// `None` without parts, or with parts of several kinds or shapes, or in counts.
     pub fn stacked(parts: Vec<Self>) -> Option<Self> {
         let rf = parts.iter().filter_map(|part| match part {
             Samples::Rf(rf) => Some(rf.view()),
-            Samples::Iq { .. } => None,
+            Samples::Counts(_) | Samples::Iq { .. } => None,
         });
         let rf: Vec<_> = rf.collect();
         if rf.len() == parts.len() {
@@ -152,7 +172,7 @@ impl Samples {
         }
         let iq = parts.iter().filter_map(|part| match part {
             Samples::Iq { iq, f_demod } => Some((iq.view(), *f_demod)),
-            Samples::Rf(_) => None,
+            Samples::Rf(_) | Samples::Counts(_) => None,
         });
         let (iq, f_demod): (Vec<_>, Vec<_>) = iq.unzip();
         let f_demod = f_demod
@@ -195,6 +215,7 @@ impl Samples {
     pub(super) fn flip(&mut self) {
         match self {
             Samples::Rf(rf) => reverse(rf, Axis(2)),
+            Samples::Counts(counts) => reverse(counts, Axis(2)),
             Samples::Iq { iq, .. } => reverse(iq, Axis(2)),
         }
     }
@@ -204,6 +225,9 @@ impl Samples {
         let elements = 0..self.dim().2;
         let is_dead = |m: &usize| match self.frame(0) {
             Some(FrameSamples::Rf(rf)) => rf.index_axis(Axis(1), *m).iter().all(|&v| v == 0.0),
+            Some(FrameSamples::Counts(counts)) => {
+                counts.index_axis(Axis(1), *m).iter().all(|&v| v == 0)
+            }
             Some(FrameSamples::Iq { iq, .. }) => {
                 let zero = Complex::new(0.0, 0.0);
                 iq.index_axis(Axis(1), *m).iter().all(|&z| z == zero)
@@ -235,6 +259,7 @@ impl Samples {
     pub fn bytes(&self) -> usize {
         match self {
             Samples::Rf(rf) => rf.len() * size_of::<f32>(),
+            Samples::Counts(counts) => counts.len() * size_of::<i16>(),
             Samples::Iq { iq, .. } => iq.len() * size_of::<Complex<f32>>(),
         }
     }
@@ -242,7 +267,7 @@ impl Samples {
     /// Key of the samples in a `.npz` file.
     pub fn key(&self) -> &'static str {
         match self {
-            Samples::Rf(_) => "rf",
+            Samples::Rf(_) | Samples::Counts(_) => "rf",
             Samples::Iq { .. } => "iq",
         }
     }
@@ -276,6 +301,7 @@ impl Samples {
         match (self, self.frame(0)) {
             (_, Some(frame)) if self.frames() == 1 => frame.check(),
             (Samples::Rf(rf), _) => validate::samples("rf", rf, &AXES),
+            (Samples::Counts(counts), _) => validate::samples("rf", counts, &AXES),
             (Samples::Iq { iq, .. }, _) => validate::samples("iq", iq, &AXES),
         }
     }
@@ -283,13 +309,13 @@ impl Samples {
     /// Checks that the sampling rate `fs` covers the centre frequency.
     pub(super) fn check_band(&self, fs: f64, f0: f64) -> std::result::Result<(), String> {
         match *self {
-            Samples::Rf(_) if 2.0 * f0 >= fs => Err(format!(
+            Samples::Rf(_) | Samples::Counts(_) if 2.0 * f0 >= fs => Err(format!(
                 "`f0` is {} Hz; expected less than half the sampling rate `fs` of {} Hz; from a band-sampled \
                  record make I/Q (`iq`, `f_demod`)",
                 digits(f0),
                 digits(fs)
             )),
-            Samples::Rf(_) => Ok(()),
+            Samples::Rf(_) | Samples::Counts(_) => Ok(()),
             Samples::Iq { f_demod, .. } => {
                 validate::positive("f_demod", f_demod, "Hz")?;
                 units::RATE.check("`f_demod`", f_demod)?;
@@ -323,10 +349,13 @@ impl Samples {
                 let (iq, f_demod) = (found.array, file.scalar("f_demod")?);
                 (Samples::Iq { iq, f_demod }, found.held, found.are_finite)
             }
-            _ => {
-                let found = file.real_frames("rf", &axes, frames)?;
-                (Samples::Rf(found.array), found.held, found.are_finite)
-            }
+            _ => match file.count_frames("rf", &axes, frames.clone())? {
+                Some(found) => (Samples::Counts(found.array), found.held, found.are_finite),
+                None => {
+                    let found = file.real_frames("rf", &axes, frames)?;
+                    (Samples::Rf(found.array), found.held, found.are_finite)
+                }
+            },
         };
         if !are_finite {
             samples.check().map_err(|message| file.error(message))?;
@@ -347,6 +376,7 @@ impl Samples {
         let shape = if frames == 1 { &shape[1..] } else { &shape };
         match self {
             Samples::Rf(_) => npz.begin::<f32>("rf", shape),
+            Samples::Counts(_) => npz.begin::<i16>("rf", shape),
             Samples::Iq { f_demod, .. } => {
                 npz.add("f_demod", &ndarray::arr0(*f_demod))?;
                 npz.begin::<Complex<f32>>("iq", shape)
@@ -362,6 +392,7 @@ impl Samples {
     ) -> npz_writer::Written {
         match self {
             Samples::Rf(rf) => npz.append(&rf.slice_axis(Axis(0), frames.into())),
+            Samples::Counts(counts) => npz.append(&counts.slice_axis(Axis(0), frames.into())),
             Samples::Iq { iq, .. } => npz.append(&iq.slice_axis(Axis(0), frames.into())),
         }
     }

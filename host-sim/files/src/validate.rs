@@ -92,6 +92,12 @@ impl Sample for f32 {
     }
 }
 
+impl Sample for i16 {
+    fn is_finite(self) -> bool {
+        true
+    }
+}
+
 impl Sample for Complex<f32> {
     fn is_finite(self) -> bool {
         self.re.is_finite() & self.im.is_finite()

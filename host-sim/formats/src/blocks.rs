@@ -56,7 +56,7 @@ impl Source {
         let recording = match self.format {
             Format::Npz => {
                 let hash = self.hash.clone();
-                Recording::read_npz_into(&self.path, frames, spare, hash)?.0
+                Recording::read_npz(&self.path, frames, spare, hash)?.0
             }
             _ => {
                 drop(spare);

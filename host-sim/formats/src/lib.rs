@@ -135,6 +135,15 @@ pub struct Found {
 /// # Errors
 /// The file cannot be opened, has a format that is not read, or is not valid.
 pub fn read(path: &Path, variables: &Variables, frames: Range<usize>) -> Result<Found> {
+    let found = read_as_stored(path, variables, frames)?;
+    Ok(Found {
+        recording: found.recording.into_float(),
+        ..found
+    })
+}
+
+/// As [`read`]; samples that an archive has as i16 stay so.
+fn read_as_stored(path: &Path, variables: &Variables, frames: Range<usize>) -> Result<Found> {
     variables.check().map_err(Error::Usage)?;
     let mut found = read_as_written(path, variables, frames)?;
     if variables.number(IQ_CONJUGATE) == Some(1.0) {
@@ -204,7 +213,7 @@ fn read_as_written(path: &Path, variables: &Variables, frames: Range<usize>) -> 
 }
 
 fn npz_archive(path: &Path, frames: Range<usize>) -> Result<Found> {
-    let (recording, frames) = Recording::read_npz(path, frames)?;
+    let (recording, frames) = Recording::read_npz(path, frames, None, None)?;
     Ok(Found {
         recording,
         format: Format::Npz,

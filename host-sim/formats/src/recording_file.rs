@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use bonebeam_files::atomic::Outputs;
-use bonebeam_files::{Recording, Result, SharedHash};
+use bonebeam_files::{Recording, Result, Samples, SharedHash};
 
 use crate::blocks::{Blocks, Source};
 use crate::export::add_recording;
@@ -33,7 +33,7 @@ impl RecordingFile {
     /// # Errors
     /// As [`crate::read`], and variables that have no effect on that format.
     pub fn open(path: &Path, variables: &Variables) -> Result<Self> {
-        let found = crate::read(path, variables, 0..1)?;
+        let found = crate::read_as_stored(path, variables, 0..1)?;
         Ok(Self {
             source: Source {
                 path: path.to_path_buf(),
@@ -63,6 +63,8 @@ impl RecordingFile {
     }
 
     /// The first frame, or all frames, with the data shared by the frames.
+    ///
+    /// Samples that an archive has as i16 are in counts.
     pub fn first(&self) -> &Recording {
         &self.first
     }
@@ -75,16 +77,27 @@ impl RecordingFile {
 
     /// Reads some frames; returns a recording and the range of those frames in it.
     ///
+    /// RF is in f32.
+    ///
     /// # Errors
     /// As [`RecordingFile::open`].
     pub fn read(&self, frames: Range<usize>) -> Result<(Cow<'_, Recording>, Range<usize>)> {
         if frames.end <= self.first.frames() {
-            return Ok((Cow::Borrowed(&self.first), frames));
+            return Ok((self.first_in_float(), frames));
         }
         let Found { recording, .. } =
             crate::read(&self.source.path, &self.source.variables, frames)?;
         let all = 0..recording.frames();
         Ok((Cow::Owned(recording), all))
+    }
+
+    fn first_in_float(&self) -> Cow<'_, Recording> {
+        match &self.first {
+            Recording::Channel(data) if matches!(data.samples, Samples::Counts(_)) => {
+                Cow::Owned(self.first.clone().into_float())
+            }
+            first => Cow::Borrowed(first),
+        }
     }
 
     /// Passes bytes that are read to the hash of this file.
@@ -111,9 +124,10 @@ impl RecordingFile {
         let step = self.frames_at_a_time();
         let parts = (0..self.frames).step_by(step);
         let parts = parts.map(|first| self.read(first..self.frames.min(first + step)));
+        let first = self.first_in_float();
         match export {
-            Export::Npz => self.first.add_npz_to(self.frames, parts, path, outputs),
-            _ => add_recording(export, (&self.first, self.frames), parts, path, outputs),
+            Export::Npz => first.add_npz_to(self.frames, parts, path, outputs),
+            _ => add_recording(export, (&first, self.frames), parts, path, outputs),
         }
     }
 }

@@ -105,7 +105,7 @@ fn range(values: &[f64], scale: f64, unit: &str) -> String {
 fn of_channel_data(data: &ChannelData, frames: usize) -> Vec<Fact> {
     let (_, transmits, elements, samples) = data.samples.dim();
     let kind = match data.samples {
-        Samples::Rf(_) => "RF".to_owned(),
+        Samples::Rf(_) | Samples::Counts(_) => "RF".to_owned(),
         Samples::Iq { f_demod, .. } => format!("I/Q demodulated at {}", mhz(f_demod)),
     };
     let mut facts = vec![(

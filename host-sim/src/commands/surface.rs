@@ -135,13 +135,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     };
     let found = Found::of(&source, &config, &snapshot)?;
     let mut outputs = Outputs::new();
-    let step = config.surface.sweep_step;
-    if step.is_some() && found.frames.len() < 2 {
-        let path = arguments.input.display();
-        let message = format!("--sweep-step needs several frames; {path} gives one");
-        return Err(Error::Usage(message));
-    }
-    let (path, lines) = (&arguments.output, found.lines);
+    let (path, lines, step) = (&arguments.output, found.lines, config.surface.sweep_step);
     add_surfaces_to(&found.frames, lines, step, path, &mut outputs)?;
     if let (Some(path), Some(picture)) = (&arguments.image, &found.picture) {
         let points = found.frames.first().map_or(&[][..], |frame| &frame.points);

@@ -1,5 +1,6 @@
 //! Inputs of `host-sim surface`: pictures, lines, recordings; their surfaces.
 
+use std::ops::Range;
 use std::path::Path;
 
 use super::about;
@@ -63,6 +64,18 @@ impl Source<'_> {
             self.path.display()
         )))
     }
+
+    /// The frames to search, of `held` frames; a sweep has several.
+    fn range(&self, held: usize, config: &Config) -> Result<Range<usize>> {
+        let range = FrameRange::of(self.frames, held)?;
+        match config.surface.sweep_step {
+            Some(_) if range.len() < 2 => Err(Error::Usage(format!(
+                "--sweep-step needs several frames; {} gives one",
+                self.path.display()
+            ))),
+            _ => Ok(range),
+        }
+    }
 }
 
 /// Content of FILE.
@@ -108,7 +121,7 @@ impl Found {
             Input::Lines => {
                 source.refuse_of_picture()?;
                 let frames = BeamformedLines::read_frames(source.path)?;
-                let range = FrameRange::of(source.frames, frames.len())?;
+                let range = source.range(frames.len(), config)?;
                 let mut found = None;
                 for index in range {
                     add_frame(&mut found, index, &frames[index], (source, config), None)?;
@@ -129,6 +142,7 @@ fn of_file_of_picture(source: &Source<'_>, config: &Config) -> Result<Found> {
         let message = format!("--frames has no effect on {}, a picture", path.display());
         return Err(Error::Usage(message));
     }
+    source.range(1, config)?;
     let Some(pixel) = config.image.pixel_size else {
         return Err(Error::Usage(format!(
             "{} is a picture; give its pixel size in m, such as --pixel-size 0.0001",
@@ -234,7 +248,7 @@ fn add_frame(
 fn of_recording(source: &Source<'_>, config: &Config, snapshot: &Snapshot) -> Result<Found> {
     let path = source.path;
     let file = RecordingFile::open(path, &config.variables)?;
-    let frames = FrameRange::of(source.frames, file.frames())?;
+    let frames = source.range(file.frames(), config)?;
     let first = file.first();
     if let Recording::Channel(data) = first {
         for warning in warnings(data, &config.beamform)? {

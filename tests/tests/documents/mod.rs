@@ -186,6 +186,16 @@ fn every_requirement_is_implemented_and_verified() {
 }
 
 #[test]
+fn no_merge_is_left_half_done() {
+    for path in documents() {
+        let marks = ["<<<<<<< ", ">>>>>>> "];
+        let of_merge = |line: &str| marks.iter().any(|mark| line.starts_with(mark));
+        let line = read(&path).lines().position(of_merge);
+        assert_eq!(line, None, "{}", path.display());
+    }
+}
+
+#[test]
 fn the_readme_is_short() {
     assert!(read(&root().join("README.md")).lines().count() <= 140);
 }

@@ -47,20 +47,39 @@ impl Reader {
         axes: &str,
         frames: Range<usize>,
     ) -> Result<SomeFrames<f32>> {
-        if let Some(part) = self.part(key, &frames)? {
+        if let Some(part) = self.part(key, &frames)?
+            && part.header.descr == "<f4"
+        {
             let numbers = std::mem::take(&mut self.spare.real);
-            let stored = match part.header.descr.as_str() {
-                "<f4" => self.stored(key, &part, numbers, floats)?,
-                "<i2" => self.stored(key, &part, numbers, counts)?,
-                _ => None,
-            };
-            if let Some((array, are_finite)) = stored {
-                return self.framed(key, axes, (array, are_finite), Some(part.held));
+            if let Some(stored) = self.stored(key, &part, numbers, floats)? {
+                return self.framed(key, axes, stored, Some(part.held));
             }
         }
         let (bytes, held) = self.bytes_of_frames(key, frames)?;
         let array = self.real_samples(key, &bytes)?;
         self.framed(key, axes, (array, false), held)
+    }
+
+    /// Samples of some frames that are stored as i16; `None` for another type.
+    pub fn count_frames(
+        &mut self,
+        key: &str,
+        axes: &str,
+        frames: Range<usize>,
+    ) -> Result<Option<SomeFrames<i16>>> {
+        let head = self.head(key)?;
+        if !Header::read(&head).is_ok_and(|(header, _)| header.descr == "<i2") {
+            return Ok(None);
+        }
+        if let Some(part) = self.part(key, &frames)? {
+            let numbers = std::mem::take(&mut self.spare.counts);
+            if let Some(stored) = self.stored(key, &part, numbers, counts)? {
+                return self.framed(key, axes, stored, Some(part.held)).map(Some);
+            }
+        }
+        let (bytes, held) = self.bytes_of_frames(key, frames)?;
+        let array = self.typed(key, npy::read::<i16>(&bytes), "int16")?;
+        self.framed(key, axes, (array, true), held).map(Some)
     }
 
     /// Complex samples of some frames, complex64 or complex128; else as real samples.
@@ -271,12 +290,10 @@ fn floats(source: &mut dyn Read, numbers: &mut [f32]) -> io::Result<bool> {
 }
 
 /// Fills `numbers` with little-endian i16.
-fn counts(source: &mut dyn Read, numbers: &mut [f32]) -> io::Result<bool> {
-    let mut counts = [0i16; AT_A_TIME];
-    let counts = &mut counts[..numbers.len()];
-    source.read_exact(bytemuck::cast_slice_mut(counts))?;
-    for (number, &count) in numbers.iter_mut().zip(&*counts) {
-        *number = i16::from_le(count).into();
+fn counts(source: &mut dyn Read, numbers: &mut [i16]) -> io::Result<bool> {
+    source.read_exact(bytemuck::cast_slice_mut(numbers))?;
+    for number in numbers {
+        *number = i16::from_le(*number);
     }
     Ok(true)
 }
@@ -309,14 +326,23 @@ mod tests {
                 let own = frames.start..frames.end.min(5);
                 let mut file = Reader::open(&path).unwrap().with_spare(Spare {
                     real: vec![f32::NAN; spare],
+                    counts: vec![i16::MAX; spare],
                     complex: vec![Complex::from(f32::NAN); spare],
                 });
                 let part = real.slice_axis(Axis(0), own.clone().into());
                 let found = file.real_frames("real", "a", frames.clone()).unwrap();
                 assert_eq!((found.array.view(), found.held), (part, 5));
                 let part = whole.slice_axis(Axis(0), own.clone().into());
-                let found = file.real_frames("whole", "a", frames.clone()).unwrap();
-                assert_eq!((found.array, found.held), (part.mapv(f32::from), 5));
+                let found = file
+                    .count_frames("whole", "a", frames.clone())
+                    .unwrap()
+                    .unwrap();
+                assert_eq!((found.array.view(), found.held), (part, 5));
+                assert!(
+                    file.count_frames("real", "a", frames.clone())
+                        .unwrap()
+                        .is_none()
+                );
                 let part = complex.slice_axis(Axis(0), own.into());
                 let found = file.complex_frames("complex", "a", frames).unwrap();
                 assert_eq!((found.array.view(), found.held), (part, 5));

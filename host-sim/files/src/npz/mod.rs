@@ -41,6 +41,8 @@ pub struct Reader {
 pub struct Spare {
     /// For real samples.
     pub real: Vec<f32>,
+    /// For counts.
+    pub counts: Vec<i16>,
     /// For complex ones.
     pub complex: Vec<Complex<f32>>,
 }

@@ -87,7 +87,7 @@ pub fn write<'a>(
     let own = object(&root, "channel_data", "uff.channel_data", 1)?;
     let first = data.t0.first().copied().unwrap_or(0.0);
     let f_demod = match data.samples {
-        Samples::Rf(_) => 0.0,
+        Samples::Rf(_) | Samples::Counts(_) => 0.0,
         Samples::Iq { f_demod, .. } => f_demod,
     };
     number(&own, "sampling_frequency", data.fs)?;

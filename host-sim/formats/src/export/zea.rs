@@ -81,7 +81,7 @@ fn scan(own: &Branch, data: &ChannelData) -> Result<()> {
         .map(|(t0, first)| t0 - first + 1.0 / data.f0)
         .collect();
     let f_demod = match data.samples {
-        Samples::Rf(_) => data.f0,
+        Samples::Rf(_) | Samples::Counts(_) => data.f0,
         Samples::Iq { f_demod, .. } => f_demod,
     };
     numbers(own, "sampling_frequency", &[], &[data.fs])?;
@@ -133,7 +133,7 @@ fn samples<'a>(
 ) -> Result<()> {
     let (_, transmits, elements, samples) = data.samples.dim();
     let (channels, f_demod) = match data.samples {
-        Samples::Rf(_) => (1, 0.0),
+        Samples::Rf(_) | Samples::Counts(_) => (1, 0.0),
         Samples::Iq { f_demod, .. } => (2, f_demod),
     };
     let shape = [count, transmits, samples, elements, channels];

@@ -373,7 +373,7 @@ impl Beamform {
     /// I/Q has the information of RF at twice its rate, and gives the same lines.
     pub fn rate_of(&self, data: &ChannelData) -> f64 {
         match data.samples {
-            Samples::Rf(_) => self.rate(data.f0, data.fs),
+            Samples::Rf(_) | Samples::Counts(_) => self.rate(data.f0, data.fs),
             Samples::Iq { .. } => self.rate(data.f0, 2.0 * data.fs),
         }
     }

@@ -56,6 +56,6 @@ pub fn recording(
 pub fn rf(data: &mut ChannelData) -> Result<&mut Array4<f32>> {
     match &mut data.samples {
         Samples::Rf(rf) => Ok(rf),
-        Samples::Iq { .. } => Err(Error::Data("the recording is I/Q; expected RF".into())),
+        _ => Err(Error::Data("the recording is I/Q; expected RF".into())),
     }
 }
