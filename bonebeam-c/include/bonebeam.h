@@ -406,7 +406,8 @@ typedef struct {
 
 /// Called after each step of an image or a map, with the number of steps so far.
 ///
-/// A step is less than a million instructions on a Cortex-M7, so that a watchdog can be reset in it. May be null.
+/// A step is less than a million instructions on a Cortex-M7, so that a watchdog can be reset in it. By vectors, a step
+/// of a map is a filter. May be null.
 typedef void (*bonebeam_progress)(void *context, size_t done);
 
 /// The surface in a line.
