@@ -12,9 +12,9 @@ enum { ELEMENTS = 16, RECORD = 384, LINES = 64, SIDE = 64 };
 
 /* bonebeam_frame_bytes on a workstation gives this number, and on AArch64, with vectors, the other. */
 #ifdef __aarch64__
-static alignas(BONEBEAM_ALIGN) unsigned char memory[194624];
+static alignas(BONEBEAM_ALIGN) unsigned char memory[267776];
 #else
-static alignas(BONEBEAM_ALIGN) unsigned char memory[189120];
+static alignas(BONEBEAM_ALIGN) unsigned char memory[188672];
 #endif
 static float rf[ELEMENTS][RECORD];
 

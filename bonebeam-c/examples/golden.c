@@ -701,27 +701,34 @@ static void frames(void) {
 }
 
 /* RF in stretches of depth: blocks that are aligned and beamformed before the record's end have the whole line's
- * bits. What is not recorded yet is garbage. */
+ * bits, also with a time window. What is not recorded yet is garbage. */
 static void stretches(void) {
     enum { STRETCH = 50, BLOCK = 10 };
     static int16_t planar[LENGTH], stretch[M * STRETCH];
     static float record[LENGTH];
-    static bonebeam_complex aligned[OUT * M], z[OUT], of_line[OUT];
+    static bonebeam_complex aligned[OUT * M], z[OUT], of_line[OUT], z_windows[OUT], of_windows[OUT];
     static bonebeam_range active[OUT];
-    static alignas(BONEBEAM_ALIGN) unsigned char place[16384];
+    static alignas(BONEBEAM_ALIGN) unsigned char place[16384], other_place[16384];
     const bonebeam_beamform_parameters mv = {.method = "mv"};
+    const bonebeam_beamform_parameters mv_windows = {.method = "mv", .numbers = half_window_2, .count = 1};
     const bonebeam_range all = {0, RECORD};
     int faults = 0;
     for (int i = 0; i < LENGTH; i++) planar[i] = thousandths(rf[i]);
-    for (int n = 0; n < OUT; n++) active[n] = focused.active;
+    for (int n = 0; n < OUT; n++) {
+        active[n] = focused.active;
+        if (n < 23) active[n].count--;
+    }
     bonebeam_delay *delay = delay_stage(&delay_parameters);
-    bonebeam_beamformer *own;
+    bonebeam_beamformer *own, *windows;
     check(bonebeam_beamformer_new(place, sizeof place, &mv, M, &own), "beamformer");
+    check(bonebeam_beamformer_new(other_place, sizeof other_place, &mv_windows, M, &windows), "beamformer");
     check(bonebeam_rf_counts(planar, BONEBEAM_LAYOUT_PLANAR, 1e-3f, all, M, RECORD, record), "counts");
     for (int i = 0; i < LENGTH; i++) faults += record[i] != 1e-3f * planar[i];
     check(bonebeam_delay_line(delay, &focused, record, out), "delay");
     check(bonebeam_beamformer_line(own, out, OUT, M, active, NULL, of_line), "beamformer");
+    check(bonebeam_beamformer_line(windows, out, OUT, M, active, NULL, of_windows), "beamformer");
 
+    size_t done = 0;
     for (int i = 0; i < LENGTH; i++) record[i] = 1e6f;
     bonebeam_range block = {0, BLOCK};
     int before_the_end = 0;
@@ -740,14 +747,26 @@ static void stretches(void) {
             check(bonebeam_beamformer_line(own, x, block.count, M, active + block.first, NULL, z + block.first), "beamformer");
             before_the_end += first + count < RECORD;
             block.first += block.count;
+            /* Aligned samples above the time window of `done` are not read again. */
+            const size_t kept = done < 2 ? 0 : done - 2;
+            const bonebeam_range so_far = {kept, block.first - kept};
+            check(bonebeam_beamformer_partial_line(windows, aligned + kept * M, so_far, OUT, M, active, NULL, &done, z_windows),
+                  "partial line");
+            faults += done > block.first || done + 3 * 2 < block.first;
             if (block.first + BLOCK > OUT) block.count = OUT - block.first;
         }
     }
     faults += block.first != OUT || before_the_end < 3;
     faults += !same(aligned, out, 2 * OUT * M) || !same(z, of_line, 2 * OUT);
+    faults += done != OUT || !same(z_windows, of_windows, 2 * OUT);
 
     const bonebeam_range beyond = {1, OUT}, outside = {1, RECORD}, one = {0, 1};
-    size_t end;
+    size_t end = 40;
+    const bonebeam_range late = {40, 10};
+    faults += bonebeam_beamformer_partial_line(windows, aligned, late, OUT, M, active, NULL, &end, z) != BONEBEAM_STATUS_PARAMETER;
+    faults += bonebeam_beamformer_partial_line(windows, aligned, beyond, OUT, M, active, NULL, &end, z) != BONEBEAM_STATUS_CAPACITY;
+    faults += bonebeam_beamformer_partial_line(windows, aligned, late, OUT, M, active, NULL, NULL, z) != BONEBEAM_STATUS_POINTER;
+    faults += end != 40;
     faults += bonebeam_delay_block(delay, &focused, record, beyond, aligned) != BONEBEAM_STATUS_CAPACITY;
     faults += bonebeam_delay_block(delay, &focused, rf, one, (bonebeam_complex *)rf) != BONEBEAM_STATUS_POINTER;
     faults += bonebeam_delay_record_end(delay, &focused, beyond, &end) != BONEBEAM_STATUS_CAPACITY;

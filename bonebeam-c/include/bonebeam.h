@@ -406,7 +406,8 @@ typedef struct {
 
 /// Called after each step of an image or a map, with the number of steps so far.
 ///
-/// A step is less than a million instructions on a Cortex-M7, so that a watchdog can be reset in it. May be null.
+/// A step is less than a million instructions on a Cortex-M7, so that a watchdog can be reset in it. By vectors, a step
+/// of a map is a filter. May be null.
 typedef void (*bonebeam_progress)(void *context, size_t done);
 
 /// The surface in a line.
@@ -458,6 +459,23 @@ bonebeam_status bonebeam_beamformer_line(bonebeam_beamformer *beamformer,
                                          const bonebeam_range *active,
                                          const bonebeam_range *adaptive,
                                          bonebeam_complex *z);
+
+/// Beamforms the samples of a line that are aligned so far.
+///
+/// The bits are those of `bonebeam_beamformer_line` for the whole line of `samples` samples. `x` has only the samples
+/// `aligned`: sample n begins at `x[(n - aligned.first)·elements]`. `active` and `z` are those of the whole line.
+/// Samples from `*done` on enter `z`, and `*done` becomes the first sample without output. It is 0 before the first
+/// call. With a `temporal_half_window` of K, `aligned` begins K samples before `*done` or earlier, and a call leaves
+/// up to 3·K aligned samples for the next. The last call has the line's last sample.
+bonebeam_status bonebeam_beamformer_partial_line(bonebeam_beamformer *beamformer,
+                                                 const bonebeam_complex *x,
+                                                 bonebeam_range aligned,
+                                                 size_t samples,
+                                                 size_t elements,
+                                                 const bonebeam_range *active,
+                                                 const bonebeam_range *adaptive,
+                                                 size_t *done,
+                                                 bonebeam_complex *z);
 
 /// Returns the bytes of a delay stage for RF.
 size_t bonebeam_delay_bytes(const bonebeam_delay_parameters *parameters);

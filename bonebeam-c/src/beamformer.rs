@@ -1,10 +1,11 @@
 //! Beamformers: from aligned samples to a line.
 
+use crate::image::product;
 use crate::memory::{Output, array, bytes_of, complex, new, one, one_mut, sum};
 use crate::status::{Status, status};
 use crate::workspace::{Workspace, with_view, workspace_bytes};
 use crate::{Complex, Range};
-use bonebeam::beamform::{self, AlignedLine, Apodization, Beamformer, Method, Postfilter};
+use bonebeam::beamform::{self, AlignedLine, Apodization, Beamformer, Method, Postfilter, Sizes};
 use bonebeam::geometry::{self, Aperture, ApertureParameters};
 use core::ffi::{CStr, c_char, c_void};
 
@@ -117,21 +118,18 @@ impl BeamformParameters {
         }
     }
 
-    /// The beamformer, and the bytes of its workspace.
-    ///
-    /// The workspace serves up to `elements` active elements.
+    /// The beamformer, and the sizes of a workspace for up to `elements` active elements.
     ///
     /// # Safety
     /// As [`BeamformParameters::core`].
-    unsafe fn plan(&self, elements: usize) -> Result<(Beamformer, usize), Status> {
+    unsafe fn plan(&self, elements: usize) -> Result<(Beamformer, Sizes), Status> {
         // SAFETY: by the caller's promise.
         let beamformer = Beamformer::new(unsafe { self.core()? })?;
         // Directions belong to a scan.
         if self.sub_lines > 1 {
             return Err(Status::Parameter);
         }
-        let need = beamformer.sizes(elements).need(self.covariance()?);
-        Ok((beamformer, workspace_bytes(need)))
+        Ok((beamformer, beamformer.sizes(elements)))
     }
 }
 
@@ -208,10 +206,13 @@ pub unsafe extern "C" fn bonebeam_beamformer_bytes(
     elements: usize,
 ) -> usize {
     // SAFETY: by the caller's promise.
-    let plan = unsafe { one(parameters).and_then(|p| p.plan(elements)) };
-    plan.map_or(0, |(_, workspace)| {
-        sum(&[bytes_of::<BeamformerObject>(1), workspace])
-    })
+    let bytes = || unsafe {
+        let parameters = one(parameters)?;
+        let (_, sizes) = parameters.plan(elements)?;
+        let workspace = workspace_bytes(sizes.need(parameters.covariance()?));
+        Ok::<_, Status>(sum(&[bytes_of::<BeamformerObject>(1), workspace]))
+    };
+    bytes().unwrap_or(0)
 }
 
 /// Places a beamformer in `memory`.
@@ -227,8 +228,7 @@ pub unsafe extern "C" fn bonebeam_beamformer_new(
     unsafe {
         new(memory, bytes, beamformer, |bytes| {
             let parameters = one(parameters)?;
-            let (beamformer, _) = parameters.plan(elements)?;
-            let sizes = beamformer.sizes(elements);
+            let (beamformer, sizes) = parameters.plan(elements)?;
             Ok(BeamformerObject {
                 beamformer,
                 workspace: Workspace::new(bytes, sizes, parameters.covariance()?)?,
@@ -254,15 +254,48 @@ pub unsafe extern "C" fn bonebeam_beamformer_line(
     adaptive: *const Range,
     z: *mut Complex,
 ) -> Status {
+    let mut done = 0;
+    let aligned = Range {
+        first: 0,
+        count: samples,
+    };
+    // SAFETY: by the caller's promise.
+    unsafe {
+        bonebeam_beamformer_partial_line(
+            beamformer, x, aligned, samples, elements, active, adaptive, &mut done, z,
+        )
+    }
+}
+
+/// Beamforms the samples of a line that are aligned so far.
+///
+/// The bits are those of `bonebeam_beamformer_line` for the whole line of `samples` samples. `x` has only the samples
+/// `aligned`: sample n begins at `x[(n - aligned.first)·elements]`. `active` and `z` are those of the whole line.
+/// Samples from `*done` on enter `z`, and `*done` becomes the first sample without output. It is 0 before the first
+/// call. With a `temporal_half_window` of K, `aligned` begins K samples before `*done` or earlier, and a call leaves
+/// up to 3·K aligned samples for the next. The last call has the line's last sample.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn bonebeam_beamformer_partial_line(
+    beamformer: *mut BeamformerObject,
+    x: *const Complex,
+    aligned: Range,
+    samples: usize,
+    elements: usize,
+    active: *const Range,
+    adaptive: *const Range,
+    done: *mut usize,
+    z: *mut Complex,
+) -> Status {
     // SAFETY: by the caller's promise.
     status(|| unsafe {
-        let length = samples.checked_mul(elements).ok_or(Status::Length)?;
+        let length = product(aligned.count, elements)?;
         let BeamformerObject {
             beamformer: by,
             workspace,
         } = one_mut(beamformer)?;
         let z = Output::complex(z, by.line_samples(samples))?;
         let x = AlignedLine::new(z.apart(complex(x, length)?)?, elements)?;
+        let x = x.of_line(aligned.first, samples)?;
         let active = z.apart(array(active, samples)?)?;
         let none = geometry::Active { first: 0, count: 0 };
         let active = |n: usize| active.get(n).map_or(none, Range::active);
@@ -270,8 +303,9 @@ pub unsafe extern "C" fn bonebeam_beamformer_line(
             true => 0..samples,
             false => one(adaptive)?.samples(),
         };
-        let z = z.values();
-        with_view!(workspace, view => by.line_within(view, x, active, adaptive, z)?);
+        let (done, z) = (one_mut(done)?, z.values());
+        let line = (active, adaptive);
+        *done = with_view!(workspace, view => by.partial_line(view, x, *done, line, z)?);
         Ok(())
     })
 }

@@ -1,51 +1,18 @@
 //! A frame: channel data to lines, image, bone map and surface, in one object.
 
-use crate::beamformer::BeamformParameters;
 use crate::delay::ANY;
-use crate::image::product;
-use crate::memory::{Bytes, Output, bytes_of, new, one, one_mut, sum};
-use crate::phase_symmetry::PhaseSymmetryParameters;
-use crate::scan::{IqWave, RfWave, Scan, Transmits, each};
+use crate::frame_parameters::{FrameParameters, Input};
+use crate::memory::{Bytes, Output, new, one, one_mut};
+use crate::planned::Planned;
+use crate::scan::{IqWave, RfWave};
 use crate::status::{Status, status};
-use crate::vectors::LANES;
-use crate::workspace::{Workspace, need_bytes, scratch, workspace_bytes};
+use crate::workspace::scratch;
 use crate::{Axis, Complex};
-#[cfg(feature = "forward")]
-use bonebeam::covariance::Forward;
-use bonebeam::covariance::{Averaging, Covariance};
-use bonebeam::delay::{Delay, IqDelay, Stage};
-use bonebeam::image::Pooling;
-use bonebeam::memory::{Need, Scratch};
-use bonebeam::phase_symmetry::{self, PhaseSymmetry, Sizes};
-use bonebeam::surface::{self, Detector, Settings};
-use bonebeam::{Error, Frame, Parameters, Pipeline, geometry};
+use bonebeam::delay::{Delay, IqDelay};
+use bonebeam::memory::Scratch;
+use bonebeam::surface::{self, Detector};
+use bonebeam::{Parameters, Pipeline};
 use core::ffi::c_void;
-
-/// The parameters of a frame.
-#[repr(C)]
-#[derive(Clone, Copy)]
-pub struct FrameParameters {
-    /// Records, lines, aperture and depth gate.
-    pub scan: Scan,
-    /// The beamformer.
-    pub beamformer: BeamformParameters,
-    /// The image's size, and the filters of the bone map; `strip` is not used.
-    pub image: PhaseSymmetryParameters,
-    /// Level of black below the largest envelope, dB.
-    pub dynamic_range: f32,
-    /// Not 0: the image is filtered by a median of 3 × 3 pixels.
-    pub median: i32,
-    /// Not 0: the image shows the RMS of sub-lines; else the largest.
-    pub pool_by_rms: i32,
-    /// Not 0: the filters' gains are in tables, for faster maps of the same bits.
-    pub gain_tables: i32,
-    /// Least depth of the surface, m.
-    ///
-    /// 0 for both depths means no surface, and no memory for it.
-    pub surface_from: f64,
-    /// Greatest depth of the surface, m; may be infinite.
-    pub surface_to: f64,
-}
 
 /// The surface in a line.
 #[repr(C)]
@@ -63,7 +30,8 @@ pub struct Point {
 
 /// Called after each step of an image or a map, with the number of steps so far.
 ///
-/// A step is less than a million instructions on a Cortex-M7, so that a watchdog can be reset in it. May be null.
+/// A step is less than a million instructions on a Cortex-M7, so that a watchdog can be reset in it. By vectors, a step
+/// of a map is a filter. May be null.
 pub type Progress = Option<unsafe extern "C" fn(context: *mut c_void, done: usize)>;
 
 /// A frame: channel data line by line, then image, bone map and surface.
@@ -79,250 +47,20 @@ enum Source {
     Iq(Planned<IqDelay>),
 }
 
-/// A core's frame and its pipeline.
-struct Planned<D: Stage + 'static> {
-    pipeline: &'static Pipeline<'static, D>,
-    frame: Averaged<D>,
-    /// For lines by vectors.
-    workspace: Option<Workspace>,
-}
-
-enum Averaged<D: Stage + 'static> {
-    #[cfg(feature = "forward")]
-    Forward(Frame<'static, 'static, D, Forward>),
-    ForwardBackward(Frame<'static, 'static, D>),
-}
-
 struct Surface {
     detector: Detector,
     memory: Scratch<'static>,
     points: &'static mut [Option<surface::Point>],
 }
 
-/// Evaluates an expression of the core's frame.
-macro_rules! with_frame {
-    ($averaged:expr, $frame:ident => $work:expr) => {
-        match $averaged {
-            #[cfg(feature = "forward")]
-            Averaged::Forward($frame) => $work,
-            Averaged::ForwardBackward($frame) => $work,
-        }
-    };
-}
-
-/// [`with_frame`] for any records.
-macro_rules! with_any {
-    ($object:expr, $frame:ident => $work:expr) => {
+/// Evaluates an expression of the planned frame, whatever its records.
+macro_rules! with_planned {
+    ($object:expr, $planned:ident => $work:expr) => {
         match &mut $object.source {
-            Source::Rf(planned) => with_frame!(&mut planned.frame, $frame => $work),
-            Source::Iq(planned) => with_frame!(&mut planned.frame, $frame => $work),
+            Source::Rf($planned) => $work,
+            Source::Iq($planned) => $work,
         }
     };
-}
-
-impl<D: Stage> Planned<D> {
-    /// A frame of `pipeline` in `bytes`.
-    fn new(
-        pipeline: Pipeline<'static, D>,
-        parameters: &FrameParameters,
-        bytes: &mut Bytes,
-    ) -> Result<Self, Status> {
-        let covariance = parameters.beamformer.covariance()?;
-        let pipeline = match parameters.scan.gate() {
-            None => pipeline,
-            Some(gate) => pipeline.with_gate(gate)?,
-        };
-        let pipeline: &'static _ = bytes.copy(&pipeline)?;
-        let (need, workspace) = match LANES {
-            1 => (pipeline.need(covariance), None),
-            _ => {
-                let lines = pipeline.lines();
-                let sizes = lines.beamformer().sizes(lines.scan().elements());
-                let workspace = Workspace::new(bytes, sizes, covariance)?;
-                (pipeline.need_over(LANES, covariance), Some(workspace))
-            }
-        };
-        let scratch = scratch(bytes, need)?;
-        let tables = match parameters.gain_tables {
-            0 => None,
-            _ => Some(bytes.fill(pipeline.phase_symmetry().gain_tables_len(), 0.0)?),
-        };
-        let pooling = match parameters.pool_by_rms {
-            0 => Pooling::Largest,
-            _ => Pooling::Rms,
-        };
-        let frame = match covariance {
-            #[cfg(feature = "forward")]
-            Covariance::Forward => Averaged::Forward(frame(pipeline, scratch, tables, pooling)?),
-            #[cfg(not(feature = "forward"))]
-            Covariance::Forward => return Err(Status::Parameter),
-            Covariance::ForwardBackward => {
-                Averaged::ForwardBackward(frame(pipeline, scratch, tables, pooling)?)
-            }
-        };
-        Ok(Planned {
-            pipeline,
-            frame,
-            workspace,
-        })
-    }
-
-    /// A line's numbers, or none for a null pointer.
-    fn output(&self, z: *mut Complex) -> Result<Output<bonebeam::Complex<f32>>, Status> {
-        let lines = self.pipeline.lines();
-        match z.is_null() {
-            true => Ok(Output::none()),
-            false => {
-                let sub_lines = lines.beamformer().parameters().sub_lines;
-                Output::complex(z, product(lines.line_samples(), sub_lines)?)
-            }
-        }
-    }
-
-    fn line<'r>(
-        &mut self,
-        index: usize,
-        records: &'r Transmits<'r, D::Record<'r>>,
-        z: &mut [bonebeam::Complex<f32>],
-    ) -> Result<(), Status> {
-        let waves = each(records);
-        let line = match (&mut self.frame, &mut self.workspace) {
-            #[cfg(feature = "forward")]
-            (Averaged::Forward(frame), Some(Workspace::Forward(by))) if LANES > 1 => {
-                frame.line_over(by, index, waves)?
-            }
-            (Averaged::ForwardBackward(frame), Some(Workspace::ForwardBackward(by)))
-                if LANES > 1 =>
-            {
-                frame.line_over(by, index, waves)?
-            }
-            (frame, _) => with_frame!(frame, frame => frame.line(index, waves)?),
-        };
-        for (z, line) in z.iter_mut().zip(line) {
-            *z = *line;
-        }
-        Ok(())
-    }
-}
-
-/// The core's frame, with gains in tables or not, and a pooling of sub-lines.
-fn frame<D: Stage, A: Averaging<f32>>(
-    pipeline: &'static Pipeline<'static, D>,
-    scratch: Scratch<'static>,
-    tables: Option<&'static mut [f32]>,
-    pooling: Pooling,
-) -> Result<Frame<'static, 'static, D, A>, Error> {
-    let frame = Frame::with_averaging(pipeline, scratch)?.with_pooling(pooling);
-    match tables {
-        None => Ok(frame),
-        Some(tables) => frame.with_gain_tables(tables),
-    }
-}
-
-/// The records of a frame.
-#[derive(Clone, Copy)]
-enum Input {
-    Rf,
-    Iq,
-}
-
-impl FrameParameters {
-    /// The core's parameters.
-    ///
-    /// # Safety
-    /// As [`BeamformParameters::core`] and [`PhaseSymmetryParameters::core`].
-    unsafe fn core(&self, input: Input) -> Result<Parameters<'static>, Status> {
-        // SAFETY: by the caller's promise.
-        let (beamformer, image) = unsafe { (self.beamformer.core()?, self.image.core()?) };
-        let scan = match input {
-            Input::Rf => self.scan.core(self.scan.delay.frequency)?,
-            Input::Iq => self.scan.core_of_iq()?,
-        };
-        self.scan.check(geometry::Scan::of_iq(scan)?.samples())?;
-        Ok(Parameters {
-            scan,
-            beamformer,
-            rows: self.image.rows,
-            columns: self.image.columns,
-            dynamic_range: self.dynamic_range,
-            median: self.median != 0,
-            scales: image.scales,
-            threshold: image.threshold,
-            strip: self.image.strip.max(1),
-            block: self.scan.block,
-        })
-    }
-
-    /// The detector, if there is a surface.
-    fn detector(&self, core: &Parameters<'_>) -> Result<Option<Detector>, Status> {
-        let depths = [self.surface_from, self.surface_to];
-        if depths == [0.0; 2] {
-            return Ok(None);
-        }
-        let settings = Settings {
-            depths,
-            ..Settings::DEFAULT
-        };
-        Ok(Some(Detector::new(core.surface(settings)?)?))
-    }
-
-    /// # Safety
-    /// As [`FrameParameters::core`].
-    unsafe fn bytes(&self, input: Input) -> Result<usize, Status> {
-        // SAFETY: by the caller's promise.
-        let core = unsafe { self.core(input)? };
-        let covariance = self.beamformer.covariance()?;
-        let (plan, need) = match input {
-            Input::Rf => {
-                let plan = bytes_of::<Pipeline<'_, &Delay>>(1);
-                let need = match LANES {
-                    1 => core.need(covariance)?,
-                    lanes => core.need_over(lanes, covariance)?,
-                };
-                (sum(&[bytes_of::<Delay>(1), plan]), need)
-            }
-            Input::Iq => {
-                let need = match LANES {
-                    1 => core.need_of_iq(covariance)?,
-                    lanes => core.need_over_of_iq(lanes, covariance)?,
-                };
-                (bytes_of::<Pipeline<'_, IqDelay>>(1), need)
-            }
-        };
-        let workspace = match LANES {
-            1 => 0,
-            _ => {
-                let sizes = core.beamformer.sizes(core.scan.array.elements());
-                workspace_bytes(sizes.need(covariance))
-            }
-        };
-        let bank = PhaseSymmetry::new(&phase_symmetry::Parameters {
-            sizes: Sizes {
-                rows: core.rows,
-                columns: core.columns,
-                strip: core.strip,
-            },
-            scales: core.scales,
-            threshold: core.threshold,
-        })?;
-        let tables = match self.gain_tables {
-            0 => 0,
-            _ => bank.gain_tables_len(),
-        };
-        let (detector, points) = match self.detector(&core)? {
-            None => (Need::default(), 0),
-            Some(detector) => (detector.need(), self.scan.lines.count),
-        };
-        Ok(sum(&[
-            bytes_of::<FrameObject>(1),
-            plan,
-            workspace,
-            need_bytes(need),
-            bytes_of::<f32>(tables),
-            need_bytes(detector),
-            bytes_of::<Option<surface::Point>>(points),
-        ]))
-    }
 }
 
 impl FrameObject {
@@ -470,7 +208,7 @@ pub unsafe extern "C" fn bonebeam_frame_image(
     status(|| unsafe {
         let (own, image) = (one_mut(frame)?, one_mut(image)?);
         let steps = &mut steps(progress, context);
-        *image = with_any!(own, frame => frame.image_in_steps(steps)?).as_ptr();
+        *image = with_planned!(own, planned => planned.image(steps)?).as_ptr();
         Ok(())
     })
 }
@@ -489,7 +227,7 @@ pub unsafe extern "C" fn bonebeam_frame_map(
     status(|| unsafe {
         let (own, map) = (one_mut(frame)?, one_mut(map)?);
         let steps = &mut steps(progress, context);
-        *map = with_any!(own, frame => frame.bone_map_in_steps(steps)?).as_ptr();
+        *map = with_planned!(own, planned => planned.map(steps)?).as_ptr();
         Ok(())
     })
 }
@@ -509,7 +247,7 @@ pub unsafe extern "C" fn bonebeam_frame_surface(
         let out = Output::new(points, surface.points.len())?;
         let memory = surface.memory.reborrow();
         let (detector, found) = (&surface.detector, &mut *surface.points);
-        with_any!(own, frame => frame.surface(detector, memory, found)?);
+        with_planned!(own, planned => planned.surface(detector, memory, found)?);
         for (out, found) in out.values().iter_mut().zip(found) {
             *out = Point {
                 found: found.is_some().into(),

@@ -61,10 +61,11 @@ fn echoes(line_x: f64) -> [f32; ELEMENTS * PARAMETERS.scan.record_samples] {
         for x in (-3..=3).map(|k| line_x + f64::from(k) * 0.1e-3) {
             let (z, d) = (8e-3 + 60.0 * x * x, scan.array.x(m) - x);
             let arrival = (2.0 * z + d * d / (2.0 * z)) / scan.sound_speed * scan.sampling_rate;
-            for sample in arrival as usize - 3..arrival as usize + 5 {
-                let s = (sample as f64 - arrival) / 4.0;
+            let first = arrival as usize - 3;
+            for (n, value) in rf.iter_mut().skip(first).take(8).enumerate() {
+                let s = ((first + n) as f64 - arrival) / 4.0;
                 let window = (1.0 - s * s) * (1.0 - s * s);
-                rf[sample] += (window * window * (1.0 - 11.0 * s * s)) as f32;
+                *value += (window * window * (1.0 - 11.0 * s * s)) as f32;
             }
         }
     }

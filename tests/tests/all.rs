@@ -17,6 +17,7 @@ mod golden;
 mod image;
 mod iq;
 mod measure;
+mod partial_line;
 mod phantom;
 mod phase_symmetry;
 mod pipeline;

@@ -111,8 +111,12 @@ impl<'a> AlignedLine<'a> {
 
     /// Whether it has all of these samples; a block has only some of a line's.
     pub(super) fn holds(&self, samples: Range<usize>) -> bool {
-        let end = self.first + self.x.len() / self.elements;
-        self.first <= samples.start && samples.end <= end
+        self.first <= samples.start && samples.end <= self.end()
+    }
+
+    /// The end of its samples; a block's end before the line.
+    pub(super) fn end(&self) -> usize {
+        self.first + self.x.len() / self.elements
     }
 
     /// The snapshot of one sample, and those after it.

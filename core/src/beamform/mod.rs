@@ -12,6 +12,7 @@ mod extent;
 mod line;
 mod methods;
 mod parameters;
+mod partial_line;
 mod postfilter;
 mod pushes;
 mod segment;

@@ -74,6 +74,8 @@ fn one<A: Averaging<f32>>(method: Method) -> Result<(), Error> {
     beamformer.line(&mut workspace, line, |_| active(), opaque(&mut z[..]))?;
     let (adaptive, z_within) = (opaque(0)..opaque(1), opaque(&mut z[..]));
     beamformer.line_within(&mut workspace, line, |_| active(), adaptive, z_within)?;
+    let within = (|_| active(), opaque(0)..opaque(1));
+    take(beamformer.partial_line(&mut workspace, line, opaque(1), within, opaque(&mut z[..]))?);
     let segment = Segment {
         line,
         first_element: opaque(1),

@@ -1,0 +1,138 @@
+//! The parameters of a frame, and its bytes.
+
+use crate::beamformer::BeamformParameters;
+use crate::frame::FrameObject;
+use crate::memory::{bytes_of, sum};
+use crate::phase_symmetry::PhaseSymmetryParameters;
+use crate::planned::Over;
+use crate::scan::Scan;
+use crate::status::Status;
+use crate::vectors::LANES;
+use crate::workspace::need_bytes;
+use bonebeam::delay::{Delay, IqDelay};
+use bonebeam::memory::Need;
+use bonebeam::phase_symmetry::{self, PhaseSymmetry, Sizes};
+use bonebeam::surface::{self, Detector, Settings};
+use bonebeam::{Parameters, Pipeline, geometry};
+
+/// The parameters of a frame.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct FrameParameters {
+    /// Records, lines, aperture and depth gate.
+    pub scan: Scan,
+    /// The beamformer.
+    pub beamformer: BeamformParameters,
+    /// The image's size, and the filters of the bone map; `strip` is not used.
+    pub image: PhaseSymmetryParameters,
+    /// Level of black below the largest envelope, dB.
+    pub dynamic_range: f32,
+    /// Not 0: the image is filtered by a median of 3 × 3 pixels.
+    pub median: i32,
+    /// Not 0: the image shows the RMS of sub-lines; else the largest.
+    pub pool_by_rms: i32,
+    /// Not 0: the filters' gains are in tables, for faster maps of the same bits.
+    pub gain_tables: i32,
+    /// Least depth of the surface, m.
+    ///
+    /// 0 for both depths means no surface, and no memory for it.
+    pub surface_from: f64,
+    /// Greatest depth of the surface, m; may be infinite.
+    pub surface_to: f64,
+}
+
+/// The records of a frame.
+#[derive(Clone, Copy)]
+pub(crate) enum Input {
+    Rf,
+    Iq,
+}
+
+impl FrameParameters {
+    /// The core's parameters.
+    ///
+    /// # Safety
+    /// As [`BeamformParameters::core`] and [`PhaseSymmetryParameters::core`].
+    pub(crate) unsafe fn core(&self, input: Input) -> Result<Parameters<'static>, Status> {
+        // SAFETY: by the caller's promise.
+        let (beamformer, image) = unsafe { (self.beamformer.core()?, self.image.core()?) };
+        let scan = match input {
+            Input::Rf => self.scan.core(self.scan.delay.frequency)?,
+            Input::Iq => self.scan.core_of_iq()?,
+        };
+        self.scan.check(geometry::Scan::of_iq(scan)?.samples())?;
+        Ok(Parameters {
+            scan,
+            beamformer,
+            rows: self.image.rows,
+            columns: self.image.columns,
+            dynamic_range: self.dynamic_range,
+            median: self.median != 0,
+            scales: image.scales,
+            threshold: image.threshold,
+            // By vectors the highest strip takes the fewest instructions; one lane has no strips.
+            strip: usize::MAX,
+            block: self.scan.block,
+        })
+    }
+
+    /// The detector, if there is a surface.
+    pub(crate) fn detector(&self, core: &Parameters<'_>) -> Result<Option<Detector>, Status> {
+        let depths = [self.surface_from, self.surface_to];
+        if depths == [0.0; 2] {
+            return Ok(None);
+        }
+        let settings = Settings {
+            depths,
+            ..Settings::DEFAULT
+        };
+        Ok(Some(Detector::new(core.surface(settings)?)?))
+    }
+
+    /// # Safety
+    /// As [`FrameParameters::core`].
+    pub(crate) unsafe fn bytes(&self, input: Input) -> Result<usize, Status> {
+        // SAFETY: by the caller's promise.
+        let core = unsafe { self.core(input)? };
+        let covariance = self.beamformer.covariance()?;
+        let (plan, need) = match input {
+            Input::Rf => {
+                let plan = bytes_of::<Pipeline<'_, &Delay>>(1);
+                let need = core.need_over(LANES, covariance)?;
+                (sum(&[bytes_of::<Delay>(1), plan]), need)
+            }
+            Input::Iq => {
+                let need = core.need_over_of_iq(LANES, covariance)?;
+                (bytes_of::<Pipeline<'_, IqDelay>>(1), need)
+            }
+        };
+        let sizes = Sizes {
+            rows: core.rows,
+            columns: core.columns,
+            strip: core.strip,
+        };
+        PhaseSymmetry::new(&phase_symmetry::Parameters {
+            sizes,
+            scales: core.scales,
+            threshold: core.threshold,
+        })?;
+        let beamformer = core.beamformer.sizes(core.scan.array.elements());
+        let tables = match self.gain_tables {
+            0 => 0,
+            _ => sizes.gain_tables_len(core.scales.len()),
+        };
+        let (detector, points) = match self.detector(&core)? {
+            None => (Need::default(), 0),
+            Some(detector) => (detector.need(), self.scan.lines.count),
+        };
+        Ok(sum(&[
+            bytes_of::<FrameObject>(1),
+            plan,
+            Over::bytes(beamformer, covariance, sizes),
+            need_bytes(need),
+            bytes_of::<f32>(tables),
+            need_bytes(detector),
+            bytes_of::<Option<surface::Point>>(points),
+        ]))
+    }
+}

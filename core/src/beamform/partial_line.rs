@@ -1,0 +1,99 @@
+//! A line of which only the first samples are aligned yet.
+
+use super::aligned_line::AlignedLine;
+use super::line::LineBlock;
+use super::parameters::Beamformer;
+use super::workspace::Workspace;
+use crate::Error;
+use crate::covariance::Averaging;
+use crate::error::check_length;
+use crate::geometry::Active;
+use crate::simd::Vector;
+use core::ops::Range;
+use num_complex::Complex;
+
+impl Beamformer {
+    /// [`Beamformer::line_within`] for the samples that are aligned so far.
+    ///
+    /// `line` is a block of the line ([`AlignedLine::of_line`]) that ends at the last aligned sample and begins `K`
+    /// samples before `done` or earlier. Samples from `done` on enter `z`, which is that of the whole line. Returns
+    /// the first sample without output: `done` of the next call, at first 0. The last call has all samples of the
+    /// line.
+    ///
+    /// The bits are those of the whole line. Time windows are summed in blocks of `2K+1` samples from each change of
+    /// the active set. A call therefore ends where one begins, and leaves up to `3K` aligned samples for the next.
+    ///
+    /// ```
+    /// use bonebeam::beamform::{AlignedLine, Beamformer, Parameters, Workspace};
+    /// use bonebeam::covariance::ForwardBackward;
+    /// use bonebeam::geometry::Active;
+    /// use bonebeam::memory::Memory;
+    /// use bonebeam::{Complex, Error};
+    ///
+    /// let parameters = Parameters { temporal_half_window: 1, ..Parameters::DEFAULT };
+    /// let beamformer = Beamformer::new(parameters)?;
+    /// let mut memory = Memory::<200, 200>::new();
+    /// let sizes = beamformer.sizes(4);
+    /// let mut workspace = Workspace::<ForwardBackward>::new(0.0, sizes, memory.scratch())?;
+    ///
+    /// let x = [Complex::new(1.0, 0.0); 4 * 20]; // 20 samples of four elements
+    /// let active = |_| Active { first: 0, count: 4 };
+    /// let (mut z, mut done) = ([Complex::ZERO; 20], 0);
+    /// for aligned in [10, 20] {
+    ///     let line = AlignedLine::new(&x[..4 * aligned], 4)?.of_line(0, 20)?;
+    ///     done = beamformer.partial_line(&mut workspace, line, done, (active, 0..20), &mut z)?;
+    ///     assert_eq!(done, if aligned == 10 { 9 } else { 20 });
+    /// }
+    /// # Ok::<(), Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Beamformer::line_within`]; [`Error::Parameter`] for a block that begins too late.
+    #[inline]
+    pub fn partial_line<A: Averaging<V>, V: Vector>(
+        &self,
+        workspace: &mut Workspace<'_, A, V>,
+        line: AlignedLine<'_>,
+        done: usize,
+        (active, adaptive): (impl Fn(usize) -> Active, Range<usize>),
+        z: &mut [Complex<f32>],
+    ) -> Result<usize, Error> {
+        check_length("z", z.len(), self.line_samples(line.samples()))?;
+        let end = self.last_cut(&line, &active);
+        if end <= done {
+            return Ok(done);
+        }
+        let samples = end - done;
+        let within = |sample: usize| sample.saturating_sub(done).min(samples);
+        let block = LineBlock {
+            line,
+            first: done,
+            samples,
+            active,
+            adaptive: within(adaptive.start)..within(adaptive.end),
+        };
+        let sizes = workspace.sizes;
+        self.check_block(sizes, &block)?;
+        let z = z.get_mut(self.line_samples(done)..);
+        self.block(workspace, sizes, &block, z.unwrap_or_default())?;
+        Ok(end)
+    }
+
+    /// The last sample whose predecessors' time windows are aligned, and at which a block of windows begins.
+    fn last_cut(&self, line: &AlignedLine<'_>, active: impl Fn(usize) -> Active) -> usize {
+        let half_window = self.parameters().temporal_half_window;
+        if line.end() >= line.samples() {
+            return line.samples();
+        }
+        let last = line.end().saturating_sub(half_window);
+        let mut first = 0;
+        for sample in 1..=last {
+            if active(sample) != active(sample - 1) {
+                first = sample;
+            }
+        }
+        // 2K + 1.
+        let windows = half_window.wrapping_mul(2) | 1;
+        last - (last - first) % windows
+    }
+}
