@@ -57,7 +57,9 @@ pub fn bmode<'py>(
     Ok((pixels, image.x0, image.z0, image.pixel, angles))
 }
 
-/// Writes the phase symmetry of an image into `out`, by the keys of section `[phase_symmetry]` as JSON.
+/// Writes the phase symmetry of an image into `out`.
+///
+/// `section` has the keys of `[phase_symmetry]` as JSON.
 #[pyfunction]
 pub fn phase_symmetry(
     py: Python<'_>,

@@ -23,7 +23,7 @@ type Points<'py> = (
 /// The apex, both radii in m and both angles in rad: `(x, z, begin, end, first, last)`.
 type Fan = (f64, f64, f64, f64, f64, f64);
 
-/// The surface in lines, also with their coherence, by the keys of the section `[surface]` as JSON.
+/// The surface in lines, by the keys of the section `[surface]` as JSON.
 #[pyfunction]
 pub fn surface_of_lines<'py>(
     py: Python<'py>,

@@ -1,5 +1,7 @@
 //! Path of the surface over the lines, by Viterbi's algorithm.
 
+use core::iter::once;
+
 use super::detector::Detector;
 use super::logarithm::NAT;
 use super::onset::{Levels, Line};
@@ -399,14 +401,13 @@ impl<'p, 'm> Tracker<'p, 'm> {
     ///
     /// A fit by least squares, with weights that fall evenly, to 0 at [`AROUND`] lines.
     fn offset(&self, line: usize, cell: u32, begins: bool) -> f32 {
-        let weight = AROUND as f32;
         // Sums of weights times powers of the distance, and times depths.
-        let (mut w, mut wx, mut wxx) = (weight, 0.0, 0.0);
-        let (mut wz, mut wxz) = (weight * self.centre(line, cell), 0.0);
+        let (mut w, mut wx, mut wxx, mut wz, mut wxz) = (0.0, 0.0, 0.0, 0.0, 0.0);
         let before = self.before(line, begins).take(AROUND - 1);
-        for (beside, other) in before.chain(self.after(line).take(AROUND - 1)) {
-            let x = beside as f32 - line as f32;
-            let z = other as f32 - cell as f32 + self.centre(beside, other);
+        let beside = before.chain(self.after(line).take(AROUND - 1));
+        for (at, other) in once((line, cell)).chain(beside) {
+            let x = at as f32 - line as f32;
+            let z = other as f32 - cell as f32 + self.centre(at, other);
             let weight = AROUND as f32 - x.abs();
             w += weight;
             wx += weight * x;
@@ -428,23 +429,19 @@ impl<'p, 'm> Tracker<'p, 'm> {
         1.0 / (1.0 + libm::expf(-(a + b * margin)))
     }
 
-    /// Centroid of the scores around a cell, in cells below it.
+    /// Centroid of the scores of a cell and two on either side, in cells below it.
     ///
-    /// Scores count from a nat below the largest of the five cells.
-    #[inline(never)]
+    /// Scores count from a nat below the largest. The centroid is the cell itself if fewer cells are searched.
     fn centre(&self, line: usize, cell: u32) -> f32 {
-        let from = cell.saturating_sub(2);
-        let cells = self.pointers(line).get(from as usize..).unwrap_or_default();
-        let cells = cells.get(..(cell - from + 3) as usize).unwrap_or(cells);
-        let score = |&pointer: &u16| Pointer(pointer).score();
-        let least = cells.iter().map(score).max().unwrap_or_default() - 32;
-        let (mut sum, mut moment) = (0, 0);
-        for (score, at) in cells.iter().map(score).zip(from as i32 - cell as i32..) {
-            let weight = (score - least).max(0);
-            sum += weight;
-            moment += weight * at;
-        }
-        moment as f32 / sum.max(1) as f32
+        let from = cell.checked_sub(2);
+        let from = from.and_then(|from| self.pointers(line).get(from as usize..));
+        let Some(&around) = from.and_then(|pointers| pointers.first_chunk::<5>()) else {
+            return 0.0;
+        };
+        let scores = around.map(|pointer| Pointer(pointer).score());
+        let least = scores.into_iter().fold(0, i32::max) - 32;
+        let [a, b, c, d, e] = scores.map(|score| (score - least).max(0));
+        (2 * (e - a) + d - b) as f32 / (a + b + c + d + e) as f32
     }
 }
 

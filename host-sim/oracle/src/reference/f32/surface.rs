@@ -319,7 +319,10 @@ pub fn of_scores(p: &Parameters, scores: &[Vec<i64>]) -> Vec<Option<Point>> {
         let beside = beside.chain(line + 1..(last + 1).min(line + 4));
         let echo = |k: usize| {
             let at = path[k].map_or(0, |(at, _)| at);
-            let around = at.saturating_sub(2)..(at + 3).min(cells.searched);
+            if at < 2 || at + 2 >= cells.searched {
+                return at as f32 - cell as f32;
+            }
+            let around = at - 2..at + 3;
             let largest = around.clone().map(|c| kept(k, c)).max().unwrap_or(0);
             let weights =
                 around.map(|c| (c as i64 - at as i64, (kept(k, c) - largest + 32).max(0)));
