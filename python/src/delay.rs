@@ -2,6 +2,7 @@
 
 use std::num::NonZeroUsize;
 
+use bonebeam_drive::coherence;
 use bonebeam_drive::config::Beamform;
 use bonebeam_drive::delay::DelayStage;
 use bonebeam_drive::frame;
@@ -261,6 +262,22 @@ pub fn beamform_channel_data<'py>(
         c: stage.sound_speed(),
         warnings,
     })
+}
+
+/// Short-lag coherence of channel data, [line, sample].
+#[pyfunction]
+pub fn coherence_of_channel_data<'py>(
+    py: Python<'py>,
+    data: FrameArrays<'py>,
+    parameters: &BeamformParameters,
+    threads: Option<NonZeroUsize>,
+) -> PyResult<Bound<'py, PyArray2<f32>>> {
+    let pool = self::threads(threads)?;
+    let frame = data.frame()?;
+    let data = data.channel_data(py, &frame)?;
+    let stage = DelayStage::new(&data, &parameters.0).map_err(refused)?;
+    let map = py.detach(|| pool.install(|| coherence::of_channel_data(&stage, frame)));
+    Ok(map.map_err(refused)?.into_pyarray(py))
 }
 
 /// Beam positions and sound speed of aligned data without their own.

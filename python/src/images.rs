@@ -58,22 +58,21 @@ pub fn bmode<'py>(
 }
 
 /// Writes the phase symmetry of an image into `out`.
+///
+/// `section` has the keys of `[phase_symmetry]` as JSON.
 #[pyfunction]
 pub fn phase_symmetry(
     py: Python<'_>,
     image: PyReadonlyArray2<'_, f32>,
-    scales: Vec<f64>,
-    threshold: f64,
-    strip: usize,
-    pad: bool,
-    resize: Option<(usize, usize)>,
+    pixel: Option<f64>,
+    section: &str,
     mut out: PyReadwriteArray2<'_, f32>,
     threads: Option<NonZeroUsize>,
 ) -> PyResult<()> {
-    let section = parameters::phase_symmetry(scales, threshold, strip, pad, resize)?;
+    let section = parameters::phase_symmetry(section)?;
     let pool = self::threads(threads)?;
     let (image, mut map) = (image.as_array(), out.as_array_mut());
-    let run = || of_image(image.to_owned(), &section, None, &mut |_, _| {});
+    let run = || of_image(image.to_owned(), &section, pixel, &mut |_, _| {});
     let found = py.detach(|| pool.install(run)).map_err(refused)?;
     map.assign(&found);
     Ok(())

@@ -21,7 +21,7 @@ mod _native {
     #[pymodule_export]
     use crate::beamformer::Beamformer;
     #[pymodule_export]
-    use crate::delay::{beamform_channel_data, delay, even_beams};
+    use crate::delay::{beamform_channel_data, coherence_of_channel_data, delay, even_beams};
     #[pymodule_export]
     use crate::files::RecordingFile;
     #[pymodule_export]

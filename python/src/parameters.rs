@@ -1,7 +1,7 @@
 //! Sections of the command's configuration from Python's arguments.
 
 use bonebeam::beamform::{Apodization, Method, Parameters, Postfilter};
-use bonebeam_drive::config::{Beamform, Image, PhaseSymmetry, Size, Surface};
+use bonebeam_drive::config::{Beamform, Image, PhaseSymmetry, Surface};
 use bonebeam_drive::methods::MethodName;
 use bonebeam_simulate::Simulate;
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -67,22 +67,10 @@ fn of_keys<T: DeserializeOwned>(given: Map<String, Value>) -> PyResult<T> {
     serde_json::from_value(Value::Object(given)).map_err(refused)
 }
 
-/// Section `[phase_symmetry]`, validated.
-pub fn phase_symmetry(
-    scales: Vec<f64>,
-    threshold: f64,
-    strip: usize,
-    pad: bool,
-    resize: Option<(usize, usize)>,
-) -> PyResult<PhaseSymmetry> {
-    let section = PhaseSymmetry {
-        scales,
-        threshold,
-        strip,
-        pad,
-        resize: resize.map(|(rows, columns)| Size { rows, columns }),
-        ..PhaseSymmetry::default()
-    };
+/// Validates section `[phase_symmetry]`, given as JSON.
+pub fn phase_symmetry(section: &str) -> PyResult<PhaseSymmetry> {
+    let given: Map<String, Value> = serde_json::from_str(section).map_err(refused)?;
+    let section: PhaseSymmetry = of_keys(given)?;
     section.validate().map_err(refused)?;
     Ok(section)
 }

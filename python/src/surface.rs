@@ -1,7 +1,9 @@
 //! Lines or a picture → the bone surface.
 
 use bonebeam_drive::config::Surface;
-use bonebeam_drive::surface::{Picture, PictureFan, SurfacePoint, of_lines, of_picture};
+use bonebeam_drive::surface::{
+    Picture, PictureFan, SurfacePoint, of_lines, of_lines_with_coherence, of_picture,
+};
 use bonebeam_files::{BeamRays, BeamformedLines};
 use numpy::{Complex32, IntoPyArray, PyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -32,6 +34,7 @@ pub fn surface_of_lines<'py>(
     rays: Option<(Vec<f64>, Vec<f64>)>,
     sub_lines: usize,
     c: f64,
+    coherence: Option<PyReadonlyArray2<'py, f32>>,
     section: &str,
 ) -> PyResult<Points<'py>> {
     let section = parameters::surface(section)?;
@@ -44,7 +47,11 @@ pub fn surface_of_lines<'py>(
         sub_lines,
         c,
     };
-    let found = py.detach(|| of_lines(&lines.checked()?, &section));
+    let coherence = coherence.as_ref().map(|map| map.as_array());
+    let found = py.detach(|| match coherence {
+        Some(map) => of_lines_with_coherence(&lines.checked()?, map, &section),
+        None => of_lines(&lines.checked()?, &section),
+    });
     Ok(arrays(py, &found.map_err(refused)?))
 }
 

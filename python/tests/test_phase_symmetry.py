@@ -40,6 +40,22 @@ def test_a_map_is_that_of_the_equations(shape):
     assert np.abs(bones - expected).max() <= 1e-5
 
 
+def test_scales_in_metres_and_thresholds_from_the_noise(command, folder):
+    random = np.random.default_rng(2)
+    pixels = (60 * random.random((128, 64))).astype(np.float32)
+    pixels[60:64] += 150
+    image = bonebeam.Image(pixels, 0.0, 0.0, 1e-4)
+    bones = bonebeam.phase_symmetry(image, wavelengths=[1.6e-3, 3.2e-3])
+    assert np.array_equal(bones.pixels, bonebeam.phase_symmetry(pixels, scales=[2**-4, 2**-5]))
+    with pytest.raises(ValueError, match="`wavelengths` needs an `Image`"):
+        bonebeam.phase_symmetry(pixels, wavelengths=[1.6e-3])
+    np.save(folder / "image.npy", pixels)
+    words = ["--scales", "2^-4", "--noise-deviations", 2, "--noise-by-direction", "-o", folder / "map.npy"]
+    assert command("phase-symmetry", folder / "image.npy", *words) == ""
+    by_noise = bonebeam.phase_symmetry(pixels, scales=[2**-4], noise_deviations=2, noise_by_direction=True)
+    assert np.array_equal(by_noise, np.load(folder / "map.npy"))
+
+
 def test_another_image_is_refused():
     with pytest.raises(ValueError, match="60 rows and 64 columns; phase symmetry needs powers of two"):
         bonebeam.phase_symmetry(np.zeros((60, 64), np.float32))

@@ -88,6 +88,22 @@ def test_it_is_that_of_the_command(command, folder, picture, lines):
             np.testing.assert_allclose([float(row[name]) for row in rows], values, atol=1e-4 if name[0] == "c" else 1e-7)
 
 
+def test_of_channel_data_it_is_that_of_the_command(command, folder):
+    data = bonebeam.simulate("vertebra", slice=-4e-3)
+    np.savez(folder / "recording.npz", **data.keys())
+    assert command("surface", folder / "recording.npz", "-o", folder / "found.csv") == ""
+    with open(folder / "found.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    lines = bonebeam.beamform(data, method="das")
+    coherence = bonebeam.coherence(data, method="das")
+    assert coherence.shape == lines.z.shape and -1 <= coherence.min() < coherence.max() <= 1
+    found = bonebeam.surface(lines, coherence=coherence)
+    assert len(found) > 20 and [int(row["line"]) for row in rows] == found.line.tolist()
+    np.testing.assert_allclose([float(row["z_m"]) for row in rows], found.z, atol=1e-7)
+    np.testing.assert_allclose([float(row["confidence"]) for row in rows], found.confidence, atol=1e-4)
+    assert not np.array_equal(bonebeam.surface(lines).confidence, found.confidence)
+
+
 def test_it_shows_itself(picture, lines):
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("Agg")
@@ -112,6 +128,8 @@ def test_what_is_refused_is_told(picture, lines):
         ({"source": picture}, "`pixel_size` in m"),
         ({"source": picture, "pixel_size": 1.0}, "`pixel_size` is 1.0"),
         ({"source": lines, "pixel_size": PIXEL}, "no effect on lines"),
+        ({"source": lines, "coherence": lines.z.real[:, 1:]}, "`coherence` has shape .160, 299."),
+        ({"source": picture, "pixel_size": PIXEL, "coherence": picture}, "no effect on a picture"),
         ({"source": polar}, "polar grid"),
         ({"source": picture, "pixel_size": PIXEL, "absence": 100.0}, "`absence`.*-64 to 64"),
         ({"source": lines, "search_end": 1e-3}, "`search_end`.*`search_start`"),

@@ -106,22 +106,45 @@ fn bone_is_found_where_it_is_and_nowhere_else() {
     }
 }
 
+/// Echoes between samples, along slopes: also the first and the last line of a piece have the depth of the bone.
 #[test]
-fn depth_is_a_mean_along_a_piece() {
-    // Two pieces whose echoes lie at one depth and a cell below, by turns.
+fn depth_is_that_of_a_straight_bone() {
+    for slope in [-1.7, -0.4, 0.0, 0.3, 1.1] {
+        let middle = |line: usize| 300.3 + slope * (line as f64 - 20.0);
+        let frame: Vec<u8> = (0..24_000)
+            .map(|n| {
+                let below = (n % 600) as f64 - middle(n / 600);
+                let tissue = if below < 0.0 { 90.0 } else { 5.0 };
+                (250.0 - 1.6 * below * below).max(tissue) as u8
+            })
+            .collect();
+        let points = found(PARAMETERS, &frame);
+        for (line, point) in points.iter().enumerate() {
+            let depth = f64::from(point.expect("bone in every line").depth);
+            let off = (depth - PARAMETERS.samples.first) / PARAMETERS.samples.step - middle(line);
+            // 0.06 mm.
+            assert!(off.abs() < 1.5, "slope {slope}, line {line}: {off} samples");
+        }
+    }
+}
+
+/// Two pieces whose echoes lie at one depth and a cell below, by turns.
+#[test]
+fn depth_is_smooth_along_a_piece_alone() {
     let zigzag = |line: usize| if line < 20 { 200 } else { 350 } + 4 * (line % 2);
     let bones: Vec<Option<usize>> = (0..40).map(|line| Some(zigzag(line))).collect();
     let points = found(PARAMETERS, &lines(600, &bones, 0, 7));
     let depths: Vec<f64> = points.iter().flatten().map(|p| p.depth.into()).collect();
     assert_eq!(depths.len(), 40);
     for piece in [&depths[..20], &depths[20..]] {
-        // Lines with three others on both sides.
-        let inner = &piece[3..17];
-        let mean = inner.iter().sum::<f64>() / inner.len() as f64;
+        let mean = piece.iter().sum::<f64>() / 20.0;
         let off = |depth: &f64| (depth - mean).abs() / PARAMETERS.samples.step;
-        assert!(inner.iter().all(|depth| off(depth) < 0.5), "{piece:?}");
-        // Alone, lines would differ by a cell.
-        assert!(off(&piece[0]) + off(&piece[19]) > 2.0, "{piece:?}");
+        // Lines with three others on both sides; alone, they would be off by two samples.
+        assert!(
+            piece[3..17].iter().all(|depth| off(depth) < 0.5),
+            "{piece:?}"
+        );
+        assert!(piece.iter().all(|depth| off(depth) < 2.0), "{piece:?}");
     }
 }
 

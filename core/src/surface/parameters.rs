@@ -189,7 +189,16 @@ impl Settings {
             weight: -0.7,
             ..Self::DEFAULT.coherence
         },
-        absence: -2.7,
+        rest: Ramp {
+            weight: 1.8,
+            ..Self::DEFAULT.rest
+        },
+        shadow: Ramp {
+            weight: -0.9,
+            ..Self::DEFAULT.shadow
+        },
+        absence: -2.4,
+        end: 7.0,
         ..Self::DEFAULT
     };
 

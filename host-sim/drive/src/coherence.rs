@@ -48,7 +48,11 @@ pub fn of_first_frame(data: &ChannelData, parameters: &Beamform) -> Result<Array
     of_channel_data(&DelayStage::new(data, parameters)?, frame)
 }
 
-fn of_channel_data(stage: &DelayStage<'_>, frame: FrameSamples<'_>) -> Result<Array2<f32>> {
+/// Short-lag coherence of a frame of channel data, as [`of_frame`].
+///
+/// # Errors
+/// A sample that is not finite, or a frame of another shape than the stage's.
+pub fn of_channel_data(stage: &DelayStage<'_>, frame: FrameSamples<'_>) -> Result<Array2<f32>> {
     let (beams, samples, elements) = (stage.rays().len(), stage.samples(), stage.elements());
     let coherence = over(stage.depths().step, samples);
     let (scan, set) = (stage.scan()?, InstructionSet::detect());

@@ -7,14 +7,15 @@ Arrays in, arrays out; the computation is compiled::
     image = bonebeam.bmode(lines, dynamic_range=60)          # grey levels, 0 to 255
     bones = bonebeam.phase_symmetry(image, pad=True)         # ridges, 0 to below 1
     bones.plot()                                             # axes in mm, by matplotlib
-    bone = bonebeam.surface(lines)                           # a depth in each line, or none
+    map = bonebeam.coherence(data)                           # coherence of the samples
+    bone = bonebeam.surface(lines, coherence=map)            # a depth in each line, or none
 
 Names and defaults of parameters, and the bits of the results, are those of the command ``host-sim``. Invalid input
 raises a ``ValueError``. Units are metres, seconds and hertz. All CPU arrays with DLPack are accepted (PyTorch, JAX,
 CuPy on the host). An array of the expected type and order is not copied.
 """
 
-from ._beamform import Beamformer, beamform, delay
+from ._beamform import Beamformer, beamform, coherence, delay
 from ._data import AlignedData, ChannelData, Image, Lines
 from ._dataset import Dataset
 from ._files import frames, read
@@ -45,6 +46,7 @@ __all__ = [
     "__version__",
     "beamform",
     "bmode",
+    "coherence",
     "delay",
     "frames",
     "phase_symmetry",

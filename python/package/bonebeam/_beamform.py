@@ -248,15 +248,39 @@ def delay(
     >>> lines = beamform(aligned, method="das")
     """
     checked = section("delay", DelayParameters, parameters)
-    if not _is_one_frame(data):
-        raise ValueError(f"the channel data hold {len(data.samples)} frames; expected one")
-    (record,) = _frames(data)
+    record = _one_frame(data)
     memory = None if out is None else _memory(out, record.samples, 3)
     result = _native.delay(record, checked, memory, threads)
     _warn(result.warnings)
     x = result.x if out is None else out
     rays = (result.beam_z, result.beam_angle)
     return AlignedData(x, result.fs, result.t0, result.beam_x, result.c, result.active, *rays)
+
+
+def coherence(
+    data: ChannelData,
+    *,
+    threads: int | None = None,
+    **parameters: Unpack[ChannelDataParameters],
+) -> npt.NDArray[np.float32]:
+    """Short-lag coherence of channel data of one frame, float32 [beam, sample], -1 to 1.
+
+    It is a mean over ±0.4 mm of depth. Clutter in a shadow has little coherence, tissue more. With the keywords of
+    :func:`beamform`, its axes are those of the lines.
+
+    Args:
+        data: Channel data of one frame.
+        threads: Number of threads; all processors by default. The result does not depend on it.
+        parameters: Keywords of :class:`ChannelDataParameters`; the method has no effect.
+
+    >>> import bonebeam
+    >>> scanner = {"elements": 32, "beams": 4, "first_beam": 14, "depth_start": 0.01, "depth_end": 0.02}
+    >>> data = bonebeam.simulate("point", scanner=scanner)
+    >>> coherence(data, sub_lines=1).shape == beamform(data, sub_lines=1).z.shape
+    True
+    """
+    checked = section("coherence", ChannelDataParameters, parameters)
+    return _native.coherence_of_channel_data(_one_frame(data), checked, threads)
 
 
 def _memory(out: Any, beside: npt.NDArray[Any], axes: int) -> npt.NDArray[np.complex64]:
@@ -272,6 +296,13 @@ def _memory(out: Any, beside: npt.NDArray[Any], axes: int) -> npt.NDArray[np.com
 
 def _is_one_frame(data: ChannelData) -> bool:
     return data.samples.ndim != 4
+
+
+def _one_frame(data: ChannelData) -> ChannelData:
+    if not _is_one_frame(data):
+        raise ValueError(f"the channel data hold {len(data.samples)} frames; expected one")
+    (frame,) = _frames(data)
+    return frame
 
 
 def _frames(data: ChannelData) -> Iterator[ChannelData]:

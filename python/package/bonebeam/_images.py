@@ -87,7 +87,10 @@ def phase_symmetry(
     image: Image,
     *,
     scales: Sequence[float] = ...,
+    wavelengths: Sequence[float] = ...,
     threshold: float = ...,
+    noise_deviations: float | None = ...,
+    noise_by_direction: bool = ...,
     strip: int = ...,
     pad: bool = ...,
     resize: tuple[int, int] | None = ...,
@@ -101,7 +104,10 @@ def phase_symmetry(
     image: npt.ArrayLike | Any,
     *,
     scales: Sequence[float] = ...,
+    wavelengths: Sequence[float] = ...,
     threshold: float = ...,
+    noise_deviations: float | None = ...,
+    noise_by_direction: bool = ...,
     strip: int = ...,
     pad: bool = ...,
     resize: tuple[int, int] | None = ...,
@@ -114,7 +120,10 @@ def phase_symmetry(
     image: Image | npt.ArrayLike | Any,
     *,
     scales: Sequence[float] = (2**-7, 2**-8, 2**-9),
+    wavelengths: Sequence[float] = (),
     threshold: float = 15.0,
+    noise_deviations: float | None = None,
+    noise_by_direction: bool = False,
     strip: int = 16,
     pad: bool = False,
     resize: tuple[int, int] | None = None,
@@ -129,7 +138,11 @@ def phase_symmetry(
         image: An :class:`Image`, or grey levels 0 to 255, [row, column]; sides are 64, 128, 256, 512 or 1024 pixels, or
             ``pad`` makes them so.
         scales: Centre frequencies of the filters, cycles per pixel.
+        wavelengths: Wavelengths at the centres of the filters, m, in place of ``scales``; for an :class:`Image`.
         threshold: Noise threshold T_n, in grey levels.
+        noise_deviations: T_n from the image's noise in place of ``threshold``: the mean of the noise's amplitude and this
+            number of standard deviations.
+        noise_by_direction: Whether each direction has a threshold of its own, with ``noise_deviations``.
         strip: Number of rows or columns computed at a time; it changes the time, never the result.
         pad: Pad the image with black to the next sides that the transform accepts, and cut the map to the image.
         resize: Rows and columns of the image and the map after resampling.
@@ -146,16 +159,29 @@ def phase_symmetry(
     >>> int(bones[:, 10].argmax())
     32
     """
+    pixel = None
     if isinstance(image, Image):
         if resize is not None:
             raise ValueError("`resize` would change the size of the image's pixels; give `image.pixels`")
-        options: dict[str, Any] = {"scales": scales, "threshold": threshold, "strip": strip, "pad": pad}
-        bones = phase_symmetry(image.pixels, **options, threads=threads, out=out)
-        return replace(image, pixels=bones, dynamic_range=None, quantity="phase symmetry")
+        pixel = image.pixel if image.angle is None else None
+    if len(wavelengths) > 0 and pixel is None:
+        raise ValueError("`wavelengths` needs an `Image` of square pixels; give `scales`")
+    section = {
+        "scales": list(scales),
+        "wavelengths": list(wavelengths),
+        "threshold": threshold,
+        "noise_deviations": noise_deviations,
+        "noise_by_direction": noise_by_direction,
+        "strip": strip,
+        "pad": pad,
+        "resize": None if resize is None else dict(zip(("rows", "columns"), resize)),
+    }
     dtypes = ("float32", "float64", "uint8")
-    pixels = taken("image", image, np.float32, ("row", "column"), dtypes)
-    rows, columns = pixels.shape if resize is None else resize
-    shape = (rows, columns)
-    bones = written(out, np.float32, shape, beside=pixels)
-    _native.phase_symmetry(pixels, list(scales), threshold, strip, pad, resize, bones, threads)
-    return bones if out is None else out
+    source = image.pixels if isinstance(image, Image) else image
+    pixels = taken("image", source, np.float32, ("row", "column"), dtypes)
+    bones = written(out, np.float32, pixels.shape if resize is None else resize, beside=pixels)
+    _native.phase_symmetry(pixels, pixel, _parameters.as_json(section), bones, threads)
+    bones = bones if out is None else out
+    if isinstance(image, Image):
+        return replace(image, pixels=bones, dynamic_range=None, quantity="phase symmetry")
+    return bones

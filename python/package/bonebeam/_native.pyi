@@ -67,6 +67,9 @@ def beamform_channel_data(
     out: npt.NDArray[np.complex64] | None,
     threads: int | None,
 ) -> BeamformedLines: ...
+def coherence_of_channel_data(
+    data: Any, parameters: BeamformParameters, threads: int | None
+) -> npt.NDArray[np.float32]: ...
 def even_beams(
     beams: int, parameters: BeamformParameters
 ) -> tuple[npt.NDArray[np.float64], float]: ...
@@ -83,11 +86,8 @@ def bmode(
 ) -> tuple[npt.NDArray[np.float32], float, float, float, npt.NDArray[np.float64] | None]: ...
 def phase_symmetry(
     image: npt.NDArray[np.float32],
-    scales: list[float],
-    threshold: float,
-    strip: int,
-    pad: bool,
-    resize: tuple[int, int] | None,
+    pixel: float | None,
+    section: str,
     out: npt.NDArray[np.float32],
     threads: int | None,
 ) -> None: ...
@@ -108,6 +108,7 @@ def surface_of_lines(
     rays: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]] | None,
     sub_lines: int,
     c: float,
+    coherence: npt.NDArray[np.float32] | None,
     section: str,
 ) -> Points: ...
 def surface_of_picture(

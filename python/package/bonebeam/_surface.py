@@ -95,6 +95,7 @@ class Surface(Shown):
 def surface(
     source: Lines | Image | npt.ArrayLike | Any,
     *,
+    coherence: npt.ArrayLike | None = None,
     pixel_size: float | None = None,
     fan: Fan | tuple[float, float, float, float, float, float] | None = None,
     columns_as_lines: bool = False,
@@ -115,11 +116,14 @@ def surface(
     """Finds the bone surface: a depth in each line, or none.
 
     Bone is a bright echo with a shadow below it, continuous from line to line. Default weights and prices are the
-    core's. They differ between lines and pictures (docs/numerics.md).
+    core's. They differ between lines, lines with their coherence, and pictures (docs/numerics.md). The command takes the
+    coherence of channel data: ``surface(beamform(data, method="das"), coherence=coherence(data, method="das"))``.
 
     Args:
         source: :class:`Lines` of one frame, best by ``das``; or an :class:`Image` or a picture, grey levels 0 to 255,
             [row, column]. A map of phase symmetry has no shadows, so it is refused.
+        coherence: For lines, the coherence of their samples, [beam, sample], by :func:`coherence`. It tells clutter in a
+            shadow from tissue.
         pixel_size: Side of the pixels of a picture, m.
         fan: Geometry of the beams, for a picture of a curved array or a sector. By default it is found from black
             corners, if there are any.
@@ -168,10 +172,16 @@ def surface(
             raise ValueError("`pixel_size`, `fan` and `columns_as_lines` have no effect on lines")
         z = taken("z", source.z, np.complex64, ("beam", "sample"), ("complex64", "complex128"))
         beam_x, rays = source._beams()
+        if coherence is not None:
+            coherence = taken("coherence", coherence, np.float32, ("beam", "sample"), ("float32", "float64"))
+            if coherence.shape != z.shape:
+                raise ValueError(f"`coherence` has shape {list(coherence.shape)}; expected {list(z.shape)}")
         points = _native.surface_of_lines(
-            z, source.fs, source.t0, beam_x, rays, source.sub_lines, source.c, keys
+            z, source.fs, source.t0, beam_x, rays, source.sub_lines, source.c, coherence, keys
         )
         return Surface(*points, lines=len(beam_x), source=source)
+    if coherence is not None:
+        raise ValueError("`coherence` has no effect on a picture")
     image = _image(source, pixel_size)
     pixels = taken("source", image.pixels, np.float32, ("row", "column"), ("float32", "float64", "uint8"))
     # A picture from elsewhere begins at its top, an image of lines where they do.

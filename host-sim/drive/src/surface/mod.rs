@@ -7,7 +7,7 @@ use bonebeam::geometry::Axis;
 use bonebeam::image::{Fan, envelope, largest, log_compression};
 use bonebeam::memory::Scratch;
 use bonebeam::surface::{Detector, Parameters, Point, Settings, grey};
-use ndarray::{Array2, ArrayBase, Data, Ix2};
+use ndarray::{ArrayBase, ArrayView2, Data, Ix2};
 use num_complex::Complex;
 use rayon::prelude::*;
 
@@ -65,7 +65,7 @@ pub fn of_recording(
     match recording {
         Recording::Channel(_) => {
             let map = coherence::of_frame(frames, recording, frame)?;
-            of_lines_with_coherence(lines, &map, section)
+            of_lines_with_coherence(lines, map.view(), section)
         }
         Recording::Aligned(_) => of_lines(lines, section),
     }
@@ -75,9 +75,9 @@ pub fn of_recording(
 ///
 /// # Errors
 /// As [`of_lines`]; a coherence of another shape.
-pub fn of_lines_with_coherence(
-    lines: &BeamformedLines,
-    coherence: &Array2<f32>,
+pub fn of_lines_with_coherence<S: Data<Elem = Complex<f32>>>(
+    lines: &BeamformedLines<ArrayBase<S, Ix2>>,
+    coherence: ArrayView2<'_, f32>,
     section: &config::Surface,
 ) -> Result<Vec<SurfacePoint>> {
     of_lines_with(lines, Some(coherence), section)
@@ -85,7 +85,7 @@ pub fn of_lines_with_coherence(
 
 fn of_lines_with<S: Data<Elem = Complex<f32>>>(
     lines: &BeamformedLines<ArrayBase<S, Ix2>>,
-    coherence: Option<&Array2<f32>>,
+    coherence: Option<ArrayView2<'_, f32>>,
     section: &config::Surface,
 ) -> Result<Vec<SurfacePoint>> {
     let samples = sample_axis(lines);
@@ -141,7 +141,7 @@ fn grey_of_lines<S: Data<Elem = Complex<f32>>>(
 }
 
 /// Coherence as the core takes it, 0 for none or less and 255 for 1.
-fn levels_of_coherence(map: &Array2<f32>) -> Result<Vec<u8>> {
+fn levels_of_coherence(map: ArrayView2<'_, f32>) -> Result<Vec<u8>> {
     let scaled: Vec<f32> = map.iter().map(|coherence| 255.0 * coherence).collect();
     let mut levels = vec![0; scaled.len()];
     grey(&scaled, &mut levels)?;

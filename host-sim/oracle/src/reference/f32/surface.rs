@@ -314,29 +314,40 @@ pub fn of_scores(p: &Parameters, scores: &[Vec<i64>]) -> Vec<Option<Point>> {
         let absence = (1024.0 * p.settings.absence).round() as f32 / 1024.0;
         let margin = sum / (last - first + 1) as f32 - absence;
         let [a, b] = p.settings.confidence;
-        // The cell's place in its line, moved by the parabola.
-        let refined = |line: usize, at: usize| {
-            let offset = at as f32 - cell as f32;
-            if at == 0 || at + 1 >= cells.searched {
-                return offset;
+        // Lines in the order of their sum, with the depths of their centroids of scores from the cell on.
+        let beside = (first.max(line.saturating_sub(3))..line).rev();
+        let beside = beside.chain(line + 1..(last + 1).min(line + 4));
+        let echo = |k: usize| {
+            let at = path[k].map_or(0, |(at, _)| at);
+            if at < 2 || at + 2 >= cells.searched {
+                return at as f32 - cell as f32;
             }
-            let [above, own, below] = [at - 1, at, at + 1].map(|cell| nats(line, cell));
-            let curvature = 2.0 * own - above - below;
-            if own >= above && own >= below && curvature > 0.0 {
-                offset + 0.5 * (below - above) / curvature
-            } else {
-                offset
-            }
+            let around = at - 2..at + 3;
+            let largest = around.clone().map(|c| kept(k, c)).max().unwrap_or(0);
+            let weights =
+                around.map(|c| (c as i64 - at as i64, (kept(k, c) - largest + 32).max(0)));
+            let moment: i64 = weights.clone().map(|(below, weight)| below * weight).sum();
+            let centre = moment as f32 / weights.map(|w| w.1).sum::<i64>() as f32;
+            at as f32 - cell as f32 + centre
         };
-        let (mut weights, mut sum) = (4.0, 4.0 * refined(line, cell));
-        for away in 1..=(line - first).min(last - line).min(3) {
-            let weight = (4 - away) as f32;
-            let beside = [line - away, line + away];
-            let [before, after] = beside.map(|k| path[k].map_or(0.0, |(c, _)| refined(k, c)));
-            weights += 2.0 * weight;
-            sum += weight * (before + after);
-        }
-        let fraction = sum / weights;
+        let fitted: Vec<_> = [line].into_iter().chain(beside).collect();
+        let sum = |term: &dyn Fn(f32, f32, f32) -> f32| {
+            let terms = fitted.iter().map(|&k| {
+                let x = k as f32 - line as f32;
+                term(4.0 - x.abs(), x, echo(k))
+            });
+            terms.reduce(|sum, term| sum + term).unwrap_or(0.0)
+        };
+        let [w, wx, wxx] = [
+            sum(&|w, _, _| w),
+            sum(&|w, x, _| w * x),
+            sum(&|w, x, _| w * x * x),
+        ];
+        let [wz, wxz] = [sum(&|w, _, z| w * z), sum(&|w, x, z| w * x * z)];
+        let fraction = match fitted.len() {
+            1 => wz / w,
+            _ => (wz * wxx - wxz * wx) / (w * wxx - wx * wx),
+        } - 0.15;
         let sample = ((cells.first + cell) as f64 + f64::from(fraction)) * cells.stride as f64
             + (cells.stride - 1) as f64 / 2.0;
         Some(Point {

@@ -135,7 +135,7 @@ impl<'a> Frame<'a> {
         };
         let mut answers = vec![None; self.lines.beam_x.len()];
         let points = match coherence {
-            Some(map) => of_lines_with_coherence(self.lines, map, &section)?,
+            Some(map) => of_lines_with_coherence(self.lines, map.view(), &section)?,
             None => of_lines(self.lines, &section)?,
         };
         for point in points {

@@ -30,7 +30,7 @@ const FIRST_BONE: u64 = 1 << 48;
 /// Largest number of bones for tuning, and for judging.
 const MOST_BONES: u64 = 1 << 10;
 /// Detector settings that sections do not have.
-const DETECTOR: Settings = Settings::DEFAULT;
+const DETECTOR: Settings = Settings::COHERENCE;
 /// The largest seed.
 const MOST_SEEDS: u64 = 1 << 32;
 

@@ -1,5 +1,6 @@
 //! The scenes: random vertebrae under layers of tissue, clean and disturbed.
 
+use ndarray::Array2;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -11,9 +12,10 @@ use super::super::surface::phantom;
 use crate::experiments::Context;
 use crate::measure::surface::{Judged, Known, judge};
 use crate::{Error, Result};
+use bonebeam_drive::coherence::of_first_frame;
 use bonebeam_drive::config::{Beamform, Surface};
 use bonebeam_drive::frame::beamform_channel_data;
-use bonebeam_drive::surface::of_lines;
+use bonebeam_drive::surface::of_lines_with_coherence;
 use bonebeam_files::{BeamformedLines, ChannelData};
 use bonebeam_simulate::{Outline, Settings};
 
@@ -52,6 +54,8 @@ pub struct Frame {
     /// Condition of the scene.
     pub condition: Condition,
     lines: BeamformedLines,
+    /// Coherence of the samples, [line, sample].
+    coherence: Array2<f32>,
     /// The depth at which each line meets the bone, m.
     surface: Vec<Option<f64>>,
 }
@@ -109,6 +113,7 @@ impl Recorded {
             Ok(Frame {
                 condition: *condition,
                 lines,
+                coherence: of_first_frame(data, beamform)?,
                 surface,
             })
         };
@@ -119,7 +124,7 @@ impl Recorded {
 impl Frame {
     fn found(&self, surface: &Surface) -> Result<Found> {
         let mut answers = vec![None; self.surface.len()];
-        for point in of_lines(&self.lines, surface)? {
+        for point in of_lines_with_coherence(&self.lines, self.coherence.view(), surface)? {
             answers[point.line] = Some(point.z);
         }
         let known = Known {
@@ -155,7 +160,6 @@ pub fn score<'a>(found: impl IntoIterator<Item = &'a Found>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ndarray::Array2;
     use num_complex::Complex;
 
     /// Lines of tissue over a shadow, with bone at the depth of each line.
@@ -173,6 +177,7 @@ mod tests {
         });
         Frame {
             condition: Condition::Clean,
+            coherence: Array2::from_elem(z.dim(), 0.12),
             lines: BeamformedLines {
                 z,
                 fs: 1540.0 / (2.0 * step),

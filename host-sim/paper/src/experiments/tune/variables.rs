@@ -187,7 +187,7 @@ impl Sections {
         }
         beamform.resolve();
         Preset::Live.apply(beamform);
-        let usual = Settings::DEFAULT;
+        let usual = Settings::COHERENCE;
         let surface = &mut start.surface;
         for (value, usual) in [
             (&mut surface.absence, usual.absence),
@@ -282,8 +282,8 @@ mod tests {
         let values = start.values(&variables).unwrap();
         let again = start.with(&variables, &values).unwrap();
         assert_eq!(again, start);
-        let settings = again.surface.settings(Settings::DEFAULT);
-        assert_eq!(settings, Surface::default().settings(Settings::DEFAULT));
+        let settings = again.surface.settings(Settings::COHERENCE);
+        assert_eq!(settings, Surface::default().settings(Settings::COHERENCE));
         assert_eq!(Variable::of_detector().len(), 10);
     }
 }
