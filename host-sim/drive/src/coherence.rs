@@ -108,7 +108,7 @@ fn of_aligned_data(data: &AlignedData, frame: usize, parameters: &Beamform) -> R
         .to_owned())
 }
 
-/// The coherence over [`HALF_WINDOW`] of lines of so many samples, which are `step` m apart.
+/// The coherence over [`HALF_WINDOW`] of lines of `samples` samples, `step` m apart.
 fn over(step: f64, samples: usize) -> ShortLagCoherence {
     let half_window = (HALF_WINDOW / step).round() as usize;
     ShortLagCoherence {

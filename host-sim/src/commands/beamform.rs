@@ -248,7 +248,7 @@ impl Arguments {
             return Ok(String::new());
         };
         let points = match &map {
-            Some(map) if searched => of_lines_with_coherence(lines, map, &config.surface),
+            Some(map) if searched => of_lines_with_coherence(lines, map.view(), &config.surface),
             _ => of_lines(lines, &config.surface),
         };
         let points = points.map_err(of_file)?;
@@ -334,7 +334,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let beamformer = beamformer.map_err(|e| about(&arguments.recording, e))?;
     let bar = Progress::new("beamforming", 1000);
     let mut seconds = 0.0;
-    // The lines of the next frames after so many.
+    // The lines of the next frames, after `done` of them.
     let mut next = |done: usize| -> Result<Vec<BeamformedLines>> {
         let (recording, own) = blocks.block(frames.start + done)?;
         snapshot.check()?;
