@@ -2,14 +2,16 @@
 
 use crate::delay::ANY;
 use crate::frame_parameters::{FrameParameters, Input};
-use crate::memory::{Bytes, Output, new, one, one_mut};
-use crate::planned::Planned;
+use crate::memory::{Bytes, Output, bytes_of, new, one, one_mut, sum};
+use crate::planned::{Over, Planned};
 use crate::scan::{IqWave, RfWave};
 use crate::status::{Status, status};
-use crate::workspace::scratch;
+use crate::vectors::LANES;
+use crate::workspace::{need_bytes, scratch};
 use crate::{Axis, Complex};
 use bonebeam::delay::{Delay, IqDelay};
-use bonebeam::memory::Scratch;
+use bonebeam::memory::{Need, Scratch};
+use bonebeam::phase_symmetry::{self, PhaseSymmetry, Sizes};
 use bonebeam::surface::{self, Detector};
 use bonebeam::{Parameters, Pipeline};
 use core::ffi::c_void;
@@ -79,6 +81,55 @@ impl FrameObject {
             }),
         };
         Ok(FrameObject { source, surface })
+    }
+}
+
+impl FrameParameters {
+    /// # Safety
+    /// As [`FrameParameters::core`].
+    unsafe fn bytes(&self, input: Input) -> Result<usize, Status> {
+        // SAFETY: by the caller's promise.
+        let core = unsafe { self.core(input)? };
+        let covariance = self.beamformer.covariance()?;
+        let (plan, need) = match input {
+            Input::Rf => {
+                let plan = bytes_of::<Pipeline<'_, &Delay>>(1);
+                let need = core.need_over(LANES, covariance)?;
+                (sum(&[bytes_of::<Delay>(1), plan]), need)
+            }
+            Input::Iq => {
+                let need = core.need_over_of_iq(LANES, covariance)?;
+                (bytes_of::<Pipeline<'_, IqDelay>>(1), need)
+            }
+        };
+        let sizes = Sizes {
+            rows: core.rows,
+            columns: core.columns,
+            strip: core.strip,
+        };
+        PhaseSymmetry::new(&phase_symmetry::Parameters {
+            sizes,
+            scales: core.scales,
+            threshold: core.threshold,
+        })?;
+        let beamformer = core.beamformer.sizes(core.scan.array.elements());
+        let tables = match self.gain_tables {
+            0 => 0,
+            _ => sizes.gain_tables_len(core.scales.len()),
+        };
+        let (detector, points) = match self.detector(&core)? {
+            None => (Need::default(), 0),
+            Some(detector) => (detector.need(), self.scan.lines.count),
+        };
+        Ok(sum(&[
+            bytes_of::<FrameObject>(1),
+            plan,
+            Over::bytes(beamformer, covariance, sizes),
+            need_bytes(need),
+            bytes_of::<f32>(tables),
+            need_bytes(detector),
+            bytes_of::<Option<surface::Point>>(points),
+        ]))
     }
 }
 

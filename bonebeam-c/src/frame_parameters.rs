@@ -1,19 +1,11 @@
-//! The parameters of a frame, and its bytes.
+//! The parameters of a frame.
 
 use crate::beamformer::BeamformParameters;
-use crate::frame::FrameObject;
-use crate::memory::{bytes_of, sum};
 use crate::phase_symmetry::PhaseSymmetryParameters;
-use crate::planned::Over;
 use crate::scan::Scan;
 use crate::status::Status;
-use crate::vectors::LANES;
-use crate::workspace::need_bytes;
-use bonebeam::delay::{Delay, IqDelay};
-use bonebeam::memory::Need;
-use bonebeam::phase_symmetry::{self, PhaseSymmetry, Sizes};
-use bonebeam::surface::{self, Detector, Settings};
-use bonebeam::{Parameters, Pipeline, geometry};
+use bonebeam::surface::{Detector, Settings};
+use bonebeam::{Parameters, geometry};
 
 /// The parameters of a frame.
 #[repr(C)]
@@ -87,52 +79,5 @@ impl FrameParameters {
             ..Settings::DEFAULT
         };
         Ok(Some(Detector::new(core.surface(settings)?)?))
-    }
-
-    /// # Safety
-    /// As [`FrameParameters::core`].
-    pub(crate) unsafe fn bytes(&self, input: Input) -> Result<usize, Status> {
-        // SAFETY: by the caller's promise.
-        let core = unsafe { self.core(input)? };
-        let covariance = self.beamformer.covariance()?;
-        let (plan, need) = match input {
-            Input::Rf => {
-                let plan = bytes_of::<Pipeline<'_, &Delay>>(1);
-                let need = core.need_over(LANES, covariance)?;
-                (sum(&[bytes_of::<Delay>(1), plan]), need)
-            }
-            Input::Iq => {
-                let need = core.need_over_of_iq(LANES, covariance)?;
-                (bytes_of::<Pipeline<'_, IqDelay>>(1), need)
-            }
-        };
-        let sizes = Sizes {
-            rows: core.rows,
-            columns: core.columns,
-            strip: core.strip,
-        };
-        PhaseSymmetry::new(&phase_symmetry::Parameters {
-            sizes,
-            scales: core.scales,
-            threshold: core.threshold,
-        })?;
-        let beamformer = core.beamformer.sizes(core.scan.array.elements());
-        let tables = match self.gain_tables {
-            0 => 0,
-            _ => sizes.gain_tables_len(core.scales.len()),
-        };
-        let (detector, points) = match self.detector(&core)? {
-            None => (Need::default(), 0),
-            Some(detector) => (detector.need(), self.scan.lines.count),
-        };
-        Ok(sum(&[
-            bytes_of::<FrameObject>(1),
-            plan,
-            Over::bytes(beamformer, covariance, sizes),
-            need_bytes(need),
-            bytes_of::<f32>(tables),
-            need_bytes(detector),
-            bytes_of::<Option<surface::Point>>(points),
-        ]))
     }
 }

@@ -329,8 +329,7 @@ impl<'p, 'm> Tracker<'p, 'm> {
         let line = self.decided;
         self.decided = self.decided.saturating_add(1);
         let (cell, begins) = self.at(line)?;
-        let offset = self.offset(line, cell, begins);
-        let margin = self.margin(line, cell, begins);
+        let (offset, margin) = self.fit(line, cell, begins);
         Some(Point {
             depth: self.detector.depth(cell as usize, offset),
             confidence: self.confidence(margin),
@@ -355,14 +354,6 @@ impl<'p, 'm> Tracker<'p, 'm> {
         pointers.unwrap_or_default()
     }
 
-    /// The score of a cell, in nats.
-    fn score(&self, line: usize, cell: u32) -> f32 {
-        let pointer = self.pointers(line).get(cell as usize);
-        pointer.map_or(0.0, |&pointer| {
-            Pointer(pointer).score() as f32 / 32.0 - 10.0
-        })
-    }
-
     /// Up to [`AROUND`] lines before a line in the same piece, and their cells, the nearest first.
     fn before(&self, line: usize, begins: bool) -> impl Iterator<Item = (usize, u32)> {
         let mut begun = begins;
@@ -383,37 +374,31 @@ impl<'p, 'm> Tracker<'p, 'm> {
         })
     }
 
-    /// The mean of the scores above absence.
+    /// Offset of a point's depth, in cells below its cell, and the mean of the scores above absence.
     ///
-    /// It extends over up to [`AROUND`] lines on either side of the same piece.
-    fn margin(&self, line: usize, cell: u32, begins: bool) -> f32 {
-        let mut sum = self.score(line, cell);
-        let mut count = 1.0;
-        for (line, cell) in self.before(line, begins).chain(self.after(line)) {
-            sum += self.score(line, cell);
-            count += 1.0;
-        }
-        let absence = self.detector.prices.absence as f32 / NAT as f32;
-        sum / count - absence
-    }
-
-    /// Depth of the straight line through the echo's centres around a line, in cells below the line's cell.
-    ///
-    /// A fit by least squares, with weights that fall evenly, to 0 at [`AROUND`] lines.
-    fn offset(&self, line: usize, cell: u32, begins: bool) -> f32 {
+    /// Both extend over lines on either side of the same piece. The mean is over up to [`AROUND`] lines a side. The depth
+    /// is that of the straight line through the echo's centres, a fit by least squares with weights that fall evenly, to
+    /// 0 at [`AROUND`] lines.
+    fn fit(&self, line: usize, cell: u32, begins: bool) -> (f32, f32) {
+        let (mut scores, mut count) = (0.0, 0.0);
         // Sums of weights times powers of the distance, and times depths.
         let (mut w, mut wx, mut wxx, mut wz, mut wxz) = (0.0, 0.0, 0.0, 0.0, 0.0);
-        let before = self.before(line, begins).take(AROUND - 1);
-        let beside = before.chain(self.after(line).take(AROUND - 1));
+        let beside = self.before(line, begins).chain(self.after(line));
         for (at, other) in once((line, cell)).chain(beside) {
+            let pointers = self.pointers(at);
+            let pointer = pointers.get(other as usize).copied();
+            scores += Pointer(pointer.unwrap_or_default()).score() as f32 / 32.0 - 10.0;
+            count += 1.0;
             let x = at as f32 - line as f32;
-            let z = other as f32 - cell as f32 + self.centre(at, other);
             let weight = AROUND as f32 - x.abs();
-            w += weight;
-            wx += weight * x;
-            wxx += weight * x * x;
-            wz += weight * z;
-            wxz += weight * x * z;
+            if weight > 0.0 {
+                let z = other as f32 - cell as f32 + centre(pointers, other);
+                w += weight;
+                wx += weight * x;
+                wxx += weight * x * x;
+                wz += weight * z;
+                wxz += weight * x * z;
+            }
         }
         let divisor = w * wxx - wx * wx;
         let fitted = if divisor > 0.0 {
@@ -421,28 +406,29 @@ impl<'p, 'm> Tracker<'p, 'm> {
         } else {
             wz / w
         };
-        fitted - BELOW_ECHO
+        let absence = self.detector.prices.absence as f32 / NAT as f32;
+        (fitted - BELOW_ECHO, scores / count - absence)
     }
 
     fn confidence(&self, margin: f32) -> f32 {
         let [a, b] = self.detector.parameters().settings.confidence;
         1.0 / (1.0 + libm::expf(-(a + b * margin)))
     }
+}
 
-    /// Centroid of the scores of a cell and two on either side, in cells below it.
-    ///
-    /// Scores count from a nat below the largest. The centroid is the cell itself if fewer cells are searched.
-    fn centre(&self, line: usize, cell: u32) -> f32 {
-        let from = cell.checked_sub(2);
-        let from = from.and_then(|from| self.pointers(line).get(from as usize..));
-        let Some(&around) = from.and_then(|pointers| pointers.first_chunk::<5>()) else {
-            return 0.0;
-        };
-        let scores = around.map(|pointer| Pointer(pointer).score());
-        let least = scores.into_iter().fold(0, i32::max) - 32;
-        let [a, b, c, d, e] = scores.map(|score| (score - least).max(0));
-        (2 * (e - a) + d - b) as f32 / (a + b + c + d + e) as f32
-    }
+/// Centroid of the scores of a cell and two on either side, in cells below it.
+///
+/// Scores count from a nat below the largest. The centroid is the cell itself if fewer cells are searched.
+fn centre(pointers: &[u16], cell: u32) -> f32 {
+    let from = cell.checked_sub(2);
+    let from = from.and_then(|from| pointers.get(from as usize..));
+    let Some(&around) = from.and_then(|pointers| pointers.first_chunk::<5>()) else {
+        return 0.0;
+    };
+    let scores = around.map(|pointer| Pointer(pointer).score());
+    let least = scores.into_iter().fold(0, i32::max) - 32;
+    let [a, b, c, d, e] = scores.map(|score| (score - least).max(0));
+    (2 * (e - a) + d - b) as f32 / (a + b + c + d + e) as f32
 }
 
 /// The best paths from cells below, and the number of cells of each.

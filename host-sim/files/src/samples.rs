@@ -15,7 +15,9 @@ use crate::terminal::digits;
 pub enum Samples {
     /// RF, as the elements received it.
     Rf(Array4<f32>),
-    /// RF in counts of a converter, as in a file of i16; [`Samples::into_float`] gives [`Samples::Rf`].
+    /// RF in counts of a converter, as in a file of i16.
+    ///
+    /// [`Samples::into_float`] gives [`Samples::Rf`].
     Counts(Array4<i16>),
     /// I/Q in the base band: the analytic signal times e^(−j2π·f_demod·t).
     ///
@@ -128,7 +130,9 @@ impl Samples {
         })
     }
 
-    /// The RF of one frame in f32; `None` for counts, for I/Q and beyond the last frame.
+    /// The RF of one frame in f32.
+    ///
+    /// `None` for counts, for I/Q and beyond the last frame.
     pub fn rf(&self, frame: usize) -> Option<ArrayView3<'_, f32>> {
         match self.frame(frame)? {
             FrameSamples::Rf(rf) => Some(rf),
