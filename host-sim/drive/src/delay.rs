@@ -28,6 +28,8 @@ use bonebeam_files::{BeamRays, BeamformedLines, ChannelData, FrameSamples, Sampl
 pub(crate) const LINES_UPSAMPLED: usize = 128;
 /// Parts of a frame in counts that become f32 one after the other, if each line has its own transmit.
 const COUNTED_PASSES: usize = 8;
+/// Counts that a thread converts at a time.
+const CONVERTED: usize = 1 << 16;
 
 /// The delay stage of one set of channel data: beams, depths, elements.
 ///
@@ -450,15 +452,15 @@ impl<'a> DelayStage<'a> {
 
 /// Counts as f32, made on all threads.
 fn in_float(counts: ArrayView3<'_, i16>) -> Array3<f32> {
+    let counts = counts.as_standard_layout();
     let mut floats = Array3::zeros(counts.dim());
-    let (_, elements, samples) = counts.dim();
+    let of = counts.as_slice().unwrap_or_default();
     let records = floats.as_slice_mut().unwrap_or_default();
-    let records = records.par_chunks_mut((elements * samples).max(1));
-    records.enumerate().for_each(|(transmit, record)| {
-        for (sample, &count) in record
-            .iter_mut()
-            .zip(counts.index_axis(ArrayAxis(0), transmit))
-        {
+    let parts = records
+        .par_chunks_mut(CONVERTED)
+        .zip(of.par_chunks(CONVERTED));
+    parts.for_each(|(part, counts)| {
+        for (sample, &count) in part.iter_mut().zip(counts) {
             *sample = count.into();
         }
     });
