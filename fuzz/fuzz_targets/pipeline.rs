@@ -173,7 +173,7 @@ fn blocks<'r, D: Stage, A: Averaging<f32>>(
     let of = |block: usize| {
         let nan = Complex::new(f32::NAN, f32::NAN);
         let sizes = pipeline.beamformer().sizes(elements);
-        let (own, need) = (pipeline.need(block), sizes.need(A::COVARIANCE));
+        let (own, need) = (pipeline.need(1, block), sizes.need(A::COVARIANCE));
         let (mut real, mut numbers) = (vec![f32::NAN; need.real], vec![nan; need.complex]);
         let mut workspace = Workspace::<A>::new(
             0.0,
