@@ -24,7 +24,7 @@ use bonebeam_drive::frame::RecordingFrames;
 use bonebeam_drive::image::{BModeImage, check_beams, image_of};
 use bonebeam_drive::phase_symmetry;
 use bonebeam_drive::policy::{Pictures, warnings, working_memory};
-use bonebeam_drive::surface::{of_lines, of_lines_with_coherence};
+use bonebeam_drive::surface::of_recording;
 use bonebeam_files::atomic::{Outputs, check_outputs};
 use bonebeam_files::image::{self, Format};
 use bonebeam_files::memory;
@@ -236,10 +236,8 @@ impl Arguments {
         outputs: &mut Outputs,
     ) -> Result<String> {
         let of_file = |error| about(&self.recording, error);
-        // Lines of aligned data are searched without coherence, as `surface::of_recording` says.
-        let searched = self.surface.is_some() && matches!(frame.0, Recording::Channel(_));
-        let wanted = self.coherence.is_some() || searched;
-        let map = wanted.then(|| coherence::of_frame(frames, frame.0, frame.1));
+        let map = self.coherence.as_ref();
+        let map = map.map(|_| coherence::of_frame(frames, frame.0, frame.1));
         let map = map.transpose().map_err(of_file)?;
         if let (Some(path), Some(map)) = (&self.coherence, &map) {
             image::add_to(map, path, outputs)?;
@@ -247,10 +245,7 @@ impl Arguments {
         let Some(path) = &self.surface else {
             return Ok(String::new());
         };
-        let points = match &map {
-            Some(map) if searched => of_lines_with_coherence(lines, map.view(), &config.surface),
-            _ => of_lines(lines, &config.surface),
-        };
+        let points = of_recording(frames, frame, lines, map.as_ref(), &config.surface);
         let points = points.map_err(of_file)?;
         let surface = FrameSurface { frame: 0, points };
         let count = lines.beam_x.len();

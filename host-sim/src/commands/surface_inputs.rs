@@ -223,7 +223,7 @@ fn add_frame(
 ) -> Result<()> {
     let of_file = |error| about(source.path, error);
     let points = match recorded {
-        Some((frames, frame)) => surface::of_recording(frames, frame, lines, &config.surface),
+        Some((frames, frame)) => surface::of_recording(frames, frame, lines, None, &config.surface),
         None => of_lines(lines, &config.surface),
     };
     let points = points.map_err(of_file)?;

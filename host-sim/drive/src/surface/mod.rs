@@ -7,7 +7,7 @@ use bonebeam::geometry::Axis;
 use bonebeam::image::{Fan, envelope, largest, log_compression};
 use bonebeam::memory::Scratch;
 use bonebeam::surface::{Detector, Parameters, Point, Settings, grey};
-use ndarray::{ArrayBase, ArrayView2, Data, Ix2};
+use ndarray::{Array2, ArrayBase, ArrayView2, Data, Ix2};
 use num_complex::Complex;
 use rayon::prelude::*;
 
@@ -52,7 +52,7 @@ pub fn of_lines<S: Data<Elem = Complex<f32>>>(
 ///
 /// Lines of channel data are searched with the coherence of their samples; missing values of the section are then
 /// those of [`Settings::COHERENCE`]. Lines of aligned data are searched as [`of_lines`] does: their coherence may be
-/// that of a few elements.
+/// that of a few elements. `known` is the frame's coherence, if there is one already.
 ///
 /// # Errors
 /// As [`of_lines`] and [`of_frame`](crate::coherence::of_frame).
@@ -60,14 +60,16 @@ pub fn of_recording(
     frames: &RecordingFrames<'_>,
     (recording, frame): (&Recording, usize),
     lines: &BeamformedLines,
+    known: Option<&Array2<f32>>,
     section: &config::Surface,
 ) -> Result<Vec<SurfacePoint>> {
-    match recording {
-        Recording::Channel(_) => {
+    match (recording, known) {
+        (Recording::Channel(_), Some(map)) => of_lines_with_coherence(lines, map.view(), section),
+        (Recording::Channel(_), None) => {
             let map = coherence::of_frame(frames, recording, frame)?;
             of_lines_with_coherence(lines, map.view(), section)
         }
-        Recording::Aligned(_) => of_lines(lines, section),
+        (Recording::Aligned(_), _) => of_lines(lines, section),
     }
 }
 
