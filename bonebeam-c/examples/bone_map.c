@@ -12,9 +12,9 @@ enum { ELEMENTS = 16, RECORD = 384, LINES = 64, SIDE = 64 };
 
 /* bonebeam_frame_bytes on a workstation gives this number, and on AArch64, with vectors, the other. */
 #ifdef __aarch64__
-static alignas(BONEBEAM_ALIGN) unsigned char memory[267776];
+static alignas(BONEBEAM_ALIGN) unsigned char memory[281536];
 #else
-static alignas(BONEBEAM_ALIGN) unsigned char memory[188672];
+static alignas(BONEBEAM_ALIGN) unsigned char memory[202432];
 #endif
 static float rf[ELEMENTS][RECORD];
 
@@ -37,6 +37,16 @@ static void echoes(double line_x) {
 
 /* In place of a watchdog, which this would reset. */
 static void kick(void *steps, size_t done) { *(size_t *)steps = done; }
+
+static void print(const char *name, const float *values, int count, const char *end) {
+    uint64_t hash = UINT64_C(0xcbf29ce484222325);
+    for (int i = 0; i < count; i++) {
+        uint32_t bits;
+        memcpy(&bits, &values[i], sizeof bits);
+        hash = (hash ^ bits) * UINT64_C(0x100000001b3);
+    }
+    printf("%s %08" PRIx32 "%08" PRIx32 "%s", name, (uint32_t)(hash >> 32), (uint32_t)hash, end);
+}
 
 static bonebeam_status run(void) {
     const double scales[] = {1.0 / 8.0, 1.0 / 16.0, 1.0 / 32.0};
@@ -65,6 +75,7 @@ static bonebeam_status run(void) {
         .median = 1,
         .surface_from = 5e-3,
         .surface_to = INFINITY,
+        .surface_coherence = 0.4e-3,
     };
     bonebeam_frame *frame;
     bonebeam_status status = bonebeam_frame_new(memory, sizeof memory, &parameters, &frame);
@@ -85,13 +96,13 @@ static bonebeam_status run(void) {
         if (!points[k].found || fabs(points[k].depth - surface(lines.first + k * lines.step)) > 0.1e-3)
             return BONEBEAM_STATUS_OTHER;
 
-    uint64_t hash = UINT64_C(0xcbf29ce484222325);
-    for (int i = 0; i < SIDE * SIDE; i++) {
-        uint32_t bits;
-        memcpy(&bits, &map[i], sizeof bits);
-        hash = (hash ^ bits) * UINT64_C(0x100000001b3);
+    float surface[2 * LINES];
+    for (int k = 0; k < LINES; k++) {
+        surface[2 * k] = points[k].depth;
+        surface[2 * k + 1] = points[k].confidence;
     }
-    printf("bone-map %08" PRIx32 "%08" PRIx32 "\n", (uint32_t)(hash >> 32), (uint32_t)hash);
+    print("bone-map", map, SIDE * SIDE, " ");
+    print("surface", surface, 2 * LINES, "\n");
     return steps > 0 ? status : BONEBEAM_STATUS_OTHER;
 }
 

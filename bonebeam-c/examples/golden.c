@@ -692,6 +692,20 @@ static void frames(void) {
     parameters.image.rows = SIDE - 1;
     faults += bonebeam_frame_bytes(&parameters) != 0;
     parameters.image.rows = SIDE;
+    /* Coherence has memory where there is a surface, over a window that is a length. */
+    parameters.surface_coherence = 0.4e-3;
+    faults += bonebeam_frame_bytes(&parameters) != bytes;
+    parameters.surface_from = 0.4e-3;
+    parameters.surface_to = INFINITY;
+    const size_t with_coherence = bonebeam_frame_bytes(&parameters);
+    parameters.surface_coherence = 0.0;
+    const size_t without = bonebeam_frame_bytes(&parameters);
+    faults += without <= bytes || with_coherence <= without;
+    parameters.surface_coherence = -0.4e-3;
+    faults += bonebeam_frame_bytes(&parameters) != 0;
+    parameters.surface_coherence = NAN;
+    faults += bonebeam_frame_bytes(&parameters) != 0;
+    parameters.surface_from = parameters.surface_to = 0.0;
     parameters.scan.aperture.elements = M - 1;
     faults += bonebeam_frame_bytes(&parameters) != 0;
     if (faults) {

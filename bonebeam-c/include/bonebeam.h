@@ -374,6 +374,10 @@ typedef struct {
   double surface_from;
   /// Greatest depth of the surface, m; may be infinite.
   double surface_to;
+  /// Half the time window of the surface's coherence, m; 0: no coherence.
+  ///
+  /// The detector is made for 0.4e-3. A frame takes a byte more for each sample of all lines, and a line more time.
+  double surface_coherence;
 } bonebeam_frame_parameters;
 
 /// One transmit of a scan of RF.

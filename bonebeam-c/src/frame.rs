@@ -117,6 +117,10 @@ impl FrameParameters {
             0 => 0,
             _ => sizes.gain_tables_len(core.scales.len()),
         };
+        let coherence = match self.coherence(&core)? {
+            None => 0,
+            Some(coherence) => core.coherence_len(coherence)?,
+        };
         let (detector, points) = match self.detector(&core)? {
             None => (Need::default(), 0),
             Some(detector) => (detector.need(), self.scan.lines.count),
@@ -127,6 +131,7 @@ impl FrameParameters {
             Over::bytes(beamformer, covariance, sizes),
             need_bytes(need),
             bytes_of::<f32>(tables),
+            bytes_of::<f32>(coherence),
             need_bytes(detector),
             bytes_of::<Option<surface::Point>>(points),
         ]))
@@ -162,7 +167,7 @@ pub unsafe extern "C" fn bonebeam_frame_new(
             let core = parameters.core(Input::Rf)?;
             let stage = bytes.copy(&ANY)?;
             parameters.scan.delay.set(stage)?;
-            let planned = Planned::new(Pipeline::by(stage, core)?, parameters, bytes)?;
+            let planned = Planned::new(Pipeline::by(stage, core)?, parameters, &core, bytes)?;
             FrameObject::new(Source::Rf(planned), parameters, &core, bytes)
         })
     }
@@ -182,7 +187,7 @@ pub unsafe extern "C" fn bonebeam_frame_iq_new(
             let parameters = one(parameters)?;
             let core = parameters.core(Input::Iq)?;
             let pipeline = Pipeline::of_iq(core, parameters.scan.delay.iq_input()?)?;
-            let planned = Planned::new(pipeline, parameters, bytes)?;
+            let planned = Planned::new(pipeline, parameters, &core, bytes)?;
             FrameObject::new(Source::Iq(planned), parameters, &core, bytes)
         })
     }

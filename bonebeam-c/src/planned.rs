@@ -9,6 +9,7 @@ use crate::status::Status;
 use crate::vectors::{LANES, V, zero};
 use crate::workspace::{Workspace, scratch, workspace_bytes};
 use crate::{Complex, scan};
+use bonebeam::beamform::ShortLagCoherence;
 #[cfg(feature = "forward")]
 use bonebeam::covariance::Forward;
 use bonebeam::covariance::{Averaging, Covariance};
@@ -17,7 +18,7 @@ use bonebeam::image::Pooling;
 use bonebeam::memory::Scratch;
 use bonebeam::phase_symmetry::{GainTables, Kernels, LaneFft, LogGabor, Sizes, StripSlices};
 use bonebeam::surface::{Detector, Point};
-use bonebeam::{Error, Frame, Pipeline, beamform};
+use bonebeam::{Error, Frame, Parameters, Pipeline, beamform};
 
 /// A core's frame and its pipeline.
 pub(crate) struct Planned<D: Stage + 'static> {
@@ -56,6 +57,7 @@ impl<D: Stage> Planned<D> {
     pub(crate) fn new(
         pipeline: Pipeline<'static, D>,
         parameters: &FrameParameters,
+        core: &Parameters<'_>,
         bytes: &mut Bytes,
     ) -> Result<Self, Status> {
         let covariance = parameters.beamformer.covariance()?;
@@ -83,17 +85,25 @@ impl<D: Stage> Planned<D> {
                 (Some(bytes.copy(&over)?), None)
             }
         };
-        let pooling = match parameters.pool_by_rms {
-            0 => Pooling::Largest,
-            _ => Pooling::Rms,
+        let coherence = match parameters.coherence(core)? {
+            None => None,
+            Some(of) => Some((of, bytes.fill(pipeline.coherence_len(of), 0.0)?)),
+        };
+        let options = Options {
+            tables,
+            coherence,
+            pooling: match parameters.pool_by_rms {
+                0 => Pooling::Largest,
+                _ => Pooling::Rms,
+            },
         };
         let frame = match covariance {
             #[cfg(feature = "forward")]
-            Covariance::Forward => Averaged::Forward(frame(pipeline, scratch, tables, pooling)?),
+            Covariance::Forward => Averaged::Forward(frame(pipeline, scratch, options)?),
             #[cfg(not(feature = "forward"))]
             Covariance::Forward => return Err(Status::Parameter),
             Covariance::ForwardBackward => {
-                Averaged::ForwardBackward(frame(pipeline, scratch, tables, pooling)?)
+                Averaged::ForwardBackward(frame(pipeline, scratch, options)?)
             }
         };
         Ok(Planned {
@@ -178,15 +188,27 @@ impl<D: Stage> Planned<D> {
     }
 }
 
-/// The core's frame, with gains in tables or not, and a pooling of sub-lines.
+/// What a frame has besides.
+struct Options {
+    /// Memory of gains in tables.
+    tables: Option<&'static mut [f32]>,
+    /// The coherence and its memory.
+    coherence: Option<(ShortLagCoherence, &'static mut [f32])>,
+    pooling: Pooling,
+}
+
+/// The core's frame with its options.
 fn frame<D: Stage, A: Averaging<f32>>(
     pipeline: &'static Pipeline<'static, D>,
     scratch: Scratch<'static>,
-    tables: Option<&'static mut [f32]>,
-    pooling: Pooling,
+    options: Options,
 ) -> Result<Frame<'static, 'static, D, A>, Error> {
-    let frame = Frame::with_averaging(pipeline, scratch)?.with_pooling(pooling);
-    match tables {
+    let frame = Frame::with_averaging(pipeline, scratch)?.with_pooling(options.pooling);
+    let frame = match options.coherence {
+        None => frame,
+        Some((coherence, memory)) => frame.with_coherence(coherence, memory)?,
+    };
+    match options.tables {
         None => Ok(frame),
         Some(tables) => frame.with_gain_tables(tables),
     }

@@ -1,13 +1,16 @@
-//! RF to bone map in fixed memory; `firmware/src/bin/bone_map.rs` runs it on a Cortex-M7.
+//! RF to bone map and bone surface in fixed memory; `firmware/src/bin/bone_map.rs` runs it on a Cortex-M7.
+use bonebeam::beamform::ShortLagCoherence;
 use bonebeam::prelude::*;
+use bonebeam::surface::{self, Detector, Settings};
 
 /// Elements of the array.
 const ELEMENTS: usize = 16;
+const LINES: usize = 64;
 /// A scan of 16 elements, with its beamformer and image.
 pub const PARAMETERS: Parameters = Parameters {
     scan: ScanParameters {
         array: Array::linear(ELEMENTS, 0.3e-3),
-        lines: Lines::Even(Axis::centred(64, 0.15e-3)),
+        lines: Lines::Even(Axis::centred(LINES, 0.15e-3)),
         sound_speed: 1540.0,
         centre_frequency: 5e6,
         sampling_rate: 20e6,
@@ -32,23 +35,54 @@ const NEED: Need = match PARAMETERS.need(Covariance::ForwardBackward) {
     Ok(need) => need,
     Err(_) => panic!("the scan is not valid"),
 };
+/// Coherence over ±0.4 mm, which tells bone's shadow from clutter, and its memory.
+const COHERENCE: ShortLagCoherence = ShortLagCoherence {
+    temporal_half_window: 10,
+};
+const OF_COHERENCE: Need = match PARAMETERS.coherence_len(COHERENCE) {
+    Ok(length) => Need::real(length),
+    Err(_) => panic!("the scan is not valid"),
+};
+const SURFACE: surface::Parameters = match PARAMETERS.surface(Settings {
+    depths: [5e-3, f64::INFINITY],
+    ..Settings::COHERENCE
+}) {
+    Ok(parameters) => parameters,
+    Err(_) => panic!("the scan is not valid"),
+};
+const OF_SURFACE: Need = match SURFACE.need() {
+    Ok(need) => need,
+    Err(_) => panic!("the lines are too short"),
+};
+const ALL: Need = NEED.and(OF_COHERENCE).and(OF_SURFACE);
 /// All memory of a frame. It fits a `static`.
-pub type FrameMemory = Memory<{ NEED.real }, { NEED.complex }>;
+pub type FrameMemory = Memory<{ ALL.real }, { ALL.complex }>;
 
-/// The hash of a frame's bone map, 64 × 64 pixels.
-pub fn bone_map(memory: &mut FrameMemory) -> Result<u64, Error> {
+/// The hashes of a frame's bone map, 64 × 64 pixels, and of its bone surface.
+pub fn bone_map(memory: &mut FrameMemory) -> Result<[u64; 2], Error> {
     let pipeline = Pipeline::new(PARAMETERS)?;
-    let mut frame = Frame::new(&pipeline, memory.scratch())?;
-    for k in 0..PARAMETERS.scan.lines.count() {
+    let mut scratch = memory.scratch();
+    let [coherence, of_surface] = [scratch.take(OF_COHERENCE)?, scratch.take(OF_SURFACE)?];
+    let frame = Frame::new(&pipeline, scratch)?;
+    let mut frame = frame.with_coherence(COHERENCE, coherence.real)?;
+    for k in 0..LINES {
         let rf = echoes(PARAMETERS.scan.lines.x(k));
         let transmit = Transmit::new(TransmitLaw::Focused, 0.0);
         let record = Record::new(&rf, ELEMENTS)?;
         frame.line(k, [(transmit, &record)])?;
     }
     frame.image()?;
-    let map = frame.bone_map()?;
-    let fnv = |hash: u64, x: &f32| (hash ^ u64::from(x.to_bits())).wrapping_mul(0x100_0000_01b3);
-    Ok(map.iter().fold(0xcbf2_9ce4_8422_2325, fnv))
+    let map = hash(frame.bone_map()?.iter().copied());
+    let mut points = [None; LINES];
+    frame.surface(&Detector::new(SURFACE)?, of_surface, &mut points)?;
+    let numbers =
+        |point: &Option<surface::Point>| point.map_or([0.0; 2], |p| [p.depth, p.confidence]);
+    Ok([map, hash(points.iter().flat_map(numbers))])
+}
+
+fn hash(numbers: impl Iterator<Item = f32>) -> u64 {
+    let fnv = |hash: u64, x: f32| (hash ^ u64::from(x.to_bits())).wrapping_mul(0x100_0000_01b3);
+    numbers.fold(0xcbf2_9ce4_8422_2325, fnv)
 }
 
 /// Replaces a scanner: echoes from a bent surface near the line.
@@ -75,6 +109,7 @@ fn echoes(line_x: f64) -> [f32; ELEMENTS * PARAMETERS.scan.record_samples] {
 #[cfg(not(target_os = "none"))]
 fn main() -> Result<(), Error> {
     let mut memory = Box::new(FrameMemory::new());
-    println!("bone-map {:016x}", bone_map(&mut memory)?);
+    let [map, surface] = bone_map(&mut memory)?;
+    println!("bone-map {map:016x} surface {surface:016x}");
     Ok(())
 }

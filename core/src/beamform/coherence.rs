@@ -5,7 +5,7 @@
 use super::aligned_line::AlignedLine;
 use crate::Error;
 use crate::error::check_length;
-use crate::geometry::Active;
+use crate::geometry::{Active, Axis};
 use crate::memory::{Need, Scratch};
 use num_complex::Complex;
 
@@ -56,6 +56,30 @@ const LAGS: usize = 4;
 type Sums = [f32; 2];
 
 impl ShortLagCoherence {
+    /// The time window that reaches `half_window` m of depth to both sides.
+    ///
+    /// The window is shorter than lines of these `samples`. A length below 0 counts as 0.
+    ///
+    /// ```
+    /// use bonebeam::beamform::ShortLagCoherence;
+    /// use bonebeam::geometry::Axis;
+    ///
+    /// let samples = Axis { first: 0.0, step: 0.0385e-3, count: 1024 };
+    /// assert_eq!(ShortLagCoherence::over(0.4e-3, &samples).temporal_half_window, 10);
+    /// ```
+    pub const fn over(half_window: f64, samples: &Axis) -> Self {
+        // The cast truncates and saturates.
+        let half_window = (half_window / samples.step + 0.5) as usize;
+        let longest = samples.count.saturating_sub(1);
+        ShortLagCoherence {
+            temporal_half_window: if half_window < longest {
+                half_window
+            } else {
+                longest
+            },
+        }
+    }
+
     /// Memory of [`ShortLagCoherence::line`]: `2·(2K + 1)` real numbers.
     pub const fn need(&self) -> Need {
         let window = self.temporal_half_window.saturating_mul(2);
@@ -83,41 +107,27 @@ impl ShortLagCoherence {
     ) -> Result<(), Error> {
         self.check(line, &active)?;
         check_length("coherence", coherence.len(), line.samples())?;
-        let need = self.need();
-        scratch.check(need)?;
-        let window = scratch.real.get_mut(..need.real).unwrap_or_default();
-        let (window, _) = window.as_chunks_mut::<2>();
-        // Samples outside the line count as silence.
-        window.fill([0.0; 2]);
-        let scale = line.scale();
-        let mut sums = (0..line.samples()).map(|sample| {
-            let Active { first, count } = active(sample);
-            let elements = line.samples_from(sample).get(first..);
-            let elements = elements.and_then(|elements| elements.get(..count));
-            sums(elements.unwrap_or_default(), scale)
-        });
-        // The oldest sample of the window, which the next one replaces.
-        let mut oldest = 0;
-        let mut push = |window: &mut [Sums], sums: Sums| {
-            if let Some(place) = window.get_mut(oldest) {
-                *place = sums;
+        scratch.check(self.need())?;
+        let mut samples = CoherenceOfLine::new(*self, scratch.real);
+        let mut out = coherence.iter_mut();
+        samples.block(line, active, |value| {
+            if let Some(out) = out.next() {
+                *out = value;
             }
-            oldest = if oldest + 1 < window.len() {
-                oldest + 1
-            } else {
-                0
-            };
-            oldest
-        };
-        for _ in 0..self.temporal_half_window {
-            push(window, sums.next().unwrap_or_default());
-        }
-        for coherence in coherence {
-            let oldest = push(window, sums.next().unwrap_or_default());
-            let (newer, older) = window.split_at_checked(oldest).unwrap_or_default();
-            *coherence = ratio(older.iter().chain(newer));
-        }
+        });
         Ok(())
+    }
+
+    /// Refuses a time window longer than a line of `samples`.
+    pub(crate) fn check_window(&self, samples: usize) -> Result<(), Error> {
+        if self.temporal_half_window < samples {
+            return Ok(());
+        }
+        Err(Error::Parameter {
+            name: "temporal_half_window",
+            value: self.temporal_half_window as f64,
+            expected: "fewer than the line's samples",
+        })
     }
 
     fn check(&self, line: AlignedLine<'_>, active: impl Fn(usize) -> Active) -> Result<(), Error> {
@@ -132,10 +142,7 @@ impl ShortLagCoherence {
         if !line.holds(0..samples) {
             return refused("samples", samples, "a whole line");
         }
-        if self.temporal_half_window >= samples {
-            let expected = "fewer than the line's samples";
-            return refused("temporal_half_window", self.temporal_half_window, expected);
-        }
+        self.check_window(samples)?;
         let beyond = |set: &Active| set.first.saturating_add(set.count) > line.elements();
         match (0..samples).map(active).find(beyond) {
             Some(set) => {
@@ -144,6 +151,82 @@ impl ShortLagCoherence {
             }
             None => Ok(()),
         }
+    }
+}
+
+/// The coherence of a line whose aligned samples come in blocks.
+pub(crate) struct CoherenceOfLine<'m> {
+    half_window: usize,
+    /// The sums of the last samples, as many as the time window.
+    window: &'m mut [Sums],
+    /// Place of the oldest, which the next one replaces.
+    oldest: usize,
+    /// The next sample of the line.
+    next: usize,
+}
+
+impl<'m> CoherenceOfLine<'m> {
+    /// The beginning of a line, with memory of [`ShortLagCoherence::need`].
+    pub(crate) fn new(coherence: ShortLagCoherence, memory: &'m mut [f32]) -> Self {
+        let window = memory.get_mut(..coherence.need().real).unwrap_or_default();
+        let (window, _) = window.as_chunks_mut::<2>();
+        // Samples outside the line count as silence.
+        window.fill([0.0; 2]);
+        CoherenceOfLine {
+            half_window: coherence.temporal_half_window,
+            window,
+            oldest: 0,
+            next: 0,
+        }
+    }
+
+    /// Takes the samples of `line` that have not come yet.
+    ///
+    /// `put` gets the next values of the line, up to half a window before the block's end. The last block completes
+    /// the line.
+    #[inline(always)]
+    pub(crate) fn block(
+        &mut self,
+        line: AlignedLine<'_>,
+        active: impl Fn(usize) -> Active,
+        mut put: impl FnMut(f32),
+    ) {
+        let behind = match line.end() < line.samples() {
+            true => 0,
+            false => self.half_window,
+        };
+        for sample in self.next..line.end().saturating_add(behind) {
+            let set = match sample < line.samples() {
+                true => active(sample),
+                false => Active { first: 0, count: 0 },
+            };
+            let value = self.push(line, sample, set);
+            if sample >= self.half_window {
+                put(value);
+            }
+        }
+        self.next = line.end();
+    }
+
+    /// Takes the next sample; returns the coherence of the sample half a window before it.
+    ///
+    /// A separate function: one copy for all kinds of lines.
+    #[inline(never)]
+    fn push(&mut self, line: AlignedLine<'_>, sample: usize, active: Active) -> f32 {
+        let elements = line.samples_from(sample).get(active.first..);
+        let elements = elements.and_then(|elements| elements.get(..active.count));
+        if let Some(place) = self.window.get_mut(self.oldest) {
+            *place = sums(elements.unwrap_or_default(), line.scale());
+        }
+        self.oldest = match self.oldest + 1 {
+            next if next < self.window.len() => next,
+            _ => 0,
+        };
+        let (newer, older) = self
+            .window
+            .split_at_checked(self.oldest)
+            .unwrap_or_default();
+        ratio(older.iter().chain(newer))
     }
 }
 

@@ -24,6 +24,7 @@ mod table;
 mod weights;
 mod workspace;
 
+pub(crate) use coherence::CoherenceOfLine;
 pub(crate) use compiled::SUB_LINES;
 pub(crate) use depth_step::DepthStep;
 pub(crate) use line::LineBlock;

@@ -1,6 +1,7 @@
 //! A pipeline with its memory.
 
-use super::line::Output;
+use super::coherence_map::{CoherenceMap, CoherenceRow};
+use super::output::Output;
 use super::{LinePipeline, Parts, Pipeline};
 
 use crate::beamform::{SUB_LINES, Sizes, Workspace};
@@ -81,6 +82,7 @@ pub struct Frame<'p, 'm, D = Delay, A = ForwardBackward> {
     /// Directions of sub-lines, if there are any.
     steering: Option<SteeringTable<'m>>,
     pooling: Pooling,
+    pub(super) coherence: Option<CoherenceMap<'m>>,
     envelopes: &'m mut [f32],
     pub(super) image: &'m mut [f32],
     pub(super) map: &'m mut [f32],
@@ -134,6 +136,7 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
             apertures: ApertureTable::new(scan, widths)?,
             steering,
             pooling: Pooling::default(),
+            coherence: None,
             envelopes,
             image,
             map,
@@ -342,6 +345,7 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
             line,
             apertures: &self.apertures,
             steering: self.steering.and_then(|table| table.line(line)),
+            coherence: self.coherence.as_mut().map(CoherenceMap::line),
         };
         beamform(of_line, scratch.reborrow(), z)?;
         let work = scratch.take(interpolation)?.complex;
@@ -349,6 +353,9 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
         self.pipeline
             .interpolation
             .envelope(z, of_line, work, envelopes)?;
+        if let Some(coherence) = &mut self.coherence {
+            coherence.keep(line);
+        }
         Ok(z)
     }
 
@@ -408,7 +415,8 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
     /// Finds the bone surface in the lines so far, a point or none for each.
     ///
     /// Grey levels have the dynamic range of the parameters; the detector's settings are made for 60 dB. `detector`
-    /// has the parameters of [`Parameters::surface`](super::Parameters::surface), and `memory` its need.
+    /// has the parameters of [`Parameters::surface`](super::Parameters::surface), and `memory` its need. The coherence
+    /// of [`Frame::with_coherence`] counts as the settings say.
     ///
     /// # Errors
     /// [`Error::Length`] for a detector of other lines, for memory that is too short, and if `out` does not have an
@@ -432,7 +440,8 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
             b_mode.levels(envelopes, reference, levels)?;
             grey(levels, out)?;
         }
-        detector.frame(all, memory, out)
+        let coherence = self.coherence.as_ref().map(CoherenceMap::levels);
+        detector.frame_of(all, coherence, memory, out)
     }
 }
 
@@ -442,6 +451,7 @@ struct OfLine<'a, 'p, D> {
     line: usize,
     apertures: &'a ApertureTable<'a>,
     steering: Option<Steering<'a>>,
+    coherence: Option<CoherenceRow<'a>>,
 }
 
 impl<D: Stage> OfLine<'_, '_, D> {
@@ -458,8 +468,11 @@ impl<D: Stage> OfLine<'_, '_, D> {
     {
         let centre = ApertureTable::centre(self.lines.scan(), self.line);
         let active = |sample| self.apertures.active(centre, sample);
-        let steering = self.steering;
-        let output = Output { steering, z };
+        let output = Output {
+            steering: self.steering,
+            z,
+            coherence: self.coherence,
+        };
         self.lines
             .line_with(self.line, transmits, memory, workspace, (active, output))
     }

@@ -2,6 +2,7 @@
 
 use super::cuts::Cuts;
 use super::memory::buffered;
+use super::output::Output;
 use super::{Block, DepthGate};
 use crate::beamform::{AlignedLine, Beamformer, LineBlock, Parameters, SUB_LINES, Workspace};
 use crate::covariance::Averaging;
@@ -250,7 +251,8 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         let Some(elements) = NonZeroUsize::new(self.scan.elements()) else {
             return Err(none("elements"));
         };
-        let largest = self.compound(zero, (block, Rest::Zero), transmits, scratch, out)?;
+        let block_of = (block, self.wanted(), Rest::Zero);
+        let largest = self.compound(zero, block_of, transmits, scratch, out)?;
         let whole = (block.first, self.scan.samples());
         Ok(AlignedLine::block(out, elements, whole, largest))
     }
@@ -271,11 +273,11 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         behind.saturating_sub(1)
     }
 
-    /// Aligns the samples of a block that the beamformer reads; returns a bound of their magnitudes.
+    /// Aligns every `step`-th sample of a line within a block; returns a bound of their magnitudes.
     fn compound<'r, V: Vector>(
         &self,
         zero: V,
-        (block, rest): (Block, Rest),
+        (block, step, rest): (Block, usize, Rest),
         transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>)>,
         scratch: &mut [f32],
         out: &mut [Complex<f32>],
@@ -309,7 +311,7 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
             };
             let wanted = Outputs {
                 first: block.first,
-                step: self.wanted(),
+                step,
                 // All numbers must be finite if another transmit is added.
                 rest: if next.is_some() { Rest::Zero } else { rest },
             };
@@ -358,7 +360,7 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         D::Record<'r>: 'r,
     {
         let active = |sample| self.scan.active(line, sample);
-        let output = Output { steering: None, z };
+        let output = Output::new(None, z);
         self.line_with(line, transmits, scratch, workspace, (active, output))
     }
 
@@ -380,8 +382,7 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         D::Record<'r>: 'r,
     {
         let active = |sample| self.scan.active(line, sample);
-        let steering = Some(steering);
-        let output = Output { steering, z };
+        let output = Output::new(Some(steering), z);
         self.line_with(line, transmits, scratch, workspace, (active, output))
     }
 
@@ -398,7 +399,11 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         D::Record<'r>: 'r,
     {
         let samples = self.scan.samples();
-        let Output { steering, z } = output;
+        let Output {
+            steering,
+            z,
+            mut coherence,
+        } = output;
         // Numbers of a sample.
         let count = match steering {
             None => 1,
@@ -417,6 +422,8 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         let half_window = self.beamformer.parameters().temporal_half_window;
         let block = self.block(aligned.len(), elements)?;
         let step = self.beamformer.parameters().step();
+        // Coherence is that of every sample.
+        let wanted = coherence.as_ref().map_or(self.wanted(), |_| 1);
         let transmits = transmits.into_iter();
         let mut buffered = 0..0;
         for own in Cuts::new(samples, half_window, block, &active) {
@@ -439,7 +446,7 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
                 first: buffered.end,
                 active: active(self.deepest(needed.end)),
             };
-            let block = (block, Rest::Undefined);
+            let block = (block, wanted, Rest::Undefined);
             let largest = self.compound(workspace.zero, block, transmits.clone(), scratch, new)?;
             let x = AlignedLine::block(x, elements, (needed.start, samples), largest);
             let outputs = step.outputs_of(own.clone());
@@ -461,6 +468,9 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
                         .sub_line_block(workspace, sizes, block, out)?;
                 }
                 _ => self.beamformer.block(workspace, sizes, &block, out)?,
+            }
+            if let Some(coherence) = &mut coherence {
+                coherence.block(x, &active);
             }
             buffered = needed;
         }
@@ -485,12 +495,4 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         }
         Ok(capacity - 2 * half_window)
     }
-}
-
-/// Output of a line.
-pub(super) struct Output<'z> {
-    /// The directions of its sub-lines; `None` for the line alone.
-    pub(super) steering: Option<Steering<'z>>,
-    /// `[sample][sub-line]`.
-    pub(super) z: &'z mut [Complex<f32>],
 }

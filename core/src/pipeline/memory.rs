@@ -1,8 +1,8 @@
 //! Memory of a frame.
 
-use super::{Parameters, even};
+use super::{Parameters, coherence_map, even};
 use crate::Error;
-use crate::beamform;
+use crate::beamform::{self, ShortLagCoherence};
 use crate::covariance::Covariance;
 use crate::delay::{DelayParameters, IqParameters};
 use crate::geometry::{Scan, SteeringTable};
@@ -187,6 +187,20 @@ impl Parameters<'_> {
         })
     }
 
+    /// Length of the memory of [`Frame::with_coherence`](super::Frame::with_coherence).
+    ///
+    /// `2·(2K + 1)` numbers for a time window of `2K + 1` samples, and a byte for each sample of all lines and one.
+    ///
+    /// # Errors
+    /// As [`Scan::new`].
+    pub const fn coherence_len(&self, coherence: ShortLagCoherence) -> Result<usize, Error> {
+        // A frame of RF has as many samples.
+        match self.parts_of_iq() {
+            Ok(parts) => Ok(parts.coherence_len(coherence)),
+            Err(error) => Err(error),
+        }
+    }
+
     /// Aligned samples in memory at a time.
     const fn buffered(&self, scan: &Scan<'_>) -> usize {
         let half_window = self.beamformer.temporal_half_window;
@@ -263,6 +277,10 @@ impl Parts {
         let line = line.and(beamformed.or(self.interpolation));
         let work = line.or(Need::real(self.b_mode)).or(self.strips.map_need());
         kept.and(work.or(Need::real(self.grey())))
+    }
+
+    pub(super) const fn coherence_len(&self, coherence: ShortLagCoherence) -> usize {
+        coherence_map::len(coherence, self.samples, self.envelopes)
     }
 
     /// Grey levels of a line as real numbers, and of all as integers of eight bits.

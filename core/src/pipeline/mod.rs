@@ -14,12 +14,15 @@
 //! levels of lines.
 
 mod block;
+mod coherence;
+mod coherence_map;
 mod cuts;
 mod depth_gate;
 mod frame;
 mod lanes;
 mod line;
 mod memory;
+mod output;
 
 pub use block::Block;
 pub use depth_gate::DepthGate;
@@ -27,7 +30,7 @@ pub use frame::Frame;
 pub use line::{IqInput, LinePipeline};
 
 use crate::Error;
-use crate::beamform;
+use crate::beamform::{self, ShortLagCoherence};
 use crate::covariance::Covariance;
 use crate::delay::{Delay, IqDelay, Stage};
 use crate::geometry::{Axis, Lines, Scan, ScanParameters};
@@ -315,6 +318,11 @@ impl<'a, D: Stage> Pipeline<'a, D> {
     pub fn need_over(&self, lanes: usize, covariance: Covariance) -> Need {
         let line = self.lines.need(lanes, self.block);
         self.parts.need_over(line, covariance)
+    }
+
+    /// Length of the memory of [`Frame::with_coherence`]: [`Parameters::coherence_len`].
+    pub fn coherence_len(&self, coherence: ShortLagCoherence) -> usize {
+        self.parts.coherence_len(coherence)
     }
 }
 

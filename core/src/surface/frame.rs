@@ -42,7 +42,8 @@ impl Detector {
         self.frame_of(grey, Some(coherence), scratch, out)
     }
 
-    fn frame_of(
+    /// The coherence, if there is one, is as long as the grey levels.
+    pub(crate) fn frame_of(
         &self,
         grey: &[u8],
         coherence: Option<&[u8]>,

@@ -73,9 +73,14 @@ pub fn grey(levels: &[f32], out: &mut [u8]) -> Result<(), Error> {
             index,
         });
     }
-    for (out, &level) in out.iter_mut().zip(levels) {
-        // The cast saturates.
-        *out = (level + 0.5) as u8;
+    for (out, &number) in out.iter_mut().zip(levels) {
+        *out = level(number);
     }
     Ok(())
+}
+
+/// The nearest integer from 0 to 255.
+pub(crate) fn level(level: f32) -> u8 {
+    // The cast saturates.
+    (level + 0.5) as u8
 }

@@ -1,6 +1,6 @@
-//! The core's example on a Cortex-M7: RF to bone map in statics.
+//! The core's example on a Cortex-M7: RF to bone map and bone surface in statics.
 //!
-//! Prints the map's hash, which equals the workstation's (`cargo run --release -p bonebeam --example bone_map`).
+//! Prints their hashes, which equal the workstation's (`cargo run --release -p bonebeam --example bone_map`).
 
 #![no_std]
 #![no_main]
@@ -20,8 +20,8 @@ static MEMORY: ConstStaticCell<FrameMemory> = ConstStaticCell::new(FrameMemory::
 #[entry]
 fn main() -> ! {
     match bone_map(MEMORY.take()) {
-        Ok(hash) => {
-            hprintln!("bone-map {hash:016x}");
+        Ok([map, surface]) => {
+            hprintln!("bone-map {map:016x} surface {surface:016x}");
             exit(EXIT_SUCCESS)
         }
         Err(error) => {

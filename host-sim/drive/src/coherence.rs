@@ -1,7 +1,7 @@
 //! Maps of short-lag coherence, beside the lines of a frame.
 
 use bonebeam::beamform::{AlignedLine, Parameters, ShortLagCoherence};
-use bonebeam::geometry::Active;
+use bonebeam::geometry::{self, Active};
 use bonebeam::memory::Scratch;
 use bonebeam::pipeline::Block;
 use bonebeam::simd::InstructionSet;
@@ -54,7 +54,7 @@ pub fn of_first_frame(data: &ChannelData, parameters: &Beamform) -> Result<Array
 /// A sample that is not finite, or a frame of another shape than the stage's.
 pub fn of_channel_data(stage: &DelayStage<'_>, frame: FrameSamples<'_>) -> Result<Array2<f32>> {
     let (beams, samples, elements) = (stage.rays().len(), stage.samples(), stage.elements());
-    let coherence = over(stage.depths().step, samples);
+    let coherence = ShortLagCoherence::over(HALF_WINDOW, &stage.depths());
     let (scan, set) = (stage.scan()?, InstructionSet::detect());
     let mut map = Array2::zeros((beams, samples));
     for lines in stage.passes() {
@@ -86,7 +86,12 @@ fn of_aligned_data(data: &AlignedData, frame: usize, parameters: &Beamform) -> R
         return Err(no_frame(frame, frames));
     }
     let c = parameters.sound_speed.unwrap_or(DEFAULT_SOUND_SPEED);
-    let coherence = over(c / data.fs / 2.0, samples);
+    let depths = geometry::Axis {
+        first: 0.0,
+        step: c / data.fs / 2.0,
+        count: samples,
+    };
+    let coherence = ShortLagCoherence::over(HALF_WINDOW, &depths);
     let x = data.x.index_axis(Axis(0), frame);
     let all = |_| Active {
         first: 0,
@@ -106,14 +111,6 @@ fn of_aligned_data(data: &AlignedData, frame: usize, parameters: &Beamform) -> R
     Ok(map
         .slice_axis(Axis(1), Slice::new(0, None, step))
         .to_owned())
-}
-
-/// The coherence over [`HALF_WINDOW`] of lines of `samples` samples, `step` m apart.
-fn over(step: f64, samples: usize) -> ShortLagCoherence {
-    let half_window = (HALF_WINDOW / step).round() as usize;
-    ShortLagCoherence {
-        temporal_half_window: half_window.min(samples.saturating_sub(1)),
-    }
 }
 
 fn of_line(

@@ -3,6 +3,7 @@
 //! Frames have the bits of the stages and of the host's driver, bones are at their depths, and a caller may bring a
 //! delay stage.
 
+mod coherence;
 mod iq;
 mod lanes;
 
@@ -16,6 +17,7 @@ use bonebeam::delay::{
 use bonebeam::geometry::{Scan, ScanParameters, Transmit, TransmitLaw};
 use bonebeam::memory::{Memory, Need, Scratch};
 use bonebeam::pipeline::{Block, DepthGate, Frame, IqInput, LinePipeline, Parameters, Pipeline};
+use bonebeam::simd::{InstructionSet, Task, Vector};
 use bonebeam::surface::{Detector, Point, Ramp, Settings};
 use bonebeam::{Complex, Error};
 use bonebeam_drive::beamform::{Memory as LaneMemory, beamform};

@@ -2,7 +2,7 @@
 
 use crate::geometry::{arrays, axis, parameters as scan_parameters, transmit};
 use crate::{opaque, take};
-use bonebeam::beamform::{self, Method, Workspace};
+use bonebeam::beamform::{self, Method, ShortLagCoherence, Workspace};
 use bonebeam::covariance::{Covariance, Forward, ForwardBackward};
 use bonebeam::delay::{Delay, DelayParameters, IqLayout, IqRecord, IqSamples, Record, Stage};
 use bonebeam::geometry::{Lines, Scan, Steering};
@@ -41,6 +41,7 @@ pub fn all() {
             parameters.need_of_iq(covariance),
             parameters.need_over(opaque(1), covariance),
             parameters.need_over_of_iq(opaque(1), covariance),
+            parameters.coherence_len(coherence()),
         ));
         take(rf(parameters));
         take(iq(parameters));
@@ -82,6 +83,10 @@ fn iq(parameters: Parameters) -> Result<(), Error> {
     )
 }
 
+fn coherence() -> ShortLagCoherence {
+    opaque(ShortLagCoherence::over(opaque(1.0), opaque(&axis())))
+}
+
 fn gate() -> DepthGate {
     let [from, to] = opaque([1.0, 2.0]);
     DepthGate { from, to }
@@ -100,6 +105,7 @@ fn frames<'r, D: Stage>(pipeline: &Pipeline<D>, record: &'r D::Record<'r>) -> Re
         pipeline.interpolation(),
         pipeline.phase_symmetry(),
         pipeline.need(opaque(Covariance::Forward)),
+        pipeline.coherence_len(coherence()),
     ));
     let (mut real, mut complex) = ([0.0; 100], [Complex::ZERO; 100]);
     let scratch = Scratch {
@@ -145,8 +151,10 @@ fn frames<'r, D: Stage>(pipeline: &Pipeline<D>, record: &'r D::Record<'r>) -> Re
     let mut strips = StripSlices::new(opaque(strips), opaque(Scratch::empty()))?;
     take(frame.bone_map_over(&kernels, &mut strips, &mut |filters| take(filters))?);
     take(opaque(frame.with_pooling(opaque(Pooling::Rms))).image()?);
-    let mut gains = [0.0; 100];
+    let (mut gains, mut map) = ([0.0; 100], [0.0; 100]);
     let frame = Frame::new(pipeline, opaque(Scratch::empty()))?;
+    let frame = opaque(frame.with_coherence(coherence(), opaque(&mut map[..]))?);
+    take(frame.coherence());
     let mut frame = opaque(frame.with_gain_tables(opaque(&mut gains[..]))?);
     take(frame.bone_map()?);
     let mut frame = Frame::<_, Forward>::with_averaging(pipeline, opaque(Scratch::empty()))?;
