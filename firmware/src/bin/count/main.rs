@@ -8,6 +8,7 @@
 #![no_main]
 
 mod beamform;
+mod coherence;
 mod counter;
 mod decibels;
 mod delay;
@@ -33,6 +34,8 @@ static PHASE_SYMMETRY: ConstStaticCell<phase_symmetry::Workspaces> =
     ConstStaticCell::new(phase_symmetry::Workspaces::new());
 static SURFACE: ConstStaticCell<surface::Workspaces> =
     ConstStaticCell::new(surface::Workspaces::new());
+static COHERENCE: ConstStaticCell<coherence::Workspaces> =
+    ConstStaticCell::new(coherence::Workspaces::new());
 
 #[entry]
 fn main() -> ! {
@@ -47,7 +50,8 @@ fn count(counter: &mut Counter) -> Result<bool, Error> {
     let decibels = decibels::run(counter, DECIBELS.take())?;
     let filters = phase_symmetry::run(counter, PHASE_SYMMETRY.take())?;
     let surfaces = surface::run(counter, SURFACE.take())?;
-    Ok(set_ups && delays && iq && beamformers && decibels && filters && surfaces)
+    let coherence = coherence::run(counter, COHERENCE.take())?;
+    Ok(set_ups && delays && iq && beamformers && decibels && filters && surfaces && coherence)
 }
 
 /// Prints a case; returns whether its instructions per output are within `bound`.

@@ -1,0 +1,69 @@
+//! Short-lag coherence of a line, of three sizes.
+
+use bonebeam::beamform::{AlignedLine, ShortLagCoherence};
+use bonebeam::geometry::Active;
+use bonebeam::memory::Memory;
+use bonebeam::{Complex, Error};
+
+use crate::counter::Counter;
+use crate::input::{ECHO, snapshots};
+use crate::report;
+
+const SAMPLES: usize = 128;
+const LARGEST: usize = 64;
+/// ±0.4 mm at 20 MHz.
+const COHERENCE: ShortLagCoherence = ShortLagCoherence {
+    temporal_half_window: 10,
+};
+const LENGTH: usize = COHERENCE.need().real;
+
+/// The bounds on the instructions per sample for `M` = 16, 32 and 64 (see `beamform.rs`).
+const BOUNDS: [u32; 3] = [585, 910, 1560];
+
+/// The memory of the cases.
+pub struct Workspaces {
+    memory: Memory<LENGTH, 0>,
+    x: [Complex<f32>; SAMPLES * LARGEST],
+    out: [f32; SAMPLES],
+}
+
+impl Workspaces {
+    /// All zero.
+    pub const fn new() -> Self {
+        Workspaces {
+            memory: Memory::new(),
+            x: [Complex::new(0.0, 0.0); SAMPLES * LARGEST],
+            out: [0.0; SAMPLES],
+        }
+    }
+}
+
+/// Counts whole lines with all elements active; returns whether they stay within their bounds.
+pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error> {
+    let Workspaces { memory, x, out } = workspaces;
+    let mut within = true;
+    for (elements, bound) in [16, 32, LARGEST].into_iter().zip(BOUNDS) {
+        let x = &mut x[..SAMPLES * elements];
+        snapshots(x, elements, ECHO);
+        let line = AlignedLine::new(x, elements)?;
+        let all = |_| Active {
+            first: 0,
+            count: elements,
+        };
+        let mut outcome = Ok(());
+        let cost = counter.count(|| {
+            outcome = COHERENCE.line(line, all, memory.scratch(), out);
+        });
+        outcome?;
+        let bytes = Memory::<LENGTH, 0>::BYTES;
+        within &= report(
+            "short-lag-coherence",
+            elements,
+            SAMPLES,
+            &cost,
+            bytes,
+            bound,
+        );
+    }
+    Ok(within)
+}
