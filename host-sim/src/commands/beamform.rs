@@ -18,7 +18,7 @@ use crate::progress::Progress;
 use crate::provenance::Snapshot;
 use crate::{Error, Result};
 use bonebeam::phase_symmetry::scale_for_display;
-use bonebeam_drive::coherence;
+use bonebeam_drive::coherence::{self, Measure};
 use bonebeam_drive::config::Beamform;
 use bonebeam_drive::frame::RecordingFrames;
 use bonebeam_drive::image::{BModeImage, check_beams, image_of};
@@ -98,13 +98,24 @@ pub struct Arguments {
     #[arg(long, value_name = "SURFACE.csv", help_heading = "Bone surface")]
     surface: Option<PathBuf>,
 
-    /// Also write the short-lag coherence of the first frame: .npy
+    /// Also write the coherence of the samples of the first frame: .npy
     ///
-    /// float32 [beam, sample], as the lines, −1 to 1: how alike the echoes of neighbouring elements are. Tissue and
-    /// bone are above clutter and noise, which are near 0.
+    /// float32 [beam, sample], as the lines. Tissue and bone are above clutter and noise, which are near the least
+    /// value.
     #[arg(long, value_name = "MAP.npy", help_heading = "Coherence")]
     coherence: Option<PathBuf>,
 }
+
+    /// The measure of --coherence [default: short-lag]
+    ///
+    /// --surface has short-lag coherence with either.
+    #[arg(
+        long,
+        value_name = "MEASURE",
+        requires = "coherence",
+        help_heading = "Coherence"
+    )]
+    coherence_of: Option<Measure>,
 
 const EXAMPLES: &str = "\
 Examples:
@@ -123,6 +134,8 @@ Examples:
       --bone-map map.npy --scales 2^-7,2^-8,2^-9 --threshold 15
   host-sim beamform channels.npz --method das -o lines.npz --surface surface.csv --coherence map.npy
   host-sim beamform delayed.npz --method mv --covariance forward -o lines.npz
+  host-sim beamform channels.npz --temporal-half-window 10 -o lines.npz --coherence map.npy \\
+      --coherence-of largest-eigenvalue
   host-sim beamform recording.mat --variable rf=RcvData --variable c=1540 -o lines.npz
   host-sim beamform channels.npz --config lines.npz.config.toml -o again.npz";
 
@@ -237,7 +250,8 @@ impl Arguments {
     ) -> Result<String> {
         let of_file = |error| about(&self.recording, error);
         let map = self.coherence.as_ref();
-        let map = map.map(|_| coherence::of_frame(frames, frame.0, frame.1));
+        let measure = self.coherence_of.unwrap_or_default();
+        let map = map.map(|_| coherence::of_frame(frames, frame.0, frame.1, measure));
         let map = map.transpose().map_err(of_file)?;
         if let (Some(path), Some(map)) = (&self.coherence, &map) {
             image::add_to(map, path, outputs)?;
@@ -245,7 +259,8 @@ impl Arguments {
         let Some(path) = &self.surface else {
             return Ok(String::new());
         };
-        let points = of_recording(frames, frame, lines, map.as_ref(), &config.surface);
+        let known = map.as_ref().filter(|_| measure == Measure::ShortLag);
+        let points = of_recording(frames, frame, lines, known, &config.surface);
         let points = points.map_err(of_file)?;
         let surface = FrameSurface { frame: 0, points };
         let count = lines.beam_x.len();
