@@ -203,7 +203,8 @@ impl Beamformer {
         numbers: usize,
         z: &'z mut [T],
     ) -> Parts<'a, 'z, T> {
-        let windows = self.parameters().temporal_half_window.saturating_mul(2) + 1;
+        let windows = self.parameters().temporal_half_window.saturating_mul(2);
+        let windows = windows.saturating_add(1);
         let length = samples.div_ceil(lanes.max(1)).next_multiple_of(windows);
         let mut parts = Parts {
             segments: [block.segment(first, set); MOST_LANES],
