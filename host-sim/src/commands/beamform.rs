@@ -9,6 +9,7 @@ use clap::Args;
 
 use super::frames::{FrameRange, parse_frames};
 use super::measures::Measures;
+use super::phase_symmetry::chosen_scales;
 use super::surface_files::{FrameSurface, Kind, add_surfaces_to};
 use super::{ConfigArgument, VariableArguments};
 use super::{about, command_line, load_config, recording_help, tell_assumed};
@@ -104,7 +105,6 @@ pub struct Arguments {
     /// value.
     #[arg(long, value_name = "MAP.npy", help_heading = "Coherence")]
     coherence: Option<PathBuf>,
-}
 
     /// The measure of --coherence [default: short-lag]
     ///
@@ -116,6 +116,7 @@ pub struct Arguments {
         help_heading = "Coherence"
     )]
     coherence_of: Option<Measure>,
+}
 
 const EXAMPLES: &str = "\
 Examples:
@@ -133,9 +134,9 @@ Examples:
   host-sim beamform channels.npz -o lines.npz --image bone.png --rows 512 --columns 512 \\
       --bone-map map.npy --scales 2^-7,2^-8,2^-9 --threshold 15
   host-sim beamform channels.npz --method das -o lines.npz --surface surface.csv --coherence map.npy
-  host-sim beamform delayed.npz --method mv --covariance forward -o lines.npz
   host-sim beamform channels.npz --temporal-half-window 10 -o lines.npz --coherence map.npy \\
       --coherence-of largest-eigenvalue
+  host-sim beamform delayed.npz --method mv --covariance forward -o lines.npz
   host-sim beamform recording.mat --variable rf=RcvData --variable c=1540 -o lines.npz
   host-sim beamform channels.npz --config lines.npz.config.toml -o again.npz";
 
@@ -383,12 +384,22 @@ pub fn run(arguments: Arguments) -> Result<()> {
     }
     if pictured {
         let image = image_of(&lines, &config.image).map_err(|e| about(&arguments.recording, e))?;
+        let chosen = config.phase_symmetry.scales_from_image && arguments.bone_map.is_some();
+        if chosen {
+            let section = phase_symmetry::with_scales(image.pixels.view(), &config.phase_symmetry);
+            config.phase_symmetry = section.map_err(|e| about(&arguments.recording, e))?;
+        }
         arguments.add_pictures(&image, &config, &mut outputs)?;
         let (rows, columns) = image.pixels.dim();
         summary += &format!(
             "; an image of {rows} x {columns} pixels of {:.3} mm",
             1e3 * image.pixel
         );
+        if chosen {
+            let pixel = image.angles.is_none().then_some(image.pixel);
+            let scales = chosen_scales(&config.phase_symmetry, pixel);
+            summary += &format!("; {scales}");
+        }
         // The configuration tells what was chosen, and so repeats it.
         (config.image.rows, config.image.columns) = (Some(rows), Some(columns));
         measures.add_image(&image);
