@@ -39,7 +39,6 @@ EXCEPTIONS = {
     r"^phase_symmetry/columns.rs: .*store_squares$": "several lanes",
     r"^delay/groups.rs: .*is_consecutive$": "several lanes",
     r"^beamform/snapshot.rs: (register|gather_lanes)$": "registers of several lanes",
-    r"^beamform/line.rs: .* (parts|used)$": "several lanes",
     r"^delay/iq/(chunk.rs: .*Chunk<V> \w+$|(records|taps).rs:)": "several lanes; one has one_lane.rs",
     r"^delay/iq/line.rs: (impl IqParameters (chunks|depths|groups)|impl Depths \w+|turned|put)$": "several lanes",
     r"^delay/iq/interpolation.rs: (.* for (Linear|Cubic|Sinc) read|impl Sinc values)$": "several lanes",

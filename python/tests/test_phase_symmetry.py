@@ -54,6 +54,10 @@ def test_scales_in_metres_and_thresholds_from_the_noise(command, folder):
     assert command("phase-symmetry", folder / "image.npy", *words) == ""
     by_noise = bonebeam.phase_symmetry(pixels, scales=[2**-4], noise_deviations=2, noise_by_direction=True)
     assert np.array_equal(by_noise, np.load(folder / "map.npy"))
+    words = ["--scales-from-image", "-o", folder / "own.npy"]
+    assert command("phase-symmetry", folder / "image.npy", *words) == ""
+    chosen = bonebeam.phase_symmetry(pixels, scales_from_image=True)
+    assert np.array_equal(chosen, np.load(folder / "own.npy"))
 
 
 def test_another_image_is_refused():

@@ -60,16 +60,16 @@ impl<'a, F: Fn(usize) -> Active> LineBlock<'a, F> {
 pub(super) type Run = (usize, usize, Active);
 
 /// Parts of a run, one for each lane.
-pub(super) struct Parts<'a, 'z> {
+pub(super) struct Parts<'a, 'z, T> {
     segments: [Segment<'a>; MOST_LANES],
-    z: [&'z mut [Complex<f32>]; MOST_LANES],
+    z: [&'z mut [T]; MOST_LANES],
     /// Number of parts.
     count: usize,
 }
 
-impl<'a, 'z> Parts<'a, 'z> {
+impl<'a, 'z, T> Parts<'a, 'z, T> {
     /// The segments and their outputs.
-    pub(super) fn used(&mut self) -> (&[Segment<'a>], &mut [&'z mut [Complex<f32>]]) {
+    pub(super) fn used(&mut self) -> (&[Segment<'a>], &mut [&'z mut [T]]) {
         (
             self.segments.get(..self.count).unwrap_or_default(),
             self.z.get_mut(..self.count).unwrap_or_default(),
@@ -196,14 +196,15 @@ impl Beamformer {
     /// Cuts a run into a part for each lane, with `numbers` of `z` for each computed sample.
     ///
     /// A part begins a block of the run's time windows, so that its bits are those of the whole run.
-    pub(super) fn parts<'a, 'z>(
+    pub(super) fn parts<'a, 'z, T>(
         &self,
         lanes: usize,
         (block, (first, samples, set)): (&LineBlock<'a, impl Fn(usize) -> Active>, Run),
         numbers: usize,
-        z: &'z mut [Complex<f32>],
-    ) -> Parts<'a, 'z> {
-        let windows = self.parameters().temporal_half_window.saturating_mul(2) + 1;
+        z: &'z mut [T],
+    ) -> Parts<'a, 'z, T> {
+        let windows = self.parameters().temporal_half_window.saturating_mul(2);
+        let windows = windows.saturating_add(1);
         let length = samples.div_ceil(lanes.max(1)).next_multiple_of(windows);
         let mut parts = Parts {
             segments: [block.segment(first, set); MOST_LANES],

@@ -8,6 +8,7 @@ mod apodization;
 mod coherence;
 mod compiled;
 mod depth_step;
+mod eigenvalue;
 mod extent;
 mod line;
 mod methods;

@@ -185,37 +185,20 @@ impl Settings {
     /// The map is [`ShortLagCoherence`](crate::beamform::ShortLagCoherence) over ±0.4 mm. Tuned as
     /// [`Settings::DEFAULT`].
     pub const COHERENCE: Settings = Settings {
-        onset_weight: 0.96,
-        margin: 0.25,
-        contrast: Ramp {
-            weight: 1.73,
-            centre: 0.29,
-            width: 0.41,
-        },
-        level: Ramp {
-            weight: 1.17,
-            centre: -0.167,
-            width: 0.14,
+        coherence: Ramp {
+            weight: -0.7,
+            ..Self::DEFAULT.coherence
         },
         rest: Ramp {
-            weight: 1.71,
-            centre: 0.008,
-            width: 0.062,
+            weight: 1.8,
+            ..Self::DEFAULT.rest
         },
         shadow: Ramp {
-            weight: -0.98,
-            centre: 0.23,
-            width: 0.314,
+            weight: -0.9,
+            ..Self::DEFAULT.shadow
         },
-        coherence: Ramp {
-            weight: -0.69,
-            centre: 0.119,
-            width: 0.056,
-        },
-        absence: -2.57,
-        end: 7.8,
-        jump: 8.8,
-        slope: 2.42e3,
+        absence: -2.4,
+        end: 7.0,
         ..Self::DEFAULT
     };
 

@@ -1,6 +1,6 @@
-//! Maps of short-lag coherence, beside the lines of a frame.
+//! Maps of the coherence of the samples, beside the lines of a frame.
 
-use bonebeam::beamform::{AlignedLine, Parameters, ShortLagCoherence};
+use bonebeam::beamform::{AlignedLine, Beamformer, Parameters, ShortLagCoherence};
 use bonebeam::geometry::{self, Active};
 use bonebeam::memory::Scratch;
 use bonebeam::pipeline::Block;
@@ -9,6 +9,7 @@ use ndarray::{Array2, Axis, Slice};
 use num_complex::Complex;
 use rayon::prelude::*;
 
+use super::beamform::{Needs, check_window};
 use super::frame::{DEFAULT_SOUND_SPEED, RecordingFrames, no_frame, other_kind};
 use super::{config::Beamform, delay::DelayStage};
 use crate::Result;
@@ -17,24 +18,102 @@ use bonebeam_files::{AlignedData, ChannelData, FrameSamples, Recording};
 /// Half the time window of the coherence, m of depth.
 const HALF_WINDOW: f64 = 0.4e-3;
 
-/// Short-lag coherence of a frame of a recording, −1 to 1.
+/// A measure of coherence.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum Measure {
+    /// Short-lag coherence: how alike the echoes of neighbouring elements are, −1 to 1
+    #[default]
+    ShortLag,
+    /// λ₁/tr R: the share of the largest eigenvalue of the covariance, 1/L to 1
+    ///
+    /// Subapertures, averaging and time window are those of the beamformer, without diagonal loading.
+    LargestEigenvalue,
+}
+
+/// A measure with its parameters.
+enum Kernel {
+    ShortLag(ShortLagCoherence),
+    LargestEigenvalue(Beamformer, Needs),
+}
+
+impl Kernel {
+    /// For lines of these samples, with up to `largest` active elements.
+    fn new(
+        measure: Measure,
+        parameters: &Beamform,
+        samples: &geometry::Axis,
+        largest: usize,
+    ) -> Result<Self> {
+        if measure == Measure::ShortLag {
+            return Ok(Kernel::short_lag(samples));
+        }
+        let beamformer = Beamformer::new(Parameters {
+            depth_step: 1,
+            ..parameters.parameters()
+        })?;
+        check_window(beamformer.parameters(), samples.count)?;
+        let needs = Needs {
+            covariance: parameters.covariance,
+            sizes: beamformer.eigenvalue_sizes(largest),
+        };
+        Ok(Kernel::LargestEigenvalue(beamformer, needs))
+    }
+
+    /// Short-lag coherence over [`HALF_WINDOW`].
+    fn short_lag(samples: &geometry::Axis) -> Self {
+        Kernel::ShortLag(ShortLagCoherence::over(HALF_WINDOW, samples))
+    }
+
+    /// The row of a line.
+    fn line(
+        &self,
+        line: AlignedLine<'_>,
+        active: impl Fn(usize) -> Active,
+        row: &mut [f32],
+    ) -> Result<()> {
+        match self {
+            Kernel::ShortLag(coherence) => {
+                let mut real = vec![0.0; coherence.need().real];
+                let scratch = Scratch {
+                    real: &mut real,
+                    complex: &mut [],
+                };
+                Ok(coherence.line(line, active, scratch, row)?)
+            }
+            Kernel::LargestEigenvalue(beamformer, needs) => {
+                let mut memory = needs.memory(InstructionSet::detect())?;
+                Ok(memory.eigenvalue_shares(beamformer, line, &active, row)?)
+            }
+        }
+    }
+}
+
+/// The coherence of a frame of a recording.
 ///
 /// The axes are [line, sample], those of the lines of `frames`. Sub-lines have the coherence of their beam.
 ///
 /// # Errors
-/// [`Error::Usage`](crate::Error::Usage) for a frame that does not exist; a sample that is not finite.
+/// [`Error::Usage`](crate::Error::Usage) for a frame that does not exist, and for a time window longer than the record;
+/// a sample that is not finite.
 pub fn of_frame(
     frames: &RecordingFrames<'_>,
     recording: &Recording,
     frame: usize,
+    measure: Measure,
 ) -> Result<Array2<f32>> {
+    let parameters = frames.parameters();
     match (recording, frames.stage()) {
         (Recording::Channel(data), Some(stage)) => {
             let samples = data.samples.frame(frame);
             let samples = samples.ok_or_else(|| no_frame(frame, data.samples.frames()))?;
-            of_channel_data(stage, samples)
+            let (lines, last) = (0..stage.rays().len(), stage.samples() - 1);
+            let largest = lines.map(|line| stage.active(line, last).count).max();
+            let largest = largest.unwrap_or(0);
+            let kernel = Kernel::new(measure, parameters, &stage.depths(), largest)?;
+            of_stage(stage, samples, &kernel)
         }
-        (Recording::Aligned(data), None) => of_aligned_data(data, frame, frames.parameters()),
+        (Recording::Aligned(data), None) => of_aligned_data(data, frame, (measure, parameters)),
         _ => Err(other_kind()),
     }
 }
@@ -53,8 +132,16 @@ pub fn of_first_frame(data: &ChannelData, parameters: &Beamform) -> Result<Array
 /// # Errors
 /// A sample that is not finite, or a frame of another shape than the stage's.
 pub fn of_channel_data(stage: &DelayStage<'_>, frame: FrameSamples<'_>) -> Result<Array2<f32>> {
+    let kernel = Kernel::short_lag(&stage.depths());
+    of_stage(stage, frame, &kernel)
+}
+
+fn of_stage(
+    stage: &DelayStage<'_>,
+    frame: FrameSamples<'_>,
+    kernel: &Kernel,
+) -> Result<Array2<f32>> {
     let (beams, samples, elements) = (stage.rays().len(), stage.samples(), stage.elements());
-    let coherence = ShortLagCoherence::over(HALF_WINDOW, &stage.depths());
     let (scan, set) = (stage.scan()?, InstructionSet::detect());
     let mut map = Array2::zeros((beams, samples));
     for lines in stage.passes() {
@@ -66,7 +153,7 @@ pub fn of_channel_data(stage: &DelayStage<'_>, frame: FrameSamples<'_>) -> Resul
                 |(scratch, x), (row, line)| {
                     let block = Block::of_line(&scan, line);
                     let aligned = source.align(set, block, scratch, x)?;
-                    of_line(coherence, aligned, |n| stage.active(line, n), row)
+                    kernel.line(aligned, |n| stage.active(line, n), row)
                 },
             )
         })?;
@@ -80,7 +167,11 @@ pub fn of_channel_data(stage: &DelayStage<'_>, frame: FrameSamples<'_>) -> Resul
     ))
 }
 
-fn of_aligned_data(data: &AlignedData, frame: usize, parameters: &Beamform) -> Result<Array2<f32>> {
+fn of_aligned_data(
+    data: &AlignedData,
+    frame: usize,
+    (measure, parameters): (Measure, &Beamform),
+) -> Result<Array2<f32>> {
     let (frames, beams, samples, elements) = data.x.dim();
     if frame >= frames {
         return Err(no_frame(frame, frames));
@@ -91,7 +182,7 @@ fn of_aligned_data(data: &AlignedData, frame: usize, parameters: &Beamform) -> R
         step: c / data.fs / 2.0,
         count: samples,
     };
-    let coherence = ShortLagCoherence::over(HALF_WINDOW, &depths);
+    let kernel = Kernel::new(measure, parameters, &depths, elements)?;
     let x = data.x.index_axis(Axis(0), frame);
     let all = |_| Active {
         first: 0,
@@ -104,25 +195,11 @@ fn of_aligned_data(data: &AlignedData, frame: usize, parameters: &Beamform) -> R
         let x = x.index_axis(Axis(0), beam);
         let x = x.as_standard_layout();
         let line = AlignedLine::new(x.as_slice().unwrap_or_default(), elements)?;
-        of_line(coherence, line, all, row)
+        kernel.line(line, all, row)
     })?;
     // Lines have the computed samples alone.
     let step = parameters.core.depth_step.max(1) as isize;
     Ok(map
         .slice_axis(Axis(1), Slice::new(0, None, step))
         .to_owned())
-}
-
-fn of_line(
-    coherence: ShortLagCoherence,
-    line: AlignedLine<'_>,
-    active: impl Fn(usize) -> Active,
-    row: &mut [f32],
-) -> Result<()> {
-    let mut real = vec![0.0; coherence.need().real];
-    let scratch = Scratch {
-        real: &mut real,
-        complex: &mut [],
-    };
-    Ok(coherence.line(line, active, scratch, row)?)
 }

@@ -11,6 +11,7 @@ use crate::beamform::TILE;
 use crate::config::{Beamform, Image, LONGER_SIDE, PhaseSymmetry, RfInterpolation};
 use crate::delay::LINES_UPSAMPLED;
 use crate::limits::depths_of;
+use crate::phase_symmetry::FROM_IMAGE;
 use crate::sub_lines;
 use crate::{Error, Result};
 
@@ -196,7 +197,10 @@ pub fn phase_symmetry_memory([rows, columns]: [usize; 2], section: &PhaseSymmetr
     };
     let lanes = 16 * (2 * sizes.line_len() + sizes.gains_len());
     let thread = sizes.strip_len() + sizes.sums_len() + lanes;
-    let scales = section.scales.len().max(section.wavelengths.len());
+    let scales = match section.scales_from_image {
+        true => FROM_IMAGE,
+        false => section.scales.len().max(section.wavelengths.len()),
+    };
     // The noise is measured first, with two scales and an amplitude for each direction.
     let noise = section.noise_deviations.map_or(0, |_| 8);
     let filters = sizes.gain_tables_len(scales.max(2));

@@ -9,6 +9,7 @@ use clap::Args;
 
 use super::frames::{FrameRange, parse_frames};
 use super::measures::Measures;
+use super::phase_symmetry::chosen_scales;
 use super::surface_files::{FrameSurface, Kind, add_surfaces_to};
 use super::{ConfigArgument, VariableArguments};
 use super::{about, command_line, load_config, recording_help, tell_assumed};
@@ -18,7 +19,7 @@ use crate::progress::Progress;
 use crate::provenance::Snapshot;
 use crate::{Error, Result};
 use bonebeam::phase_symmetry::scale_for_display;
-use bonebeam_drive::coherence;
+use bonebeam_drive::coherence::{self, Measure};
 use bonebeam_drive::config::Beamform;
 use bonebeam_drive::frame::RecordingFrames;
 use bonebeam_drive::image::{BModeImage, check_beams, image_of};
@@ -98,12 +99,23 @@ pub struct Arguments {
     #[arg(long, value_name = "SURFACE.csv", help_heading = "Bone surface")]
     surface: Option<PathBuf>,
 
-    /// Also write the short-lag coherence of the first frame: .npy
+    /// Also write the coherence of the samples of the first frame: .npy
     ///
-    /// float32 [beam, sample], as the lines, −1 to 1: how alike the echoes of neighbouring elements are. Tissue and
-    /// bone are above clutter and noise, which are near 0.
+    /// float32 [beam, sample], as the lines. Tissue and bone are above clutter and noise, which are near the least
+    /// value.
     #[arg(long, value_name = "MAP.npy", help_heading = "Coherence")]
     coherence: Option<PathBuf>,
+
+    /// The measure of --coherence [default: short-lag]
+    ///
+    /// --surface has short-lag coherence with either.
+    #[arg(
+        long,
+        value_name = "MEASURE",
+        requires = "coherence",
+        help_heading = "Coherence"
+    )]
+    coherence_of: Option<Measure>,
 }
 
 const EXAMPLES: &str = "\
@@ -122,6 +134,8 @@ Examples:
   host-sim beamform channels.npz -o lines.npz --image bone.png --rows 512 --columns 512 \\
       --bone-map map.npy --scales 2^-7,2^-8,2^-9 --threshold 15
   host-sim beamform channels.npz --method das -o lines.npz --surface surface.csv --coherence map.npy
+  host-sim beamform channels.npz --temporal-half-window 10 -o lines.npz --coherence map.npy \\
+      --coherence-of largest-eigenvalue
   host-sim beamform delayed.npz --method mv --covariance forward -o lines.npz
   host-sim beamform recording.mat --variable rf=RcvData --variable c=1540 -o lines.npz
   host-sim beamform channels.npz --config lines.npz.config.toml -o again.npz";
@@ -237,7 +251,8 @@ impl Arguments {
     ) -> Result<String> {
         let of_file = |error| about(&self.recording, error);
         let map = self.coherence.as_ref();
-        let map = map.map(|_| coherence::of_frame(frames, frame.0, frame.1));
+        let measure = self.coherence_of.unwrap_or_default();
+        let map = map.map(|_| coherence::of_frame(frames, frame.0, frame.1, measure));
         let map = map.transpose().map_err(of_file)?;
         if let (Some(path), Some(map)) = (&self.coherence, &map) {
             image::add_to(map, path, outputs)?;
@@ -245,7 +260,8 @@ impl Arguments {
         let Some(path) = &self.surface else {
             return Ok(String::new());
         };
-        let points = of_recording(frames, frame, lines, map.as_ref(), &config.surface);
+        let known = map.as_ref().filter(|_| measure == Measure::ShortLag);
+        let points = of_recording(frames, frame, lines, known, &config.surface);
         let points = points.map_err(of_file)?;
         let surface = FrameSurface { frame: 0, points };
         let count = lines.beam_x.len();
@@ -368,12 +384,22 @@ pub fn run(arguments: Arguments) -> Result<()> {
     }
     if pictured {
         let image = image_of(&lines, &config.image).map_err(|e| about(&arguments.recording, e))?;
+        let chosen = config.phase_symmetry.scales_from_image && arguments.bone_map.is_some();
+        if chosen {
+            let section = phase_symmetry::with_scales(image.pixels.view(), &config.phase_symmetry);
+            config.phase_symmetry = section.map_err(|e| about(&arguments.recording, e))?;
+        }
         arguments.add_pictures(&image, &config, &mut outputs)?;
         let (rows, columns) = image.pixels.dim();
         summary += &format!(
             "; an image of {rows} x {columns} pixels of {:.3} mm",
             1e3 * image.pixel
         );
+        if chosen {
+            let pixel = image.angles.is_none().then_some(image.pixel);
+            let scales = chosen_scales(&config.phase_symmetry, pixel);
+            summary += &format!("; {scales}");
+        }
         // The configuration tells what was chosen, and so repeats it.
         (config.image.rows, config.image.columns) = (Some(rows), Some(columns));
         measures.add_image(&image);

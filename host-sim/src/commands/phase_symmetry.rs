@@ -11,11 +11,13 @@ use crate::flags::PhaseSymmetryFlags;
 use crate::progress::Progress;
 use crate::provenance::Snapshot;
 use crate::{Error, Result};
-use bonebeam_drive::phase_symmetry::of_image;
+use bonebeam_drive::config::PhaseSymmetry;
+use bonebeam_drive::phase_symmetry::{of_image, with_scales};
 use bonebeam_drive::policy::phase_symmetry_memory;
 use bonebeam_files::atomic::{Outputs, check_outputs};
 use bonebeam_files::image::{self, Format};
 use bonebeam_files::memory;
+use bonebeam_files::terminal::print;
 
 /// Filter an image for ridges: bright lines such as bone surfaces.
 ///
@@ -53,7 +55,8 @@ Examples:
   host-sim phase-symmetry scan.png --resize 512x512 --scales 2^-5,2^-6,2^-7,2^-8,2^-9 \\
       --threshold 10 -o ps.npy
   host-sim phase-symmetry bone.png --pad --pixel-size 0.0001 --wavelengths 0.002,0.004 \\
-      --noise-deviations 2 -o ps.npy";
+      --noise-deviations 2 -o ps.npy
+  host-sim phase-symmetry bone.png --pad --scales-from-image -o ps.npy";
 
 /// Runs the command.
 ///
@@ -84,6 +87,11 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let pixels = image::read(&arguments.image)?;
     let bytes = phase_symmetry_memory(pixels.dim().into(), &config.phase_symmetry);
     memory::check(bytes, "phase symmetry").map_err(|e| about(&arguments.image, e))?;
+    let chosen = config.phase_symmetry.scales_from_image;
+    if chosen {
+        let section = with_scales(pixels.view(), &config.phase_symmetry);
+        config.phase_symmetry = section.map_err(|e| about(&arguments.image, e))?;
+    }
     let bar = Progress::new("phase symmetry", 1);
     let (section, pixel) = (&config.phase_symmetry, config.image.pixel_size);
     let map = of_image(pixels, section, pixel, &mut |done, of| {
@@ -101,5 +109,27 @@ pub fn run(arguments: Arguments) -> Result<()> {
     }
     let inputs = [snapshot.hashed(true)?];
     config.add_to(&command_line(), &inputs, &config_path, &mut outputs)?;
-    outputs.commit()
+    outputs.commit()?;
+    match chosen {
+        true => {
+            let chosen = chosen_scales(&config.phase_symmetry, config.image.pixel_size);
+            print(&format!("{chosen}\n"))
+        }
+        false => Ok(()),
+    }
+}
+
+/// The wavelengths of scales from the image, as text; also in mm if the size of a pixel, m, is known.
+pub(super) fn chosen_scales(section: &PhaseSymmetry, pixel: Option<f64>) -> String {
+    let times = |factor: f64| {
+        let wavelengths = section.scales.iter().map(|scale| factor / scale);
+        let texts: Vec<String> = wavelengths.map(|value| format!("{value:.2}")).collect();
+        texts.join(", ")
+    };
+    let in_mm = pixel.map(|pixel| format!(" ({} mm)", times(1e3 * pixel)));
+    format!(
+        "scales from the image: wavelengths of {} pixels{}",
+        times(1.0),
+        in_mm.unwrap_or_default()
+    )
 }

@@ -26,6 +26,13 @@ pub struct PhaseSymmetryFlags {
     )]
     wavelengths: Option<Vec<f64>>,
 
+    /// Three scales from the image: that of its brightest ridges, and an octave to either side
+    ///
+    /// The deviation of the ridges is that of the Gaussian after which their curvature, times the deviation to the power
+    /// 3/2, is largest (Lindeberg 1998). The scales are printed, and written in place of this flag.
+    #[arg(long, conflicts_with_all = ["scales", "wavelengths"])]
+    scales_from_image: bool,
+
     /// Noise threshold T_n, in grey levels of the image [default: 15]
     #[arg(long, value_name = "GREY")]
     threshold: Option<f64>,
@@ -67,6 +74,7 @@ impl PhaseSymmetryFlags {
         let given = [
             ("--scales", self.scales.is_some()),
             ("--wavelengths", self.wavelengths.is_some()),
+            ("--scales-from-image", self.scales_from_image),
             ("--threshold", self.threshold.is_some()),
             ("--noise-deviations", self.noise_deviations.is_some()),
             ("--noise-by-direction", self.noise_by_direction),
@@ -84,10 +92,14 @@ impl PhaseSymmetryFlags {
     pub fn apply(&self, section: &mut PhaseSymmetry) {
         if let Some(scales) = &self.scales {
             section.scales.clone_from(scales);
-            section.wavelengths.clear();
+            (section.wavelengths, section.scales_from_image) = (Vec::new(), false);
         }
         if let Some(wavelengths) = &self.wavelengths {
             section.wavelengths.clone_from(wavelengths);
+            section.scales_from_image = false;
+        }
+        if self.scales_from_image {
+            (section.wavelengths, section.scales_from_image) = (Vec::new(), true);
         }
         if let Some(threshold) = self.threshold {
             section.threshold = threshold;

@@ -208,3 +208,65 @@ fn phase_symmetry_marks_a_ridge_alike_for_every_strip() {
         (64, 128)
     );
 }
+
+/// Another measure of the map changes no surface, which has short-lag coherence.
+#[test]
+fn a_map_of_the_largest_eigenvalue_beside_the_surface() {
+    let folder = tempdir().unwrap();
+    let [focused, ..] = laws();
+    point(focused)
+        .write(&folder.path().join("data.npz"))
+        .unwrap();
+    let beamform = "beamform data.npz --method das -o lines.npz";
+    let map = |name: &str| image::read(&folder.path().join(name)).unwrap();
+    let bytes = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    run(
+        &folder,
+        &format!("{beamform} --surface a.csv --coherence short.npy"),
+    );
+    let own = "--coherence own.npy --coherence-of largest-eigenvalue";
+    run(&folder, &format!("{beamform} --surface b.csv {own}"));
+    assert!(bytes("a.csv") == bytes("b.csv"));
+    assert_eq!(map("own.npy").dim(), map("short.npy").dim());
+    // Silence has 0, all else at least 1 over the elements.
+    let least = 1.0 / 128.0;
+    let within = |share: &f32| *share == 0.0 || (least..=1.0).contains(share);
+    assert!(map("own.npy").iter().all(within));
+    assert!(map("own.npy").iter().any(|share| *share > 0.9));
+}
+
+/// Both commands choose the same scales, tell them, and write them down.
+#[test]
+fn a_bone_map_with_scales_from_the_image() {
+    let folder = tempdir().unwrap();
+    let [focused, ..] = laws();
+    point(focused)
+        .write(&folder.path().join("data.npz"))
+        .unwrap();
+    let map = |name: &str| image::read(&folder.path().join(name)).unwrap();
+    let beamform = "beamform data.npz -o lines.npz --method das --image image.npy";
+    run(
+        &folder,
+        &format!("{beamform} --bone-map map.npy --scales-from-image"),
+    );
+    run(
+        &folder,
+        "phase-symmetry image.npy --pad --scales-from-image -o ps.npy",
+    );
+    assert!(map("map.npy") == map("ps.npy"));
+    let config = folder.path().join("ps.npy.config.toml");
+    let config: toml::Value = toml::from_str(&fs::read_to_string(config).unwrap()).unwrap();
+    let section = &config["phase_symmetry"];
+    assert!(section.get("scales_from_image").is_none());
+    let scales = section["scales"].as_array().unwrap();
+    let scales: Vec<f64> = scales
+        .iter()
+        .map(|scale| scale.as_float().unwrap())
+        .collect();
+    assert!(scales.len() == 3 && scales[0] == 2.0 * scales[1] && scales[1] == 2.0 * scales[2]);
+    run(
+        &folder,
+        "phase-symmetry image.npy --config ps.npy.config.toml -o again.npy",
+    );
+    assert!(map("again.npy") == map("ps.npy"));
+}

@@ -88,6 +88,7 @@ def phase_symmetry(
     *,
     scales: Sequence[float] = ...,
     wavelengths: Sequence[float] = ...,
+    scales_from_image: bool = ...,
     threshold: float = ...,
     noise_deviations: float | None = ...,
     noise_by_direction: bool = ...,
@@ -105,6 +106,7 @@ def phase_symmetry(
     *,
     scales: Sequence[float] = ...,
     wavelengths: Sequence[float] = ...,
+    scales_from_image: bool = ...,
     threshold: float = ...,
     noise_deviations: float | None = ...,
     noise_by_direction: bool = ...,
@@ -121,6 +123,7 @@ def phase_symmetry(
     *,
     scales: Sequence[float] = (2**-7, 2**-8, 2**-9),
     wavelengths: Sequence[float] = (),
+    scales_from_image: bool = False,
     threshold: float = 15.0,
     noise_deviations: float | None = None,
     noise_by_direction: bool = False,
@@ -139,6 +142,8 @@ def phase_symmetry(
             ``pad`` makes them so.
         scales: Centre frequencies of the filters, cycles per pixel.
         wavelengths: Wavelengths at the centres of the filters, m, in place of ``scales``; for an :class:`Image`.
+        scales_from_image: Whether the image chooses three scales, in place of ``scales``: that of its brightest ridges,
+            and an octave to either side.
         threshold: Noise threshold T_n, in grey levels.
         noise_deviations: T_n from the image's noise in place of ``threshold``: the mean of the noise's amplitude and this
             number of standard deviations.
@@ -169,6 +174,7 @@ def phase_symmetry(
     section = {
         "scales": list(scales),
         "wavelengths": list(wavelengths),
+        "scales_from_image": scales_from_image,
         "threshold": threshold,
         "noise_deviations": noise_deviations,
         "noise_by_direction": noise_by_direction,

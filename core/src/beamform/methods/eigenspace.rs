@@ -46,7 +46,7 @@ pub(in crate::beamform) fn esmv_rank1<A: Averaging<V>, V: Vector>(
 /// The largest eigenvalue of the loaded covariance; its eigenvector is in the solver's `vector`. One function for
 /// the line and for its sub-lines.
 #[inline(never)]
-pub(super) fn first_eigenpair<A: Averaging<V>, V: Vector>(
+pub(in crate::beamform) fn first_eigenpair<A: Averaging<V>, V: Vector>(
     zero: V,
     solver: &mut Solver<'_, A::Scalar, V>,
     subaperture: impl Size,

@@ -10,7 +10,7 @@ mod pairs;
 mod stage;
 
 pub(super) use directions::{Shape, answers};
-pub(super) use eigenspace::{Subspace, at_least_floor, rank_order};
+pub(super) use eigenspace::{Subspace, at_least_floor, first_eigenpair, rank_order};
 
 use super::apodization::Window;
 use super::depth_step::DepthStep;

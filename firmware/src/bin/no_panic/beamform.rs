@@ -72,6 +72,10 @@ fn one<A: Averaging<f32>>(method: Method) -> Result<(), Error> {
     take(workspace.sizes());
     let (mut z, mut other) = ([Complex::ZERO; 100], [Complex::ZERO; 100]);
     beamformer.line(&mut workspace, line, |_| active(), opaque(&mut z[..]))?;
+    take(beamformer.eigenvalue_sizes(opaque(1)));
+    let mut shares = [0.0; 100];
+    let out = opaque(&mut shares[..]);
+    beamformer.eigenvalue_shares(&mut workspace, line, |_| active(), out)?;
     let (adaptive, z_within) = (opaque(0)..opaque(1), opaque(&mut z[..]));
     beamformer.line_within(&mut workspace, line, |_| active(), adaptive, z_within)?;
     let within = (|_| active(), opaque(0)..opaque(1));

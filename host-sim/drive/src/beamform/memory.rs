@@ -1,7 +1,8 @@
 //! Memory of a thread for the core's beamformer, for sizes known at run time.
 
-use bonebeam::beamform::{Beamformer, Segment, Sizes, SteeredSegments, Workspace};
+use bonebeam::beamform::{AlignedLine, Beamformer, Segment, Sizes, SteeredSegments, Workspace};
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
+use bonebeam::geometry::Active;
 use bonebeam::memory::Scratch;
 use bonebeam::simd::{InstructionSet, Task, Vector};
 use num_complex::Complex;
@@ -102,6 +103,18 @@ pub trait AnyMemory: Send {
         count: usize,
         z: &mut [&mut [Complex<f32>]],
     ) -> std::result::Result<(), bonebeam::Error>;
+
+    /// See [`Beamformer::eigenvalue_shares`].
+    ///
+    /// # Errors
+    /// Errors of the core.
+    fn eigenvalue_shares(
+        &mut self,
+        beamformer: &Beamformer,
+        line: AlignedLine<'_>,
+        active: &dyn Fn(usize) -> Active,
+        shares: &mut [f32],
+    ) -> std::result::Result<(), bonebeam::Error>;
 }
 
 impl<A: Averaging<V>, V: Vector> AnyMemory for Memory<A, V> {
@@ -127,6 +140,16 @@ impl<A: Averaging<V>, V: Vector> AnyMemory for Memory<A, V> {
         z: &mut [&mut [Complex<f32>]],
     ) -> std::result::Result<(), bonebeam::Error> {
         beamformer.sub_line_segments(&mut self.view(), lines, count, z)
+    }
+
+    fn eigenvalue_shares(
+        &mut self,
+        beamformer: &Beamformer,
+        line: AlignedLine<'_>,
+        active: &dyn Fn(usize) -> Active,
+        shares: &mut [f32],
+    ) -> std::result::Result<(), bonebeam::Error> {
+        beamformer.eigenvalue_shares(&mut self.view(), line, active, shares)
     }
 }
 

@@ -475,7 +475,7 @@ fn in_order(
 }
 
 /// Checks that the time window is not longer than the record.
-fn check_window(parameters: &Parameters, samples: usize) -> Result<()> {
+pub(super) fn check_window(parameters: &Parameters, samples: usize) -> Result<()> {
     let temporal_half_window = parameters.temporal_half_window;
     if temporal_half_window < samples {
         return Ok(());

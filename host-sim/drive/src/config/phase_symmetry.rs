@@ -29,6 +29,9 @@ pub struct PhaseSymmetry {
     /// A scale is the size of a pixel over the wavelength.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub wavelengths: Vec<f64>,
+    /// Whether the image's ridges choose three scales, in place of `scales`.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub scales_from_image: bool,
     /// Noise threshold T_n, in grey levels of an image of 0 to 255.
     pub threshold: f64,
     /// T_n from the image's noise in place of `threshold`.
@@ -89,6 +92,7 @@ impl Default for PhaseSymmetry {
         Self {
             scales: vec![(-7f64).exp2(), (-8f64).exp2(), (-9f64).exp2()],
             wavelengths: Vec::new(),
+            scales_from_image: false,
             threshold: 15.0,
             noise_deviations: None,
             noise_by_direction: false,
@@ -163,6 +167,11 @@ impl PhaseSymmetry {
         }
         if !self.wavelengths.is_empty() && self.resize.is_some() {
             let message = "--resize changes the size of the pixels that --wavelengths needs; give one of them";
+            return Err(Error::Usage(message.into()));
+        }
+        if !self.wavelengths.is_empty() && self.scales_from_image {
+            let message =
+                "--wavelengths and --scales-from-image both set the scales; give one of them";
             return Err(Error::Usage(message.into()));
         }
         Ok(())

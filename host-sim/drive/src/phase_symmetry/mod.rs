@@ -4,6 +4,7 @@
 
 mod bands;
 mod noise;
+mod scales;
 #[cfg(test)]
 mod tests;
 
@@ -23,6 +24,7 @@ use crate::image::resize;
 use crate::{Error, Result};
 use bands::{Band, MatrixPart, Whole};
 use noise::{DIRECTIONS, Noise};
+pub use scales::{FROM_IMAGE, with_scales};
 
 /// Parameters of phase symmetry.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,13 +64,14 @@ pub fn phase_symmetry(
 /// its square pixels, m, if known.
 ///
 /// # Errors
-/// As [`phase_symmetry`] and [`resize`]; wavelengths without the size of a pixel.
+/// As [`phase_symmetry`], [`resize`] and [`with_scales`]; wavelengths without the size of a pixel.
 pub fn of_image(
     mut image: Array2<f32>,
     section: &config::PhaseSymmetry,
     pixel: Option<f64>,
     progress: &mut dyn FnMut(usize, usize),
 ) -> Result<Array2<f32>> {
+    let section = &with_scales(image.view(), section)?;
     if let Some(size) = section.resize {
         image = resize(image.view(), size.rows, size.columns)?;
     }

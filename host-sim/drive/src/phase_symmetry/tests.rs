@@ -2,7 +2,8 @@
 
 use std::f64::consts::PI;
 
-use super::{Noise, Parameters, noise_of, of_image};
+use super::scales::WAVELENGTHS;
+use super::{Noise, Parameters, noise_of, of_image, with_scales};
 use crate::config::PhaseSymmetry;
 use ndarray::Array2;
 
@@ -230,4 +231,72 @@ fn a_ridge_answers_most_at_its_own_scale() {
         .iter()
         .fold((f64::MAX, 0f64), |(a, b), v| (a.min(*v), b.max(*v)));
     assert!(spread.1 / spread.0 < 1.05, "{found:?}");
+}
+
+/// An image of a Gaussian ridge, of a deviation in pixels, with noise of a share of its height.
+fn ridge_at(slope: f64, deviation: f64, share: f32) -> Array2<f32> {
+    let white = noise();
+    Array2::from_shape_fn((SIDE, SIDE), |(row, column)| {
+        let off = row as f64 - 0.4 * SIDE as f64 - slope * (column as f64 - 0.5 * SIDE as f64);
+        let across = off / (deviation * (1.0 + slope * slope).sqrt());
+        let grain = white[[row, column]] / SIGMA as f32 * share * 150.0;
+        (150.0 * (-0.5 * across * across).exp()) as f32 + grain
+    })
+}
+
+/// The centres of the filters are those of the ridge's deviation, of all that the scale space has.
+#[test]
+fn scales_from_the_image_are_those_of_its_ridge() {
+    let section = PhaseSymmetry {
+        scales_from_image: true,
+        ..PhaseSymmetry::default()
+    };
+    for (slope, share) in [(0.0, 0.0), (0.4, 0.0), (-1.0, 0.05)] {
+        for deviation in [2.0, 4.0, 8.0] {
+            let image = ridge_at(slope, deviation, share);
+            let chosen = with_scales(image.view(), &section).unwrap();
+            assert!(!chosen.scales_from_image);
+            for (scale, factor) in chosen.scales.iter().zip([0.5, 1.0, 2.0]) {
+                let found = 1.0 / (WAVELENGTHS * factor * scale);
+                assert!(
+                    (found / deviation - 1.0).abs() < 1e-9,
+                    "slope {slope}, {deviation}: {found}"
+                );
+            }
+            let given = PhaseSymmetry {
+                scales: chosen.scales,
+                ..PhaseSymmetry::default()
+            };
+            let [by_image, given] = [&section, &given]
+                .map(|section| of_image(image.clone(), section, None, &mut |_, _| ()).unwrap());
+            assert!(by_image == given);
+        }
+    }
+}
+
+/// The wavelength of the largest ∫ S(f)·G(f) df for a ridge of deviation 1, by the sum over ln f.
+#[test]
+fn the_wavelength_of_a_ridge_is_that_of_its_largest_response() {
+    let response = |wavelength: f64| -> f64 {
+        let terms = (-12_000..4_000).map(|k| {
+            let ln_f = 1e-3 * f64::from(k);
+            let f = ln_f.exp();
+            let radial = (ln_f + wavelength.ln()) / 0.15f64.ln();
+            (ln_f - 2.0 * (PI * f).powi(2) - 0.5 * radial * radial).exp()
+        });
+        terms.sum()
+    };
+    let most = response(WAVELENGTHS);
+    assert!(response(0.995 * WAVELENGTHS) < most && most > response(1.005 * WAVELENGTHS));
+}
+
+#[test]
+fn an_image_without_a_ridge_has_no_scales_of_its_own() {
+    let section = PhaseSymmetry {
+        scales_from_image: true,
+        ..PhaseSymmetry::default()
+    };
+    let flat = Array2::zeros((64, 64));
+    let refused = with_scales(flat.view(), &section).unwrap_err();
+    assert!(refused.to_string().contains("--scales"), "{refused}");
 }

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use bonebeam_files::{BeamformedLines, Recording};
 
-use crate::coherence;
+use crate::coherence::{self, Measure};
 use crate::config;
 use crate::frame::RecordingFrames;
 use crate::image::{Layout, layout, sample_axis};
@@ -66,7 +66,7 @@ pub fn of_recording(
     match (recording, known) {
         (Recording::Channel(_), Some(map)) => of_lines_with_coherence(lines, map.view(), section),
         (Recording::Channel(_), None) => {
-            let map = coherence::of_frame(frames, recording, frame)?;
+            let map = coherence::of_frame(frames, recording, frame, Measure::ShortLag)?;
             of_lines_with_coherence(lines, map.view(), section)
         }
         (Recording::Aligned(_), _) => of_lines(lines, section),

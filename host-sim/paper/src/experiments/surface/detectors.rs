@@ -7,6 +7,7 @@ use crate::experiments::common::pictures::ridges;
 use crate::measure::surface::{Judged, Known, judge};
 use bonebeam_drive::config::{self, Image, PhaseSymmetry};
 use bonebeam_drive::image::{b_mode, grid_of_picture};
+use bonebeam_drive::phase_symmetry::with_scales;
 use bonebeam_drive::surface::{of_lines, of_lines_with_coherence};
 use bonebeam_files::BeamformedLines;
 use bonebeam_oracle::surface::{
@@ -24,8 +25,10 @@ pub type Answer = Option<(f64, f64)>;
 /// A detector.
 #[derive(Clone, Copy, Debug)]
 pub enum Detector {
-    /// The largest phase symmetry of each line, with these exponents of the scales.
-    PhaseSymmetry(&'static str, [i32; 2]),
+    /// The largest phase symmetry of each line.
+    ///
+    /// The scales have these exponents, or are from the image.
+    PhaseSymmetry(&'static str, Option<[i32; 2]>),
     /// The largest onset of each line.
     Onset,
     /// The largest bone probability of each line.
@@ -57,9 +60,10 @@ pub struct Terms {
 pub const ONSET_PATH: Detector = Detector::Path(terms("yardstick: onset, path", [0.0, 0.0], -3.0));
 
 /// All detectors, in the order of the table.
-pub const DETECTORS: [Detector; 14] = [
-    Detector::PhaseSymmetry("phase symmetry, the paper's scales", [7, 9]),
-    Detector::PhaseSymmetry("phase symmetry, finer scales", [5, 7]),
+pub const DETECTORS: [Detector; 15] = [
+    Detector::PhaseSymmetry("phase symmetry, the paper's scales", Some([7, 9])),
+    Detector::PhaseSymmetry("phase symmetry, finer scales", Some([5, 7])),
+    Detector::PhaseSymmetry("phase symmetry, scales from the image", None),
     Detector::Onset,
     Detector::Foroughi,
     Detector::ForoughiPath,
@@ -145,15 +149,19 @@ impl<'a> Frame<'a> {
     }
 
     /// The largest phase symmetry of the column that is nearest to each line.
-    fn ridges(&self, [from, to]: [i32; 2]) -> Result<Vec<Answer>> {
+    fn ridges(&self, scales: Option<[i32; 2]>) -> Result<Vec<Answer>> {
         let grid = grid_of_picture(self.lines, self.image)?;
         let range = self.image.dynamic_range as f32;
         let pixels = b_mode(self.lines, range, &grid, self.image.median)?.pixels;
-        let filter = PhaseSymmetry {
-            scales: (from..=to).map(|k| f64::from(-k).exp2()).collect(),
+        let mut filter = PhaseSymmetry {
             threshold: self.threshold,
+            scales_from_image: scales.is_none(),
             ..PhaseSymmetry::default()
         };
+        if let Some([from, to]) = scales {
+            filter.scales = (from..=to).map(|k| f64::from(-k).exp2()).collect();
+        }
+        let filter = with_scales(pixels.view(), &filter)?;
         let map = ridges(&pixels, &filter)?;
         let column = |x: &f64| {
             let nearest = ((x - grid.x0) / grid.pixel).round().max(0.0) as usize;
