@@ -186,19 +186,18 @@ impl Settings {
     /// [`Settings::DEFAULT`].
     pub const COHERENCE: Settings = Settings {
         coherence: Ramp {
-            weight: -0.7,
+            weight: -0.85,
             ..Self::DEFAULT.coherence
         },
         rest: Ramp {
-            weight: 1.8,
+            weight: 1.7,
             ..Self::DEFAULT.rest
         },
         shadow: Ramp {
-            weight: -0.9,
+            weight: -1.1,
             ..Self::DEFAULT.shadow
         },
-        absence: -2.4,
-        end: 7.0,
+        absence: -2.6,
         ..Self::DEFAULT
     };
 
