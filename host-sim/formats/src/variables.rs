@@ -1,6 +1,6 @@
 //! Section `[variables]`: names and values of the keys of channel data.
 //!
-//! It gives the file's names of arrays, and values that the file lacks.
+//! It gives the names of arrays in the file, and values that the file lacks.
 
 use std::collections::BTreeMap;
 

@@ -22,7 +22,7 @@ pub struct Memory<A: Averaging<V>, V: Vector> {
 }
 
 impl<A: Averaging<V>, V: Vector> Memory<A, V> {
-    /// For shapes of up to `sizes`, over the lanes of `zero`.
+    /// Allocates memory for shapes of up to `sizes`, over the lanes of `zero`.
     ///
     /// # Errors
     /// [`Error::Usage`] if that is more than 1 GiB, or more than the machine has.
@@ -130,7 +130,7 @@ impl<A: Averaging<V>, V: Vector> AnyMemory for Memory<A, V> {
     }
 }
 
-/// Purpose of a memory.
+/// Covariance and sizes that a memory is made for.
 #[derive(Clone, Copy, Debug)]
 pub struct Needs {
     /// Forward or forward-backward.
