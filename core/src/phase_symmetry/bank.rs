@@ -178,7 +178,7 @@ impl PhaseSymmetry {
         Err(Error::Parameter {
             name: "first line of a strip",
             value: strip.start as f64,
-            expected: "a strip that the bank itself names",
+            expected: "one of the bank's strips",
         })
     }
 }

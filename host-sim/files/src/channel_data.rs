@@ -327,8 +327,8 @@ impl ChannelData {
         let elements = self.element_x.len();
         if width > WIDE || elements > MANY {
             warnings.push(format!(
-                "the array has {elements} elements over {} mm; perhaps the axes of the samples or the pitch are \
-                 other ones",
+                "the array has {elements} elements over {} mm; perhaps the axes of the samples are in \
+                 another order, or the pitch is wrong",
                 digits(1e3 * width)
             ));
         }

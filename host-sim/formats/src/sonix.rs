@@ -153,7 +153,7 @@ pub fn read(
             return Err(file_error(
                 &path,
                 format!(
-                    "has other records than {}: expected {records} of {samples} samples",
+                    "differs from {} in its records: expected {records} of {samples} samples",
                     name(0)
                 ),
             ));

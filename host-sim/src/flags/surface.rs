@@ -41,7 +41,7 @@ pub struct SurfaceFlags {
     #[arg(long, value_name = "NATS", help_heading = "Surface", help = usual("Weight of the drop in level from tissue above to shadow below, nats", |s| s.level.weight))]
     level: Option<f64>,
 
-    #[arg(long, value_name = "NATS", help_heading = "Surface", help = usual("Weight of the brightest level below against the tissue above, nats", |s| s.rest.weight))]
+    #[arg(long, value_name = "NATS", help_heading = "Surface", help = usual("Weight of the brightest level below, relative to the tissue above, nats", |s| s.rest.weight))]
     rest: Option<f64>,
 
     #[arg(long, value_name = "NATS", help_heading = "Surface", help = usual("Weight of the shadow to the end of the line, nats", |s| -s.shadow.weight))]

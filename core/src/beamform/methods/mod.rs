@@ -81,7 +81,7 @@ const RANK: Parameter = Parameter {
 const STEPS: Parameter = Parameter {
     name: "power_steps",
     unit: "",
-    help: "Steps of power iteration, in the same time whatever the data are",
+    help: "Steps of power iteration, for a time that does not depend on the data",
     default: 8.0,
     example: 8.0,
     whole: true,

@@ -66,7 +66,7 @@ fn filled<T: Copy>(
 fn too_much(sizes: Sizes, bytes: usize) -> Error {
     Error::Usage(format!(
         "temporal_half_window (K) {} and a subaperture of {} elements need {} MB per thread, more than \
-         there is or than the allowed {} MB; give a smaller K or subaperture_ratio",
+         is available or allowed (at most {} MB); give a smaller K or subaperture_ratio",
         sizes.temporal_half_window,
         sizes.subaperture,
         bytes >> 20,

@@ -105,7 +105,7 @@ fn tell(optimiser: &mut TpeOptimizer, variable: &Variable, value: f64, score: f6
 }
 
 fn refused(error: impl std::fmt::Display) -> Error {
-    Error::Data(format!("the optimiser refuses it: {error}"))
+    Error::Data(format!("the optimiser refuses a value: {error}"))
 }
 
 #[cfg(test)]
