@@ -100,8 +100,8 @@ pub struct Arguments {
 
     /// Also write the short-lag coherence of the first frame: .npy
     ///
-    /// float32 [beam, sample], as the lines, −1 to 1: how alike the echoes of neighbouring elements are. It is larger
-    /// for tissue and bone than for clutter and noise, which are near 0.
+    /// float32 [beam, sample], as the lines, −1 to 1: how alike the echoes of neighbouring elements are. Tissue and
+    /// bone are above clutter and noise, which are near 0.
     #[arg(long, value_name = "MAP.npy", help_heading = "Coherence")]
     coherence: Option<PathBuf>,
 }
