@@ -31,7 +31,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/// Alignment, bytes, of the memory of every object.
+/// Alignment of the memory of every object, bytes.
 #define BONEBEAM_ALIGN 64
 
 /// Maximum number of transmits compounded in a line.
@@ -56,7 +56,7 @@ enum bonebeam_status
   BONEBEAM_STATUS_OK = 0,
   /// A parameter is outside its range.
   BONEBEAM_STATUS_PARAMETER = 1,
-  /// An array's length differs from the shapes.
+  /// An array's length does not match the shapes.
   BONEBEAM_STATUS_LENGTH = 2,
   /// A size exceeds a capacity.
   BONEBEAM_STATUS_CAPACITY = 3,
@@ -123,7 +123,7 @@ typedef enum {
 
 /// Interpolation of I/Q.
 ///
-/// `IqInterpolation::for_band` in the core's documentation gives the cheapest for a bandwidth.
+/// `IqInterpolation::for_band` in the core's documentation gives the cheapest one for a bandwidth.
 typedef enum {
   /// Linear interpolation.
   BONEBEAM_INTERPOLATION_LINEAR = 0,
@@ -163,7 +163,7 @@ typedef struct {
   size_t elements;
   /// Distance of neighbouring elements, m.
   double pitch;
-  /// Depth over width.
+  /// F-number: depth divided by the width of the aperture.
   double f_number;
   /// Minimum number of active elements.
   size_t min_elements;
@@ -171,16 +171,16 @@ typedef struct {
 
 /// Consecutive elements or samples.
 typedef struct {
-  /// Index of the first one.
+  /// Index of the first element or sample.
   size_t first;
-  /// Number of them.
+  /// Number of elements or samples.
   size_t count;
 } bonebeam_range;
 
 /// A parameter by its name in the tables of docs/numerics.md.
 ///
-/// For instance "temporal_half_window", "diagonal_loading" or "subaperture_ratio". The last of several with one
-/// name counts.
+/// For instance "temporal_half_window", "diagonal_loading" or "subaperture_ratio". If a name occurs several times, the
+/// last value counts.
 typedef struct {
   /// The name.
   const char *name;
@@ -214,9 +214,9 @@ typedef struct {
   size_t count;
   /// Sub-lines of each line of a scan: 1, 2, 4, 8, 16 or 32; 0 is 1.
   ///
-  /// They are directions within the line's cell, from its one covariance. More than 1 need the library's feature
-  /// `sub-lines`, and are for frames and lines of scans only. For I/Q their phases are those of the demodulation
-  /// frequency.
+  /// Sub-lines are directions within the line's cell that share its covariance. More than 1 need the library's
+  /// feature `sub-lines`, and work only in frames and lines of scans. For I/Q their phases are those of the
+  /// demodulation frequency.
   size_t sub_lines;
 } bonebeam_beamform_parameters;
 
@@ -232,7 +232,7 @@ typedef struct {
 typedef struct {
   /// Speed of sound, m/s.
   double sound_speed;
-  /// Sampling rate of the record, Hz; for I/Q complex samples a second.
+  /// Sampling rate of the record, Hz; for I/Q complex samples per second.
   double sampling_rate;
   /// RF: centre frequency of the pulse, Hz. I/Q: demodulation frequency, Hz.
   double frequency;
@@ -252,7 +252,7 @@ typedef struct {
   size_t hilbert_taps;
   /// RF: not 0 computes the filters in single precision.
   ///
-  /// For processors with doubles in software: far fewer instructions. Lines have other bits.
+  /// For processors with doubles in software: far fewer instructions. The bits of lines differ.
   int32_t single_precision;
   /// I/Q: one of `bonebeam_interpolation`.
   int32_t interpolation;
@@ -302,7 +302,7 @@ typedef struct {
   double pitch;
   /// The elements to compute.
   bonebeam_range active;
-  /// Not 0 adds to the output, for transmits after the first.
+  /// Not 0: the line is added to the output, for transmits after the first.
   int32_t add;
 } bonebeam_scan_line;
 
@@ -344,7 +344,7 @@ typedef struct {
   ///
   /// It changes memory and time, never the map.
   size_t strip;
-  /// Centre frequencies r₀ of the filters, cycles a pixel.
+  /// Centre frequencies r₀ of the filters, cycles per pixel.
   const double *scales;
   /// Number of scales, 1 to 8.
   size_t scale_count;
@@ -451,11 +451,11 @@ bonebeam_status bonebeam_beamformer_new(void *memory,
 
 /// Beamforms a line: `z[n]` from aligned samples.
 ///
-/// Sample n is `x[n·elements]` to `x[n·elements + elements - 1]`, of which `active[n]` are used. `z` has the scale
-/// of `x`. With a `depth_step` of s, `z[i]` is sample `n = i·s`, and there are `samples/s` of them, rounded up.
+/// Sample n is `x[n·elements]` to `x[n·elements + elements - 1]`, of which `active[n]` are used. `z` has the scale of
+/// `x`. With a `depth_step` of s, `z[i]` is sample `n = i·s`, and `z` has `samples/s` numbers, rounded up.
 ///
-/// `adaptive`: a depth gate. Samples outside are DAS, and need not fit the beamformer's number of elements. Null:
-/// all samples are adaptive.
+/// `adaptive`: a depth gate. Samples outside are DAS, and may have more active elements than the beamformer was made
+/// for. Null: all samples are adaptive.
 bonebeam_status bonebeam_beamformer_line(bonebeam_beamformer *beamformer,
                                          const bonebeam_complex *x,
                                          size_t samples,
@@ -468,9 +468,9 @@ bonebeam_status bonebeam_beamformer_line(bonebeam_beamformer *beamformer,
 ///
 /// The bits are those of `bonebeam_beamformer_line` for the whole line of `samples` samples. `x` has only the samples
 /// `aligned`: sample n begins at `x[(n - aligned.first)·elements]`. `active` and `z` are those of the whole line.
-/// Samples from `*done` on enter `z`, and `*done` becomes the first sample without output. It is 0 before the first
-/// call. With a `temporal_half_window` of K, `aligned` begins K samples before `*done` or earlier, and a call leaves
-/// up to 3·K aligned samples for the next. The last call has the line's last sample.
+/// Output is written to `z` from sample `*done` on, and `*done` becomes the first sample without output. Set `*done` to
+/// 0 before the first call. With a `temporal_half_window` of K, `aligned` begins K samples before `*done` or earlier,
+/// and a call leaves up to 3·K aligned samples for the next. In the last call, `aligned` ends with the line.
 bonebeam_status bonebeam_beamformer_partial_line(bonebeam_beamformer *beamformer,
                                                  const bonebeam_complex *x,
                                                  bonebeam_range aligned,
@@ -506,9 +506,9 @@ bonebeam_status bonebeam_delay_line(bonebeam_delay *delay,
                                     const float *rf,
                                     bonebeam_complex *out);
 
-/// Aligns the samples `block` of a line, with the bits that the whole line has.
+/// Aligns the samples in `block` of a line, with the bits of the whole line.
 ///
-/// `out` has `block.count·elements` numbers. All of the record is checked: its samples from
+/// `out` has `block.count·elements` numbers. The whole record is checked, but its samples from
 /// `bonebeam_delay_record_end` on may have any finite value.
 bonebeam_status bonebeam_delay_block(bonebeam_delay *delay,
                                      const bonebeam_scan_line *line,
@@ -516,10 +516,10 @@ bonebeam_status bonebeam_delay_block(bonebeam_delay *delay,
                                      bonebeam_range block,
                                      bonebeam_complex *out);
 
-/// Computes how many first samples of a record a block of a line depends on.
+/// Computes the number of a record's first samples that a block of a line needs.
 ///
-/// `block` are samples of the line. Once these are recorded, the block can be aligned. The number costs two
-/// positions in doubles for each output sample: compute it once for a scan.
+/// `block` is a range of the line's samples. It can be aligned once that number of samples is recorded. The cost is two
+/// positions in doubles for each output sample: compute the number once for a scan.
 bonebeam_status bonebeam_delay_record_end(const bonebeam_delay *delay,
                                           const bonebeam_scan_line *line,
                                           bonebeam_range block,
@@ -527,9 +527,9 @@ bonebeam_status bonebeam_delay_record_end(const bonebeam_delay *delay,
 
 /// Writes counts of 16 bits into a record of RF.
 ///
-/// The samples `block` of each element become `scale` times the counts. `layout` is one of `bonebeam_layout`, the
+/// The samples in `block` of each element become `scale` times the counts. `layout` is one of `bonebeam_layout`, the
 /// order of the block's `elements·block.count` counts. `rf` is `[element][record sample]`. The counts are those of a
-/// whole record, or of a block of it as it comes.
+/// whole record, or of a block of it as it arrives.
 bonebeam_status bonebeam_rf_counts(const int16_t *counts,
                                    int32_t layout,
                                    float scale,
@@ -603,7 +603,7 @@ float bonebeam_largest(const float *envelopes, size_t length);
 
 /// Computes grey levels 0 to 255 from envelopes.
 ///
-/// They show `dynamic_range` dB below `reference`. `logarithm` is one of `bonebeam_logarithm`.
+/// 255 is `reference`, and 0 is `dynamic_range` dB below it. `logarithm` is one of `bonebeam_logarithm`.
 bonebeam_status bonebeam_log_compression(int32_t logarithm,
                                          const float *envelopes,
                                          size_t length,
@@ -633,7 +633,7 @@ bonebeam_status bonebeam_iq_new(void *memory,
                                 const bonebeam_delay_parameters *parameters,
                                 bonebeam_iq **iq);
 
-/// Aligns one scan line of I/Q: `out` as of `bonebeam_delay_line`.
+/// Aligns one scan line of I/Q; `out` is as in `bonebeam_delay_line`.
 bonebeam_status bonebeam_iq_line(bonebeam_iq *iq,
                                  const bonebeam_scan_line *line,
                                  const bonebeam_iq_record *record,
@@ -651,25 +651,25 @@ bonebeam_status bonebeam_iq_lines_new(void *memory,
 
 /// Computes line `index`, the mean over `count` transmits.
 ///
-/// `z` has `output_samples` numbers; with a `depth_step`, their number over the step, rounded up. With sub-lines it has
-/// as many for each, `[sample][sub-line]`. An error may leave them changed in part.
+/// `z` has `output_samples` numbers; with a `depth_step`, that number divided by the step, rounded up. With sub-lines
+/// it has as many for each sub-line, `[sample][sub-line]`. An error may leave `z` partly changed.
 bonebeam_status bonebeam_iq_lines_line(bonebeam_iq_lines *lines,
                                        size_t index,
                                        const bonebeam_iq_wave *waves,
                                        size_t count,
                                        bonebeam_complex *z);
 
-/// Returns the bytes of phase symmetry for fast memory; they grow with the strip.
+/// Returns the bytes of fast memory for phase symmetry; they grow with the strip.
 size_t bonebeam_phase_symmetry_bytes(const bonebeam_phase_symmetry_parameters *parameters);
 
-/// Returns the bytes of phase symmetry for slow memory.
+/// Returns the bytes of slow memory for phase symmetry.
 ///
 /// They grow with the image.
 size_t bonebeam_phase_symmetry_slow_bytes(const bonebeam_phase_symmetry_parameters *parameters);
 
 /// Places phase symmetry in `memory` and `slow`.
 ///
-/// The scales are not used afterwards.
+/// The array of scales is not used after the call.
 bonebeam_status bonebeam_phase_symmetry_new(void *memory,
                                             size_t bytes,
                                             void *slow,
@@ -679,7 +679,7 @@ bonebeam_status bonebeam_phase_symmetry_new(void *memory,
 
 /// Computes the map of an image of grey levels 0 to 255.
 ///
-/// The map is at least 0 and below 1. Both are `[row][column]`.
+/// The map is at least 0 and below 1. Image and map are `[row][column]`.
 bonebeam_status bonebeam_phase_symmetry_map(bonebeam_phase_symmetry *phase_symmetry, const float *image, float *map);
 
 /// Computes the elements of a convex array.

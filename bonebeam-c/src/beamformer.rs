@@ -47,16 +47,16 @@ pub struct BeamformParameters {
     pub count: usize,
     /// Sub-lines of each line of a scan: 1, 2, 4, 8, 16 or 32; 0 is 1.
     ///
-    /// They are directions within the line's cell, from its one covariance. More than 1 need the library's feature
-    /// `sub-lines`, and are for frames and lines of scans only. For I/Q their phases are those of the demodulation
-    /// frequency.
+    /// Sub-lines are directions within the line's cell that share its covariance. More than 1 need the library's
+    /// feature `sub-lines`, and work only in frames and lines of scans. For I/Q their phases are those of the
+    /// demodulation frequency.
     pub sub_lines: usize,
 }
 
 /// A parameter by its name in the tables of docs/numerics.md.
 ///
-/// For instance "temporal_half_window", "diagonal_loading" or "subaperture_ratio". The last of several with one
-/// name counts.
+/// For instance "temporal_half_window", "diagonal_loading" or "subaperture_ratio". If a name occurs several times, the
+/// last value counts.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Number {
@@ -158,7 +158,7 @@ pub struct ApertureShape {
     pub elements: usize,
     /// Distance of neighbouring elements, m.
     pub pitch: f64,
-    /// Depth over width.
+    /// F-number: depth divided by the width of the aperture.
     pub f_number: f64,
     /// Minimum number of active elements.
     pub min_elements: usize,
@@ -239,11 +239,11 @@ pub unsafe extern "C" fn bonebeam_beamformer_new(
 
 /// Beamforms a line: `z[n]` from aligned samples.
 ///
-/// Sample n is `x[n·elements]` to `x[n·elements + elements - 1]`, of which `active[n]` are used. `z` has the scale
-/// of `x`. With a `depth_step` of s, `z[i]` is sample `n = i·s`, and there are `samples/s` of them, rounded up.
+/// Sample n is `x[n·elements]` to `x[n·elements + elements - 1]`, of which `active[n]` are used. `z` has the scale of
+/// `x`. With a `depth_step` of s, `z[i]` is sample `n = i·s`, and `z` has `samples/s` numbers, rounded up.
 ///
-/// `adaptive`: a depth gate. Samples outside are DAS, and need not fit the beamformer's number of elements. Null:
-/// all samples are adaptive.
+/// `adaptive`: a depth gate. Samples outside are DAS, and may have more active elements than the beamformer was made
+/// for. Null: all samples are adaptive.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_beamformer_line(
     beamformer: *mut BeamformerObject,
@@ -271,9 +271,9 @@ pub unsafe extern "C" fn bonebeam_beamformer_line(
 ///
 /// The bits are those of `bonebeam_beamformer_line` for the whole line of `samples` samples. `x` has only the samples
 /// `aligned`: sample n begins at `x[(n - aligned.first)·elements]`. `active` and `z` are those of the whole line.
-/// Samples from `*done` on enter `z`, and `*done` becomes the first sample without output. It is 0 before the first
-/// call. With a `temporal_half_window` of K, `aligned` begins K samples before `*done` or earlier, and a call leaves
-/// up to 3·K aligned samples for the next. The last call has the line's last sample.
+/// Output is written to `z` from sample `*done` on, and `*done` becomes the first sample without output. Set `*done` to
+/// 0 before the first call. With a `temporal_half_window` of K, `aligned` begins K samples before `*done` or earlier,
+/// and a call leaves up to 3·K aligned samples for the next. In the last call, `aligned` ends with the line.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_beamformer_partial_line(
     beamformer: *mut BeamformerObject,

@@ -22,7 +22,7 @@ use core::ffi::c_void;
 pub struct DelayParameters {
     /// Speed of sound, m/s.
     pub sound_speed: f64,
-    /// Sampling rate of the record, Hz; for I/Q complex samples a second.
+    /// Sampling rate of the record, Hz; for I/Q complex samples per second.
     pub sampling_rate: f64,
     /// RF: centre frequency of the pulse, Hz. I/Q: demodulation frequency, Hz.
     pub frequency: f64,
@@ -42,7 +42,7 @@ pub struct DelayParameters {
     pub hilbert_taps: usize,
     /// RF: not 0 computes the filters in single precision.
     ///
-    /// For processors with doubles in software: far fewer instructions. Lines have other bits.
+    /// For processors with doubles in software: far fewer instructions. The bits of lines differ.
     pub single_precision: i32,
     /// I/Q: one of `bonebeam_interpolation`.
     pub interpolation: i32,
@@ -220,9 +220,9 @@ pub unsafe extern "C" fn bonebeam_delay_line(
     })
 }
 
-/// Aligns the samples `block` of a line, with the bits that the whole line has.
+/// Aligns the samples in `block` of a line, with the bits of the whole line.
 ///
-/// `out` has `block.count·elements` numbers. All of the record is checked: its samples from
+/// `out` has `block.count·elements` numbers. The whole record is checked, but its samples from
 /// `bonebeam_delay_record_end` on may have any finite value.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_delay_block(
@@ -236,10 +236,10 @@ pub unsafe extern "C" fn bonebeam_delay_block(
     status(|| unsafe { one_mut(delay)?.block(line, rf, block, out) })
 }
 
-/// Computes how many first samples of a record a block of a line depends on.
+/// Computes the number of a record's first samples that a block of a line needs.
 ///
-/// `block` are samples of the line. Once these are recorded, the block can be aligned. The number costs two
-/// positions in doubles for each output sample: compute it once for a scan.
+/// `block` is a range of the line's samples. It can be aligned once that number of samples is recorded. The cost is two
+/// positions in doubles for each output sample: compute the number once for a scan.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_delay_record_end(
     delay: *const DelayStage,
@@ -258,9 +258,9 @@ pub unsafe extern "C" fn bonebeam_delay_record_end(
 
 /// Writes counts of 16 bits into a record of RF.
 ///
-/// The samples `block` of each element become `scale` times the counts. `layout` is one of `bonebeam_layout`, the
+/// The samples in `block` of each element become `scale` times the counts. `layout` is one of `bonebeam_layout`, the
 /// order of the block's `elements·block.count` counts. `rf` is `[element][record sample]`. The counts are those of a
-/// whole record, or of a block of it as it comes.
+/// whole record, or of a block of it as it arrives.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_rf_counts(
     counts: *const i16,

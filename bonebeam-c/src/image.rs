@@ -62,7 +62,7 @@ pub enum Logarithm {
 
 /// Computes grey levels 0 to 255 from envelopes.
 ///
-/// They show `dynamic_range` dB below `reference`. `logarithm` is one of `bonebeam_logarithm`.
+/// 255 is `reference`, and 0 is `dynamic_range` dB below it. `logarithm` is one of `bonebeam_logarithm`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_log_compression(
     logarithm: i32,

@@ -13,7 +13,7 @@ use core::ffi::c_void;
 
 /// Interpolation of I/Q.
 ///
-/// `IqInterpolation::for_band` in the core's documentation gives the cheapest for a bandwidth.
+/// `IqInterpolation::for_band` in the core's documentation gives the cheapest one for a bandwidth.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub enum Interpolation {
@@ -148,7 +148,7 @@ pub unsafe extern "C" fn bonebeam_iq_new(
     }
 }
 
-/// Aligns one scan line of I/Q: `out` as of `bonebeam_delay_line`.
+/// Aligns one scan line of I/Q; `out` is as in `bonebeam_delay_line`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_iq_line(
     iq: *mut IqStage,

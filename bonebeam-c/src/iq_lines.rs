@@ -124,8 +124,8 @@ pub unsafe extern "C" fn bonebeam_iq_lines_new(
 
 /// Computes line `index`, the mean over `count` transmits.
 ///
-/// `z` has `output_samples` numbers; with a `depth_step`, their number over the step, rounded up. With sub-lines it has
-/// as many for each, `[sample][sub-line]`. An error may leave them changed in part.
+/// `z` has `output_samples` numbers; with a `depth_step`, that number divided by the step, rounded up. With sub-lines
+/// it has as many for each sub-line, `[sample][sub-line]`. An error may leave `z` partly changed.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_iq_lines_line(
     lines: *mut IqLines,

@@ -1,8 +1,8 @@
 //! The bonebeam core for C.
 //!
-//! An object lives in bytes of the caller, whose number follows from its configuration at run time. Nothing is
-//! allocated, nothing unwinds. A function that can fail returns a [`Status`]. The header is `include/bonebeam.h`.
-//! Its first comment states the caller's promises about pointers, once for all functions.
+//! An object lives in memory of the caller, whose size follows from the object's configuration at run time. Nothing is
+//! allocated, nothing unwinds. A function that can fail returns a [`Status`]. The header is `include/bonebeam.h`. Its
+//! first comment states the caller's promises about pointers, once for all functions.
 
 #![no_std]
 // Stated once, in the header's first comment.
@@ -56,9 +56,9 @@ pub struct Complex {
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Range {
-    /// Index of the first one.
+    /// Index of the first element or sample.
     pub first: usize,
-    /// Number of them.
+    /// Number of elements or samples.
     pub count: usize,
 }
 

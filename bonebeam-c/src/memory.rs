@@ -5,7 +5,7 @@ use crate::status::{Status, status};
 use core::ffi::c_void;
 use core::slice;
 
-/// Alignment, bytes, of the memory of every object.
+/// Alignment of the memory of every object, bytes.
 pub const BONEBEAM_ALIGN: usize = 64;
 
 /// References the value that a pointer leads to.

@@ -20,7 +20,7 @@ pub struct PhaseSymmetryParameters {
     ///
     /// It changes memory and time, never the map.
     pub strip: usize,
-    /// Centre frequencies r₀ of the filters, cycles a pixel.
+    /// Centre frequencies r₀ of the filters, cycles per pixel.
     pub scales: *const f64,
     /// Number of scales, 1 to 8.
     pub scale_count: usize,
@@ -60,7 +60,7 @@ pub struct PhaseSymmetryObject {
     amplitude: &'static mut [f32],
 }
 
-/// Returns the bytes of phase symmetry for fast memory; they grow with the strip.
+/// Returns the bytes of fast memory for phase symmetry; they grow with the strip.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_phase_symmetry_bytes(
     parameters: *const PhaseSymmetryParameters,
@@ -72,7 +72,7 @@ pub unsafe extern "C" fn bonebeam_phase_symmetry_bytes(
     })
 }
 
-/// Returns the bytes of phase symmetry for slow memory.
+/// Returns the bytes of slow memory for phase symmetry.
 ///
 /// They grow with the image.
 #[unsafe(no_mangle)]
@@ -92,7 +92,7 @@ pub unsafe extern "C" fn bonebeam_phase_symmetry_slow_bytes(
 
 /// Places phase symmetry in `memory` and `slow`.
 ///
-/// The scales are not used afterwards.
+/// The array of scales is not used after the call.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_phase_symmetry_new(
     memory: *mut c_void,
@@ -121,7 +121,7 @@ pub unsafe extern "C" fn bonebeam_phase_symmetry_new(
 
 /// Computes the map of an image of grey levels 0 to 255.
 ///
-/// The map is at least 0 and below 1. Both are `[row][column]`.
+/// The map is at least 0 and below 1. Image and map are `[row][column]`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_phase_symmetry_map(
     phase_symmetry: *mut PhaseSymmetryObject,

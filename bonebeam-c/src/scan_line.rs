@@ -76,7 +76,7 @@ pub struct ScanLine {
     pub pitch: f64,
     /// The elements to compute.
     pub active: Range,
-    /// Not 0 adds to the output, for transmits after the first.
+    /// Not 0: the line is added to the output, for transmits after the first.
     pub add: i32,
 }
 

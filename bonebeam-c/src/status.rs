@@ -11,7 +11,7 @@ pub enum Status {
     Ok = 0,
     /// A parameter is outside its range.
     Parameter = 1,
-    /// An array's length differs from the shapes.
+    /// An array's length does not match the shapes.
     Length = 2,
     /// A size exceeds a capacity.
     Capacity = 3,

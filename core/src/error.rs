@@ -15,23 +15,23 @@ pub enum Error {
         name: &'static str,
         /// The value that was given.
         value: f64,
-        /// The correct value.
+        /// The accepted values, in words.
         expected: &'static str,
     },
-    /// A slice has another length than the shapes ask for.
+    /// A slice's length differs from the length that the shapes require.
     Length {
         /// Contents of the slice.
         name: &'static str,
         /// Its length.
         actual: usize,
-        /// The length asked for.
+        /// The required length.
         expected: usize,
     },
     /// A size exceeds the capacity that was compiled in.
     Capacity {
         /// The size's name.
         name: &'static str,
-        /// The size asked for.
+        /// The requested size.
         actual: usize,
         /// The largest that fits.
         capacity: usize,
@@ -40,7 +40,7 @@ pub enum Error {
     NonFinite {
         /// Contents of the slice.
         name: &'static str,
-        /// Where, as an index into the flat slice.
+        /// Index of the sample in the flat slice.
         index: usize,
     },
     /// External memory could not be read or written.
@@ -113,7 +113,7 @@ macro_rules! attempt {
 }
 pub(crate) use attempt;
 
-/// Refuses a slice that is not as long as the shapes ask for.
+/// Refuses a slice whose length is not the one that the shapes require.
 pub(crate) const fn check_length(
     name: &'static str,
     actual: usize,

@@ -16,7 +16,8 @@
 //!
 //! # Example
 //!
-//! The [`prelude`] has these names and the types of their fields. Here 16 elements hear a flat bone at a depth of 8 mm.
+//! The [`prelude`] has these names and the types of their fields. Here 16 elements receive the echo of a flat bone at a
+//! depth of 8 mm.
 //!
 //! ```
 //! use bonebeam::prelude::*;
@@ -89,7 +90,7 @@
 //! }
 //! ```
 //!
-//! [`Pipeline::of_iq`] makes a plan for I/Q, [`Frame::surface`] finds a depth of the bone in each line, and
+//! [`Pipeline::of_iq`] makes a plan for I/Q, [`Frame::surface`] finds the bone in each line (a depth or none), and
 //! [`self_test()`] checks a device when it starts. The examples `bone_map` and `bone_map_iq` are whole programs.
 //!
 //! # Layers
@@ -113,7 +114,7 @@
 //! | feature | |
 //! |---|---|
 //! | `eigenspace` | the eigenspace methods; on by default |
-//! | `apodization`, `postfilters` | of the beamformers; on by default |
+//! | `apodization`, `postfilters` | windows and postfilters of the beamformers; on by default |
 //! | `sub-lines` | several directions from a line's covariance; on by default. Frames without it have less code |
 //! | `constants` | kernels of one lane for some constant sizes: faster, more code; on by default |
 //! | `simd` | vectors of x86-64 and AArch64 registers, for workstations and large SoCs |

@@ -1,7 +1,7 @@
 //! The largest magnitude of many numbers.
 //!
-//! A function of its own on 32-bit processors. Inlined, the compiler lacks registers and counts the loop by an
-//! index beside the address (64 elements of DAS: 796 instructions a sample for 700).
+//! A function of its own on 32-bit processors. If it is inlined, the compiler lacks registers and keeps a loop index
+//! beside the address (64 elements of DAS: 796 instructions per sample instead of 700).
 
 use crate::Complex;
 
@@ -13,7 +13,7 @@ pub(crate) fn largest(x: &[f32]) -> u32 {
     largest_of(x, |&value| [value])
 }
 
-/// The same of all parts.
+/// Bits of the largest magnitude of all real and imaginary parts.
 #[cfg_attr(target_pointer_width = "32", inline(never))]
 pub(crate) fn largest_part(x: &[Complex<f32>]) -> u32 {
     largest_of(x, |value| [value.re, value.im])

@@ -1,8 +1,8 @@
 //! Memory of all stages: its size and its layout.
 //!
-//! Each stage has a `const` function of its sizes or parameters that returns a [`Need`], the numbers that it works
-//! in. Each takes a [`Scratch`]: a slice of real and a slice of complex numbers. A [`Memory`] owns both for sizes
-//! that are known at compile time, for instance in a `static`.
+//! Each stage has a `const` function of its sizes or parameters that returns a [`Need`]: the numbers of real and
+//! complex numbers that the stage works in. Each stage takes a [`Scratch`]: a slice of real and a slice of complex
+//! numbers. A [`Memory`] owns both for sizes that are known at compile time, for instance in a `static`.
 //!
 //! ```
 //! use bonebeam::beamform::{Sizes, Workspace};

@@ -15,7 +15,7 @@ const WIDTH: usize = 40;
 /// The longest message, characters, so that a line stays within a terminal.
 const LONGEST: usize = 60;
 
-/// Progress on standard error: a bar, or a line a minute if it is not a terminal.
+/// Progress on standard error: a bar, or one line per minute without a terminal.
 pub struct Progress {
     terminal: bool,
     /// Whether each new message makes a line if there is no terminal.
@@ -69,7 +69,7 @@ impl Progress {
         self.change(|state| state.message = message);
     }
 
-    /// Sets what is being done, and the share of it that is done, in thousandths.
+    /// Sets the current step, and the share of it that is done, in thousandths.
     pub fn set_step(&self, what: &str, done: f64) {
         let is_new = |state: &State| state.message != what;
         if is_new(&self.state.lock().unwrap_or_else(PoisonError::into_inner)) {

@@ -111,7 +111,7 @@ fn check(active: ArrayView3<'_, i64>, elements: usize) -> PyResult<()> {
         if first < 0 || count < 1 || end.is_ok_and(|end| end > elements) {
             return Err(refused(format!(
                 "`active` is ({first}, {count}) at beam {beam}, sample {sample}; expected the first \
-                 active element and how many there are, of {elements}"
+                 active element and the number of active ones, within {elements} elements"
             )));
         }
     }

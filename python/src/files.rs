@@ -30,7 +30,7 @@ impl RecordingFile {
         self.0.frames()
     }
 
-    /// The frames from `start` to before `end`, by the keys of the `.npz` contract.
+    /// The frames from `start` to before `end`, with the keys of a `.npz` recording.
     ///
     /// Samples have an axis of frames.
     fn read<'py>(&self, py: Python<'py>, start: usize, end: usize) -> PyResult<Bound<'py, PyDict>> {

@@ -12,7 +12,7 @@ use crate::threads::threads;
 
 /// Simulates channel data from section `[simulate]`, given as JSON.
 ///
-/// The result has the keys of the `.npz` contract.
+/// The result has the keys of a `.npz` recording.
 #[pyfunction]
 pub fn simulate<'py>(
     py: Python<'py>,

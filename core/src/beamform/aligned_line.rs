@@ -7,12 +7,12 @@ use core::num::NonZeroUsize;
 use core::ops::Range;
 use num_complex::Complex;
 
-/// Largest exponent of a line summed without scaling, and the least, negated.
+/// Largest distance of a line's exponent from that of 1 for sums without scaling.
 const MODERATE: u32 = 64;
 
 /// Aligned analytic samples of one beam, `[sample][element]`, checked once.
 ///
-/// Row-major, of a whole line ([`AlignedLine::new`]) or of a block of one ([`LinePipeline::align`]).
+/// Row-major: a whole line ([`AlignedLine::new`]) or a block of a line ([`LinePipeline::align`]).
 ///
 /// [`LinePipeline::align`]: crate::pipeline::LinePipeline::align
 #[derive(Clone, Copy, Debug)]
@@ -62,10 +62,10 @@ impl<'a> AlignedLine<'a> {
         })
     }
 
-    /// Marks the samples as a block of a line of `samples`, from its sample `first` on.
+    /// Marks the samples as a block of a line of `samples` samples, from `first` on.
     ///
     /// # Errors
-    /// [`Error::Capacity`] for a block that ends behind the line.
+    /// [`Error::Capacity`] for a block that ends after the line.
     pub fn of_line(self, first: usize, samples: usize) -> Result<Self, Error> {
         let end = first.saturating_add(self.x.len() / self.elements);
         if end > samples {
@@ -82,8 +82,8 @@ impl<'a> AlignedLine<'a> {
         })
     }
 
-    /// A block of a line of `samples`: whole snapshots from sample `first` on, of magnitudes up to
-    /// `largest`. The working scale is that magnitude's, so that it is the same for all blocks.
+    /// A block of a line of `samples` samples: whole snapshots from sample `first` on. `largest` bounds the magnitudes
+    /// of the line and sets the working scale, which all blocks share.
     pub(crate) fn block(
         x: &'a [Complex<f32>],
         elements: NonZeroUsize,
@@ -109,12 +109,12 @@ impl<'a> AlignedLine<'a> {
         self.samples
     }
 
-    /// Whether it has all of these samples; a block has only some of a line's.
+    /// Whether all of these samples are present; a block has only a part of its line.
     pub(super) fn holds(&self, samples: Range<usize>) -> bool {
         self.first <= samples.start && samples.end <= self.end()
     }
 
-    /// The end of its samples; a block's end before the line.
+    /// The index after the last sample present; a block may end before its line.
     pub(super) fn end(&self) -> usize {
         self.first + self.x.len() / self.elements
     }
@@ -127,9 +127,9 @@ impl<'a> AlignedLine<'a> {
         self.x.get(first..).unwrap_or_default()
     }
 
-    /// The power of two that brings the line's largest component into `[1, 2)` (`[2, 4)` for the
-    /// largest floats): squares can then neither overflow nor, above −300 dB, underflow, and a line
-    /// scaled by a power of two gives the same numbers scaled.
+    /// The power of two that brings the line's largest component into `[1, 2)` (`[2, 4)` for the largest floats).
+    /// Squares can then neither overflow nor, above −300 dB, underflow. A line scaled by a power of two gives the same
+    /// numbers, scaled.
     pub(super) fn scale(&self) -> f32 {
         f32::from_bits((254 - self.exponent) << 23)
     }
@@ -167,7 +167,7 @@ fn largest_of_sign(x: f32) -> f32 {
     f32::MAX.copysign(x)
 }
 
-/// Its shape; not its samples.
+/// Prints the shape, not the samples.
 #[cfg(feature = "defmt")]
 impl defmt::Format for AlignedLine<'_> {
     fn format(&self, f: defmt::Formatter<'_>) {

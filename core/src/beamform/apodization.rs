@@ -88,7 +88,7 @@ impl Window {
         (0..count).fold(0.0, |sum, index| sum + self.weight(index, count))
     }
 
-    /// The weights of DAS: the window over its sum.
+    /// The weights of DAS: the window divided by its sum.
     pub(super) fn weights(&self, weights: &mut [Complex<f32>]) {
         let count = weights.len();
         let total = self.total(count);
@@ -97,10 +97,10 @@ impl Window {
         }
     }
 
-    /// Apodized DAS of the segment's `count` active elements: each the weighted sum in ascending order from zero, at
-    /// the line's working scale, divided by the sum of the weights.
+    /// Apodized DAS of the segment's `count` active elements. Each output is the weighted sum, in ascending order from
+    /// zero and at the line's working scale, divided by the sum of the weights.
     ///
-    /// Cost: `4·count` flops a sample, and a cosine an element for the whole segment.
+    /// Cost: `4·count` flops per sample, and one cosine per element for the whole segment.
     #[inline(never)]
     pub(super) fn das(
         &self,

@@ -1,4 +1,4 @@
-//! What the crate's features compile in.
+//! Optional parts that the crate's features compile in.
 
 /// Whether apodizations are compiled in.
 pub(crate) const APODIZATION: bool = cfg!(feature = "apodization");

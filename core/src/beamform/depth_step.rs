@@ -32,7 +32,7 @@ impl DepthStep {
         samples / self.0 + usize::from(!samples.is_multiple_of(self.get()))
     }
 
-    /// The index of the computed sample at or above `sample`.
+    /// The index of the last computed sample at or before `sample`.
     #[inline(always)]
     pub(crate) fn index(self, sample: usize) -> usize {
         if self.get() == 1 {
@@ -47,7 +47,7 @@ impl DepthStep {
         self.outputs(samples.start)..self.outputs(samples.end)
     }
 
-    /// The first computed sample at or behind `sample`.
+    /// The first computed sample at or after `sample`.
     #[inline(always)]
     pub(crate) fn first(self, sample: usize) -> usize {
         if self.get() == 1 {

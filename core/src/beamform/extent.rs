@@ -19,8 +19,7 @@ pub(super) trait Extent: Copy {
     fn apodization(self, parameters: &Parameters) -> Option<Window>;
 }
 
-/// A shape that is known when the segment is, with a time window or not; two numbers, so that it is passed in
-/// registers.
+/// A shape that is known at run time, with or without a time window. Two numbers, so that it is passed in registers.
 #[derive(Clone, Copy)]
 pub(super) struct Given<const WINDOW: bool> {
     pub(super) count: usize,

@@ -80,10 +80,10 @@ impl<'a, 'z, T> Parts<'a, 'z, T> {
 impl Beamformer {
     /// Beamforms one beam: `z[n]` from `line`, with the active set `active(n)`.
     ///
-    /// With a [depth step](super::Parameters::depth_step) `s`, `z[i]` is sample `n = i·s`. One active set serves
-    /// the whole time window of a sample. Samples without an active element are 0. A workspace of several lanes has a
-    /// part of the depths in each. See [`Beamformer::segments`] for scale and cost. `active` is called twice for each
-    /// sample: the whole line is checked before any output.
+    /// With a [depth step](super::Parameters::depth_step) `s`, `z[i]` is sample `n = i·s`. One active set serves the
+    /// whole time window of a sample. Samples without an active element are 0. A workspace of several lanes computes a
+    /// part of the depths in each lane. See [`Beamformer::segments`] for scale and cost. `active` is called twice for
+    /// each sample: the whole line is checked before any output.
     ///
     /// # Errors
     /// As [`Beamformer::segments`]; [`Error::Length`] unless `z` has [`Beamformer::line_samples`] numbers.
@@ -224,10 +224,10 @@ impl Beamformer {
         parts
     }
 
-    /// [`Beamformer::line`] for the samples `adaptive`, and DAS for the others.
+    /// [`Beamformer::line`] for the samples in `adaptive`, and DAS for the others.
     ///
-    /// The bits of both are those of the whole line. A time window reaches beyond `adaptive`. The memory must fit
-    /// only the active sets within `adaptive`. `active` is called three times for each sample.
+    /// Each sample has the same bits as in a whole line of its method. A time window reads samples outside `adaptive`.
+    /// The memory must fit only the active sets within `adaptive`. `active` is called three times for each sample.
     ///
     /// # Errors
     /// As [`Beamformer::line`].

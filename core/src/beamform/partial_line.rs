@@ -1,4 +1,4 @@
-//! A line of which only the first samples are aligned yet.
+//! Beamforming of a line while only its first samples are aligned.
 
 use super::aligned_line::AlignedLine;
 use super::line::LineBlock;
@@ -16,12 +16,13 @@ impl Beamformer {
     /// [`Beamformer::line_within`] for the samples that are aligned so far.
     ///
     /// `line` is a block of the line ([`AlignedLine::of_line`]) that ends at the last aligned sample and begins `K`
-    /// samples before `done` or earlier. Samples from `done` on enter `z`, which is that of the whole line. Returns
-    /// the first sample without output: `done` of the next call, at first 0. The last call has all samples of the
-    /// line.
+    /// samples before `done` or earlier. Output is written to `z`, which has the length of the whole line, from sample
+    /// `done` on. Returns the first sample without output, which is `done` of the next call; the first call has 0. The
+    /// block of the last call ends with the line.
     ///
     /// The bits are those of the whole line. Time windows are summed in blocks of `2K+1` samples from each change of
-    /// the active set. A call therefore ends where one begins, and leaves up to `3K` aligned samples for the next.
+    /// the active set. A call therefore ends at the beginning of such a block, and leaves up to `3K` aligned samples
+    /// for the next call.
     ///
     /// ```
     /// use bonebeam::beamform::{AlignedLine, Beamformer, Parameters, Workspace};

@@ -75,10 +75,10 @@ pub fn constant_segments(
     })
 }
 
-/// The segments of [`constant_segments`] cut to the samples `wanted`.
+/// The segments of [`constant_segments`], cut to the samples in `wanted`.
 ///
-/// A time window of `2K+1` samples is summed in blocks counted from a segment's first sample. A segment is
-/// therefore cut above `wanted` at a whole number of blocks, with up to `2K` unwanted samples.
+/// A time window of `2K+1` samples is summed in blocks counted from a segment's first sample. A segment is therefore
+/// cut before `wanted` at a whole number of blocks, with up to `2K` unwanted samples.
 pub fn segments_within(
     samples: usize,
     active: impl Fn(usize) -> Active,

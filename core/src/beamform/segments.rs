@@ -28,22 +28,22 @@ impl Beamformer {
     /// Beamforms up to `V::LANES` segments, one in each lane.
     ///
     /// All have `count` active elements. `z[lane][i]` is computed sample `i` of the segment, counted from the first
-    /// computed sample at or behind `first_sample`; with a depth step of 1, sample `first_sample + i`.
+    /// computed sample at or after `first_sample`; with a depth step of 1, sample `first_sample + i`.
     ///
-    /// Segments may differ in beam, depth and length. A lane's bits do not depend on the other lanes nor on `V`.
-    /// For `K > 0` they depend on the beginning of its segment, from which the time window's blocks are counted:
-    /// pass the segments of [`constant_segments`] whole. The scale is that of the input: a unit signal from
-    /// straight ahead gives 1 with DAS and MV. With `count = 0`, `z` is 0.
+    /// Segments may differ in beam, depth and length. A lane's bits depend neither on the other lanes nor on `V`. For
+    /// `K > 0` they depend on the beginning of its segment, from which the time window's blocks are counted: pass the
+    /// segments of [`constant_segments`] whole. The scale is that of the input: a unit signal from straight ahead gives
+    /// 1 with DAS and MV. With `count = 0`, `z` is 0.
     ///
     /// [`constant_segments`]: super::constant_segments()
     ///
-    /// Cost a sample and lane, in flops, with `P = count − L + 1`:
+    /// Cost per sample and lane, in flops, with `P = count − L + 1`:
     ///
     /// - DAS: `2·count`.
-    /// - Covariance of the other methods: `6(count·L − L²/2) + 4PL + 4L²` once for every `K`, and three additions a
-    ///   number for the time window. A segment of `n` samples needs `n + 2K` covariances.
+    /// - Covariance of the other methods: `6(count·L − L²/2) + 4PL + 4L²` for any `K`, and three additions per number
+    ///   for the time window. A segment of `n` samples needs `n + 2K` covariances.
     /// - MV adds `L³/3 + 3L²`.
-    /// - Rank 1 adds `L³/3 + L²`, and `2L²` a Lanczos step (2 or 3 for an echo), or `4L³/3` if no eigenvalue stands
+    /// - Rank 1 adds `L³/3 + L²`, and `2L²` per Lanczos step (2 or 3 for an echo), or `4L³/3` if no eigenvalue stands
     ///   out.
     /// - The full eigensolver takes `4L³/3` and the QL steps. It serves the other methods, and lanes with a
     ///   singular matrix.
@@ -52,8 +52,8 @@ impl Beamformer {
     ///
     /// # Errors
     /// [`Error::Capacity`] for more segments than lanes, or if `count`, `L` or `2K+1` exceeds the workspace;
-    /// [`Error::Length`] if `z` and `segments` differ in length; [`Error::Parameter`] if `K` is beyond a record or
-    /// a segment is outside its line.
+    /// [`Error::Length`] if `z` and `segments` differ in length; [`Error::Parameter`] if a line has no more than `K`
+    /// samples or a segment is outside its line.
     #[inline]
     pub fn segments<A: Averaging<V>, V: Vector>(
         &self,

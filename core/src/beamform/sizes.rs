@@ -33,11 +33,11 @@ pub struct Sizes {
 impl Sizes {
     /// The memory of a [`Workspace`](super::Workspace).
     ///
-    /// `S` lag sums are kept of a sample: `L(L+1)/2` for forward, a quarter of `L(L+2)` for forward-backward with
-    /// an even `L`. There is 1 set of them for `K = 0`, else `2K+2`. The memory is `M + (5+K)·L + sets·S` complex
-    /// vectors, `5·L` real ones, and about `L² + 10·L` numbers of the matrix, complex for forward and real for
-    /// forward-backward. `N > 1` sub-lines add `1.5·M + (1+N)·L + 2N` complex vectors, `2·L + N` real ones and
-    /// about `(2N+1)·L` numbers of the matrix.
+    /// `S` lag sums are kept per sample: `L(L+1)/2` for forward, a quarter of `L(L+2)` for forward-backward with an
+    /// even `L`. There is 1 set of them for `K = 0`, else `2K+2`. The memory is `M + (5+K)·L + sets·S` complex vectors,
+    /// `5·L` real ones, and about `L² + 10·L` numbers of the matrix, complex for forward and real for forward-backward.
+    /// `N > 1` sub-lines add `1.5·M + (1+N)·L + 2N` complex vectors, `2·L + N` real ones and about `(2N+1)·L` numbers
+    /// of the matrix.
     #[inline(always)]
     pub const fn need(self, covariance: Covariance) -> Need {
         let length = self.subaperture;

@@ -15,9 +15,9 @@ use num_complex::Complex;
 impl Beamformer {
     /// Computes the weights of a segment's first sample with `count` active elements.
     ///
-    /// The weights `w` (Eq. 1) or `w_p` (Eq. 7) are stored in the first `L` entries of `weights`. DAS stores
-    /// `1/count`, or the apodization over its sum, in the first `count`. Returns their number. The full eigensolver
-    /// is used, except for [`Method::EsmvRank1Steps`] with its own kernel.
+    /// The weights `w` (Eq. 1) or `w_p` (Eq. 7) are stored in the first `L` entries of `weights`. DAS stores `1/count`,
+    /// or the window divided by its sum, in the first `count`. Returns their number. The full eigensolver is used,
+    /// except for [`Method::EsmvRank1Steps`] with its own kernel.
     ///
     /// For inspection and tests: [`Beamformer::line`] never forms weights. `z` is `wᴴ` times the
     /// mean snapshot of the subapertures, weighted by the apodization. A sample without power has weights 0.

@@ -11,8 +11,8 @@ use crate::simd::{ComplexVector, Vector, split_front};
 
 /// Memory of a beamformer, divided by its shapes.
 ///
-/// `A` is [`Forward`](crate::covariance::Forward) or [`ForwardBackward`]. `V` is a vector: `f32` for one output at
-/// a time, a processor's registers for one output a lane. The kernels are compiled once for all sizes.
+/// `A` is [`Forward`](crate::covariance::Forward) or [`ForwardBackward`]. `V` is a vector: `f32` for one output at a
+/// time, a processor's registers for one output per lane. The kernels are compiled once for all sizes.
 ///
 /// ```
 /// use bonebeam::beamform::{AlignedLine, Beamformer, Parameters, Sizes, Workspace};
@@ -93,7 +93,7 @@ pub(super) struct Solver<'a, S, V> {
 }
 
 impl<'a, A: Averaging<V>, V: Vector> Workspace<'a, A, V> {
-    /// A workspace for shapes up to `sizes`, in memory of [`Sizes::need`].
+    /// A workspace for shapes up to `sizes`, in memory of size [`Sizes::need`].
     ///
     /// `zero` is a vector of zeros that sets the lanes. The function is inlined, so that the compiler knows
     /// constant sizes.

@@ -11,8 +11,8 @@ pub(crate) const RIGHT_SIDES: usize = 3;
 
 /// The covariance in use, [`Forward`](super::Forward) or [`ForwardBackward`](super::ForwardBackward).
 ///
-/// `V` holds the lanes. `A::COVARIANCE` is the averaging as data. `A::Scalar` is the number type of its matrix: a
-/// [`ComplexVector`] or a `V`.
+/// `V` holds the lanes. `A::COVARIANCE` is the estimate as a [`Covariance`] value. `A::Scalar` is the number type of
+/// its matrix: a [`ComplexVector`] or a `V`.
 pub trait Averaging<V: Vector>: Basis<V> {}
 
 impl<A: Basis<V>, V: Vector> Averaging<V> for A {}

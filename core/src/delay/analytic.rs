@@ -23,10 +23,10 @@ const BETA: f64 = 6.0;
 /// Outputs whose sums are formed together, so that none waits for its last addition.
 pub(super) const GROUP: usize = 8;
 
-/// Number of non-zero Hilbert taps a side, N, for a pulse at an output rate.
+/// Number N of non-zero Hilbert taps on each side, for a pulse at an output rate.
 ///
-/// `centre_frequency` and `output_rate` in Hz. N = ⌈2·output_rate/f₀⌉, almost four periods of f₀ a side; from 1 to
-/// [`MAX_HILBERT_TAPS`].
+/// `centre_frequency` and `output_rate` in Hz. N = ⌈2·output_rate/f₀⌉, almost four periods of f₀ on each side; from 1
+/// to [`MAX_HILBERT_TAPS`].
 ///
 /// ```
 /// assert_eq!(bonebeam::delay::hilbert_taps(20e6, 5e6), 8);

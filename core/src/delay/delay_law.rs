@@ -1,15 +1,15 @@
 //! Delay laws: transmit delay of a pixel, and receive delay of each element.
 //!
-//! A pixel at the distance r along a scan line reads element m at (τ_tx + τ_rx − t0)·fs samples. The element is at
-//! a along the line and at d beside it, so τ_rx = √(ρ² + d²)/c with ρ = r − a. For a line straight down from a
-//! linear array, r = z, a = 0 and d = x_m − x.
+//! A pixel at the distance r along a scan line reads element m at (τ_tx + τ_rx − t0)·fs samples. The element's distance
+//! is a along the line and d perpendicular to it, so τ_rx = √(ρ² + d²)/c with ρ = r − a. For a line straight down from
+//! a linear array, r = z, a = 0 and d = x_m − x.
 //!
 //! f32 cannot hold that number (at sample 6000 its step is 5·10⁻⁴). Therefore the part common to all elements, the
-//! delay of an element at a = d = 0, is computed once a pixel in f64. An element adds its receive delay, (√(ρ² +
-//! d²) − r)·fs/c. Its term a·fs/c is the same at all depths and computed in f64 once. The rest is (√(ρ² + d²) −
-//! ρ)·fs/c = (fs·d²/c)/(|ρ| + √(ρ² + d²)) + (|ρ| − ρ)·fs/c, without cancellation in f32: its error is at most seven
-//! roundings, 4·10⁻⁷ of the receive delay, or five if a = 0. At F# 1.5, down to 40 mm at 100 MHz, that is at most
-//! 2.2·10⁻⁵ samples, 7·10⁻⁶ rad at 5 MHz.
+//! delay of an element at a = d = 0, is computed in f64 once per pixel. An element adds its receive delay, (√(ρ² + d²)
+//! − r)·fs/c. Its term a·fs/c is the same at all depths and computed in f64 once. The rest is (√(ρ² + d²) − ρ)·fs/c =
+//! (fs·d²/c)/(|ρ| + √(ρ² + d²)) + (|ρ| − ρ)·fs/c, without cancellation in f32: its error is at most seven roundings,
+//! 4·10⁻⁷ of the receive delay, or five if a = 0. At F# 1.5, down to 40 mm at 100 MHz, that is at most 2.2·10⁻⁵
+//! samples, 7·10⁻⁶ rad at 5 MHz.
 
 use super::FAR;
 use crate::Error;
@@ -39,7 +39,7 @@ enum Shape<'a> {
         along: f64,
         square: f64,
         range: f64,
-        /// The depth of the line's beginning, its growth a metre, and the source's, m.
+        /// Depth of the line's beginning (m), its growth per metre of the line, and depth of the source (m).
         depth: [f64; 3],
     },
     /// The earliest of the elements' waves.
@@ -54,8 +54,8 @@ impl<'a> TransmitDelay<'a> {
     /// The law for a line and sound speed `c` m/s.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if `angle` is not within ±π/2, if a position is not finite, if no element
-    /// fires, or if `c` is not positive and finite; [`Error::Length`] unless there is a delay an element.
+    /// [`Error::Parameter`] if `angle` is not within ±π/2, if a position is not finite, if no element fires, or if `c`
+    /// is not positive and finite; [`Error::Length`] unless there is one delay per element.
     pub(super) fn new(
         law: TransmitLaw<'a>,
         ray: &Ray,
@@ -130,7 +130,7 @@ impl<'a> TransmitDelay<'a> {
         Ok(TransmitDelay { shape, c })
     }
 
-    /// Growth of the wave's path a metre of the line, if it is linear.
+    /// Growth of the wave's path per metre of the line, if it is linear.
     pub(super) fn slope(&self) -> Option<f64> {
         match self.shape {
             Shape::Straight { slope, .. } => Some(slope),

@@ -35,10 +35,10 @@ impl Group {
 #[derive(Clone)]
 pub(super) struct Groups {
     lanes: usize,
-    /// Elements left of the line that have a partner, each with `sum` less its index.
+    /// Elements left of the line that have a partner; the partner of element `m` is `sum − m`.
     pairs: Range<usize>,
     sum: usize,
-    /// Elements without one.
+    /// Elements without a partner.
     single: [Range<usize>; 2],
 }
 

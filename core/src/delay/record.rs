@@ -7,8 +7,8 @@ use core::num::NonZeroUsize;
 
 /// Largest accepted magnitude of RF, so that no sum overflows.
 ///
-/// The filters multiply it by less than 17 (`no_parameters_multiply_more`, below). Compounding adds the result to
-/// an existing line. A value below 2¹⁰³ = 1.01·10³¹, half the last position of the largest float, is lost in that
+/// The filters multiply it by less than 17 (`no_parameters_multiply_more`, below). Compounding adds the result to an
+/// existing line. A value below 2¹⁰³ = 1.01·10³¹, half a unit in the last place of the largest float, is lost in that
 /// addition: a gain of 100 would still be safe.
 pub const MAX_MAGNITUDE: f32 = 1e29;
 
@@ -97,7 +97,7 @@ impl<'a> Record<'a> {
     }
 }
 
-/// Its shape; not its samples.
+/// Prints the shape, not the samples.
 #[cfg(feature = "defmt")]
 impl defmt::Format for Record<'_> {
     fn format(&self, f: defmt::Formatter<'_>) {

@@ -4,7 +4,7 @@ use crate::Complex;
 use crate::geometry::{Active, Array, Ray, Scan, Transmit};
 use crate::instructions::parts;
 
-/// Coherent compounding: the use of the line that `out` already holds.
+/// Coherent compounding: whether a line replaces `out` or is added to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Compounding {

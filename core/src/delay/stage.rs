@@ -20,13 +20,13 @@ pub trait Stage: Sealed {
 
     /// Scratch for blocks of `samples` samples with vectors of `lanes` lanes.
     ///
-    /// `lanes` is 1 for `f32`. Real numbers only, f32 for all vectors: a plain slice serves.
+    /// `lanes` is 1 for `f32`. The scratch holds only f32, for all vectors: a plain slice is enough.
     fn need(&self, lanes: usize, samples: usize) -> Need;
 
     /// Computes the aligned analytic samples of one scan line.
     ///
     /// `zero`: any vector of the instruction set to compute with. `scratch`: [`Stage::need`] values for the line's
-    /// samples, contents irrelevant. `out`: row-major `[output sample][element]`, the scale of the record. Samples
+    /// samples, contents irrelevant. `out`: row-major `[output sample][element]`, in the record's scale. Samples
     /// outside the record, and depths of 0 or less, are read as 0. [`Delay`] and [`IqDelay`] document the order of
     /// operations and the cost.
     ///
@@ -36,8 +36,8 @@ pub trait Stage: Sealed {
     /// - [`Error::Length`] for a slice of the wrong length or a record or array of another shape;
     /// - [`Error::Parameter`] for an impossible law, t0, position or active range;
     /// - [`Error::NonFinite`] with the flat index into `out`, when adding;
-    /// - [`Error::Parameter`] for I/Q with [`IqInterpolation::LinearFixed`] if samples are not counts, or if
-    ///   elements are 8191 or more samples' path from the line.
+    /// - [`Error::Parameter`] for I/Q with [`IqInterpolation::LinearFixed`] if samples are not counts, or if the path
+    ///   from an element to the line is 8191 samples or more.
     ///
     /// [`Delay`]: super::Delay
     /// [`IqDelay`]: super::IqDelay
@@ -61,14 +61,13 @@ pub trait Stage: Sealed {
 
     /// Computes the samples of a line from output sample `first` on.
     ///
-    /// The length of `out` is that of the block, and its bits are those of [`Stage::line`]. `scratch`:
-    /// [`Stage::need`] values for the block.
+    /// `out` has the block's length, and the bits of [`Stage::line`]. `scratch`: [`Stage::need`] values for the block.
     ///
     /// Cost: that of as many samples of a line. RF adds margins: up to a Hilbert reach beyond both ends, and up to
     /// a multiple of 32 samples.
     ///
     /// # Errors
-    /// As [`Stage::line`]; [`Error::Capacity`] for a block that ends behind the line.
+    /// As [`Stage::line`]; [`Error::Capacity`] for a block that ends after the line.
     fn block<V: Vector>(
         &self,
         zero: V,

@@ -17,7 +17,7 @@ pub struct Active {
     pub count: usize,
 }
 
-/// Steps a pitch to which a beam's position is rounded.
+/// Steps per pitch to which a beam's position is rounded.
 pub(super) const GRID: f64 = (1u32 << GRID_BITS) as f64;
 pub(super) const GRID_BITS: u32 = 20;
 
@@ -118,7 +118,7 @@ impl Aperture {
         self.elements
     }
 
-    /// m at a depth, before it is cut at the array's ends: a whole number.
+    /// Number m of active elements at a depth, before the cut at the array's ends.
     pub(super) fn width(&self, depth: f64) -> f64 {
         let array = self.elements as f64;
         let mut wide = self.min_elements as f64;

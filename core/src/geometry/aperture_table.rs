@@ -14,7 +14,7 @@ use crate::error::check_length;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ApertureTable<'m> {
     elements: i32,
-    /// Elements before they are cut at the array's ends, as whole numbers.
+    /// Numbers of elements before the cut at the array's ends, as whole numbers.
     widths: &'m [f32],
 }
 
@@ -26,8 +26,8 @@ pub struct ApertureCentre(i32);
 impl<'m> ApertureTable<'m> {
     /// Computes the table in `memory`, once for all lines and frames of a scan.
     ///
-    /// `memory` has [`Scan::samples`] numbers, contents irrelevant. Cost: a division and a rounding in f64 a
-    /// sample, down to the first sample whose aperture is the whole array.
+    /// `memory` has [`Scan::samples`] numbers, contents irrelevant. Cost: a division and a rounding in f64 per sample,
+    /// down to the first sample whose aperture is the whole array.
     ///
     /// ```
     /// # use bonebeam::geometry::{Array, Axis, Depth, Lines, Scan, ScanParameters, ApertureTable};
@@ -52,7 +52,7 @@ impl<'m> ApertureTable<'m> {
     /// ```
     ///
     /// # Errors
-    /// [`Error::Length`]; [`Error::Capacity`] for more than 2²⁴ elements, which an f32 does not count.
+    /// [`Error::Length`]; [`Error::Capacity`] for more than 2²⁴ elements, the limit of whole numbers in f32.
     pub fn new(scan: &Scan<'_>, memory: &'m mut [f32]) -> Result<Self, Error> {
         check_length("aperture table", memory.len(), scan.samples())?;
         const LARGEST: usize = 1 << f32::MANTISSA_DIGITS;
@@ -81,7 +81,7 @@ impl<'m> ApertureTable<'m> {
         })
     }
 
-    /// Aperture centre of a line; compute it once a line.
+    /// Aperture centre of a line; compute it once per line.
     pub fn centre(scan: &Scan<'_>, line: usize) -> ApertureCentre {
         let steps = libm::round(scan.aperture_centre(line) * GRID);
         // A line without a position is far away.
@@ -92,7 +92,7 @@ impl<'m> ApertureTable<'m> {
 
     /// The active elements at a sample, equal to [`Scan::active`].
     ///
-    /// None beyond the last sample.
+    /// No element is active beyond the last sample.
     pub fn active(&self, centre: ApertureCentre, sample: usize) -> Active {
         let none = Active { first: 0, count: 0 };
         let Some(&width) = self.widths.get(sample) else {

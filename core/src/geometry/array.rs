@@ -53,7 +53,7 @@ pub enum Array<'a> {
     Linear {
         /// The number of elements, M.
         elements: usize,
-        /// From one element to the next, m.
+        /// Distance of neighbouring elements, m.
         pitch: f64,
     },
     /// A linear array by the lateral position of each element, m.
@@ -64,7 +64,7 @@ pub enum Array<'a> {
     At {
         /// The elements.
         elements: &'a [Element],
-        /// From one to the next along the array, m.
+        /// Distance of neighbouring elements along the array, m.
         pitch: f64,
     },
 }

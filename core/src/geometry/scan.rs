@@ -24,7 +24,7 @@ pub struct ScanParameters<'a> {
     pub output_rate: f64,
     /// Beginning of the lines.
     pub start: Depth,
-    /// End of the lines; the last sample is here or less than a sample above.
+    /// End of the lines; the last sample is here or less than one sample before.
     pub end: Depth,
     /// Receive f-number: depth over aperture.
     pub f_number: f64,
@@ -45,7 +45,7 @@ pub struct Scan<'a> {
 impl<'a> Scan<'a> {
     /// Validates the parameters.
     ///
-    /// In a `const`, sizes of statics can follow from it:
+    /// A `const` scan can give the sizes of statics:
     ///
     /// ```
     /// use bonebeam::geometry::{Array, Axis, Depth, Lines, Scan, ScanParameters};
@@ -86,7 +86,7 @@ impl<'a> Scan<'a> {
 
     /// Validates the parameters of a scan whose records are I/Q.
     ///
-    /// The output rate may have any value, since I/Q holds the pulse's band alone.
+    /// The output rate may have any value, since I/Q holds only the pulse's band.
     ///
     /// # Errors
     /// As [`Scan::new`].
@@ -187,7 +187,7 @@ impl<'a> Scan<'a> {
 
     /// The active elements of a line at an output sample.
     ///
-    /// None for a line outside the scan.
+    /// No element is active for a line outside the scan.
     pub fn active(&self, line: usize, sample: usize) -> Active {
         self.active_at(self.aperture_centre(line), sample)
     }

@@ -71,8 +71,8 @@ impl<'m> Steering<'m> {
     ///
     /// [`Lines::sub_line`]: super::Lines::sub_line
     ///
-    /// Cost in f64: a root and a division for each sample, active element and sub-line, five for more than four, and two
-    /// sines with cosines for each sample and sub-line.
+    /// Cost in f64: per sample and active element a root and a division for each sub-line, or five of each for more
+    /// than four sub-lines; per sample and sub-line two sines with cosines.
     ///
     /// # Errors
     /// [`Error::Length`].
@@ -85,7 +85,7 @@ impl<'m> Steering<'m> {
         Self::of_step(scan, line, (sub_lines, 1), memory)
     }
 
-    /// [`Steering::new`] at the computed samples of a [depth step] alone.
+    /// [`Steering::new`] at only the computed samples of a [depth step].
     ///
     /// The directions have the same bits. The memory is [`Steering::need`] of
     /// [`Parameters::line_samples`](crate::beamform::Parameters::line_samples).
@@ -154,7 +154,7 @@ impl<'m> Steering<'m> {
 
     /// `e^{js/2}` and `e^{−jφ_c}` of a sub-line at a sample.
     ///
-    /// Beyond the last sample, those of the line itself. With a depth step, those of the computed sample at or above
+    /// Beyond the last sample, those of the line itself. With a depth step, those of the computed sample at or before
     /// `sample`.
     #[inline(always)]
     pub fn direction(&self, sample: usize, sub_line: usize) -> [Complex<f32>; 2] {
@@ -168,7 +168,7 @@ impl<'m> Steering<'m> {
 pub struct SteeringTable<'m> {
     /// `[line][sample][sub-line][2]`.
     directions: &'m [Complex<f32>],
-    /// Those of a line.
+    /// Length of the directions of a line.
     length: usize,
     sub_lines: usize,
     step: DepthStep,
@@ -369,8 +369,8 @@ impl Ray {
 impl super::Lines<'_> {
     /// Sub-line `index` of `count` of a line.
     ///
-    /// Sub-lines are evenly spaced within the line's cell, which extends half way to the neighbours; at an end as
-    /// far out as to the other side. All sub-lines of a single line are the line itself.
+    /// Sub-lines are evenly spaced within the line's cell, which extends half way to the neighbours; for the first and
+    /// the last line, as far outwards as inwards. All sub-lines of a single line are the line itself.
     ///
     /// ```
     /// use bonebeam::geometry::{Axis, Lines};

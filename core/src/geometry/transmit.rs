@@ -6,9 +6,9 @@
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum TransmitLaw<'a> {
-    /// A focused beam, one line a transmit.
+    /// A focused beam, one line per transmit.
     ///
-    /// The delay is the depth over c on the beam's axis, from the origin of the axis on the array (z = 0 if it goes
+    /// On the beam's axis the delay is the depth divided by c, from the axis's origin on the array (z = 0 if it goes
     /// straight down). The line must be on the axis.
     Focused,
     /// A plane wave: (x sin α + z cos α)/c, from x = 0, z = 0.
@@ -16,17 +16,17 @@ pub enum TransmitLaw<'a> {
         /// The steering angle α, rad; positive sends the wave towards positive x.
         angle: f64,
     },
-    /// One transmitting element; the delay is the distance from it over c.
+    /// One transmitting element; the delay is the distance from it divided by c.
     Element {
         /// The element's lateral position, m.
         x: f64,
         /// Its depth, m.
         z: f64,
     },
-    /// A virtual source s, from x = 0, z = 0, with z down.
+    /// A virtual source s; times count from x = 0, z = 0, with z down.
     ///
-    /// `s.z ≤ 0`: a wave diverging from s, with the delay (|p − s| − |s|)/c. `s.z > 0`: a wave converging on s,
-    /// with (|s| − |p − s|)/c at depths less than s.z and (|s| + |p − s|)/c below.
+    /// `s.z ≤ 0`: a wave diverging from s, with the delay (|p − s| − |s|)/c. `s.z > 0`: a wave converging on s, with
+    /// the delay (|s| − |p − s|)/c at depths less than s.z and (|s| + |p − s|)/c deeper.
     VirtualSource {
         /// The source's lateral position, m.
         x: f64,

@@ -21,7 +21,7 @@ pub struct BModeParameters {
     pub grid: PixelGrid,
     /// Level of black below the largest envelope, dB.
     pub dynamic_range: f32,
-    /// Logarithm of the grey levels.
+    /// Logarithm used for the grey levels.
     pub logarithm: Logarithm,
     /// Whether a 3×3 median filters the pixels.
     pub median: bool,
@@ -106,14 +106,14 @@ impl BMode {
 
     /// Scratch of [`BMode::image`], real numbers.
     ///
-    /// It holds the grey levels of all lines, and for the median the pixels before it.
+    /// It holds the grey levels of all lines and, with the median, the unfiltered pixels.
     pub fn need(&self) -> Need {
         Need::real(self.envelopes_len()).and(self.pixels_need())
     }
 
     /// Scratch of [`BMode::pixels`], real numbers.
     ///
-    /// As many as pixels; 0 without the median.
+    /// The number of pixels with the median, else 0.
     pub fn pixels_need(&self) -> Need {
         let BModeParameters { grid, median, .. } = &self.parameters;
         Need::real(if *median { grid.pixels() } else { 0 })
@@ -140,7 +140,7 @@ impl BMode {
     /// [`BMode::image`] with reports of progress.
     ///
     /// `progress` receives the number of finished steps, from 1. A step has 4096 envelopes or pixels, less than a
-    /// million instructions on a Cortex-M7, so that a watchdog can be reset in it. A fan's pixels are one step.
+    /// million instructions on a Cortex-M7, so that `progress` can reset a watchdog. A fan's pixels are one step.
     ///
     /// # Errors
     /// As [`BMode::image`].

@@ -1,13 +1,13 @@
 //! Envelopes at every sample, from lines with a depth step.
 //!
 //! A beamformed line is narrow-band around the carrier, so every second to fourth sample suffices. The samples are
-//! shifted to baseband, `b[k] = z[k]·e^{−j2πf₀t}`, and interpolated by a polyphase filter with one row of taps for
-//! each sample between two of the line:
+//! shifted to baseband, `b[k] = z[k]·e^{−j2πf₀t}`, and interpolated by a polyphase filter with one row of taps for each
+//! position between two samples of the line:
 //!
 //! `y[k·step + p] = Σ_t h_p[t]·b[k + t − 3]`, `h_p[t] ∝ sinc(u)·kaiser(u/4, β = 4)`, `u = p/step − t + 3`, `Σ_t h_p[t] = 1`.
 //!
 //! The first and the last sample continue the baseband beyond the line's ends. The envelope is `|y|`. At a computed
-//! sample it is the sample's own, bit for bit.
+//! sample it is that sample's magnitude, bit for bit.
 
 use super::Pooling;
 use super::envelope::{check_signal, envelope, magnitude};
@@ -56,7 +56,7 @@ const RESTART: usize = 16;
 pub struct DepthInterpolation {
     samples: usize,
     step: NonZeroUsize,
-    /// From one sample of a line to the next, the carrier's phase in 2⁻³² cycles.
+    /// The carrier's phase from one sample of a line to the next, in 2⁻³² cycles.
     phase_step: u32,
     /// `e^{−jφ}` of that phase.
     factor: Complex<f32>,
@@ -172,7 +172,7 @@ impl DepthInterpolation {
     /// Order: phase factors of the baseband from `libm::sincosf` every 16 samples, and products between them; taps
     /// in ascending order from zero.
     ///
-    /// Cost of a sample and sub-line: 32 flops, a division and a root; 12 flops a complex sample of the line.
+    /// Cost per sample and sub-line: 32 flops, a division and a root; per complex sample of the line 12 flops.
     ///
     /// # Errors
     /// [`Error::Length`]; [`Error::NonFinite`] with the index of the first bad number. `out` is then unchanged.
@@ -216,13 +216,13 @@ impl DepthInterpolation {
         Ok(())
     }
 
-    /// Interpolates a line `z` with its carrier to all samples, `out`.
+    /// Interpolates a line `z`, with its carrier, at all samples.
     ///
-    /// In the unit of `z`. `scratch`: [`DepthInterpolation::need`] of one sub-line, contents irrelevant. The
-    /// magnitude is [`DepthInterpolation::envelope`], except for rounding.
+    /// `out` has the unit of `z`. `scratch`: [`DepthInterpolation::need`] of one sub-line, contents irrelevant. The
+    /// magnitude of `out` is [`DepthInterpolation::envelope`], except for rounding.
     ///
-    /// Order: that of the envelope; then times the conjugate of the baseband's phase factor, and times the
-    /// carrier's from there on.
+    /// Order: that of the envelope; then times the conjugate of the baseband's phase factor at the line's sample, and
+    /// times the carrier's factor from that sample on.
     ///
     /// # Errors
     /// As [`DepthInterpolation::envelope`].
@@ -261,7 +261,7 @@ impl DepthInterpolation {
         Ok(())
     }
 
-    /// The baseband of each sub-line, one behind the other, with its first and last sample repeated.
+    /// The baseband of each sub-line, one after the other, with its first and last sample repeated.
     fn demodulate(&self, z: &[Complex<f32>], sub_lines: usize, scratch: &mut [Complex<f32>]) {
         let padded = self.line_samples() + TAPS - 1;
         let mut phase = Complex::new(1.0, 0.0);
@@ -320,7 +320,7 @@ const fn phasor(part: f64) -> Complex<f32> {
     Complex::new(cosine as f32, sin(angle) as f32)
 }
 
-/// Taps for the place `part` of the way from one sample to the next.
+/// Taps for the position `part` of the way from one sample to the next.
 const fn row(part: f64) -> [f32; TAPS] {
     let window = Kaiser::new(BETA);
     let mut values = [0.0; TAPS];
@@ -351,7 +351,7 @@ fn filtered(row: &[f32; TAPS], window: &[Complex<f32>; TAPS]) -> Complex<f32> {
     sum
 }
 
-/// Its grid; not its filter.
+/// Prints the grid, not the filter.
 #[cfg(feature = "defmt")]
 impl defmt::Format for DepthInterpolation {
     fn format(&self, f: defmt::Formatter<'_>) {

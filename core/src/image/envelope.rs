@@ -11,7 +11,7 @@ use num_complex::Complex;
 /// or vanishes. A magnitude beyond `f32::MAX` (both parts near it) gives `f32::MAX`. Scaling the
 /// input by a power of two scales the result exactly.
 ///
-/// RAM: none. Cost: a division and a square root a sample.
+/// RAM: none. Cost: a division and a square root per sample.
 ///
 /// ```
 /// use bonebeam::Complex;

@@ -27,7 +27,7 @@ pub fn largest(envelope: &[f32]) -> f32 {
 /// line by line. The reference itself gives exactly 255, a zero envelope exactly 0, and a zero
 /// reference (an empty frame) 0 everywhere. `dynamic_range` is in dB.
 ///
-/// RAM: none. Cost: a division and a logarithm a sample.
+/// RAM: none. Cost: a division and a logarithm per sample.
 ///
 /// ```
 /// use bonebeam::image::{largest, log_compression};
@@ -51,7 +51,7 @@ pub fn log_compression(
     log_compression_with(Logarithm::Exact, envelope, reference, dynamic_range, out)
 }
 
-/// Logarithm of the grey levels.
+/// Logarithm used for the grey levels.
 ///
 /// Both have the same bits on every target.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -62,8 +62,8 @@ pub enum Logarithm {
     Exact,
     /// A polynomial of degree 5 between powers of two, without a branch or a table.
     ///
-    /// Decibels err by at most 1.6·10⁻⁴, which is 8·10⁻⁴ grey levels at 50 dB. Values more than 758 dB below the
-    /// reference are black.
+    /// The error is at most 1.6·10⁻⁴ dB: 8·10⁻⁴ grey levels for a dynamic range of 50 dB. Values more than 758 dB below
+    /// the reference are black.
     Polynomial,
 }
 
@@ -93,7 +93,7 @@ pub fn log_compression_with(
     log_compression_in_steps(logarithm, envelope, range, out, &mut || {})
 }
 
-/// [`log_compression_with`] by reference and dynamic range; `progress` hears of each step.
+/// [`log_compression_with`] by reference and dynamic range; reports each step to `progress`.
 pub(super) fn log_compression_in_steps(
     logarithm: Logarithm,
     envelope: &[f32],

@@ -14,8 +14,8 @@ use crate::simd::{Vector, copy};
 /// Edges repeat the nearest pixel of the image, so every neighbourhood has nine values and a constant image does
 /// not change.
 ///
-/// RAM: none. Cost: 19 compare-and-exchange steps a pixel (Paeth, Graphics Gems, 1990), without branches; 13 with one
-/// lane, since a column in order serves three pixels.
+/// RAM: none. Cost: 19 compare-and-exchange steps per pixel (Paeth, Graphics Gems, 1990), without branches; 13 with one
+/// lane, since a sorted column serves three pixels.
 ///
 /// ```
 /// let image = [1.0, 2.0, 3.0, 4.0, 99.0, 6.0, 7.0, 8.0, 9.0];
@@ -37,7 +37,7 @@ pub fn median<V: Vector>(
     median_in_steps(zero, image, columns, out, &mut || {})
 }
 
-/// [`median`]; `progress` hears of each step.
+/// [`median`]; reports each step to `progress`.
 pub(super) fn median_in_steps<V: Vector>(
     zero: V,
     image: &[f32],
@@ -138,7 +138,7 @@ fn neighbourhood<V: Vector>(
     )
 }
 
-/// A row of one lane, whose columns are put in order once for all three pixels that have them.
+/// A row of one lane, whose columns are sorted once for all three pixels that use them.
 #[inline(always)]
 fn row_by_columns([above, own, below]: [&[f32]; 3], out: &mut [f32]) {
     let mut columns = above.iter().zip(own).zip(below);

@@ -39,8 +39,8 @@ pub enum Pooling {
 /// ```
 ///
 /// # Errors
-/// [`Error::Length`] where `z` is not `sub_lines` times as long as `out`, [`Error::NonFinite`] with the first bad
-/// number's index; `out` is then untouched.
+/// [`Error::Length`] if `z` is not `sub_lines` times as long as `out`, [`Error::NonFinite`] with the index of the first
+/// bad number; `out` is then unchanged.
 pub fn pooled_envelope(
     z: &[Complex<f32>],
     sub_lines: usize,

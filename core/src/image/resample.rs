@@ -10,15 +10,14 @@ use crate::memory::STEP;
 ///
 /// All arrays are row-major; the image is `[row][column]` with row 0 shallowest.
 ///
-/// `beams` and `columns` are positions along x, `samples` and `rows` along z, in the same unit. A pixel outside the
-/// data is
-/// 0. A pixel beyond the first or last position by at most 10⁻⁶ of a step counts as on it, so that rounding cannot
-///    blank an edge. With the fractions `p` along the beams and `q` along the samples: `(1−p)·((1−q)·d₀₀ + q·d₀₁) +
-///    p·((1−q)·d₁₀ + q·d₁₁)`, where `p` and `q` are rounded to f32 once from an f64 position. At a data point the
-///    result is that point, exactly.
+/// `beams` and `columns` are positions along x, `samples` and `rows` along z, in the same unit. Pixels outside the
+/// data are 0. A pixel beyond the first or last position by at most 10⁻⁶ of a step counts as on it, so that rounding
+/// cannot blank an edge. With the fractions `p` along the beams and `q` along the samples, the value is
+/// `(1−p)·((1−q)·d₀₀ + q·d₀₁) + p·((1−q)·d₁₀ + q·d₁₁)`, where `p` and `q` are rounded to f32 once from an f64 position.
+/// At a data point the result is that point, exactly.
 ///
-/// RAM: 1.5 KiB of stack. Per pixel 6 f32 multiplications; an f64 division and a rounding a column,
-/// and a row for each 64 columns.
+/// RAM: 1.5 KiB of stack. Cost: 6 f32 multiplications per pixel; an f64 division and a rounding per column, and per row
+/// for each 64 columns.
 ///
 /// ```
 /// use bonebeam::geometry::Axis;
@@ -43,7 +42,7 @@ pub fn resample(
     resample_in_steps(data, lines, pixels, out, &mut || {})
 }
 
-/// [`resample`]; `progress` hears of each step.
+/// [`resample`]; reports each step to `progress`.
 pub(super) fn resample_in_steps(
     data: &[f32],
     [beams, samples]: [Axis; 2],

@@ -1,4 +1,4 @@
-//! Bilinear scan conversion of lines that fan out to isotropic pixels.
+//! Bilinear scan conversion: lines of a fan to isotropic pixels.
 
 use super::check_finite;
 use super::resample::{check_axes, interpolate};
@@ -6,7 +6,7 @@ use crate::Error;
 use crate::error::{check_length, finite};
 use crate::geometry::Axis;
 
-/// Lines that go out from one point: a sector, or the normals of a convex array.
+/// Lines that fan out from one point: a sector, or the normals of a convex array.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Fan {

@@ -41,7 +41,7 @@ impl<S: Scalar<V>, V: Vector> Reduction<'_, '_, S, V> {
     /// far from zero.
     ///
     /// Each pass over the matrix applies the last reflection and multiplies the result by the next reflector. The
-    /// matrix is therefore read and written once a row.
+    /// matrix is therefore read and written once per row.
     ///
     /// Cost: `4n³/3` flops real, `16n³/3` complex; `n` roots and divisions.
     #[inline(always)]

@@ -1,7 +1,7 @@
-//! Linear algebra over lanes, on one Hermitian or real symmetric matrix a lane.
+//! Linear algebra over lanes, on one Hermitian or real symmetric matrix per lane.
 //!
-//! Its trace is near 1 (see [`DiagonalLoading`](crate::covariance::diagonal_loading::DiagonalLoading)). [`panels`]
-//! gives its storage.
+//! The matrix's trace is near 1 (see [`DiagonalLoading`](crate::covariance::diagonal_loading::DiagonalLoading)).
+//! [`panels`] gives its storage.
 //!
 //! - [`cholesky`]: the factorisation and its triangular solves.
 //! - [`lanczos`]: the dominant eigenpair if few steps prove it; by [`matrix_vector`], [`inner_product`] and

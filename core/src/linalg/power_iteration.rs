@@ -1,8 +1,8 @@
 //! Power iteration: an approximate dominant eigenpair in a fixed number of steps.
 //!
-//! The operations do not depend on the matrix: no step is skipped, and no lane waits for another. Power iteration
-//! suits hard real time and hardware without branches. The error falls by `λ₂/λ₁` a step; docs/numerics.md lists it
-//! over gaps and steps.
+//! The operations do not depend on the matrix: no step is skipped, and no lane waits for another. Power iteration suits
+//! hard real time and hardware without branches. The error falls by `λ₂/λ₁` per step; docs/numerics.md lists it over
+//! gaps and steps.
 //!
 //! - **Start**: the unit vector `u` of coordinate 0 or 1 with the larger diagonal entry (as in
 //!   [`lanczos`](super::lanczos)), so that the first step's product is a column of the matrix.
@@ -23,8 +23,8 @@ use crate::simd::{Scalar, Vector};
 /// Leaves the unit vector in `vector`, with zeros in the padding rows of the last panel. Returns the eigenvalue;
 /// `None` for an empty matrix. `product` is scratch as long as `vector`.
 ///
-/// Cost: `n` times 2 flops real (4 complex) for the length and 1 (2) for the division a step; `2n²` (`8n²`) for the
-/// product of each but the first.
+/// Cost per step: `2n` flops real (`4n` complex) for the length and `n` (`2n`) for the division; `2n²` (`8n²`) for the
+/// product, except in the first step.
 #[inline(always)]
 pub fn power_iteration<S: Scalar<V>, V: Vector>(
     a: &[PanelColumn<S>],

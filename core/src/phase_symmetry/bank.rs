@@ -136,7 +136,7 @@ impl PhaseSymmetry {
         }
     }
 
-    /// Number of filters: 6 a scale.
+    /// Number of filters: six per scale.
     ///
     /// The order is scale by scale as given, and within a scale 0, −π/6, −π/3, −π/2, −2π/3, −5π/6.
     pub const fn filters(&self) -> usize {
@@ -178,7 +178,7 @@ impl PhaseSymmetry {
         Err(Error::Parameter {
             name: "first line of a strip",
             value: strip.start as f64,
-            expected: "a strip that the bank itself names",
+            expected: "one of the bank's strips",
         })
     }
 }

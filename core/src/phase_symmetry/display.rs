@@ -4,7 +4,7 @@ use crate::Error;
 
 /// Scales a map in place to `255·PS/max(PS)`, the paper's intensities.
 ///
-/// A map of zeros does not change. RAM: none. Cost: a division a pixel.
+/// A map of zeros does not change. RAM: none. Cost: a division per pixel.
 ///
 /// ```
 /// use bonebeam::phase_symmetry::scale_for_display;

@@ -27,8 +27,8 @@ pub trait ReadAt {
 
     /// Borrows `length` numbers from `first` on, if the memory allows it.
     ///
-    /// The numbers are then not copied. For memory that is as fast as [`super::StripSlices`], behind a cache.
-    /// `None` by default and for slices, which may be slow.
+    /// The numbers are then not copied. Implement it for memory behind a cache, which is as fast as
+    /// [`super::StripSlices`]. The result is `None` by default, and for slices, which may be slow.
     fn view(&self, first: usize, length: usize) -> Option<&[f32]> {
         let _ = (first, length);
         None

@@ -1,4 +1,4 @@
-//! The one-dimensional transform of rows and columns, one line a lane.
+//! The one-dimensional transform of rows and columns, one line per lane.
 
 use super::fft64;
 use crate::simd::Vector;

@@ -102,7 +102,7 @@ pub struct GainTables<M> {
 impl<M: AsRef<[f32]> + AsMut<[f32]>> GainTables<M> {
     /// Fills `memory`, a slice or a `Vec` of [`PhaseSymmetry::gain_tables_len`] numbers.
     ///
-    /// Cost: half a division and less than five table look-ups a pixel.
+    /// Cost: half a division and less than five table look-ups per pixel.
     ///
     /// ```
     /// use bonebeam::Error;

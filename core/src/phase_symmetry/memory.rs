@@ -158,12 +158,12 @@ pub struct External<'a> {
     pub symmetry: &'a mut dyn WriteAt,
 }
 
-/// Fast memory, divided by an image's size.
+/// Fast memory, divided into slices for an image's size.
 ///
 /// [`StripSlices::new`] divides a scratch for one line at a time; for the lanes of a vector, fill the fields.
 /// Slices may be longer than stated. A slice that is too short gives [`crate::Error::Capacity`].
 ///
-/// `V` is the vector to compute with: `f32` for one line at a time, a processor's registers for one line a lane.
+/// `V` is the vector to compute with: `f32` for one line at a time, a processor's registers for one line per lane.
 ///
 /// Strips of one step may be processed in parallel, each in slices of its own. In sequence,
 /// [`super::PhaseSymmetry::run`] does this:

@@ -17,7 +17,7 @@ use crate::simd::split_front;
 use crate::{Complex, Error};
 
 impl Sizes {
-    /// Memory of [`PhaseSymmetry::map`] beside image and map.
+    /// Memory of [`PhaseSymmetry::map`], without image and map.
     ///
     /// For R × C pixels and N the longer side: 4·R·C + 2·R + N real numbers and N complex ones, 66.8 kB for 64 ×
     /// 64.
@@ -67,8 +67,8 @@ impl PhaseSymmetry {
     /// Computes the map `PS` of an image in one memory.
     ///
     /// The bits are those of [`PhaseSymmetry::run`]. `progress` receives the number of steps done, of
-    /// [`PhaseSymmetry::map_steps`], after each step: 64 lines of 64 points, or as many points of longer lines. A
-    /// step takes less than a million instructions on a Cortex-M7, so a watchdog can be reset in it. `scratch`:
+    /// [`PhaseSymmetry::map_steps`], after each step: 64 lines of 64 points, or as many points of longer lines. A step
+    /// takes less than a million instructions on a Cortex-M7, so `progress` can reset a watchdog. `scratch`:
     /// [`Sizes::map_need`], contents irrelevant.
     ///
     /// ```
@@ -89,8 +89,8 @@ impl PhaseSymmetry {
     /// ```
     ///
     /// # Errors
-    /// [`Error::Length`] for an image, a map or memory of another size; as [`PhaseSymmetry::run`] for pixels and gains,
-    /// which are those of [`PhaseSymmetry::by_columns`].
+    /// [`Error::Length`] for an image, a map or memory of another size; as [`PhaseSymmetry::run`] for pixels and gains.
+    /// The gains must be those of [`PhaseSymmetry::by_columns`].
     pub fn map<G: Gains<f32>>(
         &self,
         gains: &G,

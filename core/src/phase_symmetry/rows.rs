@@ -20,9 +20,9 @@ const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 impl PhaseSymmetry {
     /// Adds the filtered rows of one filter and one strip to the sums.
     ///
-    /// This is the third step of [`PhaseSymmetry::run`], for a filter and one of [`PhaseSymmetry::row_strips`],
-    /// when every column is written. The sums are `symmetry` and `amplitude` of [`super::External`]. After the last
-    /// filter it divides them. [`StripSlices`] has an example.
+    /// This is the third step of [`PhaseSymmetry::run`], for a filter and one of [`PhaseSymmetry::row_strips`], after
+    /// every column is written. The sums are `symmetry` and `amplitude` of [`super::External`]. With the last filter,
+    /// the sums are divided. [`StripSlices`] has an example.
     ///
     /// # Errors
     /// As [`PhaseSymmetry::run`]; [`Error::Capacity`] or [`Error::Parameter`] for a filter or strip outside the

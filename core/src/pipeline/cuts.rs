@@ -3,8 +3,8 @@
 use crate::geometry::Active;
 use core::ops::Range;
 
-/// Cuts a line into blocks: where the active set changes, and at multiples of the time window's length from
-/// there.
+/// Cuts a line into blocks: at changes of the active set, and at multiples of the time window's length from each
+/// change.
 pub(super) struct Cuts<F> {
     samples: usize,
     window: usize,

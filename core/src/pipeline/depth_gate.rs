@@ -8,12 +8,12 @@ use core::ops::Range;
 ///
 /// Depths are those of the samples, along the ray.
 ///
-/// - **Inside**, a sample has the bits that it has without a gate: its time window extends over the edge, and is
-///   cut as that of the whole line.
+/// - **Inside**, a sample has the bits that it has without a gate: its time window extends over the edge, and is cut as
+///   in the whole line.
 /// - **Outside**, a sample has the bits of DAS over the same active elements.
-/// - **At the edge** there is no transition between consecutive samples. DAS and MV pass an echo from straight
-///   ahead at its own level. The background has the level of the method: rank 1 is some decibels below DAS. That
-///   step is no bone: leave a margin around the structure of interest.
+/// - **At the edge** there is no transition between consecutive samples. DAS and MV pass an echo from straight ahead at
+///   its own level. The background has the level of the method: rank 1 is some decibels below DAS. Such a step in level
+///   is no bone: leave a margin around the structure of interest.
 ///
 /// ```
 /// use bonebeam::geometry::Axis;

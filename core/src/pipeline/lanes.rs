@@ -11,8 +11,8 @@ impl<D: Stage, A: Averaging<f32>> Frame<'_, '_, D, A> {
     /// [`Frame::bone_map`] by vectors, with the same pixels.
     ///
     /// `kernels` has the transform of vectors ([`LaneFft`]) and gains for [`Pipeline::phase_symmetry`], `memory` the
-    /// strips of [`PhaseSymmetry::sizes`]; both are apart from the frame's memory. A strip as high as the image takes
-    /// the fewest instructions. `progress` is that of [`PhaseSymmetry::run`].
+    /// strips of [`PhaseSymmetry::sizes`]; both are separate from the frame's memory. A strip as high as the image
+    /// takes the fewest instructions. `progress` is that of [`PhaseSymmetry::run`].
     ///
     /// # Errors
     /// [`Error::Capacity`] for strips of another size, and [`Error::Parameter`] for gains of another bank.

@@ -4,10 +4,10 @@
 //! share it. A [`Frame`] is a plan with memory: RF or I/Q enters line by line, and an image and a bone map come
 //! out. Its memory is [`Parameters::need`] at compile time, or [`Pipeline::need`] at run time.
 //!
-//! A [`DepthGate`] bounds the depths of the beamformer. Other depths are DAS.
+//! A [`DepthGate`] limits the depths of the beamformer. Other depths are DAS.
 //!
-//! A line is computed in blocks ([`Parameters::block`]), so that its memory does not grow with its length. The bits
-//! are the same for all blocks.
+//! A line is computed in blocks ([`Parameters::block`]), so that its memory does not grow with its length. The bits do
+//! not depend on the block length.
 //!
 //! Each stage can be used alone: [`LinePipeline`] delays and beamforms lines, [`BMode`] makes images of lines,
 //! [`PhaseSymmetry`] bone maps of images, and a [`Detector`](crate::surface::Detector) finds the surface in grey
@@ -52,7 +52,7 @@ pub struct Parameters<'a> {
     /// The image is the smallest grid of isotropic pixels that covers the scan. Phase symmetry accepts 64, 128,
     /// 256, 512 or 1024 rows.
     pub rows: usize,
-    /// Columns of the image, with the same sizes as the rows.
+    /// Columns of the image, pixels; the same sizes as for the rows.
     pub columns: usize,
     /// Level of black below the largest envelope, dB.
     pub dynamic_range: f32,
@@ -62,9 +62,9 @@ pub struct Parameters<'a> {
     pub scales: &'a [f64],
     /// Phase symmetry: noise threshold `T_n`, in grey levels.
     pub threshold: f32,
-    /// Phase symmetry: rows or columns at a time of [`Pipeline::phase_symmetry`].
+    /// Phase symmetry: rows or columns of a strip of [`Pipeline::phase_symmetry`].
     ///
-    /// They change memory and time, never the map. A [`Frame`] has the whole image in one memory, for every strip.
+    /// The number changes memory and time, never the map. A [`Frame`] has the whole image in one memory, for any strip.
     pub strip: usize,
     /// Number of samples of a line that are aligned and beamformed at a time.
     ///
@@ -137,7 +137,7 @@ impl<'a> Pipeline<'a> {
 impl<'a> Pipeline<'a, &'a Delay> {
     /// A pipeline of RF with a delay stage elsewhere, such as a constant in flash.
     ///
-    /// Nothing is left to compute, and the plan is small.
+    /// The filters of the stage are not computed again, and the plan is small.
     ///
     /// ```
     /// # use bonebeam::beamform;
@@ -307,14 +307,14 @@ impl<'a, D: Stage> Pipeline<'a, D> {
         &self.phase_symmetry
     }
 
-    /// Memory of a [`Frame`], for the averaging of its beamformer.
+    /// Memory of a [`Frame`], for the covariance of its beamformer.
     pub fn need(&self, covariance: Covariance) -> Need {
         self.parts.need(covariance)
     }
 
     /// Memory of a [`Frame`] with lines by vectors, [`Frame::line_over`].
     ///
-    /// The vectors have `lanes` lanes. The workspace is apart.
+    /// The vectors have `lanes` lanes. The beamformer's workspace is not included.
     pub fn need_over(&self, lanes: usize, covariance: Covariance) -> Need {
         let line = self.lines.need(lanes, self.block);
         self.parts.need_over(line, covariance)

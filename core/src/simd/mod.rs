@@ -103,7 +103,7 @@ pub trait Vector:
 
     /// Runs `f` compiled for this vector's instruction set.
     ///
-    /// Only code that is inlined into `f` is: write `zero.vectorize(#[inline(always)] || kernel(…))`.
+    /// Only code that is inlined into `f` is compiled so: write `zero.vectorize(#[inline(always)] || kernel(…))`.
     fn vectorize<R>(self, f: impl FnOnce() -> R) -> R;
 
     /// A vector of this kind with `value` in every lane.

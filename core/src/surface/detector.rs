@@ -9,9 +9,9 @@ use crate::memory::Need;
 
 /// Bone surface detector: validated parameters and its plan.
 ///
-/// It finds the bone surface in grey levels of lines. A frame needs `Detector::need` numbers of memory. On a
-/// Cortex-M7, scores and path together take about 60 instructions a sample for cells of four samples, the levels of
-/// a line 20 (`firmware/count`).
+/// It finds the bone surface in grey levels of lines. A frame needs `Detector::need` numbers of memory. On a Cortex-M7,
+/// scores and path together take about 60 instructions per sample for cells of four samples, the levels of a line 20
+/// (`firmware/count`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Detector {

@@ -10,12 +10,12 @@ use crate::memory::Scratch;
 impl Detector {
     /// Finds the surface of a whole frame, grey levels `[line][sample]`.
     ///
-    /// A line gets a point or none. The frame's own [`Levels`](super::Levels) are computed first, from every fourth
+    /// Each line gets a point or none. The frame's own [`Levels`](super::Levels) are computed first, from every fourth
     /// line.
     ///
     /// # Errors
     /// [`Error::Length`] if `grey` does not have as many lines as `out`, or if the memory is shorter than
-    /// [`Detector::need`]. [`Error::Capacity`] for more lines than the parameters' latency and one.
+    /// [`Detector::need`]. [`Error::Capacity`] for more lines than the parameters' latency plus one.
     pub fn frame(
         &self,
         grey: &[u8],

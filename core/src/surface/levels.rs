@@ -41,9 +41,9 @@ impl<'p, 'm> Survey<'p, 'm> {
         })
     }
 
-    /// Counts a line's grey levels, and its shadows from the depths of the search.
+    /// Counts the grey levels of a line, and its shadows at the searched depths.
     ///
-    /// A line that is black from end to end is not counted: it lies beside the picture.
+    /// A line that is black from end to end is not counted: it is outside the picture.
     ///
     /// # Errors
     /// [`Error::Length`] if the number of samples differs from the parameters'.

@@ -11,8 +11,8 @@
 //! with bounded latency. A map of the samples'
 //! [coherence](crate::beamform::ShortLagCoherence) is an optional sixth term, where clutter may fill the shadow.
 //!
-//! Scores and paths are integers, from grey levels of eight bits ([`grey`]): means in 1/16 of a level, scores in
-//! 1/1024 nat. The bits are therefore the same everywhere, in any order of the sums.
+//! Scores and paths are integers, from grey levels of eight bits ([`grey`]): means in 1/16 of a level, scores in 1/1024
+//! nat. The bits are therefore the same on every target, in any order of the sums.
 //!
 //! ```
 //! use bonebeam::geometry::Axis;

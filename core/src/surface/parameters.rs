@@ -7,7 +7,7 @@ use crate::memory::Need;
 
 /// Fractions of a grey level in means.
 pub(super) const PARTS: i32 = 16;
-/// White, in those.
+/// White, in these fractions.
 pub(super) const WHITE: i32 = 255 * PARTS;
 
 /// No window is as long as this, m.
@@ -37,8 +37,9 @@ pub struct Ramp {
 ///   and `S₂` that of `far` below the cell;
 /// - `contrast`, a [`Ramp`] of `B − U`: the echo less the mean grey of `above` above the cell;
 /// - `level`, a ramp of `R − D`: the reference `R = max(U, B − margin)` less the mean grey of `below` below the cell;
-/// - `rest`, a ramp of `R − M`, with `M` the brightest mean grey of any `rest_block` that begins `rest_from` or
-///   more below the cell. Nothing below bone is as bright as the tissue above it; below a fascia something is;
+/// - `rest`, a ramp of `R − M`, with `M` the brightest mean grey of any `rest_block` that begins `rest_from` or more
+///   below the cell. Below bone nothing is as bright as the tissue above it; below a fascia there is tissue of that
+///   level;
 /// - `shadow`, a ramp of `(E − d)/max(t − d, shadow_range)`, with `E` the mean grey from `shadow_from` below the
 ///   cell to the end of the line, `d` and `t` the frame's dark and tissue ([`Levels`](super::Levels)). `d` counts as
 ///   at most `max(t − shadow_drop, shadow_black)`: a shadow is black, or far below the tissue.
@@ -283,7 +284,7 @@ pub(super) struct Sizes {
     pub kept: usize,
 }
 
-/// Lines on either side over which depth and confidence are means.
+/// Lines on either side that depth and confidence may use.
 pub(super) const AROUND: usize = 4;
 
 impl Parameters {
@@ -292,12 +293,11 @@ impl Parameters {
 
     /// Memory of a [`Tracker`](super::Tracker) and of [`Detector::frame`](super::Detector::frame).
     ///
-    /// Real numbers only: with `n` cells in the depths of the settings, `3·n + n/2·(latency + 5)` and a few
-    /// hundred.
+    /// Real numbers only: with `n` cells in the settings' depths, `3·n + n/2·(latency + 5)` plus a few hundred.
     ///
     /// # Errors
-    /// [`Error::Parameter`] or [`Error::Capacity`] naming what is out of range: samples that do not ascend, are too
-    /// many or too few for the windows, a spacing that is not positive.
+    /// [`Error::Parameter`] or [`Error::Capacity`], naming the parameter: samples that do not ascend, or are too many
+    /// or too few for the windows; a spacing that is not positive.
     pub const fn need(&self) -> Result<Need, Error> {
         Ok(attempt!(self.sizes()).need())
     }
@@ -422,7 +422,7 @@ pub(super) const fn window(name: &'static str, [from, to]: [f64; 2]) -> Result<(
 pub(super) struct Prices {
     /// Score of a line without bone.
     pub absence: i32,
-    /// The same, scaled by the weight of a line.
+    /// `absence`, scaled by the weight of a line.
     pub absent: i32,
     /// Price of a start and of an end.
     pub end: i32,

@@ -18,20 +18,21 @@ use crate::simd::split_front;
 pub struct Point {
     /// Depth along the line, m.
     ///
-    /// It is that of the straight line through the centres of the echo in up to three lines on either side of the same
-    /// piece. Weights of least squares are 4 for the line itself, and 3, 2, 1 for those beside it.
+    /// The depth is that of a straight line, fitted to the centres of the echo in the line and in up to three lines of
+    /// the same piece on either side. The weights of the least-squares fit are 4 for the line itself, and 3, 2, 1 for
+    /// its neighbours.
     pub depth: f32,
     /// Confidence, from 0 to 1.
     ///
-    /// It estimates the share of such points that are on bone, by the settings' `confidence`.
+    /// An estimate of the share of such points that are on bone, by the settings' `confidence`.
     pub confidence: f32,
     /// Whether a piece of surface begins here.
     ///
-    /// Then the line before has no surface, or one at the distance of a jump.
+    /// If so, the line before has no surface, or one at the distance of a jump.
     pub begins: bool,
 }
 
-/// Where the path to a cell comes from, in seven bits, and the cell's score, in nine.
+/// Origin of the path to a cell, in seven bits, and the cell's score, in nine.
 ///
 /// 127 to 65: a cell 0 to 62 above. 64 to 3: a cell 1 to 62 below. Then a jump from the best of the line before, and a
 /// start. Paths of equal value are chosen in this order. Scores are in 1/32 nat from −10 to below 6.
@@ -182,10 +183,10 @@ impl<'p, 'm> Tracker<'p, 'm> {
         };
     }
 
-    /// Takes the next line and returns the line that it decides, if any.
+    /// Takes the next line; returns the point, or none, of a line that it decides.
     ///
-    /// Lines come from left to right. The decided line is `latency` lines before: a point, or none. `levels` are
-    /// those of the frame or of the previous frame.
+    /// Lines come from left to right. The decided line is `latency` lines before; the first `latency` lines decide
+    /// none. `levels` are those of the frame or of the previous frame.
     ///
     /// # Errors
     /// [`Error::Length`] if the number of samples differs from the parameters'.
@@ -195,8 +196,8 @@ impl<'p, 'm> Tracker<'p, 'm> {
 
     /// [`Tracker::line`] with the coherence of each sample.
     ///
-    /// A coherence of 0 or less is 0, and one of 1 is 255. The settings' [`coherence`](super::Settings::coherence) is the
-    /// term of it.
+    /// A coherence of 0 or less is coded as 0, a coherence of 1 as 255. Its term is the settings'
+    /// [`coherence`](super::Settings::coherence).
     ///
     /// # Errors
     /// As [`Tracker::line`], for both slices.

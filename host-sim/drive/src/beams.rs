@@ -115,7 +115,7 @@ impl Beams {
 
 /// Whether a straight array is steered.
 ///
-/// Plane and single-element transmits are as often those of a linear array with narrow elements, which is imaged
+/// Plane and single-element transmits are as often those of a linear array with narrow elements; such data are imaged
 /// straight down.
 fn phased(data: &ChannelData, c: f64) -> bool {
     let steered = matches!(

@@ -14,8 +14,8 @@ use crate::Result;
 
 /// Number of elements that a thread adds together.
 ///
-/// They read the transmits' parts of the positions once, which are too many for any cache; their records fit in the
-/// second-level cache.
+/// The elements share one read of the transmits' parts of the positions, which exceed any cache; their records fit in
+/// the second-level cache.
 const TOGETHER: usize = 2;
 
 /// Some lines of compounded transmits: the mean of their real parts.

@@ -26,16 +26,16 @@ use bonebeam_files::{BeamRays, BeamformedLines, ChannelData, FrameSamples, Sampl
 
 /// Number of lines whose records are upsampled at a time; limited by memory.
 pub(crate) const LINES_UPSAMPLED: usize = 128;
-/// Parts of a frame in counts that become f32 one after the other, if each line has its own transmit.
+/// Parts of a frame that are converted from counts to f32 in turn, if each line has its own transmit.
 const COUNTED_PASSES: usize = 8;
 /// Counts that a thread converts at a time.
 const CONVERTED: usize = 1 << 16;
 
 /// The delay stage of one set of channel data: beams, depths, elements.
 ///
-/// Focused transmits make one beam each, on their axis. So do virtual sources in front of the array if they are
-/// ordered from left to right. Other transmits are compounded coherently (their mean) into two beams per element, one
-/// with sub-lines, or those requested.
+/// Focused transmits make one beam each, on their axis. So do virtual sources in front of the array if they are ordered
+/// from left to right. Other transmits are compounded coherently (their mean) into two beams per element (one if the
+/// recording decides the number of sub-lines), or into the requested beams.
 pub struct DelayStage<'a> {
     data: &'a ChannelData,
     /// `None` if the array is straight.
@@ -170,7 +170,7 @@ impl<'a> DelayStage<'a> {
         })
     }
 
-    /// The same with a given instruction set; the result does not depend on it.
+    /// The same stage with a given instruction set; the result does not depend on it.
     pub fn with_instruction_set(self, set: InstructionSet) -> Self {
         DelayStage { set, ..self }
     }
@@ -314,7 +314,7 @@ impl<'a> DelayStage<'a> {
         Ok(x)
     }
 
-    /// The same for any frame of such data, into the caller's memory.
+    /// As [`DelayStage::delay`], for any frame of this shape, into the caller's memory.
     ///
     /// # Errors
     /// An error of the core: samples beyond its range, or of another shape.

@@ -38,7 +38,7 @@ enum Of<'a> {
 }
 
 impl<'a> RecordingFrames<'a> {
-    /// For the frames of a recording, which itself needs none of them.
+    /// Prepares for the frames of a recording, which itself need not hold them.
     ///
     /// # Errors
     /// Parameters that do not fit the record; see [`DelayStage::new`] and [`Plan::new`].
@@ -116,7 +116,7 @@ impl<'a> RecordingFrames<'a> {
         self.parameters
     }
 
-    /// Beamforms one frame of such channel data into `z` [beam, sample].
+    /// Beamforms one frame of channel data of this shape into `z` [beam, sample].
     ///
     /// The frame can be outside the recording. Lines are in the order of [`DelayStage::all_rays`]. `progress`
     /// receives the fraction done, from any thread.
@@ -151,7 +151,7 @@ impl<'a> RecordingFrames<'a> {
         }
     }
 
-    /// Lines of some frames of such a recording.
+    /// Lines of some frames of a recording of this shape.
     ///
     /// The recording can be another part of the same file.
     ///

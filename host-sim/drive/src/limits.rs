@@ -16,8 +16,8 @@ pub(super) fn check_rate(rate: f64, data: &ChannelData) -> Result<()> {
     }
     Err(Error::Usage(format!(
         "--output-rate is {} Hz; expected more than twice the centre frequency of {} \
-         Hz and at least 1/{MAX_DECIMATION} of the sampling rate of {} Hz; --depth-step gives lines of fewer \
-         samples from records read at such a rate",
+         Hz and at least 1/{MAX_DECIMATION} of the sampling rate of {} Hz; for lines of fewer samples, give \
+         --depth-step",
         short(rate),
         data.f0,
         data.fs

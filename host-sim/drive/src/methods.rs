@@ -20,7 +20,7 @@ pub struct Options {
     pub rank: Option<usize>,
     /// All eigenvectors but the first (Fig. 2c).
     pub exclude_first: bool,
-    /// Steps of power iteration, in place of the eigenvector to f32's accuracy.
+    /// Steps of power iteration, in place of an eigenvector accurate to f32.
     pub power_steps: Option<usize>,
 }
 
@@ -94,14 +94,14 @@ const fn compared(key: &'static str, name: &'static str, method: Method) -> Comp
 }
 
 impl MethodName {
-    /// Every choice.
+    /// All names.
     pub fn all() -> impl Iterator<Item = Self> {
         let read = |name: &&str| Self::deserialize(StrDeserializer::<Error>::new(name));
         let names = names::variants::<Self>().iter();
         names.map(move |name| read(name).expect("one of its own names"))
     }
 
-    /// Keys of [`Options`] that it accepts.
+    /// Keys of [`Options`] that the method accepts.
     pub fn takes(self) -> &'static [&'static str] {
         match self {
             MethodName::Das | MethodName::Mv => &[],

@@ -17,7 +17,7 @@ use crate::{Error, Result};
 
 /// Depths deeper than this many times the record's end are a mistake.
 ///
-/// They would use memory for nothing.
+/// They would waste memory.
 const FAR_BEYOND: f64 = 2.0;
 
 /// Warnings about input that is accepted but probably a mistake.
@@ -41,7 +41,7 @@ pub fn warnings(data: &ChannelData, parameters: &Beamform) -> Result<Vec<String>
 
 /// Warns of elements so far apart that the aperture has grating lobes.
 ///
-/// Only those within the angles that it receives count.
+/// Only grating lobes within the angles that the aperture receives count.
 fn sparse(data: &ChannelData, parameters: &Beamform) -> Option<String> {
     let wavelengths = data.pitch() * data.f0 / parameters.sound_speed.unwrap_or(data.c);
     // The angle to the aperture's edge, and the one from which a lobe falls back into it.
@@ -88,7 +88,7 @@ pub fn check_depths(data: &ChannelData, parameters: &Beamform) -> Result<Option<
     )))
 }
 
-/// Memory that beamforming needs beside a recording's first frame, bytes.
+/// Memory that beamforming needs besides a recording's first frame, bytes.
 ///
 /// For `frames` frames at a time: a block in use and one that is read, the weighted samples of a frame, the
 /// threads' aligned samples, the lines, and the pictures of one frame.
@@ -141,7 +141,7 @@ pub fn working_memory(
     all.fold(0, usize::saturating_add)
 }
 
-/// Reserve beside arrays of known sizes, bytes.
+/// Reserve besides arrays of known sizes, bytes.
 ///
 /// For small arrays, and for the memory that the system takes itself.
 const SPARE: usize = 16 << 20;
@@ -157,7 +157,7 @@ pub struct Pictures<'a> {
 }
 
 impl Pictures<'_> {
-    /// Memory that they need, bytes.
+    /// Memory that the pictures need, bytes.
     fn memory(&self) -> usize {
         let image = self.image;
         let [rows, columns] = [image.rows, image.columns].map(|side| side.unwrap_or(LONGER_SIDE));
@@ -177,7 +177,7 @@ impl Pictures<'_> {
 /// Grey levels, and the encoder's output, which grows by doubling.
 const PNG: usize = 4;
 
-/// Memory that phase symmetry needs beside the image, bytes.
+/// Memory that phase symmetry needs besides the image, bytes.
 pub fn phase_symmetry_memory([rows, columns]: [usize; 2], section: &PhaseSymmetry) -> usize {
     // No side of an image that is filtered is longer.
     const LONGEST: usize = 1024;

@@ -29,7 +29,7 @@ pub struct Recorded<'a, D: Stage> {
     pub pipeline: LinePipeline<'a, &'a D>,
     /// The transmits.
     pub transmits: &'a [Transmit<'a>],
-    /// The record of each.
+    /// The record of each transmit.
     pub records: &'a [D::Record<'a>],
     /// Transmits of a line; its samples are their mean.
     pub of_line: &'a (dyn Fn(usize) -> Range<usize> + Sync),

@@ -306,8 +306,8 @@ fn open(path: &Path) -> Result<Pending> {
         Ok(found) if found.is_symlink() => {
             return Err(file_error(
                 path,
-                "is a symbolic link to something that does not exist; remove it, or make what it \
-                 points to",
+                "is a symbolic link to a file that does not exist; remove the link, or create the \
+                 file",
             ));
         }
         Ok(found) if !found.is_file() => {

@@ -66,12 +66,12 @@ pub fn check_plane(y: &[f64]) -> std::result::Result<(), String> {
 ///
 /// A three-hundredth of a wavelength at half-wavelength pitch, far above the rounding of coordinates stored as f32.
 const SPACING_TOLERANCE: f64 = 0.01;
-/// Distance beside any array at which a beam may always lie, m.
+/// Distance beside an array within which a beam is always accepted, m.
 const LEAST_REACH: f64 = 10e-3;
-/// A focus beyond this, m, or a steering angle beyond the next, rad, is a warning.
+/// A focus beyond this, m, or a steering angle beyond the next, rad, gives a warning.
 const FAR_FOCUS: f64 = 1.0;
 const STEEP: f64 = 0.7;
-/// An array wider than this, m, or more elements than the next is a warning.
+/// An array wider than this, m, or with more elements than the next gives a warning.
 const WIDE: f64 = 0.15;
 const MANY: usize = 1024;
 /// Longest delay of a lens, s: some fifteen centimetres of lens.
@@ -123,7 +123,7 @@ impl ChannelData {
         Ok((data, held))
     }
 
-    /// The same data in the contract's terms.
+    /// The same data in normal form.
     ///
     /// Elements from left to right, I/Q with a positive `f_demod`.
     #[must_use]
@@ -274,7 +274,7 @@ impl ChannelData {
         Ok(())
     }
 
-    /// Checks that beams lie beside the array by at most its own width.
+    /// Checks that beams are beside the array by at most its own width.
     fn check_beams(&self) -> std::result::Result<(), String> {
         let Transmits::Focused { x, .. } = &self.transmits else {
             return Ok(());
@@ -327,8 +327,8 @@ impl ChannelData {
         let elements = self.element_x.len();
         if width > WIDE || elements > MANY {
             warnings.push(format!(
-                "the array has {elements} elements over {} mm; perhaps the axes of the samples or the pitch are \
-                 other ones",
+                "the array has {elements} elements over {} mm; perhaps the axes of the samples are in \
+                 another order, or the pitch is wrong",
                 digits(1e3 * width)
             ));
         }

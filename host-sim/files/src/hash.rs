@@ -104,7 +104,7 @@ impl FileHash {
 
 /// A hash that the reader of a file shares with another thread.
 ///
-/// The thread hashes what is not read in order.
+/// The thread hashes the bytes that are not read in order.
 #[derive(Clone)]
 pub struct SharedHash(Arc<Mutex<FileHash>>);
 

@@ -39,7 +39,7 @@ pub struct BeamformedLines<Z = Array2<Complex<f32>>> {
 pub struct BeamRays {
     /// The depths at which the beams begin, m.
     pub z: Vec<f64>,
-    /// Their angles from the z axis, rad, positive towards positive x.
+    /// The angles of the beams from the z axis, rad, positive towards positive x.
     pub angle: Vec<f64>,
 }
 
@@ -147,9 +147,9 @@ impl BeamformedLines {
 
     /// Stages a file of `count` frames, whose `z` is [frame, beam, sample].
     ///
-    /// The frames are those of `partial`, then those that `next` makes after a number of frames, a few at a time,
-    /// so that memory holds only those. `partial` receives them too. All else is shared by the frames. Returns the
-    /// first.
+    /// The frames are those of `partial`, then those that `next` makes from the given number of frames on, a few at a
+    /// time to save memory. `partial` receives them, too. All other keys are shared by the frames. Returns the first
+    /// frame.
     ///
     /// # Errors
     /// Errors of `next`, a wrong number of frames, or frames of other shapes than the first; as

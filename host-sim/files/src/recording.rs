@@ -24,8 +24,8 @@ pub enum Recording {
 impl Recording {
     /// Reads some frames of a `.npz` archive of either kind, and the number of all.
     ///
-    /// They go into the memory of `spare`, a recording that is no longer needed. Samples stored as i16 stay so. Bytes
-    /// of samples that are stored uncompressed are passed to `hash`, the hash of this file.
+    /// The frames are read into the memory of `spare`, a recording that is no longer needed. Samples stored as i16 stay
+    /// i16. Bytes of samples that are stored uncompressed are passed to `hash`, the hash of this file.
     ///
     /// # Errors
     /// The file cannot be opened, has keys of both kinds or of neither, or is not valid.
@@ -127,7 +127,7 @@ impl Recording {
         }
     }
 
-    /// A copy without frames: what all frames share.
+    /// A copy without frames, with the data that all frames share.
     pub fn shared(&mut self) -> Self {
         match self {
             Recording::Channel(data) => {
@@ -159,10 +159,10 @@ impl Recording {
         }
     }
 
-    /// Some of the frames alone.
+    /// Only some of the frames.
     ///
     /// # Panics
-    /// Frames that there are not.
+    /// If a frame does not exist.
     pub fn into_frames(mut self, frames: Range<usize>) -> Self {
         if frames != (0..self.frames()) {
             match &mut self {

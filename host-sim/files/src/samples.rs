@@ -71,7 +71,7 @@ impl FrameSamples<'_> {
         }
     }
 
-    /// No frame of such samples, for a recording whose frames stay in their memory.
+    /// The same kind of samples without a frame, if the frames stay elsewhere.
     pub fn none(&self) -> Samples {
         let (transmits, elements, samples) = self.dim();
         let shape = (0, transmits, elements, samples);
@@ -151,7 +151,7 @@ impl Samples {
     /// Keeps some frames and removes the others.
     ///
     /// # Panics
-    /// Frames that there are not.
+    /// If a frame does not exist.
     pub fn keep(&mut self, frames: Range<usize>) {
         match self {
             Samples::Rf(rf) => *rf = rf.slice_axis(Axis(0), frames.into()).to_owned(),
@@ -187,7 +187,7 @@ impl Samples {
         Some(Samples::Iq { iq, f_demod })
     }
 
-    /// The conjugate of I/Q that was written with the opposite sign of the carrier.
+    /// Conjugates I/Q that was written with the opposite sign of the carrier.
     ///
     /// RF does not change.
     pub fn conjugate(self) -> Self {
@@ -200,7 +200,7 @@ impl Samples {
         }
     }
 
-    /// The samples in the contract's terms.
+    /// The samples in normal form.
     ///
     /// I/Q with a negative demodulation frequency is conjugated, to have a positive one. Analytic samples that were
     /// not demodulated become RF, their real part.

@@ -14,8 +14,8 @@ static TURN: Mutex<()> = Mutex::new(());
 
 /// Files and folders to remove.
 ///
-/// They have a lock of their own, which is held only briefly. A thread that aborts while it holds the first lock
-/// never releases that one.
+/// The lists have a lock of their own, which is held only briefly. A thread that aborts while it holds [`TURN`] never
+/// releases [`TURN`].
 static LISTS: Mutex<Lists> = Mutex::new(Lists {
     files: BTreeSet::new(),
     folders: Vec::new(),

@@ -39,7 +39,7 @@ pub enum Transmits {
     VirtualSource {
         /// The lateral positions of the sources, m.
         x: Vec<f64>,
-        /// Their depths, m: above 0 the wave converges on the source, else it diverges.
+        /// The depths of the sources, m: above 0 the wave converges, else it diverges.
         z: Vec<f64>,
     },
     /// Any delays; the origin is the moment of delay 0.

@@ -6,7 +6,7 @@ use crate::terminal::digits;
 
 /// A quantity: its unit, its accepted range, its usual range, its other units.
 ///
-/// The other units are those in which it is often given by mistake.
+/// The other units are those in which the quantity is often given by mistake.
 pub struct Quantity {
     unit: &'static str,
     accepted: [f64; 2],

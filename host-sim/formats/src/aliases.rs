@@ -1,6 +1,6 @@
 //! Usual names of the keys of channel data in files.
 //!
-//! If a key is not given and one array has a usual name of it, this array is taken, and the assumption is reported.
+//! If a key is not given and one array has a usual name of the key, this array is used, and the assumption is reported.
 
 use crate::values::{NamedArrays, steps};
 use crate::variables::{Given, KEYS, LAWS, Variables};

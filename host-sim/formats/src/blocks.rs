@@ -33,7 +33,7 @@ struct Reader {
     read: Receiver<Result<Held>>,
 }
 
-/// What a file's frames are read with.
+/// A file, and the parameters to read its frames.
 pub(crate) struct Source {
     pub(crate) path: PathBuf,
     pub(crate) variables: Variables,
@@ -45,7 +45,7 @@ pub(crate) struct Source {
 /// Frames in memory.
 struct Held {
     recording: Recording,
-    /// Their indices in the file.
+    /// Indices of the frames in the file.
     frames: Range<usize>,
 }
 

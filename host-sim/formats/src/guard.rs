@@ -43,7 +43,7 @@ pub fn guarded<T>(read: impl FnOnce() -> ReadResult<T>) -> ReadResult<T> {
     let before = QUIET.replace(true);
     let outcome = catch_unwind(AssertUnwindSafe(read));
     QUIET.set(before);
-    outcome.unwrap_or_else(|_| Err("is damaged: its reader gave up".into()))
+    outcome.unwrap_or_else(|_| Err("is damaged: its reader failed".into()))
 }
 
 /// Size of an array in bytes, if a file of `length` bytes can hold it.

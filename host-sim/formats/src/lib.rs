@@ -65,7 +65,7 @@ macro_rules! formats {
 }
 
 formats! {
-    /// NumPy's archive with the keys of the numeric contract.
+    /// NumPy's archive with the keys of docs/file-formats.md.
     Npz, ".npz archive";
     /// zea's HDF5.
     Zea, "zea (HDF5)";
@@ -79,7 +79,7 @@ formats! {
     Mat5, "MATLAB 5";
     /// Any other HDF5, by the names of its arrays.
     Hdf5, "HDF5";
-    /// A folder with a file a channel.
+    /// A folder with one file per channel.
     Sonix, "SonixDAQ folder";
 }
 
@@ -124,7 +124,7 @@ pub struct Found {
     pub format: Format,
     /// Number of frames in the file.
     pub frames: usize,
-    /// Assumed values that the file does not give, one sentence each without its end.
+    /// Assumed values that the file does not give, one sentence each without full stop.
     pub assumed: Vec<String>,
 }
 
@@ -142,7 +142,7 @@ pub fn read(path: &Path, variables: &Variables, frames: Range<usize>) -> Result<
     })
 }
 
-/// As [`read`]; samples that an archive has as i16 stay so.
+/// As [`read`]; samples that an archive stores as i16 stay i16.
 fn read_as_stored(path: &Path, variables: &Variables, frames: Range<usize>) -> Result<Found> {
     variables.check().map_err(Error::Usage)?;
     let mut found = read_as_written(path, variables, frames)?;

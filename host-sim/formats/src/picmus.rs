@@ -22,7 +22,7 @@ pub fn is(store: &Store) -> bool {
 
 /// The channel data.
 ///
-/// Times count from the moment when the wave passes x = 0, z = 0, as ours do.
+/// Times count from the moment when the wave passes x = 0, z = 0, as in channel data.
 ///
 /// # Errors
 /// An array is missing, of another type or shape, or not valid.

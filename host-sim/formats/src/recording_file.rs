@@ -64,7 +64,7 @@ impl RecordingFile {
 
     /// The first frame, or all frames, with the data shared by the frames.
     ///
-    /// Samples that an archive has as i16 are in counts.
+    /// Samples that an archive stores as i16 are counts.
     pub fn first(&self) -> &Recording {
         &self.first
     }
@@ -107,9 +107,9 @@ impl RecordingFile {
         self.source.hash = hash;
     }
 
-    /// Splits into what all frames share, and blocks of `at_a_time` of some frames.
+    /// Splits into the data that all frames share, and blocks of frames.
     ///
-    /// The former is the recording without frames.
+    /// The shared data are a recording without frames. The blocks have `at_a_time` of the given `frames` each.
     pub fn into_blocks(mut self, frames: Range<usize>, at_a_time: usize) -> (Recording, Blocks) {
         let shared = self.first.shared();
         let blocks = Blocks::new(self.source, self.first, frames, at_a_time);

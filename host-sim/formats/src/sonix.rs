@@ -1,7 +1,7 @@
 //! Folders of a SonixDAQ: one file `CH000.daq` per channel.
 //!
-//! Each has three 32-bit numbers and then 16-bit samples. The files do not describe the scan: `[variables]` does,
-//! and usual values of the machine are assumed for what is missing.
+//! Each has three 32-bit numbers and then 16-bit samples. The files do not describe the scan: `[variables]` does, and
+//! usual values of the machine are assumed for missing ones.
 
 use std::fs;
 use std::io::{Read, Seek, SeekFrom};
@@ -67,7 +67,7 @@ fn name(channel: usize) -> String {
     format!("CH{channel:03}.daq")
 }
 
-/// Adds usual values of the machine for what is not given; returns assumptions.
+/// Adds usual values of the machine for missing ones; returns assumptions.
 fn complete(folder: &Folder, variables: &Variables, channels: usize) -> (Variables, Vec<String>) {
     let mut all = variables.clone();
     let mut assumed = Vec::new();
@@ -153,7 +153,7 @@ pub fn read(
             return Err(file_error(
                 &path,
                 format!(
-                    "has other records than {}: expected {records} of {samples} samples",
+                    "differs from {} in its records: expected {records} of {samples} samples",
                     name(0)
                 ),
             ));

@@ -275,8 +275,8 @@ fn law(waves: &[Wave], start: f64, c: f64, elements: &[[f64; 2]]) -> Option<(Tra
 
 /// The samples, from [frame, wave, channel, sample].
 ///
-/// Leading axes of length 1 may be missing. USTB's I/Q turns on the clock of the samples, ours from the origin of
-/// each wave.
+/// Leading axes of length 1 may be missing. The carrier phase of USTB's I/Q counts from time 0 of the samples, that of
+/// channel data from each wave's origin.
 fn samples(
     store: &Store,
     name: &str,

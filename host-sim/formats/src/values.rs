@@ -11,14 +11,14 @@ use bonebeam_files::{Error, Result};
 /// Samples, row-major in the order of axes that users see.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Values {
-    /// Real ones.
+    /// Real samples.
     Real(ArrayD<f32>),
-    /// Complex ones.
+    /// Complex samples.
     Complex(ArrayD<Complex<f32>>),
 }
 
 impl Values {
-    /// Their shape.
+    /// Shape of the samples.
     pub fn shape(&self) -> &[usize] {
         match self {
             Values::Real(values) => values.shape(),

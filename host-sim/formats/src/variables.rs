@@ -1,6 +1,6 @@
 //! Section `[variables]`: names and values of the keys of channel data.
 //!
-//! It gives the file's names of arrays, and values that the file lacks.
+//! It gives the names of arrays in the file, and values that the file lacks.
 
 use std::collections::BTreeMap;
 
@@ -219,8 +219,8 @@ impl Variables {
             if !fits {
                 return Err(format!(
                     "`{key}` in [variables] (--variable) has a wrong value; `{AXES}` takes names of axes, \
-                     `{LAYOUT}` one of {}, `{IQ_CONJUGATE}` 0 or 1, `{TIMES}` {ORIGIN} or first, `rf` and `iq` the name of an array or of one each \
-                     transmit, with commas between them, the others a name or finite \
+                     `{LAYOUT}` one of {}, `{IQ_CONJUGATE}` 0 or 1, `{TIMES}` {ORIGIN} or first, `rf` and `iq` the name of an array, or one name \
+                     per transmit with commas between them, the others a name or finite \
                      numbers",
                     Layout::ALL.map(Layout::name).join(", ")
                 ));

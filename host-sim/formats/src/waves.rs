@@ -14,7 +14,7 @@ pub enum Wave {
     Plane(f64),
     /// From a source behind the array, or towards one in front of it, at (x, z) in m.
     ///
-    /// And the beginning of its beam.
+    /// The second position is the beginning of its beam.
     VirtualSource([f64; 2], [f64; 2]),
 }
 

@@ -283,7 +283,7 @@ fn waves(store: &Store, scan: &dyn Fn(&str) -> String, transmits: usize) -> Resu
 
 /// The samples, from [frame, transmit, sample, element, channel].
 ///
-/// zea's I/Q turns from sample 0 of each transmit, ours from its origin.
+/// The carrier phase of zea's I/Q counts from sample 0 of each transmit, that of channel data from the wave's origin.
 fn samples(
     store: &Store,
     name: &str,

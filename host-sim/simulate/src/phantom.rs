@@ -88,7 +88,7 @@ pub struct Phantom {
     pub bone: Option<Outline>,
     /// The bone's surface, if there is one; it casts shadows.
     pub surface: Option<Surface>,
-    /// Scatterers that no bone hides: clutter that comes on various paths.
+    /// Scatterers that no bone hides: clutter that arrives on various paths.
     pub clutter: Vec<Scatterer>,
     /// Coherence length of the clutter's echoes over the aperture, m.
     ///
@@ -200,8 +200,8 @@ impl Phantom {
 
     /// The bone of a mesh or the built-in vertebra.
     ///
-    /// For meshes see [`slice_mesh`](super::slice_mesh). It is in a water bath, cut at height `slice` in m, with its shallowest point at `depth` in m. Its surface is
-    /// given with its seed, or is that of [`Phantom::bone`].
+    /// For meshes see [`slice_mesh`](super::slice_mesh). The bone is in a water bath, cut at height `slice` in m, with
+    /// its shallowest point at `depth` in m. Its surface is given with a seed, or is that of [`Phantom::bone`].
     pub fn slice(
         mesh: Option<&Path>,
         slice: f64,

@@ -4,9 +4,8 @@
 //!
 //! g = sinc(w·f·sin θ/c)·b(θ)/r·10^{−αfr/20}·E(f)·e^{−j2πfr/c},
 //!
-//! with r from the element's centre, sin θ = Δx/r, b = 1 on a rigid baffle and cos θ = z/r on a soft
-//! one. The elevation E is the mean over the element's height of the delays that differ from the centre's,
-//! those of the lens taken off:
+//! with r from the element's centre, sin θ = Δx/r, b = 1 on a rigid baffle and cos θ = z/r on a soft one. The elevation
+//! response E is a mean over the element's height, with the delays relative to the centre less those of the lens:
 //!
 //! E = mean over y′ of (r/r′)·e^{−j2πf((r′ − r) − (√(y′² + F²) − F))/c}, r′ = √(Δx² + z² + (y − y′)²).
 //!

@@ -25,7 +25,7 @@ pub(super) struct PointSource {
     pub amplitude: f64,
     /// Position that must be visible for the scatterer's echo.
     pub seen_at: [f64; 3],
-    /// Whether its echo is received past any bone.
+    /// Whether its echo is received even behind bone.
     pub unhidden: bool,
 }
 

@@ -354,7 +354,7 @@ impl Simulate {
 
     /// Channel data of a frame of `phantom` by `scanner`, which are the section's.
     ///
-    /// The frames of a sweep have noise of their own.
+    /// Each frame of a sweep has its own noise.
     ///
     /// An interrupted run resumes from `checkpoint`.
     ///

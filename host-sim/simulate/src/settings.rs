@@ -81,7 +81,7 @@ pub struct Settings {
     pub noise_spectrum: NoiseSpectrum,
     /// Increase of the noise with depth, dB per m.
     ///
-    /// It stands for a time-gain curve; `noise` is then the level at depth 0.
+    /// It models a time-gain curve; `noise` is then the level at depth 0.
     #[serde(default)]
     pub noise_rise: f64,
     /// Bits of the analogue-to-digital converter; `None` for no rounding.

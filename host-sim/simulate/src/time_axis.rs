@@ -20,7 +20,7 @@ pub struct Window {
     pub lead: usize,
     /// Samples of the window at the record's rate, a power of two.
     pub samples: usize,
-    /// Samples of a pair's row: `samples` over a power of two.
+    /// Samples of a pair's row: `samples` divided by a power of two.
     pub row: usize,
     /// Rate of a pair's row, Hz; at least the width of the band.
     pub rate: f64,
@@ -67,7 +67,7 @@ impl Window {
     }
 }
 
-/// Lowest rate, `fs` over a power of two, for analytic signals of the band.
+/// Lowest rate, `fs` divided by a power of two, for analytic signals of the band.
 ///
 /// At this rate their spectrum has no aliases.
 pub fn row_rate(fs: f64, [lowest, highest]: [f64; 2]) -> f64 {

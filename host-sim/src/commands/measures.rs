@@ -62,7 +62,7 @@ struct ImageMeasures {
     polar_rad: Option<[f64; 2]>,
     left_m: f64,
     top_m: f64,
-    /// Of the grey levels 0 to 255.
+    /// Mean and deviation of the grey levels, 0 to 255.
     mean: f64,
 }
 

@@ -51,7 +51,7 @@ pub struct Arguments {
     #[arg(long, value_name = "DIR")]
     keep: Option<PathBuf>,
 
-    /// report.json of another run, to judge its scenes with this run's; repeatable
+    /// report.json of another run, to judge its scenes together with this run's; repeatable
     #[arg(long, value_name = "FILE.json")]
     merge: Vec<PathBuf>,
 

@@ -228,7 +228,7 @@ pub struct Overlay {
 }
 
 impl Overlay {
-    /// Of a sure point and of a doubtful one.
+    /// Colours of a sure point and of a doubtful one.
     const SURE: [f32; 3] = [255.0, 140.0, 0.0];
     const DOUBTFUL: [f32; 3] = [90.0, 120.0, 255.0];
     /// Colour of a fan's outline.

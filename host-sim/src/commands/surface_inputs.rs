@@ -49,12 +49,12 @@ pub struct Source<'a> {
     pub frames: Option<&'a FrameRange>,
     /// Whether the picture is drawn.
     pub drawn: bool,
-    /// A flag of pictures that was given.
+    /// A given flag that applies only to pictures.
     pub of_picture: Option<&'static str>,
 }
 
 impl Source<'_> {
-    /// Refuses a flag of pictures for another input.
+    /// Refuses a flag for pictures if the input is not a picture.
     fn refuse_of_picture(&self) -> Result<()> {
         let Some(flag) = self.of_picture else {
             return Ok(());
@@ -65,7 +65,7 @@ impl Source<'_> {
         )))
     }
 
-    /// The frames to search, of `held` frames; a sweep has several.
+    /// The frames to search, out of `held` frames; a sweep has several.
     fn range(&self, held: usize, config: &Config) -> Result<Range<usize>> {
         let range = FrameRange::of(self.frames, held)?;
         match config.surface.sweep_step {

@@ -10,10 +10,10 @@ const ERRORS: f64 = 0.3e-3;
 /// Triangles between the points of neighbouring frames, as indices of all points.
 ///
 /// `lines` is the number of lines of each frame and `step` the distance between frames, m. Two neighbouring lines in
-/// two neighbouring frames make a quadrilateral. Its sides within a frame must belong to a piece. Its sides between
-/// frames must be shorter than twice the distance of the frames and 0.3 mm, along the line. A quadrilateral whose four
-/// sides do so gives two triangles, along the diagonal of the smaller change in depth. If it lacks a point and the two
-/// sides without this point do so, it gives one triangle. Triangles are anticlockwise as seen from the array.
+/// two neighbouring frames make a quadrilateral. A side is valid within a frame if both points belong to one piece, and
+/// between frames if the change in depth is at most twice the distance of the frames plus 0.3 mm. Four valid sides give
+/// two triangles, split along the diagonal with the smaller change in depth. If one point is missing and the two sides
+/// without it are valid, they give one triangle. Triangles are anticlockwise as seen from the array.
 pub fn triangles(frames: &[&[SurfacePoint]], lines: usize, step: f64) -> Vec<[usize; 3]> {
     let mut triangles = Vec::new();
     let mut first = 0;

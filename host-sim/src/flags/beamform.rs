@@ -77,7 +77,7 @@ pub struct BeamformFlags {
 
     /// Number of lines of compounded transmits [default: two per element]
     ///
-    /// The default of adaptive methods is as many as are 0.1 mm, or a 400th of the depth, apart.
+    /// By default, lines of adaptive methods are 0.1 mm, or a 400th of the depth, apart.
     #[arg(long, value_name = "N", help_heading = "Delay (channel data only)")]
     line_count: Option<usize>,
 
@@ -96,8 +96,8 @@ pub struct BeamformFlags {
     /// Sub-lines of each line: 1, 2, 4, 8, 16 or 32 [default: 1 for das, else by the recording]
     ///
     /// Sub-lines are directions within the cell of a line, which reaches half way to its neighbours. They share the
-    /// covariance of the line. Each is written. By default their number keeps a point between two lines within 2.5 dB,
-    /// and the line written is the largest of its sub-lines.
+    /// covariance of the line. With this flag, each sub-line is written. By default their number keeps a point between
+    /// two lines within 2.5 dB, and the line written is the largest of its sub-lines.
     #[arg(long, value_name = "N", help_heading = "Delay (channel data only)")]
     sub_lines: Option<usize>,
 

@@ -38,7 +38,7 @@ pub struct ImageFlags {
     #[arg(long, help_heading = "Image")]
     median: bool,
 
-    /// Value that the image takes of a line's sub-lines [default: largest]
+    /// Value of a line's sub-lines that the image shows [default: largest]
     #[arg(long, value_enum, help_heading = "Image")]
     pooling: Option<SubLines>,
 }

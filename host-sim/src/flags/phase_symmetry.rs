@@ -16,8 +16,8 @@ pub struct PhaseSymmetryFlags {
 
     /// Wavelengths at the centres of the filters, m, in place of --scales
     ///
-    /// They need the size of a pixel; --resize has no place beside them. A ridge whose width at half height is w answers
-    /// most at a wavelength of about 4·w.
+    /// They need the size of a pixel, and exclude --resize. A ridge whose width at half height is w gives the largest
+    /// response at a wavelength of about 4·w.
     #[arg(
         long,
         value_name = "M,…",
@@ -39,8 +39,8 @@ pub struct PhaseSymmetryFlags {
 
     /// T_n from the image's noise: its mean amplitude and K standard deviations
     ///
-    /// The noise is the median amplitude of the finest filters. Of noise alone a filter passes 0.8 % of the pixels for
-    /// K = 1, 0.12 % for 2 and 0.013 % for 3.
+    /// The noise is the median amplitude of the finest filters. In an image of only noise, a filter passes 0.8 % of the
+    /// pixels for K = 1, 0.12 % for 2 and 0.013 % for 3.
     #[arg(long, value_name = "K", conflicts_with = "threshold")]
     noise_deviations: Option<f64>,
 
@@ -54,7 +54,7 @@ pub struct PhaseSymmetryFlags {
     #[arg(long, value_name = "ROWS")]
     strip: Option<usize>,
 
-    /// Pad the image with black to the next sides that the transform takes
+    /// Pad the image with black to the next sides that the transform accepts
     ///
     /// The map is cut to the image's size again.
     #[arg(long, conflicts_with = "resize")]

@@ -100,7 +100,7 @@ pub struct SimulateFlags {
     /// Number of frames of a sweep in elevation [default: 1]
     ///
     /// Its middle is at the height --slice of a vertebra, or in the middle of another volume. The first frame is at
-    /// elevation 0, the next ones towards the head. Frames have noise of their own.
+    /// elevation 0, the next ones towards the head. Each frame has its own noise.
     #[arg(long, value_name = "N", help_heading = "Volume")]
     sweep: Option<usize>,
 
@@ -130,7 +130,7 @@ pub struct SimulateFlags {
 
     /// Increase of the noise with depth, dB per m [default: 0]
     ///
-    /// It stands for a time-gain curve. --noise is the level at depth 0.
+    /// It models a time-gain curve. --noise is the level at depth 0.
     #[arg(long, value_name = "DB", help_heading = "Scanner")]
     noise_rise: Option<f64>,
 

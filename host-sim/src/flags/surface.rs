@@ -41,7 +41,7 @@ pub struct SurfaceFlags {
     #[arg(long, value_name = "NATS", help_heading = "Surface", help = usual("Weight of the drop in level from tissue above to shadow below, nats", |s| s.level.weight))]
     level: Option<f64>,
 
-    #[arg(long, value_name = "NATS", help_heading = "Surface", help = usual("Weight of the brightest level below against the tissue above, nats", |s| s.rest.weight))]
+    #[arg(long, value_name = "NATS", help_heading = "Surface", help = usual("Weight of the brightest level below, relative to the tissue above, nats", |s| s.rest.weight))]
     rest: Option<f64>,
 
     #[arg(long, value_name = "NATS", help_heading = "Surface", help = usual("Weight of the shadow to the end of the line, nats", |s| -s.shadow.weight))]
@@ -57,7 +57,7 @@ pub struct SurfaceFlags {
     #[arg(long, value_name = "P", help_heading = "Surface")]
     min_confidence: Option<f64>,
 
-    /// Frames of a sweep: distance in elevation from one to the next, m
+    /// Distance in elevation between the frames of a sweep, m
     ///
     /// Frame 0 is at elevation 0. Points then have y as well, and a .ply file has triangles between the surfaces of
     /// neighbouring frames.
@@ -82,7 +82,7 @@ pub struct SurfacePictureFlags {
     #[arg(long, value_name = "X,Z,BEGIN,END,FIRST,LAST", value_parser = parse_fan, help_heading = "Picture")]
     fan: Option<PictureFan>,
 
-    /// Take columns as lines, even if the picture looks like a fan
+    /// Use columns as lines, even if the picture looks like a fan
     #[arg(long, help_heading = "Picture")]
     columns_as_lines: bool,
 }
@@ -110,7 +110,7 @@ impl SurfacePictureFlags {
         }
     }
 
-    /// What the flags say in place of the section's values.
+    /// Replaces the section's values by those of the flags.
     pub fn apply(&self, section: &mut Surface) {
         section.fan = self.fan.or(section.fan);
         section.columns_as_lines |= self.columns_as_lines;
@@ -118,7 +118,7 @@ impl SurfacePictureFlags {
 }
 
 impl SurfaceFlags {
-    /// What the flags say in place of the section's values.
+    /// Replaces the section's values by those of the flags.
     pub fn apply(&self, section: &mut Surface) {
         section.grey_range = self.grey_range.unwrap_or(section.grey_range);
         section.search_start = self.search_start.unwrap_or(section.search_start);

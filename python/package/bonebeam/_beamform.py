@@ -230,8 +230,8 @@ def delay(
 ) -> AlignedData:
     """Delays channel data: aligned analytic samples with the active elements.
 
-    Focused transmits give one beam each. Plane waves and single-element transmits are compounded into two beams an
-    element. Aligned samples hold one direction a line: their lines are those of channel data with ``sub_lines=1``.
+    Focused transmits give one beam each. Plane waves and single-element transmits are compounded into two beams per
+    element. Aligned samples hold one direction per line: their lines are those of channel data with ``sub_lines=1``.
 
     Args:
         data: Channel data of one frame. Samples are read without a copy; other types and orders are copied.

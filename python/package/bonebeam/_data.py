@@ -127,9 +127,9 @@ class ChannelData(Shown):
     tx_delay: npt.NDArray[np.float64] | None = None
     """Any transmits: firing times, s, [transmit, element]; NaN for silent elements."""
     assumed: tuple[str, ...] = ()
-    """Assumptions about data missing in the file, a sentence each.
+    """Assumptions about data missing in the file, one sentence each.
 
-    No key of a ``.npz`` file.
+    Not a key of ``.npz`` files.
     """
 
     def keys(self) -> dict[str, Any]:
@@ -140,7 +140,7 @@ class ChannelData(Shown):
     def samples(self) -> npt.NDArray[Any]:
         """RF or I/Q as a NumPy array, [transmit, element, sample].
 
-        Several frames are the first axis.
+        With several frames, the frame is the first axis.
         """
         if (self.rf is None) == (self.iq is None):
             raise ValueError("expected either `rf`, or `iq` and `f_demod`")
@@ -396,9 +396,9 @@ class Image(Shown):
     pixel: float
     """Distance between pixels, m; on a polar grid between rows."""
     dynamic_range: float | None = None
-    """Grey levels: decibels from 0 to 255, if known."""
+    """For grey levels: decibels between levels 0 and 255, if known."""
     quantity: Literal["grey level", "phase symmetry"] = "grey level"
-    """Quantity of the pixels."""
+    """Quantity that the pixels show."""
     angle: npt.NDArray[np.float64] | None = None
     """On a polar grid: angles of the columns from the z axis, rad, evenly spaced."""
 

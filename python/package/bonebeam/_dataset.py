@@ -116,8 +116,8 @@ class Dataset(Sequence["ChannelData | AlignedData"]):
             function: A function that another process can import, such as :func:`beamform`: from a module or the script,
                 not a lambda. A script must call ``map`` below ``if __name__ == "__main__":``, as for
                 ``multiprocessing``.
-            processes: Number of processes; by default one a processor. With 1 no process is started, and every function
-                is allowed.
+            processes: Number of processes; by default one per processor. With 1 no process is started, and every
+                function is allowed.
             progress: Whether to write the number of finished frames to the standard error; or a function of that number
                 and the number of all frames.
             keywords: Further arguments of the function.
@@ -135,7 +135,7 @@ class Dataset(Sequence["ChannelData | AlignedData"]):
             work = pickle.dumps((self, function, keywords))
         except (AttributeError, TypeError, pickle.PicklingError) as error:
             raise TypeError(
-                f"another process cannot have the function or its arguments ({error}); expected a function of a "
+                f"the function or its arguments cannot be sent to another process ({error}); expected a function of a "
                 "module, or processes=1"
             ) from error
         return self._counted(_results(work, len(self), count), report)

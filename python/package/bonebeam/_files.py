@@ -47,7 +47,7 @@ def read(
         return recording(file.read(0, file.frames))
     wanted = range(frames, frames + 1) if isinstance(frames, int) else frames
     if wanted.step != 1 or not 0 <= wanted.start < wanted.stop <= file.frames:
-        raise ValueError(f"frames is {frames}; expected some in a row of 0 to {file.frames - 1}")
+        raise ValueError(f"frames is {frames}; expected consecutive frames of 0 to {file.frames - 1}")
     one = isinstance(frames, int)
     return recording(file.read(wanted.start, wanted.stop), one)
 

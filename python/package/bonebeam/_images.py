@@ -135,7 +135,7 @@ def phase_symmetry(
 ) -> Image | npt.NDArray[np.float32]:
     """Filters an image for bright ridges such as bone surfaces.
 
-    Eq. 9 and 10 of the paper.
+    The filter is phase symmetry, Eq. 9 and 10 of the paper.
 
     Args:
         image: An :class:`Image`, or grey levels 0 to 255, [row, column]; sides are 64, 128, 256, 512 or 1024 pixels, or
@@ -145,8 +145,8 @@ def phase_symmetry(
         scales_from_image: Whether the image chooses three scales, in place of ``scales``: that of its brightest ridges,
             and an octave to either side.
         threshold: Noise threshold T_n, in grey levels.
-        noise_deviations: T_n from the image's noise in place of ``threshold``: the mean of the noise's amplitude and this
-            number of standard deviations.
+        noise_deviations: T_n from the image's noise in place of ``threshold``: the mean of the noise's amplitude plus
+            this number of standard deviations.
         noise_by_direction: Whether each direction has a threshold of its own, with ``noise_deviations``.
         strip: Number of rows or columns computed at a time; it changes the time, never the result.
         pad: Pad the image with black to the next sides that the transform accepts, and cut the map to the image.

@@ -39,7 +39,8 @@ class BeamformerParameters(TypedDict, total=False):
         ``generalized-coherence-factor``, or ``none``, the default.
     apodization: Receive weights across the active aperture, of the elements of ``das`` and of the subapertures of the
         other methods: ``hann``, ``hamming``, ``tukey``, or ``none``, the default.
-    subaperture_ratio: Length L of the subapertures over the active elements, above 0 and at most 1; 0.5 by default.
+    subaperture_ratio: Length L of the subapertures divided by the number of active elements, above 0 and at most 1;
+        0.5 by default.
     temporal_half_window: K; the covariance is averaged over the samples n-K to n+K. 0 by default.
     covariance: ``forward`` (Eq. 2 of the paper) or ``forward-backward`` (Eq. 3), the default.
     diagonal_loading: Delta; Delta/L times the trace is added to the covariance's diagonal. 0.05 by default.
@@ -76,15 +77,16 @@ class DelayParameters(TypedDict, total=False):
         data's.
     lines: Direction of the lines of compounded transmits: ``down``, along the array's ``normals``, or in a
         ``sector``; by default ``down`` for linear, ``normals`` for curved and ``sector`` for phased arrays.
-    line_count: Number of these lines; two an element by default.
+    line_count: Number of these lines; two per element by default. By default, adaptive methods of :func:`beamform` have
+        lines at most 0.1 mm, or a 400th of the depth, apart.
     line_spacing: Distance between lines that go straight down, m; half the pitch by default.
     lateral_start, lateral_end: Lateral positions of the first and the last of these lines, m; of the first and the last
         element by default. Give at most three of these two, ``line_spacing`` and ``line_count``.
     sector: Angle from the first to the last line of a sector, rad; pi/2 by default.
     transmit_weights: Weights of compounded transmits, one each, or a window over them such as ``hann``. Lines are the
-        weighted sum over the sum of the weights' magnitudes. Equal weights by default.
+        weighted sum, divided by the sum of the weights' magnitudes. Equal weights by default.
     rf_interpolation: Interpolation of compounded RF: ``filtered`` for each line, the default, or ``upsampled`` once for
-        all lines, which differs by at most 3e-3 and is faster with many transmits a line.
+        all lines, which differs by at most 3e-3 and is faster with many transmits per line.
     iq_interpolation: Interpolation of I/Q: ``linear``, ``cubic`` or ``sinc``; by default the cheapest with an error of
         at most 1e-3.
     depth_start: Least depth, m; by default the record's beginning.

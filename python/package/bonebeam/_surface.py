@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Fan(NamedTuple):
-    """Geometry of the beams of a picture, which go out from an apex."""
+    """Geometry of a picture's beams, which fan out from an apex."""
 
     x: float
     """Lateral position of the apex, m."""
@@ -116,8 +116,8 @@ def surface(
     """Finds the bone surface: a depth in each line, or none.
 
     Bone is a bright echo with a shadow below it, continuous from line to line. Default weights and prices are the
-    core's. They differ between lines, lines with their coherence, and pictures (docs/numerics.md). The command takes the
-    coherence of channel data: ``surface(beamform(data, method="das"), coherence=coherence(data, method="das"))``.
+    core's. They differ between lines, lines with their coherence, and pictures (docs/numerics.md). The command uses
+    the coherence of channel data: ``surface(beamform(data, method="das"), coherence=coherence(data, method="das"))``.
 
     Args:
         source: :class:`Lines` of one frame, best by ``das``; or an :class:`Image` or a picture, grey levels 0 to 255,

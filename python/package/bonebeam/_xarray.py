@@ -33,7 +33,7 @@ FIELDS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "tx_element": (OF_TRANSMITS, "1", "Element that fires"),
     "tx_source_x": (OF_TRANSMITS, "m", "Lateral position of the virtual source"),
     "tx_source_z": (OF_TRANSMITS, "m", "Depth of the virtual source"),
-    "tx_delay": (("transmit", "element"), "s", "When the element fires"),
+    "tx_delay": (("transmit", "element"), "s", "Firing time of the element"),
     "beam_x": (("beam",), "m", "Lateral position of the beam"),
     "beam_z": (("beam",), "m", "Depth at which the beam begins"),
     "beam_angle": (("beam",), "rad", "Angle of the beam from the z axis"),

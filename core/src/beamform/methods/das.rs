@@ -66,7 +66,7 @@ fn means<'a>(
     }
 }
 
-/// `1/count` each, or the window over its sum.
+/// `1/count` each, or the window divided by its sum.
 pub(in crate::beamform) fn weights(
     _: &Segment<'_>,
     window: Option<&Window>,

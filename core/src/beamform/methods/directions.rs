@@ -252,7 +252,8 @@ fn products<S: Scalar<V>, V: Vector, const N: usize>(
 }
 
 /// Rank 1 by the largest eigenvalue and its eigenvector in the solver's `vector`: with `p = R·e₁`,
-/// `w_pᴴs = (pᴴa)*·(e₁ᴴs)/(λ₁²·aᴴR⁻¹a)`. As `e₁ᴴ(R·a)` for the line alone, `pᴴa` weighs an error of `e₁` by `λ₂/λ₁`.
+/// `w_pᴴs = (pᴴa)*·(e₁ᴴs)/(λ₁²·aᴴR⁻¹a)`. An error of `e₁` enters `pᴴa` multiplied by `λ₂/λ₁`, as it does `e₁ᴴ(R·a)` for
+/// the line alone.
 ///
 /// Order: the sums ascending from zero.
 #[inline(always)]
@@ -342,11 +343,11 @@ fn forward<A: Averaging<V>, V: Vector, const N: usize>(
     definite
 }
 
-/// By the full eigensolver, as for the line alone, where the answers are not yet right: the lanes in which `R` is
-/// singular (not `definite`) or an answer is not finite.
+/// Runs the full eigensolver, as for the line alone, for lanes without a valid answer: `R` is singular (not `definite`)
+/// or an answer is not finite.
 ///
 /// The matrix is reduced once. Its eigenvalues are found anew for each group of `N` directions, which are rotated in
-/// registers: a rotation costs more than to turn a vector by it, but less than to keep it.
+/// registers: computing a rotation costs more than applying it to a vector, but less than storing it.
 #[inline(always)]
 fn esmv<A: Averaging<V>, V: Vector, const N: usize>(
     zero: V,

@@ -22,8 +22,8 @@ use crate::simd::{ComplexVector, Mask, Scalar, Vector, copy};
 /// except the `zero_power` ones. Also returns the solved lanes: if `R` is singular in f32, the caller uses [`esmv`]
 /// instead.
 ///
-/// `e₁ᴴa` is computed as `e₁ᴴ(R·a)/λ₁`. For an echo from aside the terms of `e₁ᴴa` cancel, and an error of `e₁`
-/// would count fully beside their sum. In this form it counts at most `λ₂/λ₁` times, and the roundings of `R·a`,
+/// `e₁ᴴa` is computed as `e₁ᴴ(R·a)/λ₁`. For an off-axis echo the terms of `e₁ᴴa` cancel, and an error of `e₁` would
+/// enter their small sum in full. In this form the error is multiplied by at most `λ₂/λ₁`, and the roundings of `R·a`,
 /// each a fraction of an entry of `e₁`, average out.
 ///
 /// Cost: the eigenpair, one product of the matrix with a vector, and one factorisation with a row below it.
@@ -364,8 +364,8 @@ fn insert<V: Vector>(values: &mut [V], order: &mut [V]) {
     }
 }
 
-/// By merge exchange (Knuth, Algorithm 5.2.2M), whose comparisons do not depend on the data, so that all
-/// lanes take the same ones. About `n·log²n/4` of them.
+/// Sorts by merge exchange (Knuth, Algorithm 5.2.2M). Its comparisons, about `n·log²n/4`, do not depend on the data, so
+/// that all lanes make the same ones.
 #[inline(always)]
 fn merge<V: Vector>(values: &mut [V], order: &mut [V]) {
     let n = values.len();
@@ -388,7 +388,7 @@ fn merge<V: Vector>(values: &mut [V], order: &mut [V]) {
     }
 }
 
-/// Puts the larger of two values to `i`, of equal ones that with the smaller index.
+/// Moves the larger of two values to `i`; of equal values, the one with the smaller index.
 #[inline(always)]
 fn exchange<V: Vector>(values: &mut [V], order: &mut [V], i: usize, j: usize) {
     let (Ok([a, b]), Ok([m, n])) = (

@@ -81,7 +81,7 @@ const RANK: Parameter = Parameter {
 const STEPS: Parameter = Parameter {
     name: "power_steps",
     unit: "",
-    help: "Steps of power iteration, in the same time whatever the data are",
+    help: "Steps of power iteration, for a time that does not depend on the data",
     default: 8.0,
     example: 8.0,
     whole: true,
@@ -112,7 +112,7 @@ pub(super) const EIGENSPACE: bool = cfg!(feature = "eigenspace");
 const LEAST_LOADING: f32 = 1e-4;
 
 impl Method {
-    /// Checks that the solvers that the method may take are compiled in.
+    /// Checks that the solvers that the method may use are compiled in.
     ///
     /// # Errors
     /// [`Error::Parameter`] without the feature `eigenspace`: for its methods, and for MV if a covariance of this

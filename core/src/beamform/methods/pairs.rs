@@ -1,6 +1,6 @@
 //! Two directions at a time, for one lane and subapertures of a constant length.
 //!
-//! Their solutions stay in registers, and a number of the factor is loaded once for both. The results are those of
+//! Their solutions stay in registers, and each number of the factor is loaded once for both. The results are those of
 //! `directions`, in the same order of operations.
 
 use super::stage::{no_lane, stage};

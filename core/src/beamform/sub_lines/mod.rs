@@ -120,16 +120,16 @@ impl Beamformer {
     /// `z[lane][i·N + k]` is sub-line `k` of computed sample `i`. With one sub-line the result is that of
     /// [`Beamformer::segments`].
     ///
-    /// Let `s`, `φ_c` be the direction of a sub-line at a sample ([`Steering`]), and `a_i = e^{js(i−(L−1)/2)}`.
-    /// Then `z = e^{−jφ_c}·(1/P)·Σ_p e^{−js(p−(P−1)/2)}·wᴴX̄_p`, where the method computes `w` from `a` and the
-    /// line's own covariance. The rank of ESMV by β is that of the direction. DAS is the mean of
-    /// `e^{−j(φ_c+s(m−centre))}·x_m`. A coherence factor uses those samples. An apodization weights the elements of
-    /// DAS, and the subapertures of other methods.
+    /// Let `s`, `φ_c` be the direction of a sub-line at a sample ([`Steering`]), and `a_i = e^{js(i−(L−1)/2)}`. Then
+    /// `z = e^{−jφ_c}·(1/P)·Σ_p e^{−js(p−(P−1)/2)}·wᴴX̄_p`, where the method computes `w` from `a` and the line's own
+    /// covariance. ESMV by β finds the rank of each direction. DAS is the mean of `e^{−j(φ_c+s(m−centre))}·x_m`. A
+    /// postfilter uses these phased samples. An apodization weights the elements of DAS, and the subapertures of other
+    /// methods.
     ///
-    /// Cost a sample, lane and sub-line beyond that of the line, in flops: `14·count + 20·L` for the sum; MV `2L²`
-    /// for a solve forward and one backward, rank 1 `L²` for the forward solve, the full eigensolver `4L²` and its
-    /// rotations. Forward multiplies these by 4. An apodization adds `4·P·L` flops and `P` cosines. RAM: the
-    /// workspace, of [`Sizes::sub_lines`].
+    /// Additional cost per sample, lane and sub-line, in flops: `14·count + 20·L` for the sum; for MV `2L²` (a forward
+    /// and a backward solve), for rank 1 `L²` (the forward solve), for the full eigensolver `4L²` and its rotations.
+    /// Forward multiplies these by 4. An apodization adds `4·P·L` flops and `P` cosines. RAM: the workspace, of
+    /// [`Sizes::sub_lines`].
     ///
     /// # Errors
     /// As [`Beamformer::segments`]; [`Error::Capacity`] for more sub-lines than the workspace has;

@@ -20,10 +20,9 @@ use core::slice::ChunksExactMut;
 
 /// Records this many times as fast as the output, or more, are decimated.
 const DECIMATED_FROM: f64 = 2.5;
-/// How often, at most: from 16 to 2 times the output rate.
+/// Maximum number of halvings: from 16 to 2 times the output rate.
 const MAX_HALVINGS: usize = 3;
-/// Taps on one side of the last filter that are not zero, and of those before; the shapes of their
-/// windows.
+/// Non-zero taps on one side of the last filter, and of the filters before it; the shapes of their windows.
 const LAST: usize = 6;
 const BEFORE: usize = 4;
 const LAST_BETA: f64 = 6.5;
@@ -82,7 +81,7 @@ const fn pairs(halvings: usize, halving: usize) -> usize {
     if halving + 1 < halvings { BEFORE } else { LAST }
 }
 
-/// Samples of a record behind the one in the middle of the filters, after a number of halvings.
+/// Samples of a record that the filters need after the middle one, for a number of halvings.
 pub(super) const fn reach(halvings: usize) -> usize {
     let (mut reach, mut halving) = (0, 0);
     while halving < halvings {
@@ -292,7 +291,7 @@ impl Stream<'_> {
         )
     }
 
-    /// The last ones, after `new` new ones, become old ones.
+    /// After `new` new samples, the last ones become old ones.
     #[inline(always)]
     fn advance(&mut self, new: usize) {
         for samples in [&mut *self.even, &mut *self.odd] {

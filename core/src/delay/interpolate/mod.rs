@@ -43,7 +43,7 @@ const MAX_BLOCKS: usize = 2;
 const ONE_BLOCK: f64 = 1.25;
 /// The most taps.
 pub(super) const MOST_TAPS: usize = MAX_BLOCKS * PARTIAL_SUMS;
-/// Rows of the table a block of taps; between rows the value is interpolated linearly.
+/// Rows of the table per block of taps; between rows the value is interpolated linearly.
 const ROWS: usize = 150;
 const TABLE: usize = ROWS + MAX_BLOCKS;
 /// Cut-off over half the output rate.
@@ -128,7 +128,7 @@ impl Interpolator {
 
     /// The same filter, computed in f32 in the order of [`single::Filter`].
     ///
-    /// It is right to 5·10⁻⁷ of its largest tap, has other bits, and takes far fewer instructions with f64
+    /// Its error is at most 5·10⁻⁷ of the largest tap. Its bits differ, and it takes far fewer instructions if f64 is
     /// in software.
     ///
     /// # Errors

@@ -12,7 +12,7 @@ const MOST_CYCLES: f32 = (1 << 22) as f32;
 /// A whole number that lies outside of every record.
 const OUTSIDE: f32 = -(1 << 24) as f32;
 
-/// Where an element straight above the line is read at an output sample, and the carrier phase there, in cycles.
+/// Read position of an element at the line's beginning for an output sample, and its carrier phase, in cycles.
 #[derive(Clone, Copy)]
 pub(super) struct Centre {
     pub(super) depth: f32,
@@ -22,7 +22,7 @@ pub(super) struct Centre {
 }
 
 impl Centre {
-    /// Where nothing is read.
+    /// No read.
     pub(super) const NONE: Self = Centre {
         depth: 0.0,
         whole: 0.0,
@@ -34,7 +34,7 @@ impl Centre {
 /// From the first record of some elements to that of each lane, in samples.
 pub(super) type Offsets = [u32; MOST_LANES];
 
-/// What all elements of a line share.
+/// Constants that all elements of a line share.
 pub(super) struct Factors {
     /// f_demod/fs, cycles.
     pub(super) a_sample: f32,
@@ -62,7 +62,7 @@ pub(super) fn position<V: Vector>(
     (valid, position, cycles)
 }
 
-/// Where the elements of a group are read at some depths, and their factors.
+/// Read positions of a group's elements at some depths, and their factors.
 pub(super) struct Chunk<V> {
     /// The first tap of each lane with its offset: the bits of integers. Then those of mirrored elements.
     starts: [[V; CHUNK]; 2],
@@ -94,8 +94,8 @@ impl<V: Vector> Chunk<V> {
 
     /// Positions and factors of the elements with these receive delays.
     ///
-    /// In three steps, each for all depths: their operations wait for the ones before them, and a processor looks
-    /// ahead over so many only.
+    /// In three steps, each for all depths: operations of one depth wait for each other, and a processor looks ahead
+    /// over few instructions.
     #[inline(always)]
     pub(super) fn locate(
         &mut self,

@@ -2,9 +2,9 @@
 //!
 //! For processors without f64, or for a delay stage of low cost. Positions, weights and phases are integers:
 //!
-//! - The position of an element straight above the line is p·2³² and its phase v·2⁴⁴, in cycles. If the transmit
-//!   path grows linearly with depth (focused and plane waves), both grow by the same integer from sample to sample,
-//!   and f64 is needed once a line. Otherwise f64 is needed once a sample.
+//! - The read position p of an element at the line's beginning, in samples, is held as p·2³²; its phase v, in cycles,
+//!   as v·2⁴⁴. If the transmit path grows linearly with depth (focused and plane waves), both grow by the same integer
+//!   from sample to sample, and f64 is needed once per line. Otherwise f64 is needed once per sample.
 //! - An element's receive delay l is computed in f32 at every sample ([`delay_law`](crate::delay::delay_law)), and
 //!   rounded down to 2⁻¹⁸ samples. For lines straight down from a linear array, the lateral distance is f32, too:
 //!   the distance of element 0 and a number of pitches.
@@ -13,8 +13,8 @@
 //! - Cosine and sine come from the nearest entry of a table of 4096 phases of 14 bits.
 //! - `⌊re·cos/2¹⁶⌋ − ⌊im·sin/2¹⁶⌋` and `⌊re·sin/2¹⁶⌋ + ⌊im·cos/2¹⁶⌋`, in 2⁻¹¹ of a count, times the scale in f32.
 //!
-//! Errors beside linear interpolation: up to 2⁻¹² samples of position, and in phase half a step of the table,
-//! 7.7·10⁻⁴ rad, and 10⁻⁴·f_demod/fs rad. Records have up to 2¹⁶ samples, and elements are at most 8191 samples'
+//! Errors in addition to those of linear interpolation: up to 2⁻¹² samples of position, and in phase half a step of the
+//! table, 7.7·10⁻⁴ rad, and 10⁻⁴·f_demod/fs rad. Records have up to 2¹⁶ samples, and elements are at most 8191 samples'
 //! path from the line, so that positions and receive delays fit a word.
 
 use super::parameters::{DELAY_NUMBERS, IqParameters};
@@ -71,7 +71,7 @@ const fn half(x: f32) -> u32 {
     rounded as i16 as u16 as u32
 }
 
-/// Where an element straight above the line is read at an output sample.
+/// Read position of an element at the line's beginning for an output sample.
 #[derive(Clone, Copy)]
 struct Centre {
     depth: f32,
@@ -83,7 +83,7 @@ struct Centre {
 
 /// The positions of a line's output samples.
 enum Centres {
-    /// Values at sample 0, and increments a sample.
+    /// Values at sample 0, and increments per sample.
     Even {
         first: Centre,
         step: Centre,

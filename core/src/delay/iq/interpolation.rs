@@ -30,18 +30,18 @@ pub enum IqInterpolation {
     Sinc,
     /// Linear interpolation in fixed point; carrier phase from a table.
     ///
-    /// For processors without f64, at about a third of the instructions of [`IqInterpolation::Linear`]. Limits:
-    /// samples are counts, f_demod is below twice the sampling rate, records have up to 65 536 samples of 4096
-    /// elements, and elements are within 8191 samples' path of the line. The phase error is up to 7.7·10⁻⁴ +
-    /// 10⁻⁴·f_demod/fs rad, beside the error of linear interpolation.
+    /// For processors without f64, at about a third of the instructions of [`IqInterpolation::Linear`]. Limits: samples
+    /// are counts, f_demod is below twice the sampling rate, records have up to 65 536 samples of 4096 elements, and
+    /// the path from an element to the line is below 8191 samples. The phase error is up to 7.7·10⁻⁴ + 10⁻⁴·f_demod/fs
+    /// rad, in addition to the error of linear interpolation.
     LinearFixed,
 }
 
 impl IqInterpolation {
     /// The cheapest interpolation with an error of at most 10⁻³ of the peak.
     ///
-    /// For a pulse of `bandwidth` (at −6 dB, two-sided), both in Hz: linear from 32 times the bandwidth on, cubic
-    /// from 8 times on. The sinc needs 3.3 times. Below that the samples do not hold the pulse to 10⁻³.
+    /// For a pulse of `bandwidth` (at −6 dB, two-sided), both in Hz: linear from a rate of 32 bandwidths on, cubic from
+    /// 8 on, else the sinc. Below 3.3 bandwidths the error of the sinc exceeds 10⁻³.
     ///
     /// ```
     /// use bonebeam::delay::IqInterpolation;
@@ -64,7 +64,7 @@ impl IqInterpolation {
 
 /// Interpolates the samples around positions, an element in each lane.
 pub(super) trait Read<const TAPS: usize> {
-    /// The value in every lane, `weight` (0..1) of a sample after tap `TAPS/2 − 1`.
+    /// The value in every lane, at the fraction `weight` (0..1) of a sample after tap `TAPS/2 − 1`.
     fn one<V: Vector>(&self, weight: V, taps: &[Complex<f32>; TAPS]) -> ComplexVector<V>;
 
     /// The values at the first depths of a chunk, one a weight.
@@ -140,7 +140,7 @@ impl Read<4> for Cubic {
 
 /// Taps of the sinc.
 pub(super) const TAPS: usize = 12;
-/// Rows of its table a sample; between rows the value is interpolated linearly.
+/// Rows of its table per sample; between rows the value is interpolated linearly.
 const PHASES: usize = 64;
 /// Sums that its products are added in.
 const SUMS: usize = 4;

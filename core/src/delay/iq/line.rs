@@ -126,8 +126,7 @@ impl IqParameters {
         );
     }
 
-    /// The depths of rows from output sample `first` on, as many as a chunk has at most. Clears what of these is not
-    /// read.
+    /// The depths of up to a chunk of rows from output sample `first` on. Clears rows that are not read.
     #[inline(always)]
     fn depths(&self, source: &IqSource, first: usize, out: &mut [Complex<f32>]) -> Depths {
         let IqSource { line, step, .. } = *source;
@@ -157,7 +156,7 @@ impl IqParameters {
         depths
     }
 
-    /// What all elements share.
+    /// Constants that all elements share.
     #[inline(always)]
     pub(super) fn factors<const TAPS: usize>(&self, source: &IqSource, length: usize) -> Factors {
         Factors {
@@ -182,8 +181,8 @@ impl IqParameters {
         ReceiveDelay::new(position, &line.ray, self.sound_speed, self.sampling_rate)
     }
 
-    /// The receive delays of the active elements, a vector of elements after the other; mirrored elements have those of
-    /// their partners.
+    /// The receive delays of the active elements, one vector of elements after the other; mirrored elements have those
+    /// of their partners.
     #[inline(always)]
     fn receive_delays<'s, V: Vector>(&self, line: &ScanLine, scratch: &'s mut [f32]) -> &'s [f32] {
         let vectors = scratch.chunks_exact_mut(DELAY_NUMBERS * V::LANES);
@@ -225,7 +224,7 @@ impl IqParameters {
         }
     }
 
-    /// Depth, position and carrier phase of an element straight above the line at output sample `n`; depth 0 where
+    /// Depth, position and carrier phase of an element at the line's beginning for output sample `n`; depth 0 if
     /// nothing can be read.
     #[inline(always)]
     pub(super) fn centre(&self, source: &IqSource, n: usize) -> Centre {
@@ -253,7 +252,7 @@ impl IqParameters {
 /// The depths of some rows that are read.
 struct Depths {
     centres: [Centre; CHUNK],
-    /// Where their rows begin.
+    /// Beginnings of their rows.
     rows: [usize; CHUNK],
     count: usize,
 }

@@ -42,10 +42,9 @@ use interpolation::{Cubic, Linear, SINC};
 /// of that, times the scale; `re·cos − im·sin` and `re·sin + im·cos`. [`IqInterpolation::LinearFixed`] computes
 /// with integers instead: see `core/src/delay/iq/fixed.rs`.
 ///
-/// Cost per output sample and active element, beside the interpolation (linear: 2 products, 4 additions;
-/// cubic: 17 and 13; sinc: 37 and 48): 21 products, 20 additions, a division and a root. Per output
-/// sample a few f64 operations, two divisions among them. RAM: the stage, the scratch and about
-/// 1 KiB of stack; over vectors up to 32 KiB.
+/// Cost per output sample and active element: 21 products, 20 additions, a division and a root, and the interpolation
+/// (linear: 2 products, 4 additions; cubic: 17 and 13; sinc: 37 and 48). Per output sample a few f64 operations, two
+/// divisions among them. RAM: the stage, the scratch and about 1 KiB of stack; over vectors up to 32 KiB.
 ///
 /// ```
 /// # use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};

@@ -1,4 +1,4 @@
-//! One line of I/Q, an element after the other.
+//! One line of I/Q, one element after the other.
 //!
 //! Without vectors, memory for several depths costs a microcontroller a third more instructions.
 

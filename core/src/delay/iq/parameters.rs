@@ -10,7 +10,7 @@ use crate::memory::Need;
 pub struct IqParameters {
     /// Speed of sound c, m/s.
     pub sound_speed: f64,
-    /// Sampling rate of the record fs, complex samples a second.
+    /// Sampling rate of the record fs, complex samples per second.
     pub sampling_rate: f64,
     /// Demodulation frequency of the record, Hz.
     pub demodulation_frequency: f64,
@@ -49,7 +49,7 @@ impl IqParameters {
 
     /// Scratch of [`Stage::line`](crate::delay::Stage::line) for vectors of `lanes` lanes.
     ///
-    /// `lanes` is 1 for `f32`. Seven real numbers an element, rounded up to full vectors.
+    /// `lanes` is 1 for `f32`. Seven real numbers per element, rounded up to full vectors.
     pub const fn need(&self, lanes: usize) -> Need {
         let lanes = if lanes < 1 { 1 } else { lanes };
         let elements = self.elements.div_ceil(lanes).saturating_mul(lanes);

@@ -21,7 +21,7 @@ pub enum IqSamples<'a> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum IqLayout {
-    /// `[element][sample]`, as recordings are.
+    /// `[element][sample]`, as in recordings.
     Planar,
     /// `[sample][element]`, as a front end sends them.
     Interleaved,
@@ -49,7 +49,7 @@ impl<'a> IqRecord<'a> {
     /// Checks shape and magnitude of the samples of `elements` elements.
     ///
     /// Each element has the same number of samples, and both parts are within ±[`MAX_MAGNITUDE`]. The samples are
-    /// demodulated with e^(−j2π·f_demod·t), with the origin of t that t0 has.
+    /// demodulated with e^(−j2π·f_demod·t), where t has the same origin as t0.
     ///
     /// ```
     /// use bonebeam::delay::{IqLayout, IqRecord, IqSamples};
@@ -102,7 +102,7 @@ impl<'a> IqRecord<'a> {
 
     /// Adds a phase of the demodulator: e^(−j(2π·f_demod·t + phase)), rad.
     ///
-    /// For a demodulator whose time origin differs from that of t0, or a lens that delays all of it.
+    /// For a demodulator whose time origin differs from that of t0, or for a lens that delays all echoes.
     ///
     /// # Errors
     /// [`Error::Parameter`] unless `phase` is finite.
@@ -279,7 +279,7 @@ fn checked_magnitude(samples: &[Complex<f32>]) -> Result<f32, Error> {
     }
 }
 
-/// Its shape; not its samples.
+/// Prints the shape, not the samples.
 #[cfg(feature = "defmt")]
 impl defmt::Format for IqRecord<'_> {
     fn format(&self, f: defmt::Formatter<'_>) {

@@ -1,4 +1,4 @@
-//! The records of a group of elements, and where they are read.
+//! The records of a group of elements, and the read positions.
 
 use core::ops::Range;
 
@@ -12,9 +12,9 @@ use crate::simd::{MOST_LANES, Vector};
 /// Elements side by side that are read together, at most one a lane.
 pub(super) struct Elements {
     pub(super) range: Range<usize>,
-    /// Those that no other lanes write: an element on the line is its own mirror image.
+    /// Elements that no other lane writes: an element on the line is its own mirror image.
     pub(super) written: Range<usize>,
-    /// Whether they mirror the elements before them. Lanes then have them from the last to the first.
+    /// Whether the elements mirror those before them. Lanes then hold them from the last to the first.
     pub(super) mirrored: bool,
 }
 
@@ -42,7 +42,7 @@ impl Elements {
     }
 }
 
-/// The records of elements, one a lane; behind the last lane's element, its record once more.
+/// The records of elements, one per lane; lanes after the last element repeat its record.
 pub(super) struct Records<'a, T, const PLANAR: bool> {
     /// From the first element's first sample on.
     samples: &'a [T],

@@ -22,7 +22,7 @@ const ROUNDING: usize = 3;
 
 /// The scratch slice, divided by contents.
 struct Scratch<'a> {
-    /// The samples of a block of depths, a lane each element.
+    /// The samples of a block of depths, one element per lane.
     rows: &'a mut [f32],
     /// The values along the line of as many elements as there are lanes.
     lines: &'a mut [f32],
@@ -30,14 +30,14 @@ struct Scratch<'a> {
     buffers: Buffers<'a>,
 }
 
-/// Where an element straight above the line is read, per output sample.
+/// Read position of an element at the line's beginning, per output sample.
 struct CentrePath<'a> {
     depth: &'a mut [f32],
     whole: &'a mut [f32],
     fraction: &'a mut [f32],
 }
 
-/// Where elements are read, and their records.
+/// Read positions of elements, and their records.
 struct ElementPath<'a, const ELEMENTS: usize> {
     centre: &'a CentrePath<'a>,
     receive_delay: ReceiveDelay,
@@ -118,7 +118,7 @@ impl Delay {
         })
     }
 
-    /// The values along the line of a group's elements, a line each lane.
+    /// The values along the line of a group's elements, one line per lane.
     #[inline(always)]
     fn read_group<V: Vector>(
         &self,
@@ -163,7 +163,7 @@ impl Delay {
         }
     }
 
-    /// Depth, whole sample and fraction of an element straight above the line.
+    /// Depth, whole sample and fraction of an element at the line's beginning.
     ///
     /// The depth is 0 if nothing can be read.
     #[inline(always)]

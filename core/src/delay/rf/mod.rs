@@ -31,7 +31,7 @@ use crate::memory::Need;
 use crate::simd::{PARTIAL_SUMS, Vector};
 use crate::{Complex, Error};
 
-/// Multiples of sixteen positions computed before their reads.
+/// Groups of sixteen positions that are computed before their reads.
 ///
 /// So neither waits for the other.
 const STEP: usize = 8;
@@ -46,7 +46,7 @@ pub struct DelayParameters {
     pub sound_speed: f64,
     /// Sampling rate of the record fs, Hz.
     pub sampling_rate: f64,
-    /// Centre frequency of the pulse f₀, Hz: shapes the filter, sets no limit.
+    /// Centre frequency of the pulse f₀, Hz; shapes the filter but limits no rate.
     pub centre_frequency: f64,
     /// Output rate fout, Hz, at least fs/16.
     pub output_rate: f64,
@@ -85,11 +85,11 @@ impl DelayParameters {
 
     /// Scratch of [`Stage::line`] for vectors of `lanes` lanes (1 for `f32`).
     ///
-    /// Real numbers only, f32 for all vectors: a plain slice serves. A line has output_samples, rounded up to a
-    /// multiple of 32, + 2·reach values, with the reach of the Hilbert transformer (2N − 1) rounded up to a
-    /// multiple of 16. The scratch holds three lines and one a lane; a lane also needs 32 + 2·reach values. For
-    /// decimated records it holds the decimated record and its margins (two of them with several lanes), and up to
-    /// 448 values in the filters (992 for three halvings). 15 values align the rows to a cache line.
+    /// The scratch holds only f32, for all vectors: a plain slice is enough. A line has output_samples, rounded up to a
+    /// multiple of 32, + 2·reach values, with the reach of the Hilbert transformer (2N − 1) rounded up to a multiple of
+    /// 16. The scratch holds three lines, and one more per lane; a lane also needs 32 + 2·reach values. For decimated
+    /// records it holds the decimated record and its margins (two of them with several lanes), and up to 448 values in
+    /// the filters (992 for three halvings). 15 values align the rows to a cache line.
     ///
     /// ```
     /// use bonebeam::delay::DelayParameters;
@@ -177,17 +177,13 @@ type Source<'a> = stage::Source<'a, Record<'a>>;
 /// delay of the element (0 and the plain receive delay for a line straight down from a linear array). The real part
 /// is that value, the imaginary part its Hilbert transform. Compounding adds real to real, imaginary to imaginary.
 ///
-/// Cost per output sample and active element: 2·taps + N products and 3·taps + 2N additions (taps = 16,
-/// or 32 where f is more than 1.25·fout; N the Hilbert taps a side), a division and a root; for the
-/// last halving 7·f/fout products and 12·f/fout additions, for the one before 10·f/fout and
-/// 16·f/fout, and twice as many for the one before that. For the paper's 100 → 20 MHz 61 products
-/// and 99 additions. With several lanes,
-/// two elements at the same distance on either side of the line share the position and the
-/// coefficients (taps products, 2·taps additions, the division and the root); a record is decimated
-/// only where it is read. Per output sample
-/// three f64 divisions, and a root for
-/// [`TransmitLaw::Element`](crate::geometry::TransmitLaw::Element). RAM: the stage, the scratch, and
-/// 5 KiB of stack.
+/// Cost per output sample and active element: 2·taps + N products and 3·taps + 2N additions (taps = 16, or 32 where f
+/// is more than 1.25·fout; N Hilbert taps on each side), a division and a root; for the last halving 7·f/fout products
+/// and 12·f/fout additions, for the one before 10·f/fout and 16·f/fout, and twice as many for the one before that. The
+/// paper's 100 → 20 MHz takes 61 products and 99 additions. With several lanes, two elements at the same distance on
+/// either side of the line share the position and the coefficients (taps products, 2·taps additions, the division and
+/// the root); a record is decimated only where it is read. Per output sample three f64 divisions, and a root for
+/// [`TransmitLaw::Element`](crate::geometry::TransmitLaw::Element). RAM: the stage, the scratch, and 5 KiB of stack.
 ///
 /// ```
 /// # use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
@@ -286,10 +282,10 @@ impl Delay {
         Ok(delay)
     }
 
-    /// Sets other parameters in place, as a new stage without a copy on the stack.
+    /// Sets other parameters in place: a new stage without a copy on the stack.
     ///
-    /// Filters are kept if rates, centre frequency and taps stay. Another sound speed, depth range or number of
-    /// elements then costs almost nothing.
+    /// Filters are kept if rates, centre frequency and taps stay the same. Another sound speed, depth range or number
+    /// of elements then costs almost nothing.
     ///
     /// ```
     /// use bonebeam::delay::{Delay, DelayParameters};
@@ -320,8 +316,8 @@ impl Delay {
     /// [`Delay::set`] with an interpolation filter computed in f32.
     ///
     /// For rates known at run time only, on processors with f64 in software. Its taps differ from those of
-    /// [`Delay::set`] by up to 5·10⁻⁷ of the largest, a twentieth of the error of the best of these filters. A line
-    /// therefore has other bits. Cost: 0.2 million instructions on a Cortex-M7, a tenth of a line's.
+    /// [`Delay::set`] by up to 5·10⁻⁷ of the largest, a twentieth of the error of the best of these filters. The bits
+    /// of a line therefore differ. Cost: 0.2 million instructions on a Cortex-M7, a tenth of those for a line.
     ///
     /// ```
     /// use bonebeam::delay::{Delay, DelayParameters};
@@ -424,7 +420,7 @@ impl Stage for Delay {
     }
 }
 
-/// Its parameters; not its tables.
+/// Prints the parameters, not the tables.
 #[cfg(feature = "defmt")]
 impl defmt::Format for Delay {
     fn format(&self, f: defmt::Formatter<'_>) {

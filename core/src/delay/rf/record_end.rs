@@ -1,4 +1,4 @@
-//! How much of a record a block reads.
+//! The part of a record that a block of a line reads.
 
 use core::ops::Range;
 
@@ -11,8 +11,8 @@ impl Delay {
     /// Number of a record's first samples that output samples of a line depend on.
     ///
     /// A scanner can compute these outputs once it has recorded this number of samples: later ones may have any finite
-    /// value. At most a few samples too many, and at most the whole record. Line, transmit and active elements are
-    /// those of [`Stage::line`](crate::delay::Stage::line), and elements lie along a line or an arc.
+    /// value. The number is at most a few samples too large, and at most the whole record. Line, transmit and active
+    /// elements are those of [`Stage::line`](crate::delay::Stage::line), and elements lie along a line or an arc.
     ///
     /// Cost: two positions in f64 for each output sample, so compute it with the plan.
     ///
@@ -42,7 +42,8 @@ impl Delay {
     /// ```
     ///
     /// # Errors
-    /// As [`Stage::line`](crate::delay::Stage::line) for the line; [`Error::Capacity`] for a block that ends behind it.
+    /// As [`Stage::line`](crate::delay::Stage::line) for the line; [`Error::Capacity`] for a block that ends after the
+    /// line.
     pub fn record_end(&self, line: &ScanLine, block: Range<usize>) -> Result<usize, Error> {
         let p = &self.parameters;
         if block.end > p.output_samples {

@@ -3,9 +3,9 @@
 //! Every line interpolates the upsampled records linearly. Real parts are added, and the analytic signal is formed
 //! of their sum.
 //!
-//! [`Stage::line`] filters a record once a line, and forms an analytic signal once a transmit. With n transmits and
-//! as many lines, that is nearly all of the work. Here the filter is applied once a record, at [`UPSAMPLING`]
-//! positions between two samples, and a value is one product.
+//! [`Stage::line`] filters a record once per line, and forms an analytic signal once per transmit. With n transmits and
+//! as many lines, that is nearly all of the work. Here the filter is applied once per record, at [`UPSAMPLING`]
+//! positions between two samples, and a value costs two products.
 //!
 //! Positions are integers in units of 2⁻¹⁵ of a sample. The transmit's part, which all elements share, and the
 //! element's part, which all transmits share, are each computed once and added.
@@ -24,13 +24,13 @@ use crate::{Complex, Error};
 
 /// Upsampled samples for each recorded one.
 pub const UPSAMPLING: usize = 16;
-/// Units of a position between two of those.
+/// Units of a position between two upsampled samples.
 const UNITS: u32 = 1 << 11;
 /// The range of an f32's fraction bits.
 const FRACTION: u32 = 1 << 23;
 /// Units of a position between two recorded samples.
 const UNITS_A_SAMPLE: f64 = (UPSAMPLING as u32 * UNITS) as f64;
-/// Positions are at most this far from the record's beginning, either way, and so are receive delays: their sum fits.
+/// Largest magnitude of a position from the record's beginning, and of a receive delay: their sum fits 32 bits.
 const FARTHEST: i32 = (1 << 30) - 1;
 /// The longest record: all of it is nearer.
 const MOST_SAMPLES: usize = 1 << 14;
@@ -98,7 +98,7 @@ impl<'a> Upsampled<'a> {
 
     /// Length of an upsampled record.
     ///
-    /// 16 values a sample, with as many samples added as the filter has taps, and two.
+    /// 16 values per sample; the record is longer by the filter's number of taps, and two samples.
     pub fn record_len(&self) -> usize {
         (self.delay.parameters.record_samples + self.taps() + 2) * UPSAMPLING
     }
@@ -122,8 +122,8 @@ impl<'a> Upsampled<'a> {
 
     /// Upsamples the recorded `samples` of one element into `record`.
     ///
-    /// Order, f32: for a recorded sample and a phase, from 0, in ascending tap k, `+ sample_k · h_k`.
-    /// Cost: 16·taps products and additions a sample.
+    /// Order, f32: for a recorded sample and a phase, from 0, in ascending tap k, `+ sample_k · h_k`. Cost: 16·taps
+    /// products and additions per sample.
     ///
     /// # Errors
     /// [`Error::Length`] for a slice of another length.
@@ -174,10 +174,10 @@ impl<'a> Upsampled<'a> {
         Ok(())
     }
 
-    /// Read positions of an element straight above the line, one a sample.
+    /// Read positions of an element at the line's beginning, one per sample.
     ///
     /// In units of 2⁻¹⁵ samples from the beginning of the upsampled record. Positions that cannot be read are far
-    /// before it.
+    /// before that beginning.
     ///
     /// f64: `p = ((τ_tx(z) + z/c) − t0)·fs` as in [`Stage::line`], then ⌊(p + taps/2 + 1)·2¹⁵ + ½⌋.
     ///
@@ -209,7 +209,7 @@ impl<'a> Upsampled<'a> {
         Ok(())
     }
 
-    /// Receive delay of an element relative to one straight above the line.
+    /// Receive delay of an element relative to one at the line's beginning.
     ///
     /// In the units of [`Upsampled::centre`]. f32: the receive delay of [`Stage::line`], less `ahead`, times 2¹⁵,
     /// cut to an integer.
@@ -260,8 +260,7 @@ impl<'a> Upsampled<'a> {
     /// `line`, `centre` and `receive_delays` have the same length. The last two give the positions.
     ///
     /// With the position in units, `i` whole upsampled samples and the rest `u`, f32:
-    /// `value + (record_i + (u/2¹¹)·(record_{i+1} − record_i))`. Cost: two products, three additions a
-    /// value.
+    /// `value + (record_i + (u/2¹¹)·(record_{i+1} − record_i))`. Cost: two products and three additions per value.
     ///
     /// # Errors
     /// [`Error::Length`] for a slice of another length.
@@ -295,9 +294,9 @@ impl<'a> Upsampled<'a> {
     /// Forms the analytic samples of a line or of a block of one.
     ///
     /// `lines` holds the values of the active elements, each [`Upsampled::block_len`] long from the block's first
-    /// sample on. (The line may end earlier; values behind its end are not read.) Other elements become 0. The
-    /// length of `out` is that of the block. `scratch`: [`DelayParameters::need`](super::DelayParameters::need)
-    /// values, contents irrelevant. Order and cost are those of the analytic signal of [`Stage::line`].
+    /// sample on. (The line may end earlier; values after its end are not read.) Other elements become 0. The length of
+    /// `out` is that of the block. `scratch`: [`DelayParameters::need`](super::DelayParameters::need) values, contents
+    /// irrelevant. Order and cost are those of the analytic signal of [`Stage::line`].
     ///
     /// # Errors
     /// [`Error::Length`] for a slice of another length, [`Error::Parameter`] for an impossible line.
@@ -342,7 +341,7 @@ impl<'a> Upsampled<'a> {
     }
 }
 
-/// Its parameters; not its filter.
+/// Prints the parameters, not the filter.
 #[cfg(feature = "defmt")]
 impl defmt::Format for Upsampled<'_> {
     fn format(&self, f: defmt::Formatter<'_>) {

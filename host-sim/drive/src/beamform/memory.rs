@@ -23,7 +23,7 @@ pub struct Memory<A: Averaging<V>, V: Vector> {
 }
 
 impl<A: Averaging<V>, V: Vector> Memory<A, V> {
-    /// For shapes of up to `sizes`, over the lanes of `zero`.
+    /// Allocates memory for shapes of up to `sizes`, over the lanes of `zero`.
     ///
     /// # Errors
     /// [`Error::Usage`] if that is more than 1 GiB, or more than the machine has.
@@ -67,7 +67,7 @@ fn filled<T: Copy>(
 fn too_much(sizes: Sizes, bytes: usize) -> Error {
     Error::Usage(format!(
         "temporal_half_window (K) {} and a subaperture of {} elements need {} MB per thread, more than \
-         there is or than the allowed {} MB; give a smaller K or subaperture_ratio",
+         is available or allowed (at most {} MB); give a smaller K or subaperture_ratio",
         sizes.temporal_half_window,
         sizes.subaperture,
         bytes >> 20,
@@ -153,7 +153,7 @@ impl<A: Averaging<V>, V: Vector> AnyMemory for Memory<A, V> {
     }
 }
 
-/// Purpose of a memory.
+/// Covariance and sizes that a memory is made for.
 #[derive(Clone, Copy, Debug)]
 pub struct Needs {
     /// Forward or forward-backward.

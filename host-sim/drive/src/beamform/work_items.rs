@@ -46,9 +46,9 @@ const MOST_GROUPS: usize = 16;
 /// The blocks are small enough to stay in its cache until the next tile overwrites them.
 #[derive(Clone, Debug, Default)]
 pub struct Tile {
-    /// Whether DAS makes them: they lie outside the beamformer's depths.
+    /// Whether DAS computes the items, which are outside the beamformer's depths.
     pub by_das: bool,
-    /// In the order of [`groups`].
+    /// Work items, in the order of [`groups`].
     pub items: Vec<WorkItem>,
     /// Blocks with their numbers of samples, line by line and down each line.
     pub blocks: Vec<(Block, usize)>,
@@ -98,8 +98,8 @@ impl Tile {
 
 /// Cuts segments into tiles of up to `most` samples, or into a tile per group.
 ///
-/// In the latter the blocks do not matter. Long segments are cut at multiples of the time window's block, so no bit
-/// changes.
+/// In a tile per group, the blocks do not matter. Long segments are cut at multiples of the time window's block, so no
+/// bit changes.
 pub fn tiles(
     segments: &[WorkItem],
     most: Option<usize>,
@@ -223,7 +223,7 @@ fn work_item(
 /// Below the depth of full aperture, every beam near the array's ends has its own number of active elements, and
 /// two beams would fill two lanes.
 ///
-/// A time window of `2K+1` samples is summed in blocks of as many, so a segment is cut at multiples of them: no bit
+/// A time window of `2K+1` samples is summed in blocks of `2K+1`, so a segment is cut at multiples of `2K+1`: no bit
 /// changes.
 fn cut_segments(segments: &[WorkItem], lanes: usize, temporal_half_window: usize) -> Vec<WorkItem> {
     let of_count = |alike: &[WorkItem]| best(alike, lanes, temporal_half_window);

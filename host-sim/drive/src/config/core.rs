@@ -1,7 +1,7 @@
 //! The core's parameters in the section `[beamform]`.
 //!
-//! Keys and ranges come from the core's table: each row of [`Parameters::TABLE`] is a key and a range here without
-//! being named. So are postfilter and apodization.
+//! Keys and ranges come from the core's table: each row of [`Parameters::TABLE`] is a key with a range, without being
+//! named here. The same holds for the values of postfilter and apodization.
 
 use bonebeam::Error as Refused;
 use bonebeam::beamform::{Parameter, Parameters};

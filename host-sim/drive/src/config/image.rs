@@ -7,7 +7,7 @@ use bonebeam_files::settings::{LENGTHS, check_positive, out_of_range};
 use bonebeam_files::terminal::short;
 
 const SECTION: &str = "image";
-/// Range of dynamic ranges, dB: from a black-and-white picture to the range of f32.
+/// Accepted dynamic ranges, dB: from a black-and-white picture to the range of f32.
 const MIN_DYNAMIC_RANGE: f64 = 0.1;
 const MAX_DYNAMIC_RANGE: f64 = 1000.0;
 /// Default of an image's longer side, pixels.
@@ -62,7 +62,7 @@ pub struct Image {
     pub pooling: SubLines,
 }
 
-/// Value that an image takes of a line's sub-lines.
+/// Value of a line's sub-lines that an image shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]

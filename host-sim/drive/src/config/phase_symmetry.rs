@@ -26,7 +26,7 @@ pub struct PhaseSymmetry {
     pub scales: Vec<f64>,
     /// Wavelengths at the centres of the filters, m, in place of `scales`.
     ///
-    /// A scale is the size of a pixel over the wavelength.
+    /// A scale is the size of a pixel divided by the wavelength.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub wavelengths: Vec<f64>,
     /// Whether the image's ridges choose three scales, in place of `scales`.
@@ -36,7 +36,7 @@ pub struct PhaseSymmetry {
     pub threshold: f64,
     /// T_n from the image's noise in place of `threshold`.
     ///
-    /// It is the mean of the noise's amplitude and this number of standard deviations.
+    /// It is the mean of the noise's amplitude plus this number of standard deviations.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub noise_deviations: Option<f64>,
     /// With `noise_deviations`, whether each direction has a threshold of its own.

@@ -48,7 +48,7 @@ pub struct Surface {
     /// The weight of the drop in level from tissue above to shadow below, nats.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub level: Option<f64>,
-    /// The weight of the brightest level below against the tissue above, nats.
+    /// The weight of the brightest level below, relative to the tissue above, nats.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rest: Option<f64>,
     /// The weight of the shadow to the end of the line, nats.

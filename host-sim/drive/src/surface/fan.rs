@@ -5,9 +5,9 @@ use std::collections::VecDeque;
 use ndarray::{Array2, ArrayView2};
 use serde::{Deserialize, Serialize};
 
-/// Geometry of the beams of a picture, which go out from an apex.
+/// Geometry of a picture's beams, which fan out from an apex.
 ///
-/// They lie between two arcs and two angles.
+/// The beams are between two arcs and two angles.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PictureFan {
@@ -19,7 +19,7 @@ pub struct PictureFan {
     pub radii: [f64; 2],
     /// Angles of the first and the last beam, rad.
     ///
-    /// They count from the z axis and are positive towards positive x.
+    /// Angles count from the z axis and are positive towards positive x.
     pub angles: [f64; 2],
 }
 

@@ -50,9 +50,9 @@ pub fn of_lines<S: Data<Elem = Complex<f32>>>(
 
 /// Finds the surface in the lines of a frame of a recording.
 ///
-/// Lines of channel data are searched with the coherence of their samples; missing values of the section are then
-/// those of [`Settings::COHERENCE`]. Lines of aligned data are searched as [`of_lines`] does: their coherence may be
-/// that of a few elements. `known` is the frame's coherence, if there is one already.
+/// Lines of channel data are searched with the coherence of their samples; missing values of the section are then those
+/// of [`Settings::COHERENCE`]. Lines of aligned data are searched without coherence, as by [`of_lines`]: such data may
+/// hold only a few elements. `known` is the frame's coherence, if it is already computed.
 ///
 /// # Errors
 /// As [`of_lines`] and [`of_frame`](crate::coherence::of_frame).

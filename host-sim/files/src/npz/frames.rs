@@ -134,7 +134,7 @@ impl Reader {
 
     /// Bytes of an array of four axes at some indices of the first, and its length.
     ///
-    /// If the array has other axes, is stored by columns or has no more indices, all bytes and `None`. The
+    /// Returns all bytes and `None` if the array has other axes, is stored by columns or has no more indices. The
     /// archive's checksum is not compared for a part.
     fn bytes_of_frames(
         &mut self,
@@ -186,9 +186,9 @@ impl Reader {
         }))
     }
 
-    /// The numbers of a part that is stored uncompressed, in the memory of `numbers`.
+    /// Reads the numbers of a part that is stored uncompressed into the memory of `numbers`.
     ///
-    /// `read` fills some numbers and returns whether they are finite: few enough to be in the cache still.
+    /// `read` fills some numbers, few enough to stay in the cache, and returns whether they are finite.
     fn stored<T: Clone + Default>(
         &mut self,
         key: &str,

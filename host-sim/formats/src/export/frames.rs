@@ -13,7 +13,7 @@ pub type Part<'a> = Result<(Cow<'a, Recording>, Range<usize>)>;
 
 /// All but the samples, without the lens.
 ///
-/// Its delay there and back is subtracted from `t0`. I/Q still turns from the former `t0`.
+/// The lens's two-way delay is subtracted from `t0`. The carrier phase of I/Q still counts from the former `t0`.
 pub(super) fn without_lens(data: &ChannelData) -> ChannelData {
     ChannelData {
         samples: data
@@ -31,7 +31,8 @@ pub(super) fn without_lens(data: &ChannelData) -> ChannelData {
 
 /// Passes the frames of the parts on, as [transmit, element, sample].
 ///
-/// I/Q is turned by a phase in cycles for each transmit. It has a real and an imaginary part, RF only the first.
+/// I/Q is rotated by a phase in cycles for each transmit. It is passed as real and imaginary part, RF as the first
+/// alone.
 pub(super) fn each_frame<'a>(
     parts: impl Iterator<Item = Part<'a>>,
     cycles: &[f64],

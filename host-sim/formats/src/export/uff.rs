@@ -141,7 +141,7 @@ fn probe(parent: &Branch, data: &ChannelData) -> Result<()> {
 
 /// The samples as [frame, wave, channel, sample].
 ///
-/// I/Q of UFF turns on the clock of the samples, ours from the origin of each wave.
+/// The carrier phase of UFF's I/Q counts from time 0 of the samples, that of channel data from each wave's origin.
 fn samples<'a>(
     parent: &Branch,
     data: &ChannelData,

@@ -124,7 +124,7 @@ fn wave(data: &ChannelData, transmit: usize) -> [f64; 3] {
 
 /// The samples as [frame, transmit, sample, element, 1 or 2].
 ///
-/// I/Q of zea turns from sample 0 of each transmit, ours from the wave's origin.
+/// The carrier phase of zea's I/Q counts from sample 0 of each transmit, that of channel data from the wave's origin.
 fn samples<'a>(
     own: &Branch,
     data: &ChannelData,

@@ -31,7 +31,7 @@ fn first_of(table: &ArrayD<f64>) -> Vec<f64> {
     }
 }
 
-/// Adds what the usual names do not give for samples of these sides.
+/// Adds the keys that the usual names do not give, for samples of these sides.
 ///
 /// # Errors
 /// An array that is not readable.

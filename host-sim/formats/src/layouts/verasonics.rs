@@ -149,7 +149,7 @@ impl Workspace<'_> {
         };
         let why = "since Receive.decimSampleRate is missing";
         self.assumed.push(format!(
-            "{rate} samples a wavelength of Trans.frequency, {why}"
+            "{rate} samples per wavelength of Trans.frequency, {why}"
         ));
         Ok(rate * self.frequency)
     }
@@ -354,7 +354,7 @@ pub fn read(
     let peak = w.or(
         "TW.peak",
         0.0,
-        "the pulse's peak leaves when an element fires, since TW.peak is missing",
+        "the pulse's peak leaves an element when it fires, since TW.peak is missing",
     )?;
     let fired = Fired {
         elements: &elements,

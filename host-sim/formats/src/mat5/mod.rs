@@ -173,7 +173,7 @@ impl Mat5 {
                 continue;
             }
             if depth == DEEPEST {
-                return Err(format!("has structs within structs over {DEEPEST} deep"));
+                return Err(format!("nests structs or cells more than {DEEPEST} deep"));
             }
             let members = self.members(&array).ok_or_else(|| {
                 format!(

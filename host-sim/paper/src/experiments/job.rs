@@ -272,7 +272,8 @@ impl Job {
     /// Merges another run's parsed `report.json`.
     ///
     /// # Errors
-    /// [`Error::Data`] for one without data of an experiment that takes them in, or with others than its own.
+    /// [`Error::Data`] for a report without data of an experiment that can merge them, or with data that it cannot
+    /// merge.
     pub fn merge(&mut self, report: serde_json::Value) -> Result<()> {
         let takers = self.list.iter().zip(&self.experiments);
         for (_, experiment) in takers.filter(|(kind, _)| kind.flags.contains(&"--merge")) {

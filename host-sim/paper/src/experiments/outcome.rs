@@ -247,7 +247,7 @@ pub struct PaperComparison {
     /// Its name in tables.
     #[serde(skip)]
     pub name: &'static str,
-    /// What was found here.
+    /// The value found here.
     pub here: Option<f64>,
     /// The paper's value: none, one, or one for each of its slices.
     pub paper: Vec<f64>,

@@ -1,9 +1,9 @@
 //! Average precision of a map's ridges on a surface.
 //!
-//! It is the area under precision over recall. In every column the axial maxima of the map are detections, with
-//! their value as the score. One within a tolerance of the surface that the beam hits first is a hit, at most one
-//! per column; all others are false. The threshold is swept over all scores. Thinning a map does not raise the
-//! value: a thick ridge has one maximum per column, as a thin one has.
+//! It is the area under precision over recall. In every column the axial maxima of the map are detections, with their
+//! value as the score. A detection within a tolerance of the surface that the beam hits first is a hit, at most one per
+//! column; all others are false. The threshold is swept over all scores. Thinning a map does not raise the value: a
+//! thick ridge has one maximum per column, as a thin one has.
 
 use ndarray::ArrayView2;
 

@@ -1,9 +1,9 @@
 //! Signed-distance measures of a bone image (the paper's Table I).
 //!
-//! Every pixel has a signed distance s to the known surface of the bone, positive inside, and an intensity of
-//! 0..255. Near the surface, in region A, the intensity-weighted mean of s is the localization error and its
-//! weighted standard deviation the sharpness. The mean intensity outside (B) and inside (C), beyond A up to 10 mm
-//! from the surface, is the noise: over all pixels, and over those above 0, which the paper uses.
+//! Every pixel has a signed distance s to the known surface of the bone, positive inside, and an intensity of 0..255.
+//! Near the surface, in region A, the intensity-weighted mean of s is the localization error and its weighted standard
+//! deviation the sharpness. The mean intensity outside (B) and inside (C) the bone, from A up to 10 mm from the
+//! surface, is the noise. It is given over all pixels, and over those above 0, as in the paper.
 
 use ndarray::{Array2, ArrayView2};
 

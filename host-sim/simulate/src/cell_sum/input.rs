@@ -23,9 +23,11 @@ pub struct CellSumInput<'a> {
     pub pulse: Pulse,
     /// The time axes.
     pub window: Window,
-    /// Whether each element transmits; a pair without one that does is left out.
+    /// Whether each element transmits.
+    ///
+    /// A pair without a transmitting element is left out.
     pub transmits: &'a [bool],
-    /// The beams, if there are so few that their transmits are summed first.
+    /// The beams, if they are so few that their transmits are summed first.
     ///
     /// Rows are then for a beam and an element instead of two elements.
     pub beams: Option<&'a [Beam]>,
@@ -37,7 +39,7 @@ pub struct Beam {
     pub x: f64,
     /// The elements that fire.
     pub elements: std::ops::Range<usize>,
-    /// How much earlier than one on the axis each fires, s.
+    /// Firing advance of each element relative to one on the axis, s.
     pub advance: Vec<f64>,
 }
 

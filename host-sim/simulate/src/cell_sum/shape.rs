@@ -14,7 +14,7 @@ pub struct Shape {
     pub before: usize,
     /// Whole sample from which each element's times count.
     pub origins: Vec<i64>,
-    /// The same for each beam; for the elements if there are no beams.
+    /// Whole sample from which each beam's times count; each element's without beams.
     pub lefts: Vec<i64>,
 }
 

@@ -39,9 +39,9 @@ pub fn filter(image: &Array2<f32>, scales: &[f64]) -> Vec<Filtered> {
 
 /// Phase symmetry of the scales, the finest first.
 ///
-/// For each direction, it is the sum of the symmetric energy of its scales, less the mean and `k` standard
-/// deviations of the energy that noise gives there. The amplitudes of noise at the finest scale have the Rayleigh
-/// distribution with the measured median; each coarser scale has half of them.
+/// For each direction, it is the sum of the symmetric energy of its scales, less the mean and `k` standard deviations
+/// of the noise's energy in that direction. The amplitudes of noise at the finest scale have the Rayleigh distribution
+/// with the measured median; each coarser scale has half of them.
 pub fn map(scales: &[&Filtered], [rows, columns]: [usize; 2], k: f64) -> Array2<f32> {
     let mut sums = vec![(0.0, EPSILON); rows * columns];
     for direction in 0..DIRECTIONS {

@@ -60,7 +60,9 @@ pub struct Cell {
     pub condition: Condition,
     /// The beamformer's key.
     pub beamformer: String,
-    /// Whether this is the paper's beamformer there; only it counts in the verdict.
+    /// Whether this is the paper's beamformer in this condition.
+    ///
+    /// Only this beamformer counts in the verdict.
     pub papers: bool,
     /// Means of DAS and of ESMV.
     pub means: [f64; 2],

@@ -56,8 +56,8 @@ pub struct Tuned {
     pub average_precision: f64,
     /// Whether a better value may lie beyond the grid.
     ///
-    /// That is at the largest threshold, the coarsest scale, or an end of the dynamic ranges. A scale of 2⁻¹ is the
-    /// finest that pixels have.
+    /// The value is then at the largest threshold, the coarsest scale, or an end of the dynamic ranges. A scale of 2⁻¹
+    /// is the finest that pixels have.
     pub at_edge: bool,
     #[serde(skip)]
     scenes: usize,

@@ -49,7 +49,7 @@ pub struct BoneMeasure {
     pub average_precision: Option<f64>,
     /// Share of the columns with a surface in which it is found.
     ///
-    /// There the largest grey level within 0.5 mm of it is at least 64.
+    /// Found: the largest grey level within 0.5 mm of the surface is at least 64.
     pub found: Option<f64>,
     /// Mean axial extent of those ridges at half their own grey level.
     pub thickness_mm: Option<f64>,

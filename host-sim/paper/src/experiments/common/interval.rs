@@ -89,7 +89,8 @@ impl Interval {
 
 /// Holm's correction of the p-values of one family.
 ///
-/// Each p is multiplied by the number of those that are not smaller, at most 1, and never below a smaller one's.
+/// Each p-value is multiplied by the number of p-values that are not smaller. The result is at most 1, and never below
+/// that of a smaller p-value.
 pub fn holm(chances: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..chances.len()).collect();
     order.sort_by(|&a, &b| chances[a].total_cmp(&chances[b]));

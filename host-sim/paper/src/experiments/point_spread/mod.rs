@@ -30,9 +30,9 @@ const COLUMNS: usize = 500;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PointSpread {
-    /// Array, pulse, transmit. The beams follow from `phases` and `reach`.
+    /// Array, pulse, transmit. `phases` and `reach` set its beams.
     simulation: Settings,
-    /// Array, pulse, transmit. `phases` and `reach` set the beams.
+    /// Delay and beamformer.
     receive: Receive,
     /// The B-mode image; its size is the paper's.
     image: Image,

@@ -43,7 +43,7 @@ const ROUGHNESS: f64 = 0.03;
 /// Thickness of the slab of a drawn bone, m.
 const SLAB: f64 = 2e-3;
 
-/// Ranges of what makes bone clear or faint, dB and dB per mm.
+/// Ranges of the parameters that make bone clear or faint, dB and dB per mm.
 #[derive(Debug)]
 pub struct Kind {
     /// Name in the tables.
@@ -119,7 +119,7 @@ impl Layer {
 
     /// Skin, fat and three muscles, with fasciae on the muscles.
     ///
-    /// The first and the last muscle have 10 to 20 dB less than fat, the second 0 to 10 dB less.
+    /// The first and the last muscle are 10 to 20 dB below fat, the second 0 to 10 dB.
     fn all(draw: &mut Draw) -> Vec<Layer> {
         let mut below = 0.0;
         let depths = [[0.0, 0.0], [1.2, 2.2], [3.0, 6.0], [5.0, 9.0], [5.0, 9.0]];
@@ -152,7 +152,7 @@ impl Layer {
 struct Echoes {
     /// `[row, column]`.
     points: Array2<Complex<f64>>,
-    /// Gain of each pixel: what the aperture sees of it, and the fall with depth.
+    /// Gain of each pixel: the share of the aperture that sees it, and the fall with depth.
     gain: Array2<f64>,
 }
 
@@ -191,7 +191,7 @@ impl Echoes {
 
     /// Adds a rough surface: a reflector at `depth` of each position across.
     ///
-    /// `level` is that of a smooth flat one, in dB. `times` is the number of times that sound goes down to it.
+    /// `level` is the level of a smooth flat surface, dB. `times` is the number of times that sound travels down to it.
     fn surface(
         &mut self,
         draw: &mut Draw,

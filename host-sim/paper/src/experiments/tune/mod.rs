@@ -199,7 +199,7 @@ impl Tune {
             n += 1;
             bones.score(&start.with(&variables, values)?)
         })?;
-        let none = || Error::Usage("--evaluations asks for none".into());
+        let none = || Error::Usage("--evaluations gives no evaluation".into());
         let best = best(&evaluations).ok_or_else(none)?;
         Ok(Candidate {
             name: name.to_owned(),

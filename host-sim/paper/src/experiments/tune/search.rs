@@ -1,7 +1,8 @@
 //! The search: tree-structured Parzen estimators, by the crate `tpe`.
 //!
-//! They are described by Bergstra et al., Algorithms for hyper-parameter optimization, 2011. They handle integers as well
-//! as real numbers. The interface is ask and tell, so that stored evaluations serve as well as new ones.
+//! They are described by Bergstra et al., Algorithms for hyper-parameter optimization, 2011. They handle integers as
+//! well as real numbers. The interface asks for values and is told their score, so that stored evaluations can replace
+//! new ones.
 
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
@@ -104,7 +105,7 @@ fn tell(optimiser: &mut TpeOptimizer, variable: &Variable, value: f64, score: f6
 }
 
 fn refused(error: impl std::fmt::Display) -> Error {
-    Error::Data(format!("the optimiser refuses it: {error}"))
+    Error::Data(format!("the optimiser refuses a value: {error}"))
 }
 
 #[cfg(test)]

@@ -44,9 +44,9 @@ pub struct VertebraResult {
     pub lateral_x_mm: Vec<f64>,
     /// Depth of the lateral line.
     pub lateral_depth_mm: f64,
-    /// Where the true surface crosses the axial line, shallowest first.
+    /// Crossings of the true surface and the axial line, shallowest first.
     pub axial_surface_mm: Vec<f64>,
-    /// Where the true surface crosses the lateral line, from the left.
+    /// Crossings of the true surface and the lateral line, from the left.
     pub lateral_surface_mm: Vec<f64>,
     /// Centres of the bins of signed distance, inside the bone positive.
     pub distance_mm: Vec<f64>,
@@ -85,13 +85,13 @@ pub struct Surface {
     pub std_mm: Option<f64>,
     /// The same mean within 1 mm of the surface, on either side.
     pub near_mean_mm: Option<f64>,
-    /// Its standard deviation.
+    /// Standard deviation within 1 mm of the surface, on either side.
     pub near_std_mm: Option<f64>,
     /// Mean intensity 0..255 at the surface (A).
     pub intensity_a: Option<f64>,
-    /// Outside the bone (B).
+    /// Mean intensity outside the bone (B).
     pub intensity_b: Option<f64>,
-    /// Inside it (C).
+    /// Mean intensity inside the bone (C).
     pub intensity_c: Option<f64>,
 }
 
@@ -119,7 +119,7 @@ pub struct ImageLine {
     pub peak_bias_mm: Option<f64>,
     /// Width of the peak at the paper's grey level.
     pub width_mm: Option<f64>,
-    /// That level.
+    /// Grey level at which the width is measured.
     pub width_level: f64,
     /// Width of the peak at half its own grey level.
     pub half_width_mm: Option<f64>,

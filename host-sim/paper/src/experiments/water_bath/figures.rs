@@ -105,7 +105,7 @@ pub fn outcome(found: Found<'_>) -> Result<Outcome> {
 
 /// The FRE expected from picking to whole voxels alone, mm.
 ///
-/// In either volume, the error along each axis is its voxel over √12.
+/// In either volume, the error along each axis is the voxel's side divided by √12.
 fn expected_fre(bath: &WaterBath) -> f64 {
     let us = [0.077e-3, bath.sweep_step, 0.077e-3];
     let all = us.iter().chain(&bath.ct_voxel);

@@ -81,7 +81,7 @@ impl WaterBath {
 
     /// The scanner in water.
     ///
-    /// Its delays are those of the speed that it assumes, so the wave meets deeper than intended.
+    /// Its delays are those of the speed that it assumes, so the wave focuses deeper than intended.
     pub(super) fn scanner(&self) -> Settings {
         let ratio = self.ratio(true);
         Settings {

@@ -105,9 +105,9 @@ pub struct WaterBath {
     pub(super) ct_voxel: [f64; 3],
     /// Full width at half maximum of its point spread, m (assumed).
     pub(super) ct_blur: f64,
-    /// Density of bone and of the plastic balls, HU (assumed).
+    /// Density of bone, HU (assumed).
     pub(super) ct_bone: f64,
-    /// See `ct_bone`.
+    /// Density of the plastic balls, HU (assumed).
     pub(super) ct_ball: f64,
     /// Standard deviation of a further picking error along each axis, m (assumed).
     ///

@@ -7,7 +7,7 @@ use crate::measure::registration::Point;
 use crate::{Error, Result};
 use bonebeam_drive::image::PixelGrid;
 
-/// Where the tip is picked in a ball's echo.
+/// Voxel of a ball's echo that is picked as its tip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tip {
     /// The brightest voxel.
