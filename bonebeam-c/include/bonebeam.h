@@ -376,7 +376,7 @@ typedef struct {
   double surface_to;
   /// Half the time window of the surface's coherence, m; 0: no coherence.
   ///
-  /// The detector is made for 0.4e-3. A frame takes a byte more for each sample of all lines, and a line more time.
+  /// The detector's settings are for 0.4e-3. It costs one byte of memory per sample of all lines, and time per line.
   double surface_coherence;
 } bonebeam_frame_parameters;
 
