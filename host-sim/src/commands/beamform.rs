@@ -101,7 +101,8 @@ pub struct Arguments {
 
     /// Also write the coherence of the samples of the first frame: .npy
     ///
-    /// float32 [beam, sample], as the lines. Clutter and noise have values near the minimum, tissue and bone higher ones.
+    /// float32 [beam, sample], as the lines. Clutter and noise have values near the minimum, tissue and bone have
+    /// higher ones.
     #[arg(long, value_name = "MAP.npy", help_heading = "Coherence")]
     coherence: Option<PathBuf>,
 
