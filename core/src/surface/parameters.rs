@@ -191,14 +191,14 @@ impl Settings {
             ..Self::DEFAULT.coherence
         },
         rest: Ramp {
-            weight: 1.7,
+            weight: 1.85,
             ..Self::DEFAULT.rest
         },
         shadow: Ramp {
             weight: -1.1,
             ..Self::DEFAULT.shadow
         },
-        absence: -2.6,
+        absence: -2.4,
         ..Self::DEFAULT
     };
 
