@@ -144,7 +144,12 @@ fn folders_whose_channels_do_not_fit() {
     fs::remove_file(daq.join("CH003.daq")).unwrap();
     refused(&folder, beamform, DATA, &["daq", "CH003.daq is missing"]);
     channel(3, [7, 2, 150], 300);
-    refused(&folder, beamform, DATA, &["CH003.daq", "differs from CH000.daq"]);
+    refused(
+        &folder,
+        beamform,
+        DATA,
+        &["CH003.daq", "differs from CH000.daq"],
+    );
     channel(3, [7, 1, 300], 300);
     let angles = format!("{beamform} --variable tx_angle=0,0.1");
     refused(
