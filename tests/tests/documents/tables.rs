@@ -1,6 +1,9 @@
 //! Tables of the documents: those that commands write, and figures that stand in two documents.
 
 use super::{documents, read, root};
+use std::collections::BTreeMap;
+use std::fs;
+use std::process::Command;
 
 /// The tables that `--docs` of the program's commands writes have the checksum of their lines.
 #[test]
@@ -29,6 +32,74 @@ fn no_written_table_was_changed_by_hand() {
         }
     }
     assert!(tables >= 13, "{tables}");
+}
+
+/// A file at a commit; `None` without a repository that has it.
+fn at(commit: &str, path: &str) -> Option<String> {
+    let mut git = Command::new("git");
+    git.args(["show", &format!("{commit}:{path}")]);
+    let output = git.current_dir(root()).output().ok()?;
+    (output.status.success()).then(|| String::from_utf8(output.stdout).unwrap())
+}
+
+/// What a table of the program measures, from a source of files: hashes of results, and settings of the surface.
+///
+/// New hashes make no table older.
+fn measured(
+    table: &str,
+    file: impl Fn(&str) -> Option<String>,
+) -> Option<BTreeMap<String, String>> {
+    let presets: &[&str] = match table {
+        "claims" => &["DEFAULT"],
+        "surface" | "tune" => &["DEFAULT", "COHERENCE"],
+        "surface_pictures" => &["DEFAULT", "PICTURE"],
+        _ => &[],
+    };
+    let hashes = file("tests/golden/hashes.txt")?;
+    let hashes = hashes.lines().filter_map(|line| line.split_once(' '));
+    // Only tables with settings have a surface in them.
+    let of_table = hashes.filter(|(name, _)| !presets.is_empty() || !name.starts_with("surface-"));
+    let mut all: BTreeMap<_, _> = of_table
+        .map(|(name, hash)| (name.into(), hash.into()))
+        .collect();
+    let parameters = file("core/src/surface/parameters.rs")?;
+    for preset in presets {
+        let (_, text) = parameters.split_once(&format!("const {preset}: Settings"))?;
+        let (text, _) = text.split_once("};")?;
+        all.insert(format!("Settings::{preset}"), text.into());
+    }
+    Some(all)
+}
+
+/// A table is older than what it measures if a hash or a setting has changed since its commit.
+#[test]
+fn no_written_table_is_older_than_its_results() {
+    let mut older = Vec::new();
+    for (document, path) in documents().iter().map(|path| (read(path), path.display())) {
+        for part in document.split("<!-- ").skip(1) {
+            let named = part.split_once(" -->\n\nVersion ");
+            let commit = named.and_then(|(table, text)| {
+                let (_, commit) = text.lines().next()?.split_once("commit ")?;
+                let end = commit.find(|c: char| !c.is_ascii_hexdigit())?;
+                Some((table, &commit[..end]))
+            });
+            // Times depend on the machine, and say which.
+            let Some((table, commit)) = commit.filter(|(table, _)| !table.starts_with("speed"))
+            else {
+                continue;
+            };
+            let now = measured(table, |path| fs::read_to_string(root().join(path)).ok()).unwrap();
+            let Some(then) = measured(table, |path| at(commit, path)) else {
+                continue;
+            };
+            let changed =
+                |(name, value): &(String, String)| now.get(name).is_some_and(|now| now != value);
+            if let Some((name, _)) = then.into_iter().find(changed) {
+                older.push(format!("{path}: {table}, by {name}"));
+            }
+        }
+    }
+    assert!(older.is_empty(), "write them anew: {older:#?}");
 }
 
 /// The cells of the first row of a table that begins with `name`.
