@@ -20,11 +20,7 @@ fn completions_are_those_of_the_commands() {
 
 #[test]
 fn info_tells_what_is_there_and_what_would_be_done() {
-    let folder = tempdir().unwrap();
-    let [focused, ..] = laws();
-    point(focused)
-        .write(&folder.path().join("data.npz"))
-        .unwrap();
+    let folder = folder_of_a_point();
     let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
         .args(["info", "data.npz", "--depth-end", "0.015", "--method", "mv"])
         .current_dir(folder.path())

@@ -84,6 +84,16 @@ fn point(transmits: Transmits) -> ChannelData {
     }
 }
 
+/// A folder with `data.npz`, the point by focused beams.
+fn folder_of_a_point() -> TempDir {
+    let folder = tempdir().unwrap();
+    let [focused, ..] = laws();
+    point(focused)
+        .write(&folder.path().join("data.npz"))
+        .unwrap();
+    folder
+}
+
 fn laws() -> [Transmits; 3] {
     let axes: Vec<f64> = (0..ELEMENTS).map(|m| (m as f64 - 15.5) * PITCH).collect();
     [
@@ -235,11 +245,7 @@ fn the_method_works_between_the_depths_asked_for() {
 
 #[test]
 fn the_written_configuration_repeats_the_run() {
-    let folder = tempdir().unwrap();
-    let [focused, ..] = laws();
-    point(focused)
-        .write(&folder.path().join("data.npz"))
-        .unwrap();
+    let folder = folder_of_a_point();
     let flags = "--method esmv --rank 3 --temporal-half-window 2 --covariance forward --diagonal-loading 0.1 \
                  --subaperture-ratio 0.4 --postfilter coherence-factor --apodization hamming --f-number 2 --min-elements 6 --output-rate 25e6 \
                  --depth-start 0.004 --depth-end 0.018 --dynamic-range 45 --rows 200 --median";

@@ -4,11 +4,7 @@ use super::*;
 
 #[test]
 fn an_image_has_the_size_and_the_depths_asked_for() {
-    let folder = tempdir().unwrap();
-    let [focused, ..] = laws();
-    point(focused)
-        .write(&folder.path().join("data.npz"))
-        .unwrap();
+    let folder = folder_of_a_point();
     // 10 mm down from 6 mm and 8 mm across, at 0.1 mm a pixel. The point is 5.234 mm below the top and 1.35 mm to the
     // right of the middle.
     let command = "beamform data.npz -o lines.npz --method das --depth-start 0.006 \
@@ -34,11 +30,7 @@ fn an_image_has_the_size_and_the_depths_asked_for() {
 /// The rounded picture would differ.
 #[test]
 fn a_bone_map_is_the_phase_symmetry_of_the_image() {
-    let folder = tempdir().unwrap();
-    let [focused, ..] = laws();
-    point(focused)
-        .write(&folder.path().join("data.npz"))
-        .unwrap();
+    let folder = folder_of_a_point();
     let bytes = |name: &str| fs::read(folder.path().join(name)).unwrap();
     let beamform = "beamform data.npz -o lines.npz --method das";
     let filter = "--scales 2^-3,2^-4 --threshold 5";
@@ -89,11 +81,7 @@ fn a_bone_map_is_the_phase_symmetry_of_the_image() {
 /// Wavelengths are scales by the size of a pixel, and noise gives a threshold, in both commands.
 #[test]
 fn a_bone_map_by_wavelengths_and_the_images_noise() {
-    let folder = tempdir().unwrap();
-    let [focused, ..] = laws();
-    point(focused)
-        .write(&folder.path().join("data.npz"))
-        .unwrap();
+    let folder = folder_of_a_point();
     let map = |name: &str| image::read(&folder.path().join(name)).unwrap();
     let wavelengths = "--pixel-size 0.0001 --wavelengths 0.0004,0.0008";
     let beamform = "beamform data.npz -o lines.npz --method das --image image.npy";
@@ -134,11 +122,7 @@ fn a_bone_map_by_wavelengths_and_the_images_noise() {
 
 #[test]
 fn a_figure_has_axes_in_mm_and_the_image_in_it() {
-    let folder = tempdir().unwrap();
-    let [focused, ..] = laws();
-    point(focused)
-        .write(&folder.path().join("data.npz"))
-        .unwrap();
+    let folder = folder_of_a_point();
     let beamform = "beamform data.npz -o lines.npz --method das --depth-start 0.006 --depth 0.016 \
                     --dynamic-range 50";
     run(&folder, &format!("{beamform} --image figure.svg"));
@@ -212,11 +196,7 @@ fn phase_symmetry_marks_a_ridge_alike_for_every_strip() {
 /// Another measure of the map changes no surface, which has short-lag coherence.
 #[test]
 fn a_map_of_the_largest_eigenvalue_beside_the_surface() {
-    let folder = tempdir().unwrap();
-    let [focused, ..] = laws();
-    point(focused)
-        .write(&folder.path().join("data.npz"))
-        .unwrap();
+    let folder = folder_of_a_point();
     let beamform = "beamform data.npz --method das -o lines.npz";
     let map = |name: &str| image::read(&folder.path().join(name)).unwrap();
     let bytes = |name: &str| fs::read(folder.path().join(name)).unwrap();
@@ -238,11 +218,7 @@ fn a_map_of_the_largest_eigenvalue_beside_the_surface() {
 /// Both commands choose the same scales, tell them, and write them down.
 #[test]
 fn a_bone_map_with_scales_from_the_image() {
-    let folder = tempdir().unwrap();
-    let [focused, ..] = laws();
-    point(focused)
-        .write(&folder.path().join("data.npz"))
-        .unwrap();
+    let folder = folder_of_a_point();
     let map = |name: &str| image::read(&folder.path().join(name)).unwrap();
     let beamform = "beamform data.npz -o lines.npz --method das --image image.npy";
     run(
