@@ -80,6 +80,14 @@ pub trait Draw {
             }
         }
     }
+
+    /// Samples that a record takes, at most 10²⁹.
+    fn record(&mut self, count: usize) -> Vec<f32> {
+        let samples = self.samples(count).into_iter();
+        samples
+            .map(|x| if x.abs() <= 1e29 { x } else { 1.0 })
+            .collect()
+    }
 }
 
 /// Numbers of a seed (SplitMix64).

@@ -1,122 +1,216 @@
 //! Every kernel on many plans: the bits of the f32 reference, in every way that the catalogue knows.
 
 use bonebeam::Complex;
-use bonebeam::beamform::Method;
+use bonebeam::beamform::{Method, Parameters};
+use bonebeam::geometry::{Axis, Steering};
+use bonebeam::image::Logarithm;
 use bonebeam_oracle::reference::f32 as plain;
-use bonebeam_tests::kernel::{bits, judge_seeds};
+use bonebeam_tests::kernel::{Kernel, bits, judge_seeds};
 use bonebeam_tests::kernels::delay::Input;
-use bonebeam_tests::kernels::{beamform, delay, upsampled};
+use bonebeam_tests::kernels::{
+    beamform, delay, image, phase_symmetry, pipeline, scan, surface, upsampled,
+};
 
-const DIRT: Complex<f32> = Complex::new(7.0, 7.0);
+/// A kernel with a reference in f32.
+trait Plain: Kernel {
+    /// Number of plans.
+    const PLANS: u64;
 
-fn assert_plain(numbers: &[Complex<f32>], plain: &[Complex<f32>], what: &str) {
-    let (ours, plain) = (bits(numbers), bits(plain));
-    let at = ours.iter().zip(&plain).position(|(a, b)| a != b);
-    assert!(
-        at.is_none() && ours.len() == plain.len(),
-        "{what}: other bits at {at:?} than the reference"
-    );
+    /// The result in plain loops; `None` where the reference has no such choice.
+    fn plain(&self) -> Option<Vec<Self::Number>>;
+}
+
+fn check<K: Plain>() {
+    judge_seeds(K::PLANS, |kernel: &K, numbers| {
+        let Some(plain) = kernel.plain() else {
+            return;
+        };
+        let (ours, plain) = (bits(numbers), bits(&plain));
+        let at = ours.iter().zip(&plain).position(|(a, b)| a != b);
+        assert!(
+            at.is_none() && ours.len() == plain.len(),
+            "other bits than the reference at {at:?}"
+        );
+    });
 }
 
 #[test]
 fn delayed_lines() {
-    let [computed, refused] = judge_seeds(
-        0..4000,
-        |draw| delay::Lines::draw(draw),
-        |lines, numbers, what| {
-            let mut expected = vec![DIRT; numbers.len()];
-            for line in lines.lines() {
-                match &lines.input {
-                    Input::Rf(stage, rf) => {
-                        plain::delay::line(stage.parameters(), &line, rf, &mut expected)
-                    }
-                    Input::Iq(stage, iq) => {
-                        let samples = (&iq.planar[..], iq.counts.unwrap_or(1.0), iq.phase);
-                        plain::iq::line(stage.parameters(), &line, samples, &mut expected);
-                    }
-                }
-            }
-            assert_plain(numbers, &expected, &format!("{what} {lines:?}"));
-        },
-    );
-    println!("{computed} {refused}");
-    assert!(computed > 2000, "{computed} {refused}");
+    check::<delay::Lines>();
 }
 
 #[test]
 fn upsampled_lines() {
-    let [computed, refused] = judge_seeds(
-        0..1000,
-        |draw| upsampled::Waves::draw(draw),
-        |waves, numbers, what| {
-            let lines: Vec<_> = waves.lines().map(|line| (line, &waves.rf[..])).collect();
-            let mut expected = vec![DIRT; numbers.len()];
-            plain::delay::upsampled(waves.delay.parameters(), &lines, &mut expected);
-            assert_plain(numbers, &expected, what);
-        },
-    );
-    println!("{computed} {refused}");
-    assert!(computed > 500, "{computed} {refused}");
-}
-
-/// Within the adaptive samples the lines of the method, elsewhere those of DAS.
-fn plain_lines(lines: &beamform::Lines) -> Vec<Complex<f32>> {
-    let mut all = Vec::new();
-    for (line, (x, _)) in lines.lines.iter().enumerate() {
-        let x: Vec<_> = x.chunks(lines.elements).map(<[_]>::to_vec).collect();
-        let active: Vec<_> = (0..x.len())
-            .map(|n| lines.active(line, n))
-            .map(|set| (set.first, set.count))
-            .collect();
-        let parameters = lines.parameters;
-        if parameters.sub_lines > 1 {
-            let directions = lines.directions(line).expect("directions");
-            let steering = bonebeam::geometry::Steering::of(&directions, parameters.sub_lines);
-            let of_sample = |n| {
-                (0..parameters.sub_lines)
-                    .map(|k| steering.direction(n, k))
-                    .collect()
-            };
-            let directions: Vec<Vec<_>> = (0..x.len()).map(of_sample).collect();
-            all.extend(
-                plain::sub_lines::sub_lines(
-                    &x,
-                    &active,
-                    &directions,
-                    &parameters,
-                    lines.covariance,
-                )
-                .concat(),
-            );
-            continue;
-        }
-        let of = |method| {
-            let parameters = bonebeam::beamform::Parameters {
-                method,
-                ..parameters
-            };
-            plain::beamform::beamform(&x, &active, &parameters, lines.covariance)
-        };
-        let (adaptive, das) = (of(parameters.method), of(Method::Das));
-        let within = |i: usize| lines.within.contains(&(i * parameters.depth_step));
-        all.extend((0..das.len()).map(|i| if within(i) { adaptive[i] } else { das[i] }));
-    }
-    all
+    check::<upsampled::Waves>();
 }
 
 #[test]
 fn beamformed_lines() {
-    let [computed, refused] = judge_seeds(
-        0..6000,
-        |draw| beamform::Lines::draw(draw),
-        |lines, numbers, what| {
-            assert_plain(
-                numbers,
-                &plain_lines(lines),
-                &format!("{what} {:?} {:?}", lines.covariance, lines.parameters),
-            );
-        },
-    );
-    println!("{computed} {refused}");
-    assert!(computed > 4000, "{computed} {refused}");
+    check::<beamform::Lines>();
+}
+
+#[test]
+fn images() {
+    check::<image::Image>();
+}
+
+#[test]
+fn bone_maps() {
+    check::<phase_symmetry::Map>();
+}
+
+#[test]
+fn surfaces() {
+    check::<surface::Frame>();
+}
+
+#[test]
+fn lines_of_a_pipeline() {
+    check::<pipeline::Line>();
+}
+
+#[test]
+fn apertures_of_scans() {
+    check::<scan::Apertures>();
+}
+
+impl Plain for delay::Lines {
+    const PLANS: u64 = 6000;
+
+    fn plain(&self) -> Option<Vec<Complex<f32>>> {
+        let mut out = vec![Complex::new(7.0, 7.0); self.len()];
+        for line in self.lines() {
+            match &self.input {
+                Input::Rf(stage, rf) => plain::delay::line(stage.parameters(), &line, rf, &mut out),
+                Input::Iq(stage, iq) => {
+                    let samples = (&iq.planar[..], iq.counts.unwrap_or(1.0), iq.phase);
+                    plain::iq::line(stage.parameters(), &line, samples, &mut out);
+                }
+            }
+        }
+        Some(out)
+    }
+}
+
+impl Plain for upsampled::Waves {
+    const PLANS: u64 = 1000;
+
+    fn plain(&self) -> Option<Vec<Complex<f32>>> {
+        let lines: Vec<_> = self.lines().map(|line| (line, &self.rf[..])).collect();
+        let mut out = vec![Complex::new(7.0, 7.0); self.len()];
+        plain::delay::upsampled(self.delay.parameters(), &lines, &mut out);
+        Some(out)
+    }
+}
+
+/// Within the adaptive samples the method, elsewhere DAS.
+impl Plain for beamform::Lines {
+    const PLANS: u64 = 6000;
+
+    fn plain(&self) -> Option<Vec<Complex<f32>>> {
+        let (parameters, covariance) = (self.parameters, self.covariance);
+        let mut all = Vec::new();
+        for (line, (x, _)) in self.lines.iter().enumerate() {
+            let x: Vec<_> = x.chunks(self.elements).map(<[_]>::to_vec).collect();
+            let active = (0..x.len()).map(|n| self.active(line, n));
+            let active: Vec<_> = active.map(|set| (set.first, set.count)).collect();
+            if parameters.sub_lines > 1 {
+                let directions = self.directions(line).expect("directions");
+                let steering = Steering::of(&directions, parameters.sub_lines);
+                let of_sample = |n| {
+                    (0..parameters.sub_lines)
+                        .map(|k| steering.direction(n, k))
+                        .collect()
+                };
+                let directions: Vec<Vec<_>> = (0..x.len()).map(of_sample).collect();
+                let z =
+                    plain::sub_lines::sub_lines(&x, &active, &directions, &parameters, covariance);
+                all.extend(z.concat());
+                continue;
+            }
+            let of = |method| {
+                plain::beamform::beamform(
+                    &x,
+                    &active,
+                    &Parameters {
+                        method,
+                        ..parameters
+                    },
+                    covariance,
+                )
+            };
+            let (adaptive, das) = (of(parameters.method), of(Method::Das));
+            let within = |i: usize| self.within.contains(&(i * parameters.depth_step));
+            all.extend((0..das.len()).map(|i| if within(i) { adaptive[i] } else { das[i] }));
+        }
+        Some(all)
+    }
+}
+
+/// Parallel lines and the exact logarithm.
+impl Plain for image::Image {
+    const PLANS: u64 = 3000;
+
+    fn plain(&self) -> Option<Vec<f32>> {
+        let p = self.stage.parameters();
+        if self.in_fan || p.logarithm == Logarithm::Polynomial {
+            return None;
+        }
+        let envelopes = plain::image::envelope(&self.z);
+        let largest = envelopes.iter().copied().fold(0.0, f32::max);
+        let levels = plain::image::log_compression(&envelopes, largest, p.dynamic_range);
+        let at = |Axis { first, step, count }| plain::image::Positions { first, step, count };
+        let (rows, columns) = (at(p.grid.row_axis()), at(p.grid.column_axis()));
+        let pixels = plain::image::resample(&levels, at(p.lines), at(p.samples), rows, columns);
+        Some(match p.median && !pixels.is_empty() {
+            true => plain::image::median(&pixels, p.grid.columns),
+            false => pixels,
+        })
+    }
+}
+
+impl Plain for phase_symmetry::Map {
+    const PLANS: u64 = 60;
+
+    fn plain(&self) -> Option<Vec<f32>> {
+        let [rows, columns] = self.shape;
+        let map = plain::phase_symmetry::phase_symmetry;
+        Some(map(
+            &self.image,
+            rows,
+            columns,
+            &self.scales,
+            self.threshold,
+        ))
+    }
+}
+
+impl Plain for surface::Frame {
+    const PLANS: u64 = 200;
+
+    fn plain(&self) -> Option<Vec<Self::Number>> {
+        Some(match &self.coherence {
+            None => plain::surface::surface(&self.parameters, &self.grey),
+            Some(coherence) => {
+                plain::surface::surface_with_coherence(&self.parameters, &self.grey, coherence)
+            }
+        })
+    }
+}
+
+/// One of its ways is by the stages, which have their own references.
+impl Plain for pipeline::Line {
+    const PLANS: u64 = 2000;
+
+    fn plain(&self) -> Option<Vec<Complex<f32>>> {
+        None
+    }
+}
+
+impl Plain for scan::Apertures {
+    const PLANS: u64 = 4000;
+
+    fn plain(&self) -> Option<Vec<f32>> {
+        None
+    }
 }

@@ -118,63 +118,6 @@ pub fn snapshots(draw: &mut impl Draw, samples: usize, elements: usize) -> Vec<C
 }
 
 impl Lines {
-    /// Any lines.
-    ///
-    /// # Errors
-    /// The core's, for parameters that it refuses.
-    pub fn draw(draw: &mut impl Draw) -> Result<Self, Error> {
-        let wild = draw.byte() % 8 == 0;
-        let (elements, samples) = (draw.size(20, 72), draw.size(14, 40));
-        let mut parameters = parameters(draw, wild);
-        parameters.temporal_half_window %= samples + 1;
-        if draw.byte() % 4 == 0 {
-            parameters.sub_lines = draw.one_of(&[2, 4, 8, 16]);
-        }
-        let covariance = draw.one_of(&[Covariance::Forward, Covariance::ForwardBackward]);
-        // An aperture that may be empty at first, and grows.
-        let (most, steps) = (draw.below(elements + 1), 1 + draw.below(samples));
-        let empty = draw.below(steps + 1) * usize::from(draw.flag());
-        let all = draw.byte() % 4 == 0;
-        let count = |n: usize| match (all, n / steps) {
-            (true, _) => elements,
-            (false, _) if n < empty => 0,
-            (false, step) => most.min(1 + (step + 1) * most / 3),
-        };
-        let counts: Vec<usize> = (0..samples).map(count).collect();
-        let widest = counts.iter().copied().max().unwrap_or(0);
-        let room = (elements - widest).max(1);
-        let turn = if room + widest > elements {
-            samples
-        } else {
-            draw.below(samples + 1)
-        };
-        let lines = (0..draw.size(3, 20)).map(|_| {
-            let samples = samples - draw.below(3).min(samples - 1);
-            let first = draw.below(room);
-            (snapshots(draw, samples, elements), first)
-        });
-        let lines = lines.collect();
-        let within = match draw.flag() && parameters.sub_lines == 1 {
-            true => {
-                let first = draw.below(samples);
-                first..first + draw.below(samples + 4)
-            }
-            false => 0..samples,
-        };
-        Beamformer::new(parameters)?;
-        let block = 1 + draw.below(samples);
-        Ok(Lines {
-            parameters,
-            covariance,
-            elements,
-            lines,
-            counts,
-            turn,
-            within,
-            block,
-        })
-    }
-
     /// Samples of a line.
     pub fn samples(&self, line: usize) -> usize {
         self.lines[line].0.len() / self.elements
@@ -338,6 +281,18 @@ impl Lines {
         Ok(())
     }
 
+    /// Whether no part of a sample is next to nothing beside others.
+    ///
+    /// Each block of a line that still comes has its own working scale.
+    fn is_even(&self) -> bool {
+        self.lines.iter().all(|(x, _)| {
+            let parts = || x.iter().flat_map(|x| [x.re.abs(), x.im.abs()]);
+            let largest = parts().fold(0.0, f32::max);
+            let moderate = largest == 0.0 || (1e-15..1e15).contains(&largest);
+            moderate && parts().all(|part| part == 0.0 || part > 1e-12 * largest)
+        })
+    }
+
     /// The sizes for the largest adaptive aperture.
     fn sizes(&self) -> bonebeam::beamform::Sizes {
         let adaptive = self
@@ -353,6 +308,59 @@ impl Lines {
 
 impl Kernel for Lines {
     type Number = Complex<f32>;
+
+    fn draw(draw: &mut impl Draw) -> Result<Self, Error> {
+        let wild = draw.byte() % 8 == 0;
+        let (elements, samples) = (draw.size(20, 72), draw.size(14, 40));
+        let mut parameters = parameters(draw, wild);
+        parameters.temporal_half_window %= samples + 1;
+        if draw.byte() % 4 == 0 {
+            parameters.sub_lines = draw.one_of(&[2, 4, 8, 16]);
+        }
+        let covariance = draw.one_of(&[Covariance::Forward, Covariance::ForwardBackward]);
+        // An aperture that may be empty at first, and grows.
+        let (most, steps) = (draw.below(elements + 1), 1 + draw.below(samples));
+        let empty = draw.below(steps + 1) * usize::from(draw.flag());
+        let all = draw.byte() % 4 == 0;
+        let count = |n: usize| match (all, n / steps) {
+            (true, _) => elements,
+            (false, _) if n < empty => 0,
+            (false, step) => most.min(1 + (step + 1) * most / 3),
+        };
+        let counts: Vec<usize> = (0..samples).map(count).collect();
+        let widest = counts.iter().copied().max().unwrap_or(0);
+        let room = (elements - widest).max(1);
+        let turn = if room + widest > elements {
+            samples
+        } else {
+            draw.below(samples + 1)
+        };
+        let lines = (0..draw.size(3, 20)).map(|_| {
+            let samples = samples - draw.below(3).min(samples - 1);
+            let first = draw.below(room);
+            (snapshots(draw, samples, elements), first)
+        });
+        let lines = lines.collect();
+        let within = match draw.flag() && parameters.sub_lines == 1 {
+            true => {
+                let first = draw.below(samples);
+                first..first + draw.below(samples + 4)
+            }
+            false => 0..samples,
+        };
+        Beamformer::new(parameters)?;
+        let block = 1 + draw.below(samples);
+        Ok(Lines {
+            parameters,
+            covariance,
+            elements,
+            lines,
+            counts,
+            turn,
+            within,
+            block,
+        })
+    }
 
     fn need(&self, _: usize, _: usize) -> [Need; 2] {
         [Need::default(), self.sizes().need(self.covariance)]
@@ -379,10 +387,13 @@ impl Kernel for Lines {
 
     fn ways(&self) -> Vec<usize> {
         let gated = self.within != (0..self.counts.len());
-        match self.parameters.sub_lines {
-            1 if gated => vec![self.block],
-            1 => vec![SEGMENTS, self.block],
-            _ => vec![SEGMENTS],
+        let mut ways = vec![];
+        if !gated {
+            ways.push(SEGMENTS);
         }
+        if self.parameters.sub_lines == 1 && self.is_even() {
+            ways.push(self.block);
+        }
+        ways
     }
 }

@@ -32,8 +32,6 @@ pub const FILTERS: [[f64; 3]; 8] = [
 /// Lines of the delay stage.
 #[derive(Clone, Debug)]
 pub struct Lines {
-    /// Where the samples come from.
-    pub input: Input,
     /// The array, its elements at any positions.
     pub place: Place,
     /// The waves, the first of which replaces the output: law, `t0` and ray.
@@ -42,6 +40,8 @@ pub struct Lines {
     pub active: Active,
     /// Samples of a block in the second way.
     pub block: usize,
+    /// Where the samples come from.
+    pub input: Input,
 }
 
 /// A stage with its record.
@@ -101,7 +101,7 @@ impl Place {
                 Place::Any((0..elements).map(curve).collect())
             }
             _ => {
-                let mut at = || draw.number(wild, [-0.015, 0.015]);
+                let mut at = || draw.number(wild, [-5e-3, 5e-3]);
                 let elements = (0..elements).map(|_| Element {
                     x: at(),
                     z: at(),
@@ -178,121 +178,6 @@ fn stage(parameters: DelayParameters) -> Result<Delay, Error> {
 }
 
 impl Lines {
-    /// Lines of any input.
-    ///
-    /// # Errors
-    /// The core's, for parameters and records that it refuses.
-    pub fn draw(draw: &mut impl Draw) -> Result<Self, Error> {
-        let wild = draw.byte() % 4 == 0;
-        let iq = draw.flag();
-        let (elements, record_samples) = (draw.size(6, 40), draw.size(80, 2000));
-        let output_samples = draw.size(40, 200);
-        let [mut sampling_rate, mut output_rate, centre_frequency] = draw.one_of(&FILTERS);
-        if draw.byte() < 32 {
-            sampling_rate = draw.number(wild, [10e6, 200e6]);
-            output_rate = if draw.flag() {
-                sampling_rate
-            } else {
-                draw.number(wild, [5e6, 60e6])
-            };
-        }
-        let place = Place::draw(draw, wild, elements);
-        let waves = (0..1 + draw.below(2)).map(|_| {
-            let law = Law::draw(draw, wild, elements);
-            let ray = match draw.flag() {
-                true => Ray::down(draw.number(wild, [-0.01, 0.01])),
-                false => {
-                    let mut at = |usual| draw.number(wild, usual);
-                    Ray::new(at([-0.01, 0.01]), at([-0.01, 0.01]), at([-1.0, 1.0]))
-                }
-            };
-            (law, draw.number(wild, [-2e-6, 2e-6]), ray)
-        });
-        let waves = waves.collect();
-        let active = match draw.byte() {
-            0..128 => Active {
-                first: 0,
-                count: elements,
-            },
-            _ => Active {
-                first: draw.below(8),
-                count: draw.below(elements + 2),
-            },
-        };
-        // So that a line begins before the record, within it, or behind it.
-        let length = record_samples as f64 / sampling_rate;
-        let output_start = draw.number(wild, [-0.3 * length, 1.2 * length]);
-        let sound_speed = draw.number(wild, [300.0, 4000.0]);
-        let block = 1 + draw.below(output_samples);
-        let input = match iq {
-            false => {
-                let stage = stage(DelayParameters {
-                    sound_speed,
-                    sampling_rate,
-                    centre_frequency,
-                    output_rate,
-                    output_start,
-                    output_samples,
-                    elements,
-                    record_samples,
-                    hilbert_taps: 1 + draw.below(40),
-                })?;
-                let rf = draw.samples(elements * record_samples);
-                Record::new(&rf, elements)?;
-                Input::Rf(stage, rf)
-            }
-            true => {
-                let interpolation = draw.one_of(&[
-                    IqInterpolation::Linear,
-                    IqInterpolation::Cubic,
-                    IqInterpolation::Sinc,
-                    IqInterpolation::LinearFixed,
-                ]);
-                let stage = IqDelay::new(IqParameters {
-                    sound_speed,
-                    sampling_rate,
-                    demodulation_frequency: draw.number(wild, [-0.9, 0.9]) * sampling_rate,
-                    output_rate,
-                    output_start,
-                    output_samples,
-                    elements,
-                    record_samples,
-                    interpolation,
-                })?;
-                let counts = interpolation == IqInterpolation::LinearFixed || draw.flag();
-                let mut iq = Iq {
-                    planar: Vec::new(),
-                    counts: counts.then(|| draw.number(wild, [-2.0, 2.0]) as f32),
-                    interleaved: draw.flag(),
-                    phase: draw.number(wild, [-7.0, 7.0]),
-                };
-                let parts = draw.samples(2 * elements * record_samples);
-                let (pairs, _) = parts.as_chunks::<2>();
-                // Counts take all 16 bits.
-                let part = |part: f32| {
-                    if counts {
-                        f32::from((part * 300.0) as i16)
-                    } else {
-                        part
-                    }
-                };
-                iq.planar = pairs
-                    .iter()
-                    .map(|pair| Complex::new(part(pair[0]), part(pair[1])))
-                    .collect();
-                with_iq(&iq, elements, |_| Ok(()))?;
-                Input::Iq(stage, iq)
-            }
-        };
-        Ok(Lines {
-            input,
-            place,
-            waves,
-            active,
-            block,
-        })
-    }
-
     /// The lines, the first of which replaces the output.
     pub fn lines(&self) -> impl Iterator<Item = ScanLine<'_>> {
         self.waves
@@ -391,6 +276,117 @@ fn run<V: Vector, D: Stage>(
 
 impl Kernel for Lines {
     type Number = Complex<f32>;
+
+    fn draw(draw: &mut impl Draw) -> Result<Self, Error> {
+        let wild = draw.byte() % 4 == 0;
+        let iq = draw.flag();
+        let (elements, record_samples) = (draw.size(6, 40), draw.size(200, 2000));
+        let output_samples = draw.size(40, 200);
+        let [mut sampling_rate, mut output_rate, centre_frequency] = draw.one_of(&FILTERS);
+        if draw.byte() < 32 {
+            sampling_rate = draw.number(wild, [10e6, 200e6]);
+            output_rate = if draw.flag() {
+                sampling_rate
+            } else {
+                draw.number(wild, [5e6, 60e6])
+            };
+        }
+        let place = Place::draw(draw, wild, elements);
+        let waves = (0..1 + draw.below(2)).map(|_| {
+            let law = Law::draw(draw, wild, elements);
+            let ray = match draw.flag() {
+                true => Ray::down(draw.number(wild, [-3e-3, 3e-3])),
+                false => {
+                    let mut at = |usual| draw.number(wild, usual);
+                    Ray::new(at([-3e-3, 3e-3]), at([-3e-3, 3e-3]), at([-0.6, 0.6]))
+                }
+            };
+            (law, draw.number(wild, [-1e-6, 1e-6]), ray)
+        });
+        let waves = waves.collect();
+        let active = match draw.byte() {
+            0..128 => Active {
+                first: 0,
+                count: elements,
+            },
+            _ => Active {
+                first: draw.below(8),
+                count: draw.below(elements + 2),
+            },
+        };
+        // So that a line begins before the record, within it, or behind it.
+        let length = record_samples as f64 / sampling_rate;
+        let output_start = draw.number(wild, [-0.3 * length, 0.9 * length]);
+        let sound_speed = draw.number(wild, [300.0, 4000.0]);
+        let block = 1 + draw.below(output_samples);
+        let input = match iq {
+            false => {
+                let stage = stage(DelayParameters {
+                    sound_speed,
+                    sampling_rate,
+                    centre_frequency,
+                    output_rate,
+                    output_start,
+                    output_samples,
+                    elements,
+                    record_samples,
+                    hilbert_taps: 1 + draw.below(40),
+                })?;
+                let rf = draw.record(elements * record_samples);
+                Record::new(&rf, elements)?;
+                Input::Rf(stage, rf)
+            }
+            true => {
+                let interpolation = draw.one_of(&[
+                    IqInterpolation::Linear,
+                    IqInterpolation::Cubic,
+                    IqInterpolation::Sinc,
+                    IqInterpolation::LinearFixed,
+                ]);
+                let stage = IqDelay::new(IqParameters {
+                    sound_speed,
+                    sampling_rate,
+                    demodulation_frequency: draw.number(wild, [-0.9, 0.9]) * sampling_rate,
+                    output_rate,
+                    output_start,
+                    output_samples,
+                    elements,
+                    record_samples,
+                    interpolation,
+                })?;
+                let counts = interpolation == IqInterpolation::LinearFixed || draw.flag();
+                let mut iq = Iq {
+                    planar: Vec::new(),
+                    counts: counts.then(|| draw.number(wild, [1e-3, 2.0]).abs() as f32),
+                    interleaved: draw.flag(),
+                    phase: draw.number(wild, [-7.0, 7.0]),
+                };
+                let parts = draw.record(2 * elements * record_samples);
+                let (pairs, _) = parts.as_chunks::<2>();
+                // Counts take all 16 bits.
+                let part = |part: f32| {
+                    if counts {
+                        f32::from((part * 300.0) as i16)
+                    } else {
+                        part
+                    }
+                };
+                iq.planar = pairs
+                    .iter()
+                    .map(|pair| Complex::new(part(pair[0]), part(pair[1])))
+                    .collect();
+                with_iq(&iq, elements, |_| Ok(()))?;
+                Input::Iq(stage, iq)
+            }
+        };
+        Ok(Lines {
+            input,
+            place,
+            waves,
+            active,
+            block,
+        })
+    }
 
     fn need(&self, lanes: usize, way: usize) -> [Need; 2] {
         let samples = if way == 0 { self.shape()[1] } else { way };

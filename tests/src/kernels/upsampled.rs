@@ -33,57 +33,6 @@ pub struct Waves {
 }
 
 impl Waves {
-    /// Any waves.
-    ///
-    /// # Errors
-    /// The core's, for parameters that it refuses.
-    pub fn draw(draw: &mut impl Draw) -> Result<Self, Error> {
-        let wild = draw.byte() % 4 == 0;
-        let (elements, record_samples) = (draw.size(6, 40), draw.size(80, 700));
-        let [sampling_rate, output_rate] = draw.one_of(&[[20e6, 20e6], [20e6, 40e6], [40e6, 20e6]]);
-        let length = record_samples as f64 / sampling_rate;
-        let delay = Delay::new(DelayParameters {
-            sound_speed: draw.number(wild, [300.0, 4000.0]),
-            sampling_rate,
-            centre_frequency: 5e6,
-            output_rate,
-            output_start: draw.number(wild, [-0.3 * length, 1.2 * length]),
-            output_samples: draw.size(40, 200),
-            elements,
-            record_samples,
-            hilbert_taps: 1 + draw.below(20),
-        })?;
-        let place = Place::draw(draw, wild, elements);
-        let waves = (0..1 + draw.below(3)).map(|_| {
-            (
-                Law::draw(draw, wild, elements),
-                draw.number(wild, [-2e-6, 2e-6]),
-            )
-        });
-        let waves = waves.collect();
-        let mut at = |usual| draw.number(wild, usual);
-        let ray = Ray::new(at([-0.01, 0.01]), at([-0.01, 0.01]), at([-1.0, 1.0]));
-        let first = draw.below(elements + 1);
-        let active = Active {
-            first,
-            count: draw.below(elements - first + 1),
-        };
-        let block = 1 + draw.below(200);
-        let mut rf = draw.samples(elements * record_samples);
-        // Sums must not overflow.
-        rf.iter_mut()
-            .for_each(|x| *x = if x.abs() < 1e29 { *x } else { 0.0 });
-        Ok(Waves {
-            delay,
-            place,
-            waves,
-            ray,
-            active,
-            rf,
-            block,
-        })
-    }
-
     /// The waves' lines.
     pub fn lines(&self) -> impl Iterator<Item = ScanLine<'_>> {
         self.waves.iter().map(|(law, t0)| ScanLine {
@@ -101,6 +50,50 @@ impl Waves {
 
 impl Kernel for Waves {
     type Number = Complex<f32>;
+
+    fn draw(draw: &mut impl Draw) -> Result<Self, Error> {
+        let wild = draw.byte() % 4 == 0;
+        let (elements, record_samples) = (draw.size(6, 40), draw.size(200, 700));
+        let [sampling_rate, output_rate] = draw.one_of(&[[20e6, 20e6], [20e6, 40e6], [40e6, 20e6]]);
+        let length = record_samples as f64 / sampling_rate;
+        let delay = Delay::new(DelayParameters {
+            sound_speed: draw.number(wild, [300.0, 4000.0]),
+            sampling_rate,
+            centre_frequency: 5e6,
+            output_rate,
+            output_start: draw.number(wild, [-0.3 * length, 0.9 * length]),
+            output_samples: draw.size(40, 200),
+            elements,
+            record_samples,
+            hilbert_taps: 1 + draw.below(20),
+        })?;
+        let place = Place::draw(draw, wild, elements);
+        let waves = (0..1 + draw.below(3)).map(|_| {
+            (
+                Law::draw(draw, wild, elements),
+                draw.number(wild, [-1e-6, 1e-6]),
+            )
+        });
+        let waves = waves.collect();
+        let mut at = |usual| draw.number(wild, usual);
+        let ray = Ray::new(at([-3e-3, 3e-3]), at([-3e-3, 3e-3]), at([-0.6, 0.6]));
+        let first = draw.below(elements);
+        let active = Active {
+            first,
+            count: 1 + draw.below(elements - first),
+        };
+        let block = 1 + draw.below(200);
+        let rf = draw.record(elements * record_samples);
+        Ok(Waves {
+            delay,
+            place,
+            waves,
+            ray,
+            active,
+            rf,
+            block,
+        })
+    }
 
     fn need(&self, lanes: usize, _: usize) -> [Need; 2] {
         let padded =
