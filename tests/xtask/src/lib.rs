@@ -4,6 +4,7 @@ mod boards;
 mod c;
 mod counts;
 mod documents;
+mod findings;
 mod firmware;
 mod here;
 mod packages;

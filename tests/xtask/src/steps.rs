@@ -4,7 +4,7 @@ use anyhow::Result;
 
 use crate::here::Here;
 use crate::tools::{ARM, ARM64, DEFMT_PRINT, MICROCONTROLLER, RISCV, Tool, USER, USER_ARM};
-use crate::{boards, c, counts, firmware, packages, python, rust, targets};
+use crate::{boards, c, counts, findings, firmware, packages, python, rust, targets};
 
 /// When a step is run, and where.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -123,6 +123,8 @@ pub const STEPS: &[Step] = &[
     step(EmulatedAll, "frames", &[ARM, ARM64], targets::frames,
         "instructions of a frame on a Cortex-A53 and a Cortex-M33, beside docs/targets.md"),
 
+    step(Named, "findings", &[], findings::findings,
+        "surprises of other software, by its own packages, outside of this project: findings/*.sh"),
     step(Named, "fuzz", FUZZ, |here| rust::fuzz(here, 60), "a minute of every fuzz target"),
     step(Named, "no-panic-mutants", &[MICROCONTROLLER[0]], firmware::no_panic_mutants,
         "a panic put into every 68th function of the core is refused"),
@@ -144,7 +146,7 @@ const FUZZ: &[Tool] = &[Tool::Nightly(""), Tool::Crate("cargo-fuzz", "cargo-fuzz
 
 #[cfg(test)]
 mod tests {
-    use super::STEPS;
+    use super::{Group, STEPS};
 
     #[test]
     fn names_are_unique_and_words_of_the_command_line() {
@@ -159,6 +161,22 @@ mod tests {
                 "{}",
                 step.name
             );
+        }
+    }
+
+    #[test]
+    fn the_workflow_runs_every_default_step_once() {
+        let workflow = include_str!("../../../.github/workflows/ci.yml");
+        let jobs = workflow
+            .lines()
+            .filter_map(|line| line.split_once(", run: ").map(|(_, run)| run));
+        let words = jobs
+            .flat_map(|run| run.trim_end_matches(" }").split(' '))
+            .collect::<Vec<_>>();
+        for step in STEPS {
+            let by_default = matches!(step.group, Group::Host | Group::Emulated);
+            let count = words.iter().filter(|word| **word == step.name).count();
+            assert_eq!(count, usize::from(by_default), "{}", step.name);
         }
     }
 }
