@@ -357,6 +357,7 @@ fn first_paragraphs_fit_an_index() {
         "host-sim/drive",
         "host-sim/files",
         "host-sim/formats",
+        "host-sim/kernels",
         "host-sim/oracle",
         "host-sim/paper",
         "host-sim/simulate",
