@@ -78,7 +78,7 @@ impl View {
         let (width, height) = (2.0 * view.reach(), depth - view.top());
         let least = width.max(height) / 1150.0;
         view.pixel = pixel.max(least);
-        view.size = [width, height].map(|side| (side / view.pixel) as usize);
+        view.size = [width, height].map(|side| (side / view.pixel).round() as usize);
         view
     }
 
