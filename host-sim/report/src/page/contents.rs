@@ -36,8 +36,11 @@ impl Page {
 
 /// Report of a run.
 pub struct Report<'a> {
+    /// The parameters.
     pub job: &'a Job,
+    /// "full", "quick" or "own".
     pub kind: &'static str,
+    /// Name and outcome of each experiment.
     pub outcomes: &'a [(&'static str, Outcome)],
     pub(super) page: &'a Page,
 }
@@ -60,18 +63,22 @@ impl<'a> Report<'a> {
         })
     }
 
+    /// The outcomes.
     pub fn outcomes(&self) -> impl Iterator<Item = &'a Outcome> {
         self.outcomes.iter().map(|(_, outcome)| outcome)
     }
 
+    /// The checks of every experiment.
     pub fn checks(&self) -> Vec<&'a Check> {
         self.outcomes().flat_map(|o| &o.checks).collect()
     }
 
+    /// The comparisons of every experiment.
     pub fn comparisons(&self) -> Vec<&'a Comparison> {
         self.outcomes().flat_map(|o| &o.comparisons).collect()
     }
 
+    /// The verdicts of every experiment.
     pub fn verdicts(&self) -> Vec<&'a Verdict> {
         self.outcomes().flat_map(|o| &o.verdicts).collect()
     }

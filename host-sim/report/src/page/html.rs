@@ -193,6 +193,7 @@ pub fn parts(parts: &[Section], source: PictureLocation) -> Result<Vec<Markup>> 
 /// Tables with more rows are folded.
 const LONG: usize = 8;
 
+/// A table of the page.
 pub fn table(table: &Table) -> Markup {
     let head = |k: usize| table.head.get(k).copied().unwrap_or_default();
     let shown = html! {
