@@ -2,8 +2,9 @@
 
 #[cfg(unix)]
 mod inputs;
+mod killed;
+#[path = "../../host-sim/tests/common/pages.rs"]
+mod pages;
 mod paper;
 mod registration;
-#[path = "../../host-sim/tests/common/runs.rs"]
-mod runs;
 mod tune;

@@ -4,7 +4,8 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use crate::runs::{kill_after, loads_nothing};
+use crate::killed::kill_after;
+use crate::pages::loads_nothing;
 use serde_json::Value;
 use tempfile::tempdir;
 

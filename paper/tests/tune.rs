@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use crate::runs::kill_after;
+use crate::killed::kill_after;
 use host_sim::config::Config;
 use serde_json::Value;
 use tempfile::tempdir;

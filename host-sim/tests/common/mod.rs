@@ -1,7 +1,7 @@
 //! Files for the tests, valid or with one fault.
 
+mod pages;
 pub mod program;
-mod runs;
 
 use bonebeam_files::Recording;
 use bonebeam_formats::Variables;

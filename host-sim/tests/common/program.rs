@@ -7,7 +7,7 @@ use std::process::Command;
 use tempfile::{TempDir, tempdir};
 
 use super::channel_data_without;
-pub use super::runs::{kill_after, loads_nothing};
+pub use super::pages::loads_nothing;
 
 /// The exit status of a wrong command line or configuration.
 pub const USAGE: i32 = 2;

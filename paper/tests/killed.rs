@@ -1,4 +1,4 @@
-//! Runs that are killed, and pages; for the tests of every program.
+//! Runs that are killed.
 
 use std::process::{Command, Stdio};
 use std::thread::sleep;
@@ -19,11 +19,4 @@ pub fn kill_after(command: &mut Command, kept: impl Fn() -> usize, files: usize)
     }
     child.kill().unwrap();
     child.wait().unwrap();
-}
-
-/// Asserts that a page loads only its own style and pictures.
-pub fn loads_nothing(page: &str) {
-    let head = &page[..page.find("</head>").unwrap()];
-    assert!(head.contains("http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; "));
-    assert!(!page.contains("<script") && !page.contains("href=\"http"));
 }
