@@ -359,8 +359,9 @@ fn first_paragraphs_fit_an_index() {
         "host-sim/formats",
         "host-sim/kernels",
         "host-sim/oracle",
-        "host-sim/paper",
+        "host-sim/report",
         "host-sim/simulate",
+        "paper",
     ];
     let (mut count, mut wrong) = (0, Vec::new());
     let paths = crates
