@@ -4,7 +4,7 @@ use crate::Result;
 use crate::experiments::Context;
 use crate::experiments::common::pictures::{picture, ridges, scales};
 use crate::experiments::common::truth::beside;
-use crate::experiments::outcome::{Section, SideBySide, View};
+use crate::experiments::outcome::{SideBySide, View};
 
 use super::condition::{Condition, Medium};
 use super::mechanism::Figure;
@@ -65,15 +65,13 @@ pub fn shown(claims: &Claims, context: &Context<'_>) -> Result<Figure> {
                 pictures,
             });
         }
-        let reference = views.remove(0);
-        figure.parts.push(Section::SideBySide(SideBySide {
-            id: format!("claims-{number}-{medium}"),
-            reference,
-            others: views,
-            first: 0,
-            outline: beside(&made.view.hits, &made.view.grid),
-            scales: scales(image.dynamic_range),
-        }));
+        figure.parts.extend(SideBySide::of(
+            format!("claims-{number}-{medium}"),
+            views,
+            0,
+            beside(&made.view.hits, &made.view.grid),
+            scales(image.dynamic_range),
+        ));
     }
     Ok(figure)
 }

@@ -19,7 +19,7 @@ use super::common::recording::recording;
 use super::common::truth::beside;
 use super::common::variants::{Aligned, Variant};
 use super::common::{self, Receive};
-use super::outcome::{Picture, Section, SideBySide, Table, View as Shown, data, number};
+use super::outcome::{Picture, Section, SideBySide, Table, View as Shown, data, number, percent};
 use super::{Context, Covers, Experiment, Outcome, Overrides};
 
 /// Density that the layers' amplitudes refer to, scatterers per m³.
@@ -57,6 +57,7 @@ pub struct Spine {
 struct SpineScene {
     figure: u32,
     name: &'static str,
+    heading: &'static str,
     bone: Bone<'static>,
     /// Depth of the bone's shallowest point, m.
     depth: f64,
@@ -70,6 +71,7 @@ const SCENES: [SpineScene; 3] = [
     SpineScene {
         figure: 10,
         name: "laminae, sagittal",
+        heading: "Fig. 10: laminae along the spine",
         bone: Bone::Laminae,
         depth: 25e-3,
         range: 50.0,
@@ -78,6 +80,7 @@ const SCENES: [SpineScene; 3] = [
     SpineScene {
         figure: 11,
         name: "spinous processes, sagittal",
+        heading: "Fig. 11: spinous processes along the spine",
         bone: Bone::SpinousProcesses,
         depth: 16e-3,
         range: 40.0,
@@ -86,6 +89,7 @@ const SCENES: [SpineScene; 3] = [
     SpineScene {
         figure: 12,
         name: "laminae and facet joint, transversal",
+        heading: "Fig. 12: laminae and a facet joint across the spine",
         bone: Bone::FacetJoint,
         depth: 22e-3,
         range: 50.0,
@@ -198,30 +202,23 @@ impl Experiment for Spine {
             self.half_window
         ))];
         for (scene, result) in SCENES.iter().zip(&scenes) {
-            let mut views = result.beamformers.iter().map(|m| Shown {
+            parts.push(Section::Heading(scene.heading));
+            parts.push(Section::Text(format!(
+                "The bone's surface is {} dB above the muscle's RMS in DAS (median; 10th to 90th percentile \
+                 of the columns).",
+                Brightness::text(result.brightness.as_ref())
+            )));
+            let views = result.beamformers.iter().map(|m| Shown {
                 name: m.name.clone(),
                 pictures: m.pictures.to_vec(),
             });
-            if let Some(reference) = views.next() {
-                parts.push(Section::Heading(match scene.figure {
-                    10 => "Fig. 10: laminae along the spine",
-                    11 => "Fig. 11: spinous processes along the spine",
-                    _ => "Fig. 12: laminae and a facet joint across the spine",
-                }));
-                parts.push(Section::Text(format!(
-                    "The bone's surface is {} dB above the muscle's RMS in DAS (median; 10th to 90th \
-                     percentile of the columns).",
-                    Brightness::text(result.brightness.as_ref())
-                )));
-                parts.push(Section::SideBySide(SideBySide {
-                    id: format!("fig{}", scene.figure),
-                    reference,
-                    others: views.collect(),
-                    first: 0,
-                    outline: result.outline.clone(),
-                    scales: scales(scene.range),
-                }));
-            }
+            parts.extend(SideBySide::of(
+                format!("fig{}", scene.figure),
+                views,
+                0,
+                result.outline.clone(),
+                scales(scene.range),
+            ));
         }
         let pictures = scenes.iter().flat_map(|s| &s.beamformers);
         let pictures = pictures.flat_map(|m| m.pictures.clone()).collect();
@@ -334,34 +331,19 @@ impl Spine {
 }
 
 fn table(scene: &SceneResult) -> Table {
-    let fraction = |v: Option<f64>| v.map_or("–".into(), |v| format!("{:.0} %", 100.0 * v));
-    Table {
-        title: format!("Fig. {}: {}", scene.figure, scene.name),
-        head: vec![
-            "",
-            "US B",
-            "PS B",
-            "PS C",
-            "surface found",
-            "thickness, mm",
-            "average precision",
+    Table::of(
+        format!("Fig. {}: {}", scene.figure, scene.name),
+        &scene.beamformers,
+        &[
+            ("", |m| m.name.clone()),
+            ("US B", |m| number(m.tissue)),
+            ("PS B", |m| number(m.phase_symmetry.intensity_b)),
+            ("PS C", |m| number(m.phase_symmetry.intensity_c)),
+            ("surface found", |m| percent(m.phase_symmetry.found)),
+            ("thickness, mm", |m| number(m.phase_symmetry.thickness_mm)),
+            ("average precision", |m| {
+                number(m.phase_symmetry.average_precision)
+            }),
         ],
-        rows: scene
-            .beamformers
-            .iter()
-            .map(|m| {
-                let ps = &m.phase_symmetry;
-                vec![
-                    m.name.clone(),
-                    number(m.tissue),
-                    number(ps.intensity_b),
-                    number(ps.intensity_c),
-                    fraction(ps.found),
-                    number(ps.thickness_mm),
-                    number(ps.average_precision),
-                ]
-            })
-            .collect(),
-        page_only: false,
-    }
+    )
 }

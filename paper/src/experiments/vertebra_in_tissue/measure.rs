@@ -42,7 +42,7 @@ pub struct TissueMeasure {
     /// Its phase symmetry.
     pub(super) phase_symmetry: BoneMeasure,
     /// Share of the surface found, and its thickness, in each of the paper's boxes.
-    pub(super) boxes: Vec<BoxMeasure>,
+    pub(super) boxes: [BoxMeasure; 2],
     /// gCNR of tissue and shadow, in grey levels.
     pub(super) gcnr: Option<f64>,
     /// CNR of the same, as in CUBDL.
@@ -84,19 +84,15 @@ impl VertebraInTissue {
             name: variant.name.clone(),
             b_mode: view.measure(&image, Region::B_MODE),
             phase_symmetry: view.measure(&map, Region::PHASE_SYMMETRY),
-            boxes: BOXES
-                .iter()
-                .map(|&(name, side, depths)| {
-                    let within =
-                        |x: f64, z: f64| side * x > 0.0 && z >= depths[0] && z <= depths[1];
-                    let (found, thickness_mm) = view.found(&map, within);
-                    BoxMeasure {
-                        name,
-                        found,
-                        thickness_mm,
-                    }
-                })
-                .collect(),
+            boxes: BOXES.map(|(name, side, depths)| {
+                let within = |x: f64, z: f64| side * x > 0.0 && z >= depths[0] && z <= depths[1];
+                let (found, thickness_mm) = view.found(&map, within);
+                BoxMeasure {
+                    name,
+                    found,
+                    thickness_mm,
+                }
+            }),
             gcnr: gcnr(&tissue, &shadow),
             cnr: cnr(&tissue, &shadow),
             speckle_snr: speckle_snr(&envelope),
