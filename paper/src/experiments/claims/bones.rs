@@ -2,7 +2,8 @@
 
 use crate::Result;
 use crate::experiments::Context;
-use crate::experiments::common::pictures::{picture, ridges, scales};
+use crate::experiments::common::pair::pair;
+use crate::experiments::common::pictures::{ridges, scales};
 use crate::experiments::common::truth::beside;
 use crate::experiments::outcome::{SideBySide, View};
 
@@ -44,25 +45,17 @@ pub fn shown(claims: &Claims, context: &Context<'_>) -> Result<Figure> {
         {
             let map = ridges(&pixels, filter)?;
             let name = format!("bone {number}, {}, {}", condition.name(), variant.name);
-            let grid = &made.view.grid;
-            let pictures = vec![
-                picture(
-                    format!("claims-{number}-{medium}-{}.png", variant.key),
-                    format!("{name}: B-mode over {} dB", image.dynamic_range),
-                    pixels,
-                    grid,
-                ),
-                picture(
-                    format!("claims-{number}-{medium}-{}-ps.png", variant.key),
-                    format!("{name}: phase symmetry"),
-                    map,
-                    grid,
-                ),
-            ];
+            let pictures = pair(
+                &format!("claims-{number}-{medium}-{}", variant.key),
+                &format!("{name}: "),
+                image.dynamic_range,
+                [pixels, map],
+                &made.view.grid,
+            );
             figure.pictures.extend(pictures.clone());
             views.push(View {
                 name: variant.name,
-                pictures,
+                pictures: pictures.to_vec(),
             });
         }
         figure.parts.extend(SideBySide::of(

@@ -9,21 +9,20 @@ use crate::measure::signed_distance::Region;
 use bonebeam_drive::config::{Image, PhaseSymmetry};
 use bonebeam_drive::image::b_mode;
 use bonebeam_simulate::{
-    Block, Bone, BoneSurface, Clutter, DiffuseClutter, Layers, NoiseSpectrum, Phantom, Settings,
+    Bone, BoneSurface, Clutter, DiffuseClutter, NoiseSpectrum, Phantom, Settings,
 };
 
 use super::common::bone::{BoneMeasure, View};
 use super::common::brightness::Brightness;
-use super::common::pictures::{picture, ridges, scales};
+use super::common::layers::fill_layers;
+use super::common::pair::pair;
+use super::common::pictures::{ridges, scales};
 use super::common::recording::recording;
 use super::common::truth::beside;
 use super::common::variants::{Aligned, Variant};
 use super::common::{self, Receive};
 use super::outcome::{Picture, Section, SideBySide, Table, View as Shown, data, number, percent};
 use super::{Context, Covers, Experiment, Outcome, Overrides};
-
-/// Density that the layers' amplitudes refer to, scatterers per m³.
-const LAYERS_DENSITY: f64 = 60e9;
 
 /// Range of the muscle, lateral and in depth, m, for the bone's relative level.
 const LATERAL: [f64; 2] = [-18e-3, 18e-3];
@@ -251,18 +250,8 @@ impl Spine {
         )?;
         let settings = &self.simulation;
         phantom.check_within(settings)?;
-        let block = Block {
-            x: [-20e-3, 20e-3],
-            thickness: self.thickness,
-            z: [1e-3, settings.depth_end],
-            density: self.density,
-            seed: settings.seed,
-        };
-        block.fill(&mut phantom, Layers::Anatomy)?;
-        let brighter = (LAYERS_DENSITY / self.density).sqrt();
-        for scatterer in &mut phantom.scatterers[phantom.on_bone..] {
-            scatterer.amplitude *= brighter;
-        }
+        let slab = [self.thickness, self.density];
+        fill_layers(&mut phantom, slab, settings)?;
         let clutter = Clutter {
             diffuse: Some(self.clutter),
             reverberation: None,
@@ -303,20 +292,13 @@ impl Spine {
                 name: name.clone(),
                 phase_symmetry: view.measure(&map, Region::PHASE_SYMMETRY),
                 tissue: view.measure(&image.pixels, Region::B_MODE).intensity_b,
-                pictures: [
-                    picture(
-                        format!("{what}-{key}.png"),
-                        format!("{name}: {}, B-mode over {} dB", scene.name, scene.range),
-                        image.pixels,
-                        &view.grid,
-                    ),
-                    picture(
-                        format!("{what}-{key}-ps.png"),
-                        format!("{name}: {}, phase symmetry", scene.name),
-                        map,
-                        &view.grid,
-                    ),
-                ],
+                pictures: pair(
+                    &format!("{what}-{key}"),
+                    &format!("{name}: {}, ", scene.name),
+                    scene.range,
+                    [image.pixels, map],
+                    &view.grid,
+                ),
             });
         }
         let outline = view.map_or(Vec::new(), |view| beside(&view.hits, &view.grid));

@@ -6,7 +6,8 @@ use super::parameters::{TISSUE, VertebraInTissue};
 use crate::Result;
 use crate::experiments::common::bone::{BoneMeasure, View};
 use crate::experiments::common::brightness::Brightness;
-use crate::experiments::common::pictures::{picture, ridges};
+use crate::experiments::common::pair::pair;
+use crate::experiments::common::pictures::ridges;
 use crate::experiments::common::variants::Variant;
 use crate::experiments::outcome::Picture;
 use crate::measure::contrast::{cnr, gcnr, moments, speckle_snr};
@@ -97,23 +98,13 @@ impl VertebraInTissue {
             cnr: cnr(&tissue, &shadow),
             speckle_snr: speckle_snr(&envelope),
             tissue_spread_db: moments(&levels).map(|(_, s)| s),
-            pictures: [
-                picture(
-                    format!("fig3-{key}.png"),
-                    format!(
-                        "{}: vertebra in tissue, B-mode over {range} dB",
-                        variant.name
-                    ),
-                    image,
-                    &view.grid,
-                ),
-                picture(
-                    format!("fig3-{key}-ps.png"),
-                    format!("{}: vertebra in tissue, phase symmetry", variant.name),
-                    map,
-                    &view.grid,
-                ),
-            ],
+            pictures: pair(
+                &format!("fig3-{key}"),
+                &format!("{}: vertebra in tissue, ", variant.name),
+                range,
+                [image, map],
+                &view.grid,
+            ),
         })
     }
 }
