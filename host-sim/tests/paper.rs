@@ -64,42 +64,6 @@ fn a_quick_figure_leaves_one_page_that_holds_its_pictures() {
     assert!(config.starts_with("# host-sim") && config.contains("[point_spread]"));
 }
 
-#[test]
-fn what_cannot_be_reproduced_is_refused_with_what_can() {
-    let message = fail(&["--figure", "99"], 2);
-    assert!(
-        message.contains("--figure 99") && message.contains("can: 2, 3, "),
-        "{message}"
-    );
-    let message = fail(&["--table", "2"], 2);
-    assert!(message.contains("--table 2"), "{message}");
-    let message = fail(&["--merge", "no-such-report.json"], 1);
-    assert!(message.contains("no-such-report.json"), "{message}");
-    // A flag without an effect is an error.
-    for [wanted, number, flag, word, concerns] in [
-        ["--figure", "4", "--only", "tissue", "it has on claims"],
-        ["--table", "1", "--merge", "report.json", "it has on claims"],
-        [
-            "--figure",
-            "10",
-            "--mesh",
-            "bone.ply",
-            "it has on vertebra_in_tissue, water_bath, claims",
-        ],
-        [
-            "--figure",
-            "2",
-            "--keep",
-            "kept",
-            "it has on vertebra_in_tissue, ",
-        ],
-    ] {
-        let message = fail(&[wanted, number, flag, word], 2);
-        let expected = [format!("{flag} has no effect on "), concerns.into()];
-        assert!(expected.iter().all(|e| message.contains(e)), "{message}");
-    }
-}
-
 /// One scene a run: a bone in water, without noise.
 const ONE_SCENE: &str = "\
 [claims]

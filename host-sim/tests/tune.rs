@@ -86,32 +86,3 @@ fn a_run_that_was_killed_goes_on_to_the_same_bytes() {
     config.validate().unwrap();
     assert_eq!(config.surface.search_end, Some(35e-3));
 }
-
-#[test]
-fn what_cannot_be_tuned_is_refused_with_what_can() {
-    let folder = tempdir().unwrap();
-    fs::write(
-        folder.path().join("wrong.toml"),
-        "[beamform]\nf_number = 0.0\n",
-    )
-    .unwrap();
-    for (arguments, words) in [
-        ("-o out --bones 1", "--bones is 1; expected 2 to 1024"),
-        (
-            "-o out --evaluations 0",
-            "--evaluations is 0; expected 1 to",
-        ),
-        ("-o out --methods das,mv,das", "--methods has das twice"),
-        ("-o out --methods capon", "esmv-rank1"),
-        ("-o out --config wrong.toml", "f_number"),
-        ("-o out --docs none.md", "none.md"),
-        ("--quick", "--output"),
-    ] {
-        let output = tune(folder.path(), arguments).output().unwrap();
-        let message = String::from_utf8(output.stderr).unwrap();
-        assert!(!output.status.success(), "{arguments}");
-        assert!(message.contains(words), "{arguments}: {message}");
-        assert_eq!(message.trim_end().lines().count(), 1, "{message}");
-        assert!(!folder.path().join("out").exists(), "{arguments}");
-    }
-}

@@ -9,6 +9,7 @@ use clap::Args;
 use super::main_job::prepare;
 use super::{ConfigArgument, about, load_config, read_document};
 use crate::Result;
+use crate::flags::choice;
 use crate::progress::Progress;
 use crate::provenance::PROGRAM;
 use bonebeam_drive::methods::MethodName;
@@ -35,7 +36,7 @@ pub struct Arguments {
     output: PathBuf,
 
     /// Beamformers to tune [default: das,mv,esmv-rank1; with --quick das,mv]
-    #[arg(long, value_name = "METHOD,…", value_delimiter = ',')]
+    #[arg(long, value_name = "METHOD,…", value_delimiter = ',', value_parser = choice::<MethodName>())]
     methods: Vec<MethodName>,
 
     /// Number of bones to tune on, and of others to judge on [default: 6; with --quick 2]
