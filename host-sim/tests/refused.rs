@@ -360,9 +360,9 @@ macro_rules! tables {
 }
 
 tables! {
-    configurations at least 60;
+    configurations at least 48;
     flags at least 60;
-    irregular at least 26;
+    irregular at least 22;
     pictures at least 35;
     recordings at least 110;
     simulations at least 30;
