@@ -1,8 +1,6 @@
 //! Detectors of the bone surface in pictures as clinical scanners show them.
 //!
-//! The scenes are drawn vertebrae under sloping layers with bright fasciae over dark muscle.
-
-mod scene;
+//! The pictures are vertebrae and layers alone of the crate `bonebeam-draw`.
 
 use ndarray::{Array2, Axis, Slice};
 use rayon::prelude::*;
@@ -10,7 +8,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::Result;
 use crate::measure::surface::{Judged, Known};
+use bonebeam_draw::{Look, Picture as Drawn};
 use bonebeam_drive::config;
+use bonebeam_drive::image::PixelGrid;
 use bonebeam_drive::surface::{Picture, of_picture};
 use bonebeam_files::settings::out_of_range;
 use bonebeam_oracle::surface::Grey;
@@ -21,8 +21,17 @@ use super::outcome::{Gallery, Scale, Section, Table, data, number};
 use super::surface::detectors::{Answer, DEPTHS, DETECTORS, Detector, judged, of_grey};
 use super::surface::show::interval;
 use super::{Context, Experiment, Outcome, Overrides};
-use scene::{GRID, KINDS, Kind, Scene};
 
+/// The pixels: their centres, from half a pixel below the array on.
+const GRID: PixelGrid = PixelGrid {
+    x0: -19e-3,
+    z0: 0.05e-3,
+    pixel: 0.1e-3,
+    columns: 381,
+    rows: 461,
+};
+/// Names in the tables, and how the bone looks.
+const KINDS: [(&str, Look); 2] = [("clear bone", Look::CLEAR), ("faint bone", Look::FAINT)];
 /// Number of the first bone, beyond those of other experiments.
 const FIRST_BONE: u64 = 1 << 50;
 /// Paths take every third column; their prices are for lines 0.3 mm apart.
@@ -53,6 +62,14 @@ impl Default for SurfacePictures {
             surface: config::Surface::default(),
         }
     }
+}
+
+/// A picture with its bone.
+struct Scene {
+    /// Grey levels 0 to 255, `[row, column]`.
+    pixels: Array2<f32>,
+    /// The depth of the first bone in each column, m.
+    surface: Vec<Option<f64>>,
 }
 
 /// Result of a detector in a picture.
@@ -95,8 +112,8 @@ impl Experiment for SurfacePictures {
     fn run(&self, context: &Context<'_>) -> Result<Outcome> {
         let mut results = Vec::new();
         let mut shown = Vec::new();
-        for kind in &KINDS {
-            let scenes = self.scenes(kind, context, &mut results)?;
+        for (kind, look) in &KINDS {
+            let scenes = self.scenes(kind, look, context, &mut results)?;
             shown.extend(scenes.into_iter().take(SHOWN));
         }
         outcome(self, &shown, &results)
@@ -107,11 +124,12 @@ impl SurfacePictures {
     /// The pictures of a kind, and the results of all detectors.
     fn scenes(
         &self,
-        kind: &'static Kind,
+        kind: &'static str,
+        look: &Look,
         context: &Context<'_>,
         results: &mut Vec<PictureResult>,
     ) -> Result<Vec<Scene>> {
-        (context.progress)(&format!("surface pictures: {}", kind.name), 0.0);
+        (context.progress)(&format!("surface pictures: {kind}"), 0.0);
         let number = |k: u64| self.seed.wrapping_mul(1 << 20).wrapping_add(k);
         // As many pictures of layers alone as bones.
         let with_bone = (0..self.bones * self.pictures)
@@ -120,15 +138,15 @@ impl SurfacePictures {
         let all: Vec<_> = with_bone.chain(without).collect();
         let drawn = all
             .par_iter()
-            .map(|(bone, seed)| Scene::of(kind, *bone, *seed));
-        let scenes: Vec<Scene> = drawn.collect::<Result<_>>()?;
+            .map(|(bone, seed)| Scene::of(look, *bone, *seed));
+        let scenes: Vec<Scene> = drawn.collect();
         for detector in DETECTORS.into_iter().filter(is_of_pictures) {
-            let step = format!("surface pictures: {}: {}", kind.name, detector.name());
+            let step = format!("surface pictures: {kind}: {}", detector.name());
             (context.progress)(&step, 0.0);
             let judged = self.judged(detector, &scenes)?;
             let judged = all.iter().zip(judged);
             results.extend(judged.map(|((bone, seed), judged)| PictureResult {
-                kind: kind.name,
+                kind,
                 bone: *bone,
                 seed: *seed,
                 detector: detector.name(),
@@ -164,6 +182,21 @@ fn is_of_pictures(detector: &Detector) -> bool {
 }
 
 impl Scene {
+    /// The picture of the vertebra of a number, or of layers alone.
+    fn of(look: &Look, bone: Option<u64>, seed: u64) -> Self {
+        let size = [GRID.columns, GRID.rows];
+        let drawn = Drawn::vertebra(look, bone, seed, size, (1e3 * GRID.pixel) as f32);
+        let depth = |row: f32| GRID.z0 + GRID.pixel * f64::from(row);
+        Scene {
+            pixels: drawn.pixels.mapv(f32::from),
+            surface: drawn
+                .first()
+                .into_iter()
+                .map(|row| row.map(depth))
+                .collect(),
+        }
+    }
+
     /// The surface in each `every`-th column, within the depths of the search.
     fn known(&self, every: usize) -> Vec<Option<f64>> {
         let depths = self.surface.iter().step_by(every);
@@ -244,19 +277,17 @@ fn outcome(
         })
     });
     let text = Section::Text(format!(
-        "{} drawn vertebrae, {} pictures each, under sloping layers: speckle that differs by 10 to 20 dB, bright fasciae \
-         over dark muscle, a beam of 0.5 mm, a scanner's gain, saturation, curve of grey and enhanced edges; and {} \
-         pictures of the layers alone. Flat bone has 14 to 28 dB over the skin's speckle if clear, 6 to 26 dB if faint, \
-         where echoes also fall by up to 2.5 dB per cm and noise is stronger; fasciae have 10 to 22 dB. Detectors, hits \
-         and intervals are those of the bone surface above; `surface` has \
-         the defaults for pictures.",
+        "{} drawn vertebrae, {} pictures each, and {} pictures of layers alone. Flat bone has 20 to 40 dB over the tissue's \
+         speckle if clear, 6 to 30 dB if faint, where echoes also fall by 5 to 50 dB over the field and noise is stronger. \
+         Bone in shadow or turned away from the beam counts as well. Detectors, hits and intervals are those of the bone \
+         surface above; `surface` has the defaults for pictures.",
         section.bones, section.pictures, section.bones
     ));
     Ok(Outcome {
         title: "The bone surface in pictures of scanners",
         parts: std::iter::once(text).chain(cards).collect(),
         pictures: pictures.clone(),
-        tables: KINDS.iter().map(|kind| table(kind.name, results)).collect(),
+        tables: KINDS.iter().map(|(kind, _)| table(kind, results)).collect(),
         data: data(&results)?,
         ..Outcome::default()
     })
