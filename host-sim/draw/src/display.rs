@@ -33,7 +33,7 @@ pub fn grey(draw: &mut Draw, levels: &Array2<f32>, view: &View) -> Array2<f32> {
             table[(512.0 * (1.0 + (level + gain - white) / range).clamp(0.0, 1.0)) as usize]
         });
     }
-    if draw.chance(0.6) {
+    if draw.chance(0.75) {
         let (down, across) = (draw.within(0.0, 0.28), draw.within(0.0, 0.28));
         grey = smoothed(&grey, [down, across], draw.count(1, 2));
     }

@@ -36,8 +36,8 @@ impl Sound {
         let wavelength = 1.54 / frequency;
         Sound {
             point: [
-                wavelength * draw.within(0.7, 2.0),
-                wavelength * draw.log(1.2, 4.0),
+                wavelength * draw.log(0.6, 1.8),
+                wavelength * draw.log(1.0, 3.5),
             ],
             focus: [
                 draw.within(0.15, 0.8) * view.depth,
@@ -48,15 +48,11 @@ impl Sound {
                 draw.within(0.0, 12.0) / view.depth,
             ],
             fall: draw.within(look.fall[0], look.fall[1]) / view.depth,
-            looks: if draw.chance(0.6) {
-                draw.count(2, 5)
-            } else {
-                1
-            },
+            looks: draw.count(1, 6),
             ghost: draw.within(-70.0, -28.0),
             haze: [draw.within(-48.0, -16.0), draw.log(0.7, 10.0)],
             lobes: draw.within(-50.0, -24.0),
-            spread: draw.log(0.003, 0.12),
+            spread: draw.log(0.006, 0.25),
         }
     }
 

@@ -246,4 +246,17 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn a_vertebra_fills_its_size_and_its_bone_stays_the_same_under_other_tissue() {
+        let draw = |bone, seed| Picture::vertebra(&Look::CLEAR, bone, seed, [381, 461], 0.1);
+        let [first, second] = [draw(Some(1), 1), draw(Some(1), 2)];
+        assert_eq!(first.pixels.dim(), (461, 381));
+        assert_ne!(first.pixels, second.pixels);
+        let pairs = first.first().into_iter().zip(second.first());
+        let apart = pairs.filter_map(|(a, b)| Some((a? - b?).abs()));
+        let apart: Vec<f32> = apart.collect();
+        assert!(apart.len() > 100 && apart.iter().all(|apart| *apart < 10.0));
+        assert!(draw(None, 1).first().iter().all(Option::is_none));
+    }
 }

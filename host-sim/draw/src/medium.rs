@@ -86,7 +86,7 @@ impl Medium {
                 *level = -60.0;
                 return;
             };
-            let patches = 0.6 * coarse.at(x, z) + layer.grain.at(x, z - layer.top.at(x));
+            let patches = 0.9 * coarse.at(x, z) + layer.grain.at(x, z - layer.top.at(x));
             *level = layer.level + layer.uneven * patches;
         });
         let reach = self.view.reach();

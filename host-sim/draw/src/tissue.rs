@@ -54,7 +54,7 @@ impl Subject {
         let number = match self {
             Subject::Breast => 0,
             Subject::Vessels | Subject::Liver => draw.count(2, 8),
-            _ => draw.count(0, 3),
+            _ => draw.count(0, 5),
         };
         for _ in 0..number {
             let oval = vessel(draw, view, 0.9 * deep);

@@ -58,8 +58,8 @@ impl View {
         let pixel = draw
             .log(0.04, 0.25)
             .clamp(depth / 1000.0, (depth / 200.0).min(0.25));
-        let lines = draw.count(128, 320);
-        let samples = draw.count(380, 640);
+        let lines = draw.count(144, 352);
+        let samples = draw.count(420, 680);
         View::new(array, half, depth, [lines, samples], pixel)
     }
 
