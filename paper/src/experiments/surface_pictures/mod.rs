@@ -190,6 +190,7 @@ impl Scene {
         Scene {
             pixels: drawn.pixels.mapv(f32::from),
             surface: drawn
+                .label
                 .first()
                 .into_iter()
                 .map(|row| row.map(depth))
