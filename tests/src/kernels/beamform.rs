@@ -168,7 +168,8 @@ impl Lines {
         lines.map_while(of_line).collect()
     }
 
-    fn aligned(&self, line: usize) -> Result<AlignedLine<'_>, Error> {
+    /// The samples of a line.
+    pub(super) fn aligned(&self, line: usize) -> Result<AlignedLine<'_>, Error> {
         AlignedLine::new(&self.lines[line].0, self.elements)
     }
 
