@@ -220,13 +220,11 @@ fn records_that_make_no_line_or_no_image() {
         .with("t0", vector(&[-0.005, -0.005]))
         .finish();
     fails(&folder, BEAMFORM, DATA, &["data.npz", "has no depth"]);
-    for beams in [[1e-3, -1e-3], [1e-3, 1e-3]] {
-        channel_data_without(&path, &["tx_angle"])
-            .with("tx_x", vector(&beams))
-            .with("tx_focus", scalar(15e-3))
-            .finish();
-        fails(&folder, BEAMFORM, DATA, &["data.npz", "from left to right"]);
-    }
+    channel_data_without(&path, &["tx_angle"])
+        .with("tx_x", vector(&[1e-3, 1e-3]))
+        .with("tx_focus", scalar(15e-3))
+        .finish();
+    fails(&folder, BEAMFORM, DATA, &["data.npz", "at least 2 beams"]);
     let (code, message) = run(&folder, "beamform data.npz -o lines.npz");
     assert_eq!((code, message.as_str()), (0, ""));
 

@@ -97,7 +97,8 @@ pub struct BeamformFlags {
     ///
     /// Sub-lines are directions within the cell of a line, which reaches half way to its neighbours. They share the
     /// covariance of the line. With this flag, each sub-line is written. By default their number keeps a point between
-    /// two lines within 2.5 dB, and the line written is the largest of its sub-lines.
+    /// two lines within 2.5 dB, and the line written is the largest of its sub-lines. Compounded transmits of single
+    /// elements or steep waves lose more: `host-sim info` prints it.
     #[arg(long, value_name = "N", help_heading = "Delay (channel data only)")]
     sub_lines: Option<usize>,
 

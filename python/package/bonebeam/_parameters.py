@@ -117,6 +117,7 @@ class ChannelDataParameters(BeamformerParameters, DelayParameters, total=False):
     sub_lines: Number of directions within the cell of each line, which reaches half way to its neighbours: 1, 2, 4, 8,
         16 or 32 consecutive beams. They share the line's covariance. By default 1 for ``das``. Other methods choose a
         number that keeps a point between two lines within 2.5 dB, and each line is the largest of its sub-lines.
+        Compounded transmits of single elements or steep waves lose more.
     adaptive_depth_start, adaptive_depth_end: Depth range of ``method``, m; ``das`` elsewhere. Each sample has the bits
         of its method alone.
     """
