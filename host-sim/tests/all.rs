@@ -14,6 +14,7 @@ mod crafted;
 mod defaults;
 #[cfg(unix)]
 mod edges;
+mod elsewhere;
 mod faults;
 mod files;
 mod frames;
@@ -21,10 +22,8 @@ mod golden_vectors;
 mod grid;
 mod in_place;
 mod main_job;
-mod paper;
 mod resumed;
 mod surface;
-mod tune;
 
 use std::fs;
 use std::path::Path;

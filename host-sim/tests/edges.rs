@@ -201,7 +201,7 @@ fn inputs_that_are_no_regular_file_are_refused() {
         .unwrap();
     assert!(made.success());
     let kinds = [
-        "npz", "mat", "h5", "npy", "png", "toml", "json", "ply", "stl", "obj",
+        "npz", "mat", "h5", "npy", "png", "toml", "ply", "stl", "obj",
     ];
     for kind in kinds {
         symlink("/dev/zero", path_of(&format!("device.{kind}"))).unwrap();
@@ -217,8 +217,6 @@ fn inputs_that_are_no_regular_file_are_refused() {
             ("phase-symmetry FILE.png -o out.npy", DATA),
             ("beamform data.npz --config FILE.toml -o out.npz", USAGE),
             ("--config FILE.toml --out out", USAGE),
-            ("paper --config FILE.toml -o out", USAGE),
-            ("paper --claims --merge FILE.json -o out", DATA),
             ("simulate vertebra --mesh FILE.ply -o out.npz", DATA),
             ("simulate vertebra --mesh FILE.stl -o out.npz", DATA),
             ("simulate vertebra --mesh FILE.obj -o out.npz", DATA),
@@ -241,24 +239,17 @@ fn inputs_that_are_no_regular_file_are_refused() {
 }
 
 #[test]
-fn configurations_and_reports_have_a_largest_size() {
+fn configurations_have_a_largest_size() {
     let folder = folder_with_channel_data();
     let sized = |name: &str, length: u64| {
         let file = fs::File::create(folder.path().join(name)).unwrap();
         file.set_len(length).unwrap();
     };
     sized("big.toml", (1 << 20) + 1);
-    sized("big.json", 100_000_001);
-    for command in ["beamform data.npz -o out.npz", "--out out", "paper -o out"] {
+    for command in ["beamform data.npz -o out.npz", "--out out"] {
         let arguments = format!("{command} --config big.toml");
         fails(&folder, &arguments, USAGE, &["big.toml", "too large"]);
     }
-    fails(
-        &folder,
-        "paper --claims --merge big.json -o out",
-        DATA,
-        &["big.json", "too large"],
-    );
     // One byte less is read, and refused for its contents.
     sized("big.toml", 1 << 20);
     let arguments = "beamform data.npz --config big.toml -o out.npz";
@@ -307,30 +298,6 @@ fn environment_variables_of_threads_are_checked() {
     let script = format!("RAYON_NUM_THREADS=3 RUST_MIN_STACK=4194304 exec \"$0\" {BEAMFORM}");
     let output = shell(&folder, &script).output().unwrap();
     assert!(output.status.success(), "{}", message_of(&output));
-}
-
-/// Reports to merge are checked first.
-///
-/// The claims' quick run takes minutes: an error comes before it, and before a folder is made.
-#[test]
-fn reports_to_merge_are_checked_before_anything_is_computed() {
-    let folder = tempdir().unwrap();
-    for (text, part) in [
-        ("no JSON", "is not the report.json"),
-        ("{}", "has no `claims`"),
-        ("[1, 2]", "has no `claims`"),
-        (r#"{"claims": {}}"#, "`claims.scenes` is not a list"),
-        (
-            r#"{"claims": {"scenes": [{"bone": 1}]}}"#,
-            "`claims.scenes` is not a list",
-        ),
-    ] {
-        fs::write(folder.path().join("report.json"), text).unwrap();
-        let begin = Instant::now();
-        let paper = "paper --quick --claims --merge report.json -o out";
-        fails(&folder, paper, DATA, &["report.json", part]);
-        assert!(begin.elapsed() < Duration::from_secs(5), "{text}");
-    }
 }
 
 #[test]

@@ -607,7 +607,8 @@ def layouts():
                 [],
                 {},
             ),
-            ("verasonics", verasonics, rf, [], dict(t0=start, lens_delay=0.5 / F0)),
+            # Half a millimetre of lens, and half a wavelength: Trans.units holds for lensCorrection too.
+            ("verasonics", verasonics, rf, [], dict(t0=start, lens_delay=0.5e-3 / C)),
             ("wavelengths", waves, rf, [], dict(t0=start, lens_delay=0.5 / F0)),
         ):
             path = folder / f"{name}_{write.__name__}.mat"

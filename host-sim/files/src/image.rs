@@ -29,6 +29,11 @@ const MAX_BYTES: usize = 512 << 20;
 /// The name ends in neither `.png` nor `.npy`, or the file is damaged, has another shape or type,
 /// is empty, or holds a NaN or infinite pixel.
 pub fn read(path: &Path) -> Result<Array2<f32>> {
+    Ok(decoded(path)?.0)
+}
+
+/// The image, and whether it is a PNG of 16 bits.
+fn decoded(path: &Path) -> Result<(Array2<f32>, bool)> {
     let format = Format::of(path)?;
     let bytes = input::read(path, u64::MAX).map_err(|e| file_error(path, cannot_be_opened(&e)))?;
     let pixels = match format {
@@ -38,7 +43,9 @@ pub fn read(path: &Path) -> Result<Array2<f32>> {
     let pixels = pixels.map_err(|message| file_error(path, message))?;
     validate::samples("image", &pixels, &["row", "column"])
         .map_err(|message| file_error(path, message))?;
-    Ok(pixels)
+    // The bit depth of a PNG is at a fixed place of its header.
+    let wide = format == Format::Png && bytes.get(24) == Some(&16);
+    Ok((pixels, wide))
 }
 
 /// As [`read`], of grey levels.
@@ -46,10 +53,7 @@ pub fn read(path: &Path) -> Result<Array2<f32>> {
 /// # Errors
 /// As [`read`], and values of another range, such as 0 to 1 or decibels.
 pub fn read_levels(path: &Path) -> Result<Array2<f32>> {
-    let pixels = read(path)?;
-    // The bit depth of a PNG is at a fixed place of its header.
-    let head = input::read(path, u64::MAX).map_err(|e| file_error(path, cannot_be_opened(&e)))?;
-    let wide = Format::of(path)? == Format::Png && head.get(24) == Some(&16);
+    let (pixels, wide) = decoded(path)?;
     check_levels(&pixels, wide).map_err(|message| file_error(path, message))?;
     Ok(pixels)
 }

@@ -32,7 +32,7 @@ use bonebeam_files::memory;
 use bonebeam_files::terminal::{digits, print, warn};
 use bonebeam_files::{BeamformedLines, PartialLines, Recording, Transmits};
 use bonebeam_formats::RecordingFile;
-use bonebeam_paper::report::figure;
+use bonebeam_report::page::figure;
 
 /// Beamform channel data: one complex value per line and depth.
 ///

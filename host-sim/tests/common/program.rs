@@ -2,13 +2,12 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Stdio};
-use std::thread::sleep;
-use std::time::{Duration, Instant};
+use std::process::Command;
 
 use tempfile::{TempDir, tempdir};
 
 use super::channel_data_without;
+pub use super::pages::loads_nothing;
 
 /// The exit status of a wrong command line or configuration.
 pub const USAGE: i32 = 2;
@@ -26,30 +25,6 @@ pub fn run(folder: &TempDir, arguments: &str) -> (i32, String) {
         output.status.code().expect("ended by a signal"),
         String::from_utf8(output.stderr).unwrap(),
     )
-}
-
-/// Kills a run once it has `kept` this number of files, within five minutes.
-pub fn kill_after(command: &mut Command, kept: impl Fn() -> usize, files: usize) {
-    let mut child = command
-        .stderr(Stdio::null())
-        .stdout(Stdio::null())
-        .spawn()
-        .unwrap();
-    let begin = Instant::now();
-    while kept() < files {
-        assert!(begin.elapsed() < Duration::from_secs(300), "nothing kept");
-        assert!(child.try_wait().unwrap().is_none(), "it ended too early");
-        sleep(Duration::from_millis(5));
-    }
-    child.kill().unwrap();
-    child.wait().unwrap();
-}
-
-/// Asserts that a page loads only its own style and pictures.
-pub fn loads_nothing(page: &str) {
-    let head = &page[..page.find("</head>").unwrap()];
-    assert!(head.contains("http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; "));
-    assert!(!page.contains("<script") && !page.contains("href=\"http"));
 }
 
 /// The names of the files in a folder, in order.

@@ -528,6 +528,10 @@ pub fn read(
         None if source.has("Receive.demodFrequency") => 1e6 * w.first("Receive.demodFrequency")?,
         None => frequency,
     };
+    if (f0 - frequency).abs() > 0.01 * frequency && variables.number("f0").is_none() {
+        let why = "f0 is the received frequency, Receive.demodFrequency, not Trans.frequency";
+        w.assumed.push(why.into());
+    }
     let fs = match variables.number("fs") {
         Some(fs) => fs,
         None => w.sampling_rate()?,
