@@ -11,13 +11,14 @@ use bonebeam::Complex;
 use bonebeam::beamform::{AlignedLine, Beamformer};
 use bonebeam::covariance::{Covariance, Forward, ForwardBackward};
 use bonebeam_drive::beamform::Memory;
+use bonebeam_drive::config::{Beamform, Image, PhaseSymmetry};
 use bonebeam_drive::delay::DelayStage;
 use bonebeam_files::{ChannelData, Transmits};
-use bonebeam_fuzz::finite_complex_bits;
 use bonebeam_simulate::Phantom;
+use bonebeam_tests::kernel::bits;
 use clap::{CommandFactory, FromArgMatches, Parser};
 use host_sim::config::Config;
-use host_sim::flags::{BeamformFlags, ImageFlags, PhaseSymmetryFlags, SimulateFlags};
+use host_sim::flags::{Flags, SimulateFlags};
 use libfuzzer_sys::fuzz_target;
 use ndarray::Array3;
 
@@ -26,9 +27,9 @@ use ndarray::Array3;
 enum Command {
     Beamform {
         #[command(flatten)]
-        beamform: Box<BeamformFlags>,
+        beamform: Box<Flags<Beamform>>,
         #[command(flatten)]
-        image: ImageFlags,
+        image: Flags<Image>,
     },
     Simulate {
         #[command(flatten)]
@@ -38,7 +39,7 @@ enum Command {
     },
     PhaseSymmetry {
         #[command(flatten)]
-        phase_symmetry: PhaseSymmetryFlags,
+        phase_symmetry: Flags<PhaseSymmetry>,
     },
 }
 
@@ -133,7 +134,7 @@ fn run(mut config: Config) {
             .map(|mut m| beamformer.line_within(&mut m.view(), line, active, adaptive, &mut z)),
     };
     if let Ok(Ok(())) = done {
-        finite_complex_bits(&z);
+        bits(&z);
     }
 }
 

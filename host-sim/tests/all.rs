@@ -2,7 +2,6 @@
 
 mod agreement;
 mod arrays;
-mod bad_input;
 mod bad_numbers;
 mod bad_output;
 #[cfg(feature = "bench")]
@@ -22,6 +21,8 @@ mod golden_vectors;
 mod grid;
 mod in_place;
 mod main_job;
+#[cfg(unix)]
+mod refused;
 mod resumed;
 mod surface;
 

@@ -12,12 +12,12 @@ pub fn grey(draw: &mut Draw, levels: &Array2<f32>, view: &View) -> Array2<f32> {
     let mut sorted: Vec<f32> = levels.iter().skip(beyond).step_by(23).copied().collect();
     sorted.sort_by(f32::total_cmp);
     let at = |share: f32| sorted[(share * (sorted.len() - 1) as f32) as usize];
-    let white = at(0.995).max(-15.0) + draw.within(-6.0, 10.0);
+    let white = at(0.995).max(-15.0) + draw.within(-5.0, 14.0);
     // What is darkest, noise in most pictures, is not brighter than dark grey.
     let range = draw
         .within(36.0, 72.0)
         .min((white - at(0.02) + 10.0).max(28.0));
-    let (curve, bend) = (draw.log(0.7, 1.9), draw.within(-0.3, 0.3));
+    let (curve, bend) = (draw.log(0.75, 2.6), draw.within(-0.3, 0.3));
     let height = draw.within(0.0, 2.5);
     let gains = draw.curve(height, 0.9 * view.depth, 0.2 * view.depth);
     let table: Vec<f32> = (0..=512)

@@ -34,8 +34,9 @@ const CONVERTED: usize = 1 << 16;
 /// The delay stage of one set of channel data: beams, depths, elements.
 ///
 /// Focused transmits make one beam each, on their axis; those at one position are averaged. So do virtual sources in
-/// front of the array if none is behind another. Beams go from left to right, in any order of transmits. Other transmits are compounded coherently (their mean) into two beams per element (one if the
-/// recording decides the number of sub-lines), or into the requested beams.
+/// front of the array if none is behind another. Beams go from left to right, in any order of transmits. Other
+/// transmits are compounded coherently (their mean) into two beams per element (one if the recording decides the number
+/// of sub-lines), or into the requested beams.
 pub struct DelayStage<'a> {
     data: &'a ChannelData,
     /// `None` if the array is straight.
@@ -139,7 +140,7 @@ impl<'a> DelayStage<'a> {
                     "--transmit-weights is for compounded transmits; these make one line each";
                 return Err(Error::Usage(message.into()));
             }
-            Some(weights) => Some(weights.factors(transmits, parameters.core.tukey_taper)?),
+            Some(weights) => Some(weights.factors(transmits, parameters.tukey_taper as f32)?),
             None => None,
         };
         let transmit = |t| Transmit {
@@ -155,7 +156,7 @@ impl<'a> DelayStage<'a> {
         Ok(Self {
             beam_x: sub_lines.rays.iter().map(Ray::x).collect(),
             sub_lines,
-            interpolation: DepthInterpolation::of(&scan, parameters.core.depth_step)?,
+            interpolation: DepthInterpolation::of(&scan, parameters.depth_step())?,
             centres: (0..scan.lines())
                 .map(|line| scan.aperture_centre(line))
                 .collect(),

@@ -37,32 +37,6 @@ pub fn names(folder: &Path) -> Vec<String> {
     names
 }
 
-/// Runs the program and asserts that it fails with this status.
-///
-/// Standard error has one line, which contains all of `parts`, and the folder has no new file.
-pub fn fails(folder: &TempDir, arguments: &str, status: i32, parts: &[&str]) {
-    let before = names(folder.path());
-    let (code, message) = run(folder, arguments);
-    assert!(message.starts_with("host-sim: "), "{arguments}: {message}");
-    assert_eq!(
-        message.trim_end().lines().count(),
-        1,
-        "{arguments}: {message}"
-    );
-    for part in parts {
-        assert!(
-            message.contains(part),
-            "{arguments}: `{part}` is not in: {message}"
-        );
-    }
-    assert_eq!(code, status, "{arguments}: {message}");
-    assert_eq!(
-        names(folder.path()),
-        before,
-        "{arguments}: outputs were left"
-    );
-}
-
 /// A folder with valid channel data in `data.npz`.
 pub fn folder_with_channel_data() -> TempDir {
     let folder = tempdir().unwrap();

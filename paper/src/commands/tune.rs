@@ -5,12 +5,14 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use crate::Result;
 use crate::experiments::tune::{Sections, Shown, Tune};
 use crate::experiments::{Common, Context};
 use bonebeam_drive::methods::MethodName;
 use bonebeam_files::atomic::Outputs;
+use bonebeam_files::section::Value;
 use bonebeam_files::terminal::{one_line, print};
 use host_sim::commands::main_job::prepare;
 use host_sim::commands::{ConfigArgument, about, load_config, read_document};
@@ -35,7 +37,7 @@ pub struct Arguments {
     output: PathBuf,
 
     /// Beamformers to tune [default: das,mv,esmv-rank1; with --quick das,mv]
-    #[arg(long, value_name = "METHOD,…", value_delimiter = ',')]
+    #[arg(long, value_name = "METHOD,…", value_delimiter = ',', value_parser = methods())]
     methods: Vec<MethodName>,
 
     /// Number of bones to tune on, and of others to judge on [default: 6; with --quick 2]
@@ -62,6 +64,13 @@ pub struct Arguments {
 
     #[command(flatten)]
     config: ConfigArgument,
+}
+
+/// The names of the beamformers.
+fn methods() -> impl TypedValueParser<Value = MethodName> {
+    let names = MethodName::choices().into_iter();
+    let values = names.map(|[name, help]| PossibleValue::new(name).help(help));
+    PossibleValuesParser::new(values).try_map(|name| MethodName::read(&name))
 }
 
 const EXAMPLES: &str = "\

@@ -226,6 +226,47 @@ pub struct Table {
     pub page_only: bool,
 }
 
+/// A column of a table: its head, and its cell in the row of an item.
+pub type Column<T> = (&'static str, fn(&T) -> String);
+
+impl Table {
+    /// A table with a row for each item and these columns.
+    pub fn of<T>(
+        title: impl Into<String>,
+        items: impl IntoIterator<Item = T>,
+        columns: &[Column<T>],
+    ) -> Self {
+        let row = |item: T| columns.iter().map(|(_, cell)| cell(&item)).collect();
+        Table {
+            title: title.into(),
+            head: columns.iter().map(|(head, _)| *head).collect(),
+            rows: items.into_iter().map(row).collect(),
+            page_only: false,
+        }
+    }
+}
+
+impl SideBySide {
+    /// The first view beside the others, of which the one of index `first` is shown; `None` without a view.
+    pub fn of(
+        id: impl Into<String>,
+        views: impl IntoIterator<Item = View>,
+        first: usize,
+        outline: Vec<Vec<(f64, f64)>>,
+        scales: Vec<Scale>,
+    ) -> Option<Section> {
+        let mut views = views.into_iter();
+        Some(Section::SideBySide(SideBySide {
+            id: id.into(),
+            reference: views.next()?,
+            others: views.collect(),
+            first,
+            outline,
+            scales,
+        }))
+    }
+}
+
 /// One quantity: the value found, and the paper's.
 #[derive(Clone, Debug, Serialize)]
 pub struct Comparison {
@@ -260,6 +301,11 @@ pub struct PaperComparison {
 pub fn data(result: &impl Serialize) -> Result<serde_json::Value> {
     let cannot = |e| Error::Data(format!("the numbers cannot be written: {e}"));
     serde_json::to_value(result).map_err(cannot)
+}
+
+/// A share as text, in per cent.
+pub fn percent(share: Option<f64>) -> String {
+    share.map_or("–".into(), |share| format!("{:.0} %", 100.0 * share))
 }
 
 /// A number as text, without a negative zero.

@@ -1,11 +1,10 @@
 //! Contents of a report: the outcomes of a job's experiments.
 
-use super::{html, tables};
+use super::tables;
 use crate::experiments::outcome::{Coloured, Comparison, Picture, Table, Verdict};
 use crate::experiments::{Job, Outcome};
 use crate::{Error, Result};
 use bonebeam_files::document::{is_marked, rewritten};
-use bonebeam_files::image::png;
 use bonebeam_oracle::verify::Check;
 
 /// A kind of report: its page and its files.
@@ -21,17 +20,6 @@ pub struct Page {
     pub coloured: fn(&Coloured) -> Result<Vec<u8>>,
     /// Whether tables and numbers are also written as CSV.
     pub spreadsheets: bool,
-}
-
-impl Page {
-    /// The page of the main job, whose pictures are files beside it.
-    pub const MAIN_JOB: Page = Page {
-        name: "the main job",
-        html: html::page,
-        picture: |picture| png(&picture.pixels),
-        coloured: Coloured::png,
-        spreadsheets: false,
-    };
 }
 
 /// Report of a run.

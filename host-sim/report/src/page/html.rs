@@ -6,19 +6,31 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use crate::Result;
 use crate::experiments::Outcome;
-use crate::experiments::outcome::{Comparison, Section, Table};
+use crate::experiments::outcome::{Coloured, Comparison, Section, Table};
 use bonebeam_drive::methods::COMPARED;
+use bonebeam_files::image::png;
 
 use super::pictures::PictureLocation;
-use super::{Report, pictures, plot, tables};
+use super::{Page, Report, pictures, plot, tables};
 
 const STYLE: &str = include_str!("style.css");
+
+impl Page {
+    /// The page of the main job, whose pictures are files beside it.
+    pub const MAIN_JOB: Page = Page {
+        name: "the main job",
+        html: page,
+        picture: |picture| png(&picture.pixels),
+        coloured: Coloured::png,
+        spreadsheets: false,
+    };
+}
 
 /// The page of a report.
 ///
 /// # Errors
 /// A plot cannot be drawn.
-pub fn page(report: &Report<'_>) -> Result<String> {
+fn page(report: &Report<'_>) -> Result<String> {
     let parameters = report.job.toml()?;
     let comparisons = report.comparisons();
     let experiments = report

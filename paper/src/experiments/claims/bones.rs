@@ -2,9 +2,10 @@
 
 use crate::Result;
 use crate::experiments::Context;
-use crate::experiments::common::pictures::{picture, ridges, scales};
+use crate::experiments::common::pair::pair;
+use crate::experiments::common::pictures::{ridges, scales};
 use crate::experiments::common::truth::beside;
-use crate::experiments::outcome::{Section, SideBySide, View};
+use crate::experiments::outcome::{SideBySide, View};
 
 use super::condition::{Condition, Medium};
 use super::mechanism::Figure;
@@ -44,36 +45,26 @@ pub fn shown(claims: &Claims, context: &Context<'_>) -> Result<Figure> {
         {
             let map = ridges(&pixels, filter)?;
             let name = format!("bone {number}, {}, {}", condition.name(), variant.name);
-            let grid = &made.view.grid;
-            let pictures = vec![
-                picture(
-                    format!("claims-{number}-{medium}-{}.png", variant.key),
-                    format!("{name}: B-mode over {} dB", image.dynamic_range),
-                    pixels,
-                    grid,
-                ),
-                picture(
-                    format!("claims-{number}-{medium}-{}-ps.png", variant.key),
-                    format!("{name}: phase symmetry"),
-                    map,
-                    grid,
-                ),
-            ];
+            let pictures = pair(
+                &format!("claims-{number}-{medium}-{}", variant.key),
+                &format!("{name}: "),
+                image.dynamic_range,
+                [pixels, map],
+                &made.view.grid,
+            );
             figure.pictures.extend(pictures.clone());
             views.push(View {
                 name: variant.name,
-                pictures,
+                pictures: pictures.to_vec(),
             });
         }
-        let reference = views.remove(0);
-        figure.parts.push(Section::SideBySide(SideBySide {
-            id: format!("claims-{number}-{medium}"),
-            reference,
-            others: views,
-            first: 0,
-            outline: beside(&made.view.hits, &made.view.grid),
-            scales: scales(image.dynamic_range),
-        }));
+        figure.parts.extend(SideBySide::of(
+            format!("claims-{number}-{medium}"),
+            views,
+            0,
+            beside(&made.view.hits, &made.view.grid),
+            scales(image.dynamic_range),
+        ));
     }
     Ok(figure)
 }

@@ -198,18 +198,9 @@ pub fn shown(claims: &Claims, context: &Context<'_>) -> Result<Option<Figure>> {
     let views = views.into_iter().collect::<Result<Vec<_>>>()?;
     let pictures = views.iter().flat_map(|shown| shown.pictures.clone());
     let pictures = pictures.collect();
-    let mut views = views.into_iter();
-    let mut parts = Vec::new();
-    if let Some(reference) = views.next() {
-        parts.push(Section::SideBySide(SideBySide {
-            id: "mechanism".into(),
-            reference,
-            others: views.collect(),
-            first: 0,
-            outline: beside(&view.hits, &view.grid),
-            scales: scales(range),
-        }));
-    }
+    let outline = beside(&view.hits, &view.grid);
+    let shown = SideBySide::of("mechanism", views, 0, outline, scales(range));
+    let mut parts = Vec::from_iter(shown);
     parts.push(Section::Plots(plots([das, esmv], view, &map, range)));
     Ok(Some(Figure { parts, pictures }))
 }

@@ -2,8 +2,8 @@
 
 use crate::Result;
 use crate::experiments::Outcome;
+use crate::experiments::common::bone::BoneMeasure;
 use crate::experiments::common::brightness::Brightness;
-use crate::experiments::common::interval::Interval;
 use crate::experiments::outcome::{Ruling, Section, Table, data, number};
 
 use super::condition::Condition;
@@ -11,6 +11,7 @@ use super::detectors;
 use super::judge::{Claim, ClaimsResult};
 use super::mechanism::Figure;
 use super::population::Bone;
+use super::scene::SceneMeasure;
 
 /// The measure of the main claim.
 const MAIN: &str = "PS, tuned: average precision";
@@ -122,89 +123,70 @@ fn differences(claim: &Claim, result: &ClaimsResult) -> Table {
 
 /// Means of the main measures of DAS and every ESMV, with a uniform image.
 fn absolute(result: &ClaimsResult) -> Table {
+    /// A measure of a beamformer, and the same of a uniform image if it has a meaning there.
+    type Mean = (
+        &'static str,
+        fn(&SceneMeasure) -> Option<f64>,
+        Option<fn(&[BoneMeasure; 2]) -> Option<f64>>,
+    );
+    const MEANS: [Mean; 10] = [
+        ("US error, mm", |m| m.b_mode.mean_mm, Some(|u| u[0].mean_mm)),
+        ("US STD, mm", |m| m.b_mode.std_mm, Some(|u| u[0].std_mm)),
+        ("US B", |m| m.b_mode.intensity_b, None),
+        ("US C", |m| m.b_mode.intensity_c, None),
+        (
+            "PS error, mm",
+            |m| m.phase_symmetry.mean_mm,
+            Some(|u| u[1].mean_mm),
+        ),
+        (
+            "PS STD, mm",
+            |m| m.phase_symmetry.std_mm,
+            Some(|u| u[1].std_mm),
+        ),
+        ("PS B", |m| m.phase_symmetry.intensity_b, None),
+        ("PS C", |m| m.phase_symmetry.intensity_c, None),
+        (
+            "average precision",
+            |m| m.phase_symmetry.average_precision,
+            Some(|u| u[1].average_precision),
+        ),
+        ("tuned", |m| m.tuned.average_precision, None),
+    ];
+    let mean = |values: Vec<f64>| {
+        let n = values.len();
+        number((n > 0).then(|| values.iter().sum::<f64>() / n as f64))
+    };
     let mut rows = Vec::new();
     for condition in Condition::ALL {
-        let scenes: Vec<_> = result
-            .scenes
-            .iter()
-            .filter(|s| s.condition == condition)
-            .collect();
+        let scenes = result.scenes.iter().filter(|s| s.condition == condition);
+        let scenes: Vec<_> = scenes.collect();
         if scenes.is_empty() {
             continue;
         }
-        let mean = |values: Vec<f64>| {
-            let n = values.len();
-            (n > 0).then(|| values.iter().sum::<f64>() / n as f64)
-        };
         let position = condition.name();
         for (key, name) in &result.beamformers {
-            let found: Vec<_> = scenes
-                .iter()
-                .filter_map(|s| s.beamformers.iter().find(|m| m.beamformer == *key))
-                .collect();
-            let over = |pick: fn(&super::scene::SceneMeasure) -> Option<f64>| {
-                number(mean(found.iter().filter_map(|m| pick(m)).collect()))
-            };
-            rows.push(vec![
-                format!("{position}, {name}"),
-                over(|m| m.b_mode.mean_mm),
-                over(|m| m.b_mode.std_mm),
-                over(|m| m.b_mode.intensity_b),
-                over(|m| m.b_mode.intensity_c),
-                over(|m| m.phase_symmetry.mean_mm),
-                over(|m| m.phase_symmetry.std_mm),
-                over(|m| m.phase_symmetry.intensity_b),
-                over(|m| m.phase_symmetry.intensity_c),
-                over(|m| m.phase_symmetry.average_precision),
-                over(|m| m.tuned.average_precision),
-            ]);
+            let found = scenes.iter();
+            let found = found.filter_map(|s| s.beamformers.iter().find(|m| m.beamformer == *key));
+            let cell = |(_, pick, _): &Mean| mean(found.clone().filter_map(*pick).collect());
+            let mut row = vec![format!("{position}, {name}")];
+            row.extend(MEANS.iter().map(cell));
+            rows.push(row);
         }
-        let even = |image: usize| {
-            let over = |pick: fn(&crate::experiments::common::bone::BoneMeasure) -> Option<f64>| {
-                number(mean(
-                    scenes
-                        .iter()
-                        .filter_map(|s| pick(&s.uniform[image]))
-                        .collect(),
-                ))
-            };
-            [
-                over(|m| m.mean_mm),
-                over(|m| m.std_mm),
-                over(|m| m.average_precision),
-            ]
+        let cell = |(.., pick): &Mean| match pick {
+            Some(pick) => mean(scenes.iter().filter_map(|s| pick(&s.uniform)).collect()),
+            None => "–".to_owned(),
         };
-        let ([error, std, _], [ps_error, ps_std, precision]) = (even(0), even(1));
-        let none = || "–".to_owned();
-        rows.push(vec![
-            format!("{position}, a uniform image"),
-            error,
-            std,
-            none(),
-            none(),
-            ps_error,
-            ps_std,
-            none(),
-            none(),
-            precision,
-            none(),
-        ]);
+        let mut row = vec![format!("{position}, a uniform image")];
+        row.extend(MEANS.iter().map(cell));
+        rows.push(row);
     }
     Table {
         title: "Means over bones".into(),
-        head: vec![
-            "",
-            "US error, mm",
-            "US STD, mm",
-            "US B",
-            "US C",
-            "PS error, mm",
-            "PS STD, mm",
-            "PS B",
-            "PS C",
-            "average precision",
-            "tuned",
-        ],
+        head: [""]
+            .into_iter()
+            .chain(MEANS.map(|(head, ..)| head))
+            .collect(),
         rows,
         page_only: false,
     }
@@ -215,83 +197,77 @@ fn tuned(result: &ClaimsResult) -> Table {
         let found = result.beamformers.iter().find(|(k, _)| k == key);
         found.map_or(key.to_owned(), |(_, name)| name.clone())
     };
-    let row = |t: &super::tuning::Tuned| {
-        let scales: Vec<String> = t.scales.iter().map(|s| format!("2^{}", s.log2())).collect();
-        vec![
-            format!("{}, {}", t.medium.name(), name(&t.beamformer)),
-            scales.join(" "),
-            number(Some(t.threshold)),
-            number(Some(t.dynamic_range)),
-            number(Some(t.average_precision)),
-            if t.at_edge { "yes" } else { "no" }.to_owned(),
-        ]
-    };
+    let rows = result.tuned.iter().map(|t| (name(&t.beamformer), t));
     Table {
-        title: "The best filters, found on other bones".into(),
-        head: vec![
-            "",
-            "scales",
-            "threshold",
-            "dynamic range, dB",
-            "average precision on them",
-            "at an edge of the grid",
-        ],
-        rows: result.tuned.iter().map(row).collect(),
         page_only: true,
+        ..Table::of(
+            "The best filters, found on other bones",
+            rows,
+            &[
+                ("", |(name, t)| format!("{}, {name}", t.medium.name())),
+                ("scales", |(_, t)| {
+                    let scales = t.scales.iter().map(|s| format!("2^{}", s.log2()));
+                    scales.collect::<Vec<_>>().join(" ")
+                }),
+                ("threshold", |(_, t)| number(Some(t.threshold))),
+                ("dynamic range, dB", |(_, t)| number(Some(t.dynamic_range))),
+                ("average precision on them", |(_, t)| {
+                    number(Some(t.average_precision))
+                }),
+                ("at an edge of the grid", |(_, t)| {
+                    if t.at_edge { "yes" } else { "no" }.to_owned()
+                }),
+            ],
+        )
     }
 }
 
 fn zones(result: &ClaimsResult) -> Table {
-    let text =
-        |interval: &Option<Interval>| interval.map_or("–".into(), |interval| interval.text());
-    Table {
-        title: "Mixed images, mean over scenes in tissue with its 95 % interval".into(),
-        head: vec!["", "mean"],
-        rows: result
-            .zones
-            .iter()
-            .map(|(name, interval)| vec![name.clone(), text(interval)])
-            .collect(),
-        page_only: false,
-    }
+    Table::of(
+        "Mixed images, mean over scenes in tissue with its 95 % interval",
+        &result.zones,
+        &[
+            ("", |(name, _)| name.clone()),
+            ("mean", |(_, interval)| {
+                interval.map_or("–".into(), |interval| interval.text())
+            }),
+        ],
+    )
 }
 
 /// The bones, and the brightness of each over tissue.
 fn population(result: &ClaimsResult) -> Table {
-    let row = |bone: &Bone| {
-        let brightness = |condition: Condition| {
-            let scene = result.scenes.iter();
-            let mut scene = scene.filter(|s| s.bone == bone.number && s.condition == condition);
-            Brightness::text(scene.next().and_then(|s| s.brightness.as_ref()))
-        };
-        vec![
-            bone.number.to_string(),
-            number(Some(1e3 * bone.slice)),
-            number(Some(bone.tilt)),
-            number(Some(1e3 * bone.depth)),
-            number(bone.shape.map(|s| s.scale)),
-            number(bone.shape.map(|s| s.spinous_length)),
-            number(bone.shape.map(|s| s.lamina_fall)),
-            brightness(Condition::TissueQuiet),
-            brightness(Condition::TissueDisturbed),
-        ]
+    let brightness = |bone: &Bone, condition: Condition| {
+        let scene = result.scenes.iter();
+        let mut scene = scene.filter(|s| s.bone == bone.number && s.condition == condition);
+        Brightness::text(scene.next().and_then(|s| s.brightness.as_ref()))
     };
-    Table {
-        title: "The bones, and their echo above the tissue's RMS in DAS (median; 10th to 90th percentile)".into(),
-        head: vec![
-            "",
-            "slice, mm",
-            "tilt, °",
-            "depth, mm",
-            "size",
-            "spinous process",
-            "fall of the laminae, mm",
-            "quiet, dB",
-            "disturbed, dB",
+    let conditions = [Condition::TissueQuiet, Condition::TissueDisturbed];
+    let bones = result.bones.iter();
+    Table::of(
+        "The bones, and their echo above the tissue's RMS in DAS (median; 10th to 90th percentile)",
+        bones.map(|bone| {
+            (
+                bone,
+                conditions.map(|condition| brightness(bone, condition)),
+            )
+        }),
+        &[
+            ("", |(bone, _)| bone.number.to_string()),
+            ("slice, mm", |(bone, _)| number(Some(1e3 * bone.slice))),
+            ("tilt, °", |(bone, _)| number(Some(bone.tilt))),
+            ("depth, mm", |(bone, _)| number(Some(1e3 * bone.depth))),
+            ("size", |(bone, _)| number(bone.shape.map(|s| s.scale))),
+            ("spinous process", |(bone, _)| {
+                number(bone.shape.map(|s| s.spinous_length))
+            }),
+            ("fall of the laminae, mm", |(bone, _)| {
+                number(bone.shape.map(|s| s.lamina_fall))
+            }),
+            ("quiet, dB", |(_, [quiet, _])| quiet.clone()),
+            ("disturbed, dB", |(_, [_, disturbed])| disturbed.clone()),
         ],
-        rows: result.bones.iter().map(row).collect(),
-        page_only: false,
-    }
+    )
 }
 
 /// The answer: counts of the claims' verdicts, and the verdict of the main claim.

@@ -6,6 +6,8 @@ pub mod brightness;
 pub mod drawn_bone;
 pub mod interval;
 pub mod kept;
+pub mod layers;
+pub mod pair;
 pub mod recording;
 pub mod student;
 pub mod truth;

@@ -26,31 +26,20 @@ pub struct StepError {
 /// # Errors
 /// Numbers that cannot be written.
 pub fn outcome(results: &[StepError]) -> Result<Outcome> {
-    let row = |error: &StepError| {
-        let bone = error.bone_mm.map(|mm| mm.map_or("–".into(), thousandths));
-        let [b_mode, map] = bone;
-        vec![
-            error.name.clone(),
-            error.depth_step.to_string(),
-            number(Some(error.rms)),
-            number(Some(error.bright_rms)),
-            b_mode,
-            map,
-        ]
-    };
-    let table = Table {
-        title: "Depth step: images compared with those of all samples".into(),
-        head: vec![
-            "",
-            "depth step",
-            "rms, grey levels",
-            "rms, bright half",
-            "bone shift, B-mode, mm",
-            "bone shift, phase symmetry, mm",
+    let table = Table::of(
+        "Depth step: images compared with those of all samples",
+        results,
+        &[
+            ("", |e| e.name.clone()),
+            ("depth step", |e| e.depth_step.to_string()),
+            ("rms, grey levels", |e| number(Some(e.rms))),
+            ("rms, bright half", |e| number(Some(e.bright_rms))),
+            ("bone shift, B-mode, mm", |e| thousandths(e.bone_mm[0])),
+            ("bone shift, phase symmetry, mm", |e| {
+                thousandths(e.bone_mm[1])
+            }),
         ],
-        rows: results.iter().map(row).collect(),
-        page_only: false,
-    };
+    );
     let text = "The vertebra in tissue of Fig. 3, K = 0, forward-backward covariance. Lines of every second to \
          fourth sample are interpolated and compared with lines of all samples. Images have 255 grey levels; \
          the bright half is above 127. The bone shift is the difference of the bone's mean signed distance, in \
@@ -65,6 +54,8 @@ pub fn outcome(results: &[StepError]) -> Result<Outcome> {
 }
 
 /// A difference as text, without a negative zero.
-fn thousandths(value: f64) -> String {
-    format!("{:+.3}", (1e3 * value).round() / 1e3 + 0.0)
+fn thousandths(value: Option<f64>) -> String {
+    value.map_or("–".into(), |value| {
+        format!("{:+.3}", (1e3 * value).round() / 1e3 + 0.0)
+    })
 }

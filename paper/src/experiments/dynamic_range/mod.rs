@@ -263,23 +263,13 @@ impl DynamicRange {
              Diffraction bends the axial gradient already with DAS.",
             self.half_window
         ))];
-        let mut views = all.iter().map(|m| View {
+        let views = all.iter().map(|m| View {
             name: m.name.clone(),
             pictures: vec![m.picture.clone()],
         });
-        if let Some(reference) = views.next() {
-            parts.push(Section::SideBySide(SideBySide {
-                id: "dynamic-range".into(),
-                reference,
-                others: views.collect(),
-                first: 0,
-                outline: Vec::new(),
-                scales: scales(self.image.dynamic_range)
-                    .into_iter()
-                    .take(1)
-                    .collect(),
-            }));
-        }
+        let mut grey = scales(self.image.dynamic_range);
+        grey.truncate(1);
+        parts.extend(SideBySide::of("dynamic-range", views, 0, Vec::new(), grey));
         let offset = |m: &Measured| m.lateral_db.iter().map(|p| p[1]).fold(f64::MIN, f64::max);
         parts.push(Section::Plots(vec![Plot {
             caption:
@@ -308,49 +298,36 @@ impl DynamicRange {
 }
 
 fn tables(all: &[Measured]) -> Vec<Table> {
-    let slope = |l: Option<Linearity>| number(l.map(|l| l.slope));
-    let departure = |l: Option<Linearity>| number(l.map(|l| l.departure_db));
-    let gradients = Table {
-        title: "Gradients and speckle".into(),
-        head: vec![
-            "",
-            "lateral slope",
-            "departure, dB",
-            "axial slope",
-            "departure, dB",
-            "speckle SNR",
-        ],
-        rows: all
-            .iter()
-            .map(|m| {
-                vec![
-                    m.name.clone(),
-                    slope(m.lateral),
-                    departure(m.lateral),
-                    slope(m.axial),
-                    departure(m.axial),
-                    number(m.speckle_snr),
-                ]
-            })
-            .collect(),
-        page_only: false,
-    };
-    let mut rows = Vec::new();
-    for m in all {
-        for cyst in &m.cysts {
-            rows.push(vec![
-                format!("{}, cyst of {}", m.name, cyst.level),
-                number(cyst.contrast_db),
-                number(cyst.gcnr),
-                number(cyst.cnr),
-            ]);
-        }
+    fn slope(l: Option<Linearity>) -> String {
+        number(l.map(|l| l.slope))
     }
-    let cysts = Table {
-        title: "Cysts compared with the ring around them".into(),
-        head: vec!["", "contrast, dB", "gCNR", "CNR (CUBDL)"],
-        rows,
-        page_only: false,
-    };
+    fn departure(l: Option<Linearity>) -> String {
+        number(l.map(|l| l.departure_db))
+    }
+    let gradients = Table::of(
+        "Gradients and speckle",
+        all,
+        &[
+            ("", |m| m.name.clone()),
+            ("lateral slope", |m| slope(m.lateral)),
+            ("departure, dB", |m| departure(m.lateral)),
+            ("axial slope", |m| slope(m.axial)),
+            ("departure, dB", |m| departure(m.axial)),
+            ("speckle SNR", |m| number(m.speckle_snr)),
+        ],
+    );
+    let cysts = all
+        .iter()
+        .flat_map(|m| m.cysts.iter().map(move |cyst| (m, cyst)));
+    let cysts = Table::of(
+        "Cysts compared with the ring around them",
+        cysts,
+        &[
+            ("", |(m, c)| format!("{}, cyst of {}", m.name, c.level)),
+            ("contrast, dB", |(_, c)| number(c.contrast_db)),
+            ("gCNR", |(_, c)| number(c.gcnr)),
+            ("CNR (CUBDL)", |(_, c)| number(c.cnr)),
+        ],
+    );
     vec![gradients, cysts]
 }

@@ -29,7 +29,6 @@ pub fn outcome(
     views: Vec<View>,
     pictures: Vec<Picture>,
 ) -> Result<Outcome> {
-    let mut views = views.into_iter();
     let mut parts = vec![Section::Text(format!(
         "One point at the transmit focus of 15 mm, as in the paper's Fig. 2: (a) DAS, (b) ESMV with only the \
          largest eigenvalue, (c) ESMV without it, (d) the two-way beam profiles. L = M/2, K = 0, forward \
@@ -38,16 +37,9 @@ pub fn outcome(
          show 3 mm × 5 mm, each relative to its own peak.",
         result.beam_spacing_mm
     ))];
-    if let Some(reference) = views.next() {
-        parts.push(Section::SideBySide(SideBySide {
-            id: "fig2".into(),
-            reference,
-            others: views.collect(),
-            first: 0,
-            outline: Vec::new(),
-            scales: scales(range).into_iter().take(1).collect(),
-        }));
-    }
+    let mut grey = scales(range);
+    grey.truncate(1);
+    parts.extend(SideBySide::of("fig2", views, 0, Vec::new(), grey));
     parts.extend([
         Section::Heading("Beam profiles (Fig. 2d)"),
         Section::Plots(vec![
@@ -145,57 +137,40 @@ fn phase_plots(phases: &[PhaseResult]) -> Vec<Plot> {
 }
 
 fn noise_table(result: &PointSpreadResult) -> Table {
-    let cell = |value: Option<[f64; 3]>| {
-        value.map_or("–".into(), |[mean, least, most]| {
-            let [mean, least, most] = [mean, least, most].map(|v| number(Some(v)));
+    fn cell(value: Option<[f64; 3]>) -> String {
+        value.map_or("–".into(), |values| {
+            let [mean, least, most] = values.map(|v| number(Some(v)));
             format!("{mean} ({least} to {most})")
         })
-    };
-    let mut rows = Vec::new();
-    for at in &result.snrs {
-        for m in &at.beamformers {
-            rows.push(vec![
-                format!("{} dB, {}", at.snr_db, m.name),
-                cell(m.width_12db_mm),
-                cell(m.beyond_2mm_db),
-            ]);
-        }
     }
-    Table {
-        title: "Fine beams, by channel SNR".into(),
-        head: vec!["", "-12 dB width, mm", "beyond 2 mm, dB"],
-        rows,
-        page_only: false,
-    }
+    let snrs = result.snrs.iter();
+    Table::of(
+        "Fine beams, by channel SNR",
+        snrs.flat_map(|at| at.beamformers.iter().map(|m| (at.snr_db, m))),
+        &[
+            ("", |(snr, m)| format!("{snr} dB, {}", m.name)),
+            ("-12 dB width, mm", |(_, m)| cell(m.width_12db_mm)),
+            ("beyond 2 mm, dB", |(_, m)| cell(m.beyond_2mm_db)),
+        ],
+    )
 }
 
 fn tables(result: &PointSpreadResult) -> Vec<Table> {
     let table = |title: String, measures: &[ProfileMeasure]| Table {
-        title,
-        head: vec![
-            "",
-            "-12 dB width, mm",
-            "FWHM, mm",
-            "side lobe, dB",
-            "beyond 2 mm, dB",
-            "peak re DAS, dB",
-            "on axis re DAS, dB",
-        ],
-        rows: measures
-            .iter()
-            .map(|m| {
-                vec![
-                    m.name.clone(),
-                    number(m.width_12db_mm),
-                    number(m.fwhm_mm),
-                    number(m.side_lobe_db),
-                    number(m.beyond_2mm_db),
-                    number(Some(m.peak_re_das_db)),
-                    number(Some(m.on_axis_re_das_db)),
-                ]
-            })
-            .collect(),
         page_only: true,
+        ..Table::of(
+            title,
+            measures,
+            &[
+                ("", |m| m.name.clone()),
+                ("-12 dB width, mm", |m| number(m.width_12db_mm)),
+                ("FWHM, mm", |m| number(m.fwhm_mm)),
+                ("side lobe, dB", |m| number(m.side_lobe_db)),
+                ("beyond 2 mm, dB", |m| number(m.beyond_2mm_db)),
+                ("peak re DAS, dB", |m| number(Some(m.peak_re_das_db))),
+                ("on axis re DAS, dB", |m| number(Some(m.on_axis_re_das_db))),
+            ],
+        )
     };
     let fine = table("Fine beams, free of noise".into(), &result.fine);
     let phases = result.phases.iter().map(|p| {
@@ -209,23 +184,43 @@ fn tables(result: &PointSpreadResult) -> Vec<Table> {
 }
 
 fn comparisons(result: &PointSpreadResult) -> Vec<Comparison> {
-    let beside = |measures: &[ProfileMeasure],
-                  pick: fn(&ProfileMeasure) -> Option<f64>,
-                  paper: [&[f64]; 3]| {
-        let keys = ["das", "esmv-rank1", "esmv-without-first"];
-        let names = ["DAS", "ESMV rank 1", "ESMV without λ₁"];
-        (0..3)
-            .map(|k| PaperComparison {
-                beamformer: keys[k],
-                name: names[k],
-                here: measures
-                    .iter()
-                    .find(|m| m.beamformer == keys[k])
-                    .and_then(pick),
-                paper: paper[k].to_vec(),
-            })
-            .collect::<Vec<_>>()
-    };
+    type Row = (
+        &'static str,
+        fn(&ProfileMeasure) -> Option<f64>,
+        [&'static [f64]; 2],
+        &'static str,
+    );
+    let rows: [Row; 4] = [
+        (
+            "-12 dB width, mm",
+            |m| m.width_12db_mm,
+            [&[0.8], &[0.35]],
+            WIDTH,
+        ),
+        (
+            "peak side lobe, dB",
+            |m| m.side_lobe_db,
+            [&[-30.0], &[-95.0]],
+            LOBE,
+        ),
+        (
+            "level beyond 2 mm, dB",
+            |m| m.beyond_2mm_db,
+            [&[], &[]],
+            LOBE,
+        ),
+        (
+            "on axis re DAS peak, dB",
+            |m| Some(m.on_axis_re_das_db),
+            [&[], &[]],
+            FIRST,
+        ),
+    ];
+    let beamformers = [
+        ("das", "DAS"),
+        ("esmv-rank1", "ESMV rank 1"),
+        ("esmv-without-first", "ESMV without λ₁"),
+    ];
     let mut sets = vec![("Fig. 2(d), fine beams".to_owned(), &result.fine)];
     for p in &result.phases {
         let group = format!(
@@ -234,24 +229,26 @@ fn comparisons(result: &PointSpreadResult) -> Vec<Comparison> {
         );
         sets.push((group, &p.beamformers));
     }
-    let mut all = Vec::new();
-    for (group, measures) in sets {
-        let mut add = |quantity: &str, values: Vec<PaperComparison>, note: &'static str| {
-            all.push(Comparison {
-                group: group.clone(),
+    let comparison =
+        |group: &str, measures: &[ProfileMeasure], (quantity, pick, paper, note): Row| {
+            let value = |(k, (beamformer, name)): (usize, (&'static str, &'static str))| {
+                let measure = measures.iter().find(|m| m.beamformer == beamformer);
+                PaperComparison {
+                    beamformer,
+                    name,
+                    here: measure.and_then(pick),
+                    paper: paper.get(k).map_or(Vec::new(), |paper| paper.to_vec()),
+                }
+            };
+            Comparison {
+                group: group.into(),
                 quantity: quantity.into(),
-                values,
+                values: beamformers.into_iter().enumerate().map(value).collect(),
                 note,
-            });
+            }
         };
-        let widths = beside(measures, |m| m.width_12db_mm, [&[0.8], &[0.35], &[]]);
-        add("-12 dB width, mm", widths, WIDTH);
-        let lobes = beside(measures, |m| m.side_lobe_db, [&[-30.0], &[-95.0], &[]]);
-        add("peak side lobe, dB", lobes, LOBE);
-        let far = beside(measures, |m| m.beyond_2mm_db, [&[], &[], &[]]);
-        add("level beyond 2 mm, dB", far, LOBE);
-        let axis = beside(measures, |m| Some(m.on_axis_re_das_db), [&[], &[], &[]]);
-        add("on axis re DAS peak, dB", axis, FIRST);
-    }
-    all
+    let of_set = |(group, measures): (String, &Vec<ProfileMeasure>)| {
+        rows.map(|row| comparison(&group, measures, row))
+    };
+    sets.into_iter().flat_map(of_set).collect()
 }

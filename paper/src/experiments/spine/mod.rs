@@ -9,21 +9,20 @@ use crate::measure::signed_distance::Region;
 use bonebeam_drive::config::{Image, PhaseSymmetry};
 use bonebeam_drive::image::b_mode;
 use bonebeam_simulate::{
-    Block, Bone, BoneSurface, Clutter, DiffuseClutter, Layers, NoiseSpectrum, Phantom, Settings,
+    Bone, BoneSurface, Clutter, DiffuseClutter, NoiseSpectrum, Phantom, Settings,
 };
 
 use super::common::bone::{BoneMeasure, View};
 use super::common::brightness::Brightness;
-use super::common::pictures::{picture, ridges, scales};
+use super::common::layers::fill_layers;
+use super::common::pair::pair;
+use super::common::pictures::{ridges, scales};
 use super::common::recording::recording;
 use super::common::truth::beside;
 use super::common::variants::{Aligned, Variant};
 use super::common::{self, Receive};
-use super::outcome::{Picture, Section, SideBySide, Table, View as Shown, data, number};
+use super::outcome::{Picture, Section, SideBySide, Table, View as Shown, data, number, percent};
 use super::{Context, Covers, Experiment, Outcome, Overrides};
-
-/// Density that the layers' amplitudes refer to, scatterers per m³.
-const LAYERS_DENSITY: f64 = 60e9;
 
 /// Range of the muscle, lateral and in depth, m, for the bone's relative level.
 const LATERAL: [f64; 2] = [-18e-3, 18e-3];
@@ -57,6 +56,7 @@ pub struct Spine {
 struct SpineScene {
     figure: u32,
     name: &'static str,
+    heading: &'static str,
     bone: Bone<'static>,
     /// Depth of the bone's shallowest point, m.
     depth: f64,
@@ -70,6 +70,7 @@ const SCENES: [SpineScene; 3] = [
     SpineScene {
         figure: 10,
         name: "laminae, sagittal",
+        heading: "Fig. 10: laminae along the spine",
         bone: Bone::Laminae,
         depth: 25e-3,
         range: 50.0,
@@ -78,6 +79,7 @@ const SCENES: [SpineScene; 3] = [
     SpineScene {
         figure: 11,
         name: "spinous processes, sagittal",
+        heading: "Fig. 11: spinous processes along the spine",
         bone: Bone::SpinousProcesses,
         depth: 16e-3,
         range: 40.0,
@@ -86,6 +88,7 @@ const SCENES: [SpineScene; 3] = [
     SpineScene {
         figure: 12,
         name: "laminae and facet joint, transversal",
+        heading: "Fig. 12: laminae and a facet joint across the spine",
         bone: Bone::FacetJoint,
         depth: 22e-3,
         range: 50.0,
@@ -198,30 +201,23 @@ impl Experiment for Spine {
             self.half_window
         ))];
         for (scene, result) in SCENES.iter().zip(&scenes) {
-            let mut views = result.beamformers.iter().map(|m| Shown {
+            parts.push(Section::Heading(scene.heading));
+            parts.push(Section::Text(format!(
+                "The bone's surface is {} dB above the muscle's RMS in DAS (median; 10th to 90th percentile \
+                 of the columns).",
+                Brightness::text(result.brightness.as_ref())
+            )));
+            let views = result.beamformers.iter().map(|m| Shown {
                 name: m.name.clone(),
                 pictures: m.pictures.to_vec(),
             });
-            if let Some(reference) = views.next() {
-                parts.push(Section::Heading(match scene.figure {
-                    10 => "Fig. 10: laminae along the spine",
-                    11 => "Fig. 11: spinous processes along the spine",
-                    _ => "Fig. 12: laminae and a facet joint across the spine",
-                }));
-                parts.push(Section::Text(format!(
-                    "The bone's surface is {} dB above the muscle's RMS in DAS (median; 10th to 90th \
-                     percentile of the columns).",
-                    Brightness::text(result.brightness.as_ref())
-                )));
-                parts.push(Section::SideBySide(SideBySide {
-                    id: format!("fig{}", scene.figure),
-                    reference,
-                    others: views.collect(),
-                    first: 0,
-                    outline: result.outline.clone(),
-                    scales: scales(scene.range),
-                }));
-            }
+            parts.extend(SideBySide::of(
+                format!("fig{}", scene.figure),
+                views,
+                0,
+                result.outline.clone(),
+                scales(scene.range),
+            ));
         }
         let pictures = scenes.iter().flat_map(|s| &s.beamformers);
         let pictures = pictures.flat_map(|m| m.pictures.clone()).collect();
@@ -254,18 +250,8 @@ impl Spine {
         )?;
         let settings = &self.simulation;
         phantom.check_within(settings)?;
-        let block = Block {
-            x: [-20e-3, 20e-3],
-            thickness: self.thickness,
-            z: [1e-3, settings.depth_end],
-            density: self.density,
-            seed: settings.seed,
-        };
-        block.fill(&mut phantom, Layers::Anatomy)?;
-        let brighter = (LAYERS_DENSITY / self.density).sqrt();
-        for scatterer in &mut phantom.scatterers[phantom.on_bone..] {
-            scatterer.amplitude *= brighter;
-        }
+        let slab = [self.thickness, self.density];
+        fill_layers(&mut phantom, slab, settings)?;
         let clutter = Clutter {
             diffuse: Some(self.clutter),
             reverberation: None,
@@ -306,20 +292,13 @@ impl Spine {
                 name: name.clone(),
                 phase_symmetry: view.measure(&map, Region::PHASE_SYMMETRY),
                 tissue: view.measure(&image.pixels, Region::B_MODE).intensity_b,
-                pictures: [
-                    picture(
-                        format!("{what}-{key}.png"),
-                        format!("{name}: {}, B-mode over {} dB", scene.name, scene.range),
-                        image.pixels,
-                        &view.grid,
-                    ),
-                    picture(
-                        format!("{what}-{key}-ps.png"),
-                        format!("{name}: {}, phase symmetry", scene.name),
-                        map,
-                        &view.grid,
-                    ),
-                ],
+                pictures: pair(
+                    &format!("{what}-{key}"),
+                    &format!("{name}: {}, ", scene.name),
+                    scene.range,
+                    [image.pixels, map],
+                    &view.grid,
+                ),
             });
         }
         let outline = view.map_or(Vec::new(), |view| beside(&view.hits, &view.grid));
@@ -334,34 +313,19 @@ impl Spine {
 }
 
 fn table(scene: &SceneResult) -> Table {
-    let fraction = |v: Option<f64>| v.map_or("–".into(), |v| format!("{:.0} %", 100.0 * v));
-    Table {
-        title: format!("Fig. {}: {}", scene.figure, scene.name),
-        head: vec![
-            "",
-            "US B",
-            "PS B",
-            "PS C",
-            "surface found",
-            "thickness, mm",
-            "average precision",
+    Table::of(
+        format!("Fig. {}: {}", scene.figure, scene.name),
+        &scene.beamformers,
+        &[
+            ("", |m| m.name.clone()),
+            ("US B", |m| number(m.tissue)),
+            ("PS B", |m| number(m.phase_symmetry.intensity_b)),
+            ("PS C", |m| number(m.phase_symmetry.intensity_c)),
+            ("surface found", |m| percent(m.phase_symmetry.found)),
+            ("thickness, mm", |m| number(m.phase_symmetry.thickness_mm)),
+            ("average precision", |m| {
+                number(m.phase_symmetry.average_precision)
+            }),
         ],
-        rows: scene
-            .beamformers
-            .iter()
-            .map(|m| {
-                let ps = &m.phase_symmetry;
-                vec![
-                    m.name.clone(),
-                    number(m.tissue),
-                    number(ps.intensity_b),
-                    number(ps.intensity_c),
-                    fraction(ps.found),
-                    number(ps.thickness_mm),
-                    number(ps.average_precision),
-                ]
-            })
-            .collect(),
-        page_only: false,
-    }
+    )
 }

@@ -13,10 +13,11 @@ use bonebeam_drive::coherence::of_first_frame;
 use bonebeam_drive::config::Image;
 use bonebeam_files::BeamformedLines;
 use bonebeam_files::settings::{LENGTHS, check_level, check_positive, out_of_range};
-use bonebeam_simulate::{Block, Bone, Layers, Phantom, Settings};
+use bonebeam_simulate::{Bone, Phantom, Settings};
 
 use crate::measure::surface::Known;
 
+use super::common::layers::fill_layers;
 use super::common::recording::recording;
 use super::common::truth::TOLERANCE;
 use super::common::variants::{Aligned, Variant};
@@ -25,9 +26,6 @@ use super::{Context, Experiment, Outcome, Overrides};
 use detectors::{Answer, DEPTHS, DETECTORS, Frame, METHODS};
 use disturb::{Condition, Disturbances};
 use show::{FAMILIES, SceneResult};
-
-/// Scatterers per m³ for which the layers' amplitudes hold.
-const LAYERS_DENSITY: f64 = 60e9;
 
 /// Section `[surface]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -267,17 +265,6 @@ pub(super) fn phantom(
         Some(bone) => bone.phantom(depth, thickness, None)?.0,
         None => Phantom::default(),
     };
-    let block = Block {
-        x: [-20e-3, 20e-3],
-        thickness,
-        z: [1e-3, settings.depth_end],
-        density,
-        seed: settings.seed,
-    };
-    block.fill(&mut phantom, Layers::Anatomy)?;
-    let brighter = (LAYERS_DENSITY / density).sqrt();
-    for scatterer in &mut phantom.scatterers[phantom.on_bone..] {
-        scatterer.amplitude *= brighter;
-    }
+    fill_layers(&mut phantom, [thickness, density], settings)?;
     Ok(phantom)
 }

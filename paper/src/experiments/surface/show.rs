@@ -65,37 +65,31 @@ fn table(condition: Condition, results: &[SceneResult]) -> Table {
         };
         let bones = of(None);
         let all = Judged::of_all(bones.iter().copied());
-        let mut row = vec![
-            detector.name().to_owned(),
-            interval(&bones, Judged::precision),
-            interval(&bones, Judged::recall),
-        ];
-        for (family, bone) in &FAMILIES {
-            let family = Judged::of_all(of(Some(family)));
-            row.push(match bone {
-                Some(_) => number(family.recall()),
-                None => family.answers.to_string(),
-            });
-        }
-        row.extend([number(all.mean_mm()), number(all.p95_mm())]);
-        row
+        let families = FAMILIES.each_ref();
+        let families = families.map(|(family, _)| Judged::of_all(of(Some(family))));
+        (detector.name(), bones, families, all)
     });
-    Table {
-        title: format!("Bone surface: {}", condition.name()),
-        head: vec![
-            "",
-            "precision",
-            "recall",
-            "recall, spinous processes",
-            "laminae",
-            "facet joint",
-            "answers without bone",
-            "mean of hits, mm",
-            "95th percentile, mm",
+    Table::of(
+        format!("Bone surface: {}", condition.name()),
+        rows,
+        &[
+            ("", |(name, ..)| (*name).to_owned()),
+            ("precision", |(_, bones, ..)| {
+                interval(bones, Judged::precision)
+            }),
+            ("recall", |(_, bones, ..)| interval(bones, Judged::recall)),
+            ("recall, spinous processes", |(_, _, of, _)| {
+                number(of[0].recall())
+            }),
+            ("laminae", |(_, _, of, _)| number(of[1].recall())),
+            ("facet joint", |(_, _, of, _)| number(of[2].recall())),
+            ("answers without bone", |(_, _, of, _)| {
+                of[3].answers.to_string()
+            }),
+            ("mean of hits, mm", |(.., all)| number(all.mean_mm())),
+            ("95th percentile, mm", |(.., all)| number(all.p95_mm())),
         ],
-        rows: rows.collect(),
-        page_only: false,
-    }
+    )
 }
 
 /// The mean of a measure over frames, with its interval.

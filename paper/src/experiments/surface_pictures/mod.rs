@@ -294,40 +294,36 @@ fn outcome(
 }
 
 fn table(kind: &str, results: &[PictureResult]) -> Table {
-    let rows = DETECTORS
-        .iter()
-        .filter(|d| is_of_pictures(d))
-        .map(|detector| {
-            let of = |bone: bool| -> Vec<&Judged> {
-                let own = results.iter().filter(|r| {
-                    r.kind == kind && r.detector == detector.name() && r.bone.is_some() == bone
-                });
-                own.map(|r| &r.judged).collect()
-            };
-            let bones = of(true);
-            let all = Judged::of_all(bones.iter().copied());
-            let without = of(false);
-            let false_ones = without.iter().filter(|judged| judged.answers > 0).count();
-            vec![
-                detector.name().to_owned(),
-                interval(&bones, Judged::precision),
-                interval(&bones, Judged::recall),
-                format!("{false_ones} of {}", without.len()),
-                number(all.mean_mm()),
-                number(all.p95_mm()),
-            ]
-        });
-    Table {
-        title: format!("Bone surface: pictures of scanners, {kind}"),
-        head: vec![
-            "",
-            "precision",
-            "recall",
-            "pictures without bone, with answers",
-            "mean of hits, mm",
-            "95th percentile, mm",
+    let detectors = DETECTORS.iter().filter(|d| is_of_pictures(d));
+    let rows = detectors.map(|detector| {
+        let of = |bone: bool| -> Vec<&Judged> {
+            let own = results.iter().filter(|r| {
+                r.kind == kind && r.detector == detector.name() && r.bone.is_some() == bone
+            });
+            own.map(|r| &r.judged).collect()
+        };
+        let bones = of(true);
+        let all = Judged::of_all(bones.iter().copied());
+        (detector.name(), bones, of(false), all)
+    });
+    Table::of(
+        format!("Bone surface: pictures of scanners, {kind}"),
+        rows,
+        &[
+            ("", |(name, ..)| (*name).to_owned()),
+            ("precision", |(_, bones, ..)| {
+                interval(bones, Judged::precision)
+            }),
+            ("recall", |(_, bones, ..)| interval(bones, Judged::recall)),
+            (
+                "pictures without bone, with answers",
+                |(_, _, without, _)| {
+                    let false_ones = without.iter().filter(|judged| judged.answers > 0).count();
+                    format!("{false_ones} of {}", without.len())
+                },
+            ),
+            ("mean of hits, mm", |(.., all)| number(all.mean_mm())),
+            ("95th percentile, mm", |(.., all)| number(all.p95_mm())),
         ],
-        rows: rows.collect(),
-        page_only: false,
-    }
+    )
 }

@@ -185,8 +185,8 @@ impl Sections {
         if method.takes().contains(&"beta") {
             beamform.rank = None;
         }
+        (beamform.preset, beamform.depth_step) = (Some(Preset::Live), None);
         beamform.resolve();
-        Preset::Live.apply(beamform);
         let usual = Settings::COHERENCE;
         let surface = &mut start.surface;
         for (value, usual) in [
@@ -248,7 +248,7 @@ mod tests {
     /// Every place of every variable is a valid value of the configuration, and is read back.
     #[test]
     fn every_value_is_one_of_the_configuration() {
-        for method in MethodName::all() {
+        for method in MethodName::ALL {
             let variables = Variable::of_method(method);
             let start = Sections::default().start(method);
             assert_eq!(start.beamform.method, method);

@@ -5,7 +5,7 @@ use crate::experiments::Outcome;
 use crate::experiments::common::bone::BoneMeasure;
 use crate::experiments::common::brightness::Brightness;
 use crate::experiments::common::pictures::scales;
-use crate::experiments::outcome::{Section, SideBySide, Table, View, data, number};
+use crate::experiments::outcome::{Section, SideBySide, Table, View, data, number, percent};
 
 use super::measure::{TissueMeasure, TissueResult};
 use super::parameters::VertebraInTissue;
@@ -19,7 +19,7 @@ pub fn outcome(
     settings: &VertebraInTissue,
     outline: Vec<Vec<(f64, f64)>>,
 ) -> Result<Outcome> {
-    let mut views = result.beamformers.iter().map(|m| View {
+    let views = result.beamformers.iter().map(|m| View {
         name: m.name.clone(),
         pictures: m.pictures.to_vec(),
     });
@@ -37,17 +37,9 @@ pub fn outcome(
         number(result.das_c_db.map(f64::abs)),
         Brightness::text(result.brightness.as_ref()),
     ))];
-    if let Some(reference) = views.next() {
-        parts.push(Section::SideBySide(SideBySide {
-            id: "fig3".into(),
-            reference,
-            others: views.collect(),
-            // Rank 1.
-            first: 3,
-            outline,
-            scales: scales(settings.image.dynamic_range),
-        }));
-    }
+    // Rank 1 is the first shown.
+    let scales = scales(settings.image.dynamic_range);
+    parts.extend(SideBySide::of("fig3", views, 3, outline, scales));
     Ok(Outcome {
         title: "Fig. 3: a vertebra in tissue",
         parts,
@@ -63,89 +55,50 @@ pub fn outcome(
 }
 
 fn tables(result: &TissueResult) -> Vec<Table> {
-    let cells = |name: &str, m: &BoneMeasure| {
-        vec![
-            name.to_owned(),
-            number(m.mean_mm),
-            number(m.std_mm),
-            number(m.near_std_mm),
-            number(m.intensity_b),
-            number(m.intensity_c),
-            number(m.average_precision),
-        ]
-    };
     let surface = |title: &str, pick: fn(&TissueMeasure) -> &BoneMeasure, uniform: &BoneMeasure| {
-        let rows = result.beamformers.iter().map(|m| cells(&m.name, pick(m)));
-        Table {
-            title: title.into(),
-            head: vec![
-                "",
-                "mean error, mm",
-                "STD, mm",
-                "STD in ±1 mm",
-                "intensity B",
-                "intensity C",
-                "average precision",
+        let measured = result.beamformers.iter().map(|m| (&m.name[..], pick(m)));
+        Table::of(
+            title,
+            measured.chain([("a uniform image", uniform)]),
+            &[
+                ("", |(name, _)| (*name).to_owned()),
+                ("mean error, mm", |(_, m)| number(m.mean_mm)),
+                ("STD, mm", |(_, m)| number(m.std_mm)),
+                ("STD in ±1 mm", |(_, m)| number(m.near_std_mm)),
+                ("intensity B", |(_, m)| number(m.intensity_b)),
+                ("intensity C", |(_, m)| number(m.intensity_c)),
+                ("average precision", |(_, m)| number(m.average_precision)),
             ],
-            rows: rows
-                .chain(std::iter::once(cells("a uniform image", uniform)))
-                .collect(),
-            page_only: false,
-        }
+        )
     };
-    let boxes = Table {
-        title: "Share of the surface found by phase symmetry (grey 64 within 0.5 mm), and its thickness".into(),
-        head: vec!["", "all", "thickness, mm", "box A", "thickness, mm", "box B", "thickness, mm"],
-        rows: result
-            .beamformers
-            .iter()
-            .map(|m| {
-                let fraction =
-                    |v: Option<f64>| v.map_or("–".into(), |v| format!("{:.0} %", 100.0 * v));
-                let mut row = vec![
-                    m.name.clone(),
-                    fraction(m.phase_symmetry.found),
-                    number(m.phase_symmetry.thickness_mm),
-                ];
-                for b in &m.boxes {
-                    row.extend([fraction(b.found), number(b.thickness_mm)]);
-                }
-                row
-            })
-            .collect(),
-        page_only: false,
-    };
-    let texture = Table {
-        title: "Tissue and shadow".into(),
-        head: vec![
-            "",
-            "gCNR",
-            "CNR (CUBDL)",
-            "speckle SNR",
-            "spread of tissue, dB",
+    let boxes = Table::of(
+        "Share of the surface found by phase symmetry (grey 64 within 0.5 mm), and its thickness",
+        &result.beamformers,
+        &[
+            ("", |m| m.name.clone()),
+            ("all", |m| percent(m.phase_symmetry.found)),
+            ("thickness, mm", |m| number(m.phase_symmetry.thickness_mm)),
+            ("box A", |m| percent(m.boxes[0].found)),
+            ("thickness, mm", |m| number(m.boxes[0].thickness_mm)),
+            ("box B", |m| percent(m.boxes[1].found)),
+            ("thickness, mm", |m| number(m.boxes[1].thickness_mm)),
         ],
-        rows: result
-            .beamformers
-            .iter()
-            .map(|m| {
-                vec![
-                    m.name.clone(),
-                    number(m.gcnr),
-                    number(m.cnr),
-                    number(m.speckle_snr),
-                    number(m.tissue_spread_db),
-                ]
-            })
-            .collect(),
-        page_only: false,
-    };
+    );
+    let texture = Table::of(
+        "Tissue and shadow",
+        &result.beamformers,
+        &[
+            ("", |m| m.name.clone()),
+            ("gCNR", |m| number(m.gcnr)),
+            ("CNR (CUBDL)", |m| number(m.cnr)),
+            ("speckle SNR", |m| number(m.speckle_snr)),
+            ("spread of tissue, dB", |m| number(m.tissue_spread_db)),
+        ],
+    );
+    let [b_mode, map] = &result.uniform;
     vec![
-        surface("B-mode (US)", |m| &m.b_mode, &result.uniform[0]),
-        surface(
-            "Phase symmetry (PS)",
-            |m| &m.phase_symmetry,
-            &result.uniform[1],
-        ),
+        surface("B-mode (US)", |m| &m.b_mode, b_mode),
+        surface("Phase symmetry (PS)", |m| &m.phase_symmetry, map),
         boxes,
         texture,
     ]

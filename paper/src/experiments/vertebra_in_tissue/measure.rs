@@ -6,7 +6,8 @@ use super::parameters::{TISSUE, VertebraInTissue};
 use crate::Result;
 use crate::experiments::common::bone::{BoneMeasure, View};
 use crate::experiments::common::brightness::Brightness;
-use crate::experiments::common::pictures::{picture, ridges};
+use crate::experiments::common::pair::pair;
+use crate::experiments::common::pictures::ridges;
 use crate::experiments::common::variants::Variant;
 use crate::experiments::outcome::Picture;
 use crate::measure::contrast::{cnr, gcnr, moments, speckle_snr};
@@ -42,7 +43,7 @@ pub struct TissueMeasure {
     /// Its phase symmetry.
     pub(super) phase_symmetry: BoneMeasure,
     /// Share of the surface found, and its thickness, in each of the paper's boxes.
-    pub(super) boxes: Vec<BoxMeasure>,
+    pub(super) boxes: [BoxMeasure; 2],
     /// gCNR of tissue and shadow, in grey levels.
     pub(super) gcnr: Option<f64>,
     /// CNR of the same, as in CUBDL.
@@ -84,40 +85,26 @@ impl VertebraInTissue {
             name: variant.name.clone(),
             b_mode: view.measure(&image, Region::B_MODE),
             phase_symmetry: view.measure(&map, Region::PHASE_SYMMETRY),
-            boxes: BOXES
-                .iter()
-                .map(|&(name, side, depths)| {
-                    let within =
-                        |x: f64, z: f64| side * x > 0.0 && z >= depths[0] && z <= depths[1];
-                    let (found, thickness_mm) = view.found(&map, within);
-                    BoxMeasure {
-                        name,
-                        found,
-                        thickness_mm,
-                    }
-                })
-                .collect(),
+            boxes: BOXES.map(|(name, side, depths)| {
+                let within = |x: f64, z: f64| side * x > 0.0 && z >= depths[0] && z <= depths[1];
+                let (found, thickness_mm) = view.found(&map, within);
+                BoxMeasure {
+                    name,
+                    found,
+                    thickness_mm,
+                }
+            }),
             gcnr: gcnr(&tissue, &shadow),
             cnr: cnr(&tissue, &shadow),
             speckle_snr: speckle_snr(&envelope),
             tissue_spread_db: moments(&levels).map(|(_, s)| s),
-            pictures: [
-                picture(
-                    format!("fig3-{key}.png"),
-                    format!(
-                        "{}: vertebra in tissue, B-mode over {range} dB",
-                        variant.name
-                    ),
-                    image,
-                    &view.grid,
-                ),
-                picture(
-                    format!("fig3-{key}-ps.png"),
-                    format!("{}: vertebra in tissue, phase symmetry", variant.name),
-                    map,
-                    &view.grid,
-                ),
-            ],
+            pictures: pair(
+                &format!("fig3-{key}"),
+                &format!("{}: vertebra in tissue, ", variant.name),
+                range,
+                [image, map],
+                &view.grid,
+            ),
         })
     }
 }

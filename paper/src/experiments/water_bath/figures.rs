@@ -16,7 +16,7 @@ use bonebeam_simulate::DiffuseClutter;
 
 use super::clutter::{self, Tried};
 use super::comparisons::{line_comparisons, table_one};
-use super::contour::{Registered, Registration, Row, Sources};
+use super::contour::{Registered, Registration, Sources};
 use super::images::Images;
 use super::measures::{Draws, Measured};
 use super::parameters::{KINDS, METHODS, WaterBath};
@@ -204,47 +204,29 @@ fn spread(values: &[f64]) -> String {
     format!("{mean:.2} ± {:.2} mm", (square / n).sqrt())
 }
 
-fn cells(row: &Row) -> [String; 6] {
-    let Row {
-        error_mm,
-        std_mm,
-        b,
-        c,
-        b_above_zero,
-        c_above_zero,
-    } = *row;
-    [error_mm, std_mm, b, b_above_zero, c, c_above_zero].map(number)
-}
-
 fn table(measured: &[Measured]) -> Table {
     let mut rows = Vec::new();
     for (image, kind) in KINDS.iter().enumerate() {
         for (k, slice) in measured.iter().enumerate() {
-            let mut add = |who: &str, row: &Row| {
-                let mut cells = cells(row).to_vec();
-                cells.insert(0, format!("{kind}, slice {}, {who}", k + 1));
-                rows.push(cells);
-            };
-            for (key, row) in METHODS.iter().zip(&slice.table) {
-                add(name(key), &row[image]);
-            }
-            add("an image of one grey level", &slice.uniform[image]);
+            let who = |who: &str| format!("{kind}, slice {}, {who}", k + 1);
+            let methods = METHODS.iter().zip(&slice.table);
+            rows.extend(methods.map(|(key, row)| (who(name(key)), &row[image])));
+            rows.push((who("an image of one grey level"), &slice.uniform[image]));
         }
     }
-    Table {
-        title: "Table I, with all sources of error on".into(),
-        head: vec![
-            "",
-            "error, mm",
-            "STD, mm",
-            "B",
-            "B, pixels above 0",
-            "C",
-            "C, pixels above 0",
-        ],
+    Table::of(
+        "Table I, with all sources of error on",
         rows,
-        page_only: false,
-    }
+        &[
+            ("", |(name, _)| name.clone()),
+            ("error, mm", |(_, row)| number(row.error_mm)),
+            ("STD, mm", |(_, row)| number(row.std_mm)),
+            ("B", |(_, row)| number(row.b)),
+            ("B, pixels above 0", |(_, row)| number(row.b_above_zero)),
+            ("C", |(_, row)| number(row.c)),
+            ("C, pixels above 0", |(_, row)| number(row.c_above_zero)),
+        ],
+    )
 }
 
 fn sources_table(found: &Found<'_>) -> Table {
@@ -292,6 +274,14 @@ fn bias_table(found: &Found<'_>) -> Table {
         threshold: false,
     };
     let picked = |tip: Tip| Registration::Picked(tip);
+    let by = |registration| Sources {
+        registration,
+        ..exact
+    };
+    let with_all = |registration| Sources {
+        registration,
+        ..Sources::ALL
+    };
     let alone = [
         exact,
         Sources {
@@ -302,27 +292,12 @@ fn bias_table(found: &Found<'_>) -> Table {
             threshold: true,
             ..exact
         },
-        Sources {
-            registration: picked(Tip::Brightest),
-            ..exact
-        },
-        Sources {
-            registration: picked(Tip::Front),
-            ..exact
-        },
-        Sources {
-            registration: Registration::Moving,
-            ..exact
-        },
+        by(picked(Tip::Brightest)),
+        by(picked(Tip::Front)),
+        by(Registration::Moving),
         Sources::ALL,
-        Sources {
-            registration: picked(Tip::Front),
-            ..Sources::ALL
-        },
-        Sources {
-            registration: Registration::Moving,
-            ..Sources::ALL
-        },
+        with_all(picked(Tip::Front)),
+        with_all(Registration::Moving),
     ];
     let every = Sources::every();
     let peaks = |sources: &Sources| -> Vec<Option<f64>> {
@@ -349,11 +324,7 @@ fn bias_table(found: &Found<'_>) -> Table {
         rows.push(row(name, moved.collect()));
         // The balls appear too deep by as much as the bone.
         let name = format!("{what}: with registration by the balls");
-        let back = Sources {
-            registration: picked(Tip::Brightest),
-            ..exact
-        };
-        rows.push(row(name, peaks(&back)));
+        rows.push(row(name, peaks(&by(picked(Tip::Brightest)))));
     }
     Table {
         title: "Fig. 8a by source: peak below the contour, mm; the paper: 1.12 in slice 1".into(),
@@ -370,35 +341,29 @@ fn bias_table(found: &Found<'_>) -> Table {
 }
 
 fn registrations_table(registrations: &Registrations) -> Table {
-    let mut rows = Vec::new();
-    for sound_speed in [false, true] {
-        for registration in Registration::ALL {
-            let sources = Sources {
-                registration,
-                sound_speed,
-                threshold: false,
-            };
-            let of = registrations.of(sources);
-            let fre = (registration != Registration::Exact).then_some(of.fre_mm);
-            rows.push(vec![
-                sources.name(),
-                number(fre),
-                number(Some(of.tre_mm)),
-                number(Some(of.towards_array_mm)),
-            ]);
-        }
-    }
-    Table {
-        title: "Registration (the paper's FRE: 0.13 mm)".into(),
-        head: vec![
-            "sources on",
-            "FRE, mm",
-            "error at the bone, RMS, mm",
-            "of it towards the array, mm",
+    let sources = [false, true].into_iter().flat_map(|sound_speed| {
+        Registration::ALL.map(|registration| Sources {
+            registration,
+            sound_speed,
+            threshold: false,
+        })
+    });
+    Table::of(
+        "Registration (the paper's FRE: 0.13 mm)",
+        sources.map(|sources| (sources, registrations.of(sources))),
+        &[
+            ("sources on", |(sources, _)| sources.name()),
+            ("FRE, mm", |(sources, of)| {
+                number((sources.registration != Registration::Exact).then_some(of.fre_mm))
+            }),
+            ("error at the bone, RMS, mm", |(_, of)| {
+                number(Some(of.tre_mm))
+            }),
+            ("of it towards the array, mm", |(_, of)| {
+                number(Some(of.towards_array_mm))
+            }),
         ],
-        rows,
-        page_only: false,
-    }
+    )
 }
 
 /// The volumes and the surfaces.

@@ -100,30 +100,23 @@ fn last_spacing(result: &PointResult) -> String {
 
 /// The measures of every beamformer with one set of beams.
 fn table(sampling: &SamplingResult) -> Table {
-    let rows = COMPARED.iter().zip(&sampling.beamformers);
+    let measured = COMPARED.iter().zip(&sampling.beamformers);
     Table {
-        title: format!("Point scatterer, {}", beams(sampling)),
-        head: vec![
-            "",
-            "-12 dB width, mm",
-            "side lobe, dB",
-            "beyond 2 mm, dB",
-            "peak re DAS, dB",
-            "on axis re DAS, dB",
-        ],
-        rows: rows
-            .map(|(beamformer, m)| {
-                vec![
-                    beamformer.name.into(),
-                    number(m.width_12db_mm),
-                    number(m.side_lobe_db),
-                    number(m.beyond_2mm_db),
-                    number(Some(m.peak_re_das_db)),
-                    number(Some(m.on_axis_re_das_db)),
-                ]
-            })
-            .collect(),
         page_only: true,
+        ..Table::of(
+            format!("Point scatterer, {}", beams(sampling)),
+            measured,
+            &[
+                ("", |(beamformer, _)| beamformer.name.into()),
+                ("-12 dB width, mm", |(_, m)| number(m.width_12db_mm)),
+                ("side lobe, dB", |(_, m)| number(m.side_lobe_db)),
+                ("beyond 2 mm, dB", |(_, m)| number(m.beyond_2mm_db)),
+                ("peak re DAS, dB", |(_, m)| number(Some(m.peak_re_das_db))),
+                ("on axis re DAS, dB", |(_, m)| {
+                    number(Some(m.on_axis_re_das_db))
+                }),
+            ],
+        )
     }
 }
 

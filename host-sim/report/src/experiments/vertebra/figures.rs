@@ -181,40 +181,24 @@ fn distance_plots(result: &VertebraResult) -> Vec<Plot> {
 ///
 /// B-mode comes first, then phase symmetry.
 fn surface_tables(result: &VertebraResult) -> Vec<Table> {
-    let row = |name: &str, s: &Surface| {
-        vec![
-            name.to_owned(),
-            number(s.mean_mm),
-            number(s.std_mm),
-            number(s.near_mean_mm),
-            number(s.near_std_mm),
-            number(s.intensity_a),
-            number(s.intensity_b),
-            number(s.intensity_c),
-        ]
-    };
     let table = |image: usize| {
         let (name, _, uniform) = result.uniform.named()[image];
         let measured = COMPARED.iter().zip(&result.beamformers);
-        let mut rows: Vec<_> = measured
-            .map(|(beamformer, m)| row(beamformer.name, m.surface.named()[image].2))
-            .collect();
-        rows.push(row("a uniform image", uniform));
-        Table {
-            title: format!("Vertebra, {name}"),
-            head: vec![
-                "",
-                "mean error, mm",
-                "STD, mm",
-                "mean in ±1 mm",
-                "STD in ±1 mm",
-                "intensity A",
-                "intensity B",
-                "intensity C",
+        let measured = measured.map(|(row, m)| (row.name, m.surface.named()[image].2));
+        Table::of(
+            format!("Vertebra, {name}"),
+            measured.chain([("a uniform image", uniform)]),
+            &[
+                ("", |(name, _)| (*name).to_owned()),
+                ("mean error, mm", |(_, s)| number(s.mean_mm)),
+                ("STD, mm", |(_, s)| number(s.std_mm)),
+                ("mean in ±1 mm", |(_, s)| number(s.near_mean_mm)),
+                ("STD in ±1 mm", |(_, s)| number(s.near_std_mm)),
+                ("intensity A", |(_, s)| number(s.intensity_a)),
+                ("intensity B", |(_, s)| number(s.intensity_b)),
+                ("intensity C", |(_, s)| number(s.intensity_c)),
             ],
-            rows,
-            page_only: false,
-        }
+        )
     };
     vec![table(0), table(1)]
 }
