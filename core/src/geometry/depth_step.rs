@@ -47,6 +47,12 @@ impl DepthStep {
         self.outputs(samples.start)..self.outputs(samples.end)
     }
 
+    /// Whether a sample is computed.
+    #[inline(always)]
+    pub(crate) fn includes(self, sample: usize) -> bool {
+        self.get() == 1 || sample.is_multiple_of(self.get())
+    }
+
     /// The first computed sample at or after `sample`.
     #[inline(always)]
     pub(crate) fn first(self, sample: usize) -> usize {
