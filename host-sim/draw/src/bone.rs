@@ -11,16 +11,9 @@ pub type Outline = Vec<[f32; 2]>;
 pub struct Bone {
     /// The first hit of each line.
     pub hits: Vec<Option<Hit>>,
-    /// Level of the flat surface over the tissue's speckle, dB.
-    pub level: f32,
-    /// Length over which the echo falls by e, mm.
-    pub tail: f32,
-    /// Share of the echo whose phase is random.
-    pub rough: f32,
-    /// Fall of the echo at a tilt of 45°, dB.
-    pub fall: f32,
-    /// Level of the sound that passes, dB.
-    pub through: f32,
+    /// Level of the flat surface, dB over the tissue's speckle; length over which the echo falls by e, mm; share whose phase
+    /// is random; fall at a tilt of 45°, dB; level of the sound that passes, dB.
+    pub echo: [f32; 5],
 }
 
 /// A hit of a line on a bone.

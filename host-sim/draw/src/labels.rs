@@ -25,7 +25,7 @@ pub(crate) fn polylines(
 ) -> [Vec<Polyline>; 2] {
     let mut all = [Vec::new(), Vec::new()];
     for bone in bones {
-        let crest = sound.crest(bone.tail) / view.step();
+        let crest = sound.crest(bone.echo[1]) / view.step();
         let samples = bone.hits.iter().map(|hit| Some((*hit)?.sample + crest));
         let samples: Vec<_> = samples.collect();
         let clear = (0..view.lines).map(|line| seen(grey, view, &samples, line));

@@ -113,7 +113,24 @@ fn field(
     outlines: &[Outline],
     look: &Look,
 ) -> (Array2<f32>, Label) {
-    let (levels, bones, sound) = scanned(draw, subject, view, outlines, look);
+    let points = outlines.iter().flatten().map(|point| point[1]);
+    let highest = points.fold(view.depth, f32::min).max(2.0);
+    let [most, share, height] = draw.row("skin");
+    let standoff = most * share * highest;
+    let bow = draw.curve(height, 120.0, 25.0);
+    let skin = Curve::of(|x| (standoff + bow.at(x)).clamp(0.0, 0.6 * highest));
+    let mut medium = subject.tissue(draw, view, skin, outlines);
+    let enters = shadow::contact(draw, &mut medium);
+    let sound = Sound::drawn(draw, view, look);
+    let level = draw.within(look.bone[0], look.bone[1]);
+    let bones = outlines.iter().map(|outline| {
+        let (hits, mut echo) = (bone::hits(outline, view), draw.row("bone"));
+        echo[0] += level;
+        Bone { hits, echo }
+    });
+    let bones: Vec<_> = bones.collect();
+    medium.light = shadow::light(&medium, enters, &bones, sound.spread);
+    let levels = sound.echoes(draw, &medium, &bones);
     let grey = display::grey(draw, &levels, view);
     let mut field = display::pixels(&grey, view);
     display::stored(draw, &mut field);
@@ -133,42 +150,6 @@ fn field(
 /// Grey levels; black where there are none.
 fn rounded(grey: &Array2<f32>) -> Array2<u8> {
     grey.mapv(|value| value.round() as u8)
-}
-
-/// The echoes of a subject in dB, and its bones.
-fn scanned(
-    draw: &mut Draw,
-    subject: Subject,
-    view: &View,
-    outlines: &[Outline],
-    look: &Look,
-) -> (Array2<f32>, Vec<Bone>, Sound) {
-    let points = outlines.iter().flatten().map(|point| point[1]);
-    let highest = points.fold(view.depth, f32::min).max(2.0);
-    let [most, share, height] = draw.row("skin");
-    let standoff = most * share * highest;
-    let bow = draw.curve(height, 120.0, 25.0);
-    let skin = Curve::of(|x| (standoff + bow.at(x)).clamp(0.0, 0.6 * highest));
-    let mut medium = subject.tissue(draw, view, &skin, outlines);
-    let enters = shadow::contact(draw, &mut medium, &skin);
-    let sound = Sound::drawn(draw, view, look);
-    let level = draw.within(look.bone[0], look.bone[1]);
-    let bones = outlines.iter().map(|outline| {
-        let [uneven, tail, rough, fall, through] = draw.row("bone");
-        let (hits, level) = (bone::hits(outline, view), level + uneven);
-        Bone {
-            hits,
-            level,
-            tail,
-            rough,
-            fall,
-            through,
-        }
-    });
-    let bones: Vec<_> = bones.collect();
-    let light = shadow::light(&medium, &enters, &bones, sound.spread);
-    let levels = echo::echoes(draw, &sound, &medium, &light, &bones, &skin);
-    (levels, bones, sound)
 }
 
 #[cfg(test)]

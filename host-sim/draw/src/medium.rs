@@ -10,12 +10,15 @@ use super::view::{View, crossed};
 /// Tissue before sound passes through it: `[sample, line]`.
 pub struct Medium {
     pub view: View,
+    pub skin: Curve,
     /// Level of the speckle, dB.
     pub level: Array2<f32>,
     /// Amplitude of smooth reflectors, which add up in phase.
     pub lines: Array2<f32>,
     /// Loss on the way through a sample, dB; negative where less is lost than the gain makes up for.
     pub loss: Array2<f32>,
+    /// Share of sound that arrives.
+    pub light: Array2<f32>,
 }
 
 /// Short lines within a layer: least and greatest length, mean slope against the layer and its spread, least and greatest
@@ -36,13 +39,15 @@ pub struct Layer {
 }
 
 impl Medium {
-    pub fn new(view: &View) -> Self {
+    pub fn new(view: &View, skin: Curve) -> Self {
         let zeros = Array2::zeros((view.samples, view.lines));
         Medium {
             view: view.clone(),
+            skin,
             level: zeros.clone(),
             lines: zeros.clone(),
-            loss: zeros,
+            loss: zeros.clone(),
+            light: zeros,
         }
     }
 
@@ -85,13 +90,8 @@ impl Medium {
     }
 
     /// Draws a line of a level and a thickness along a curve; the level changes along it.
-    pub fn curve(
-        &mut self,
-        draw: &mut Draw,
-        curve: &Curve,
-        [start, end]: [f32; 2],
-        [level, thickness]: [f32; 2],
-    ) {
+    pub fn curve(&mut self, draw: &mut Draw, curve: &Curve, ends: [f32; 2], line: [f32; 2]) {
+        let ([start, end], [level, thickness]) = (ends, line);
         let changes = draw.curve(4.5, 20.0, 1.2);
         let points = (0..=200).map(|k| {
             let x = start + (end - start) * k as f32 / 200.0;
@@ -150,13 +150,8 @@ impl Medium {
     }
 
     /// Draws an ellipse at a point: half its width and height; relative level within, level of the wall, loss per mm.
-    pub fn ellipse(
-        &mut self,
-        draw: &mut Draw,
-        [x0, z0]: [f32; 2],
-        [a, b]: [f32; 2],
-        [level, wall, loss]: [f32; 3],
-    ) {
+    pub fn ellipse(&mut self, draw: &mut Draw, at: [f32; 2], half: [f32; 2], tissue: [f32; 3]) {
+        let ([x0, z0], [a, b], [level, wall, loss]) = (at, half, tissue);
         let (sin, cos) = libm::sincosf(draw.within(-0.4, 0.4));
         let uneven = draw.log(0.01, 0.12);
         let rim = draw.curve(uneven, 25.0, 6.0);

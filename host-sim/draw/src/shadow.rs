@@ -6,10 +6,10 @@ use ndarray::{Array1, Array2};
 
 use super::bone::Bone;
 use super::medium::Medium;
-use super::random::{Curve, Draw, amplitude};
+use super::random::{Draw, amplitude};
 
 /// Draws the array's own echo, gel and lines without contact; returns the sound that enters.
-pub fn contact(draw: &mut Draw, medium: &mut Medium, skin: &Curve) -> Array1<f32> {
+pub fn contact(draw: &mut Draw, medium: &mut Medium) -> Array1<f32> {
     let view = medium.view.clone();
     let (lines, step) = (view.lines as f32, view.step());
     let row = draw.row("contact");
@@ -29,7 +29,7 @@ pub fn contact(draw: &mut Draw, medium: &mut Medium, skin: &Curve) -> Array1<f32
     let (bang, middle, half) = (amplitude(bang), lines * middle, 0.5 * lines * width);
     let enters = (0..view.lines).map(|line| {
         let [x, z] = view.point(line as f32, 0.0);
-        let depth = skin.at(x) - z.max(0.0);
+        let depth = medium.skin.at(x) - z.max(0.0);
         let lost = ((half - (line as f32 - middle).abs()) / 4.0).clamp(0.0, 1.0);
         let sound = air * ((depth - thick) / thick).clamp(0.0, 1.0) + gap * lost;
         for sample in 0..view.samples {
@@ -62,19 +62,18 @@ pub fn contact(draw: &mut Draw, medium: &mut Medium, skin: &Curve) -> Array1<f32
     enters.collect()
 }
 
-/// The share of sound at each cell, past bone and losses.
+/// The share of the sound that enters at each cell, past bone and losses.
 ///
 /// Sound spreads to neighbouring lines on its way, so that the edges of shadows soften.
-pub fn light(medium: &Medium, enters: &Array1<f32>, bones: &[Bone], spread: f32) -> Array2<f32> {
+pub fn light(medium: &Medium, mut now: Array1<f32>, bones: &[Bone], spread: f32) -> Array2<f32> {
     let view = &medium.view;
     let mut light = Array2::zeros((view.samples, view.lines));
-    let mut now = enters.clone();
     for sample in 0..view.samples {
         light.row_mut(sample).assign(&now);
         for bone in bones {
             for (now, hit) in now.iter_mut().zip(&bone.hits) {
                 if hit.is_some_and(|hit| hit.sample as usize == sample) {
-                    *now *= amplitude(bone.through);
+                    *now *= amplitude(bone.echo[4]);
                 }
             }
         }

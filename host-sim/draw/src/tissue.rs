@@ -8,11 +8,11 @@ use super::view::View;
 
 impl Subject {
     /// Tissue above outlines, or alone.
-    pub fn tissue(self, draw: &mut Draw, view: &View, skin: &Curve, bones: &[Outline]) -> Medium {
-        let mut medium = Medium::new(view);
+    pub fn tissue(self, draw: &mut Draw, view: &View, skin: Curve, bones: &[Outline]) -> Medium {
+        let mut medium = Medium::new(view, skin);
         let points = bones.iter().flatten().map(|point| point[1]);
         let deep = points.fold(0.9 * view.depth, f32::min);
-        let layers = self.layers(draw, view, skin, bones, deep);
+        let layers = self.layers(draw, &medium, bones, deep);
         medium.layers(draw, &layers);
         let number = match self {
             Subject::Breast => 0,
@@ -27,21 +27,15 @@ impl Subject {
             let at = [x * view.reach(), z * (0.9 * deep)];
             medium.ellipse(draw, at, [wide, wide * flat], [level, wall, loss]);
         }
-        self.organs(draw, &mut medium, skin, deep);
+        self.organs(draw, &mut medium, deep);
         medium
     }
 
     /// Layers, which follow the skin and, in part, the bone.
-    fn layers(
-        self,
-        draw: &mut Draw,
-        view: &View,
-        skin: &Curve,
-        bones: &[Outline],
-        deep: f32,
-    ) -> Vec<Layer> {
+    fn layers(self, draw: &mut Draw, medium: &Medium, bones: &[Outline], deep: f32) -> Vec<Layer> {
+        let skin = &medium.skin;
         let [wide, fall, share] = draw.row("drape");
-        let bone = first(bones, 1.3 * view.depth).smooth(wide);
+        let bone = first(bones, 1.3 * medium.view.depth).smooth(wide);
         let drape = Curve::of(|x| (bone.at(x) - deep).clamp(0.0, fall)).smooth(0.6 * wide);
         let mut own: Vec<_> = rows(&format!("{self:?}")).collect();
         if own.is_empty() {
@@ -82,7 +76,7 @@ impl Subject {
     }
 
     /// What a subject has beside layers and vessels.
-    fn organs(self, draw: &mut Draw, medium: &mut Medium, skin: &Curve, deep: f32) {
+    fn organs(self, draw: &mut Draw, medium: &mut Medium, deep: f32) {
         let (reach, depth) = (medium.view.reach(), medium.view.depth);
         let [_, z, loss] = draw.row("organ");
         match self {
@@ -102,7 +96,7 @@ impl Subject {
                         far if far.abs() < 9.0 => 0.25 * depth + 0.05 * far * far,
                         _ => 3.0 * depth,
                     });
-                    air(draw, medium, &trachea, skin, loss);
+                    air(draw, medium, &trachea, loss);
                 }
             }
             Subject::Liver => liver(draw, medium),
@@ -110,11 +104,11 @@ impl Subject {
                 let [height] = draw.row("gas");
                 let wave = draw.curve(height, 40.0, 8.0);
                 let surface = Curve::of(|x| z * depth + wave.at(x));
-                air(draw, medium, &surface, skin, loss);
+                air(draw, medium, &surface, loss);
             }
             Subject::Ribs if draw.chance(0.7) => {
                 let pleura = Curve::of(|x| deep + 6.0 + 0.004 * x * x);
-                air(draw, medium, &pleura, skin, loss);
+                air(draw, medium, &pleura, loss);
             }
             _ => {}
         }
@@ -140,7 +134,7 @@ fn liver(draw: &mut Draw, medium: &mut Medium) {
 }
 
 /// A surface of air: bright, repeated at multiples of its depth, above streaks of scattered sound.
-fn air(draw: &mut Draw, medium: &mut Medium, surface: &Curve, skin: &Curve, loss: f32) {
+fn air(draw: &mut Draw, medium: &mut Medium, surface: &Curve, loss: f32) {
     let (reach, step) = (medium.view.reach(), medium.view.step());
     let [level, dirty, fade] = draw.row("air");
     let columns = draw.curve(5.0, 20.0, 0.8);
@@ -153,7 +147,8 @@ fn air(draw: &mut Draw, medium: &mut Medium, surface: &Curve, skin: &Curve, loss
         }
     });
     for times in 0..draw.count(1, 4) {
-        let again = Curve::of(|x| surface.at(x) + times as f32 * (surface.at(x) - skin.at(x)));
+        let deep = |x| surface.at(x) - medium.skin.at(x);
+        let again = Curve::of(|x| surface.at(x) + times as f32 * deep(x));
         let level = level - draw.within(6.0, 14.0) * times as f32;
         let hidden = if times > 0 { loss } else { 0.0 };
         medium.curve(draw, &again, [-reach, reach], [level + hidden, 0.4]);
