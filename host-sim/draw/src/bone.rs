@@ -9,8 +9,8 @@ pub type Outline = Vec<[f32; 2]>;
 /// A bone and its echo.
 #[derive(Clone, Debug)]
 pub struct Bone {
-    /// The first hit of each line.
-    pub hits: Vec<Option<Hit>>,
+    /// The first hits of lines.
+    pub hits: Vec<Hit>,
     /// Level of the flat surface, dB over the tissue's speckle; length over which the echo falls by e, mm; share whose phase
     /// is random; fall at a tilt of 45°, dB; level of the sound that passes, dB.
     pub echo: [f32; 5],
@@ -19,6 +19,7 @@ pub struct Bone {
 /// A hit of a line on a bone.
 #[derive(Clone, Copy, Debug)]
 pub struct Hit {
+    pub line: usize,
     /// Sample of the surface.
     pub sample: f32,
     /// Tilt of the surface against the line, radians.
@@ -26,7 +27,7 @@ pub struct Hit {
 }
 
 /// The first hits of a view's lines on an outline: points (x, z), mm.
-pub fn hits(outline: &[[f32; 2]], view: &View) -> Vec<Option<Hit>> {
+pub fn hits(outline: &[[f32; 2]], view: &View) -> Vec<Hit> {
     let mut hits: Vec<Option<Hit>> = vec![None; view.lines];
     for pair in outline.windows(2) {
         let ([l0, s0], [l1, s1]) = (view.place(pair[0]), view.place(pair[1]));
@@ -36,11 +37,11 @@ pub fn hits(outline: &[[f32; 2]], view: &View) -> Vec<Option<Hit>> {
             let nearer = hits[line].is_none_or(|old| sample < old.sample);
             if nearer && sample > 1.0 && sample < view.samples as f32 {
                 let tilt = libm::atanf(slope);
-                hits[line] = Some(Hit { sample, tilt });
+                hits[line] = Some(Hit { line, sample, tilt });
             }
         }
     }
-    hits
+    hits.into_iter().flatten().collect()
 }
 
 /// An arch: half an ellipse of an exponent, 2 for round and less for a ridge, with a tilt.

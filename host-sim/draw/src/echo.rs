@@ -2,7 +2,7 @@
 
 use std::f32::consts::FRAC_1_SQRT_2;
 
-use ndarray::{Array1, Array2, Axis, Slice};
+use ndarray::{Array, Array1, Array2, ArrayView, Axis, Dimension, Slice};
 
 use super::Look;
 use super::bone::{Bone, Hit};
@@ -37,12 +37,12 @@ impl Sound {
         let [frequency, axial, lateral, focus, range, noise, rise, fall] = draw.row("sound");
         let [looks, ghost, haze, far, lobes, spread] = draw.row("received");
         let wavelength = 1.54 / (frequency / view.depth).clamp(2.0, 16.0);
-        let within = |[low, high]: [f32; 2], share| mix(low, high, share);
+        let [_, noises, falls] = look.0;
         Sound {
             point: [wavelength * axial, wavelength * lateral],
             focus: [focus * view.depth, range * view.depth],
-            noise: [within(look.noise, noise), rise / view.depth],
-            fall: within(look.fall, fall) / view.depth,
+            noise: [mix(noises[0], noises[1], noise), rise / view.depth],
+            fall: mix(falls[0], falls[1], fall) / view.depth,
             looks: looks as usize,
             ghost,
             haze: [haze, far],
@@ -74,20 +74,13 @@ impl Sound {
         };
         let depths = (0..100).map(|k| 0.02 * k as f32 * (sigma + tail));
         let echoes = depths.map(|z| (z, echo(z)));
-        echoes
-            .fold(
-                (0.0, 0.0),
-                |best, now| if now.1 > best.1 { now } else { best },
-            )
-            .0
+        let best = echoes.rev().max_by(|a, b| a.1.total_cmp(&b.1));
+        best.map_or(0.0, |best| best.0)
     }
 
     /// The level of the echoes, dB: `[sample, line]`.
     pub fn echoes(&self, draw: &mut Draw, medium: &Medium, bones: &[Bone]) -> Array2<f32> {
-        let Medium {
-            view, light, skin, ..
-        } = medium;
-        let step = view.step();
+        let (view, light, step) = (&medium.view, &medium.light, medium.view.step());
         let middle = self.lateral(view, 0.5 * view.samples as f32);
         // The peak of a thin line's echo.
         let gain = self.axial(view).into_iter().fold(0.0, f32::max) * middle.iter().sum::<f32>();
@@ -101,9 +94,7 @@ impl Sound {
             let patches = Patches::new(draw, [5.0, 1.5 * self.haze[1]], 0.0);
             let [level, length] = self.haze;
             let [decibels, tail, random, slant, _] = bone.echo;
-            let hits = bone.hits.iter().enumerate();
-            for (line, Hit { sample, tilt }) in hits.filter_map(|(line, hit)| Some((line, (*hit)?)))
-            {
+            for &Hit { line, sample, tilt } in &bone.hits {
                 let [x, _] = view.point(line as f32, sample);
                 let first = sample.ceil() as usize;
                 let turned = tilt.abs() / 0.785;
@@ -112,7 +103,7 @@ impl Sound {
                 let size = amplitude(decibels) * light[[sample as usize, line]] * fall;
                 let sum = (1.0 + tail / self.point[0]).sqrt();
                 let repeated = amplitude(self.ghost - 0.5 * slant * turned * turned);
-                let top = (skin.at(x) / step).max(1.0) as usize;
+                let top = (medium.skin.at(x) / step).max(1.0) as usize;
                 for k in first..view.samples {
                     let far = (k as f32 - sample) * step;
                     let at = [k, line];
@@ -156,21 +147,8 @@ impl Sound {
         let lines = view.lines;
         let mut wide = Array2::<f32>::zeros(field.raw_dim());
         let lobes = amplitude(self.lobes) / (lines as f32).sqrt();
-        let mut padded = Vec::new();
         for sample in 0..view.samples {
-            let weights = self.lateral(view, sample as f32);
-            let reach = weights.len() / 2;
-            padded.clear();
-            padded.resize(reach, 0.0);
-            padded.extend(field.row(sample));
-            padded.resize(lines + 2 * reach, 0.0);
-            let mut row = wide.row_mut(sample);
-            let row = row.as_slice_mut().expect("standard layout");
-            for (k, weight) in weights.iter().enumerate() {
-                for (sum, value) in row.iter_mut().zip(&padded[k..]) {
-                    *sum += weight * value;
-                }
-            }
+            let mut row = convolved(field.row(sample), &self.lateral(view, sample as f32));
             // Side lobes: a running mean over a quarter of the lines, in alternating phase.
             let half = lines / 8;
             let (mut sum, mut side) = (0.0, vec![0.0; lines]);
@@ -186,19 +164,26 @@ impl Sound {
             for (value, side) in row.iter_mut().zip(side) {
                 *value += lobes * side + noise * draw.normal() * FRAC_1_SQRT_2;
             }
+            wide.row_mut(sample).assign(&row);
         }
-        let axial = self.axial(view);
-        let reach = axial.len() / 2;
-        let mut deep = Array2::zeros(field.raw_dim());
-        for (k, weight) in axial.iter().enumerate() {
-            let shift = k as isize - reach as isize;
-            let (from, to) = (shift.max(0), view.samples as isize + shift.min(0));
-            let source = wide.slice_axis(Axis(0), Slice::from(from..to));
-            deep.slice_axis_mut(Axis(0), Slice::from(from - shift..to - shift))
-                .scaled_add(*weight, &source);
-        }
-        deep
+        convolved(wide.view(), &self.axial(view))
     }
+}
+
+/// A field convolved along its first axis, with zeros beyond its ends.
+fn convolved<D: Dimension>(field: ArrayView<f32, D>, weights: &[f32]) -> Array<f32, D> {
+    let (last, reach) = (field.len_of(Axis(0)) as isize, weights.len() as isize / 2);
+    let mut sum = Array::zeros(field.raw_dim());
+    for (shift, weight) in (-reach..=reach)
+        .zip(weights)
+        .filter(|(k, _)| k.abs() < last)
+    {
+        let (from, to) = (shift.max(0), last + shift.min(0));
+        let source = field.slice_axis(Axis(0), Slice::from(from..to));
+        let mut sum = sum.slice_axis_mut(Axis(0), Slice::from(from - shift..to - shift));
+        sum.scaled_add(*weight, &source);
+    }
+    sum
 }
 
 /// A Gaussian of `sigma` samples, whose squares sum to 1.

@@ -26,17 +26,17 @@ pub(crate) fn polylines(
     let mut all = [Vec::new(), Vec::new()];
     for bone in bones {
         let crest = sound.crest(bone.echo[1]) / view.step();
-        let samples = bone.hits.iter().map(|hit| Some((*hit)?.sample + crest));
-        let samples: Vec<_> = samples.collect();
-        let clear = (0..view.lines).map(|line| seen(grey, view, &samples, line));
-        let clear: Vec<bool> = clear.collect();
+        let mut clear = vec![false; view.lines];
+        for hit in &bone.hits {
+            clear[hit.line] = seen(grey, view, hit.line, hit.sample + crest);
+        }
         // The majority of neighbours.
         let clear = |line: usize| {
             let near = &clear[line.saturating_sub(7)..(line + 8).min(view.lines)];
             2 * near.iter().filter(|clear| **clear).count() > near.len()
         };
-        let hits = samples.iter().enumerate();
-        let hits = hits.filter_map(|(line, sample)| Some((line, (*sample)?, clear(line))));
+        let hits = bone.hits.iter();
+        let hits = hits.map(|hit| (hit.line, hit.sample + crest, clear(hit.line)));
         let together = |a: &(usize, f32, bool), b: &(usize, f32, bool)| {
             let near = (b.1 - a.1).abs() * view.step() <= 4.0 * view.pitch(b.1).max(0.15);
             b.0 == a.0 + 1 && b.2 == a.2 && near
@@ -60,10 +60,7 @@ pub(crate) fn polylines(
 }
 
 /// Whether a crest differs from what is below it.
-fn seen(grey: &Array2<f32>, view: &View, samples: &[Option<f32>], line: usize) -> bool {
-    let Some(sample) = samples[line] else {
-        return false;
-    };
+fn seen(grey: &Array2<f32>, view: &View, line: usize, sample: f32) -> bool {
     let mean = |from: f32, to: f32| {
         let (samples, lines) = grey.dim();
         let (from, to) = (from.max(0.0) as usize, (to.max(0.0) as usize).min(samples));

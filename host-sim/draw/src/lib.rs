@@ -33,36 +33,17 @@ pub struct Picture {
     pub label: Label,
 }
 
-/// Ranges that make bone clear or faint, dB.
+/// Ranges that make bone clear or faint, dB: flat bone over speckle, noise at the skin, fall of all echoes over the field.
 #[derive(Debug)]
-pub struct Look {
-    /// Flat bone over the tissue's speckle.
-    bone: [f32; 2],
-    /// Noise at the skin.
-    noise: [f32; 2],
-    /// Fall of all echoes over the field.
-    fall: [f32; 2],
-}
+pub struct Look([[f32; 2]; 3]);
 
 impl Look {
     /// Bone of any kind.
-    pub const ANY: Look = Look {
-        bone: [6.0, 40.0],
-        noise: [-78.0, -36.0],
-        fall: [-2.0, 60.0],
-    };
+    pub const ANY: Look = Look([[6.0, 40.0], [-78.0, -36.0], [-2.0, 60.0]]);
     /// Bone brighter than most of the tissue.
-    pub const CLEAR: Look = Look {
-        bone: [20.0, 40.0],
-        noise: [-78.0, -45.0],
-        fall: [-2.0, 25.0],
-    };
+    pub const CLEAR: Look = Look([[20.0, 40.0], [-78.0, -45.0], [-2.0, 25.0]]);
     /// Bone from that down to what hardly differs from tissue.
-    pub const FAINT: Look = Look {
-        bone: [6.0, 30.0],
-        noise: [-70.0, -36.0],
-        fall: [5.0, 50.0],
-    };
+    pub const FAINT: Look = Look([[6.0, 30.0], [-70.0, -36.0], [5.0, 50.0]]);
 }
 
 impl Picture {
@@ -122,7 +103,8 @@ fn field(
     let mut medium = subject.tissue(draw, view, skin, outlines);
     let enters = shadow::contact(draw, &mut medium);
     let sound = Sound::drawn(draw, view, look);
-    let level = draw.within(look.bone[0], look.bone[1]);
+    let [low, high] = look.0[0];
+    let level = draw.within(low, high);
     let bones = outlines.iter().map(|outline| {
         let (hits, mut echo) = (bone::hits(outline, view), draw.row("bone"));
         echo[0] += level;
@@ -168,10 +150,8 @@ mod tests {
     #[test]
     fn labels_lie_on_a_crest_above_a_shadow_and_pictures_without_bone_have_none() {
         let (mut distances, mut crest, mut below) = (Vec::new(), Vec::new(), Vec::new());
-        for (subject, number) in Subject::MIX
-            .into_iter()
-            .flat_map(|all| [0, 1, 2].map(|k| (all, k)))
-        {
+        let subjects = Subject::MIX.into_iter();
+        for (subject, number) in subjects.flat_map(|subject| [0, 1, 2].map(|k| (subject, k))) {
             let Picture { pixels, label } = Picture::of(subject, 5, number);
             assert!(subject.has_bone() || label.bone.len() + label.maybe.len() == 0);
             let mm = (1.0 / label.pixel_mm) as i32;

@@ -71,10 +71,8 @@ pub fn light(medium: &Medium, mut now: Array1<f32>, bones: &[Bone], spread: f32)
     for sample in 0..view.samples {
         light.row_mut(sample).assign(&now);
         for bone in bones {
-            for (now, hit) in now.iter_mut().zip(&bone.hits) {
-                if hit.is_some_and(|hit| hit.sample as usize == sample) {
-                    *now *= amplitude(bone.echo[4]);
-                }
+            for hit in bone.hits.iter().filter(|hit| hit.sample as usize == sample) {
+                now[hit.line] *= amplitude(bone.echo[4]);
             }
         }
         let (old, last) = (now.clone(), view.lines - 1);
