@@ -195,3 +195,47 @@ fn kernel(sigma: f32) -> Vec<f32> {
     let norm = weights.clone().map(|w| w * w).sum::<f32>().sqrt();
     weights.map(|w| w / norm).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::{random::Curve, view::Array::Linear};
+    use super::*;
+
+    /// Levels of a medium of a level with a point, at light 1 and without noise.
+    fn levels(level: f32, point: f32) -> (View, Array2<f32>) {
+        let (draw, view) = (&mut Draw::new(1, 1), [256, 500]);
+        let view = View::new(Linear, 20.0, 40.0, view, 0.1);
+        let mut sound = Sound::drawn(draw, &view, &Look::ANY);
+        (sound.point, sound.focus, sound.fall) = ([0.5, 1.0], [20.0, 1000.0], 0.0);
+        (sound.looks, sound.noise, sound.lobes) = (1, [-200.0, 0.0], -200.0);
+        let mut medium = Medium::new(&view, Curve::of(|_| 0.0));
+        medium.light.fill(1.0);
+        medium.level.fill(level);
+        medium.lines[[250, 128]] = point;
+        let levels = sound.echoes(draw, &medium, &[]);
+        (view, levels)
+    }
+
+    #[test]
+    fn speckle_of_a_uniform_region_has_the_level_and_spread_of_rayleigh_amplitudes() {
+        let (_, levels) = levels(0.0, 0.0);
+        let (mean, spread) = (levels.mean().expect("cells"), levels.std(0.0));
+        assert!(
+            (mean + 2.51).abs() < 0.3 && (spread - 5.57).abs() < 0.2,
+            "{mean} {spread}"
+        );
+    }
+
+    #[test]
+    fn a_point_has_its_widths_at_half_its_maximum() {
+        let (view, levels) = levels(-100.0, 1e3);
+        let half = levels[[250, 128]] - 6.02;
+        let above = |lane: ndarray::ArrayView1<f32>| lane.iter().filter(|v| **v > half).count();
+        let deep = above(levels.column(128)) as f32 * view.step();
+        let wide = above(levels.row(250)) as f32 * view.pitch(250.0);
+        assert!(
+            (deep - 0.5).abs() < 0.1 && (wide - 1.0).abs() < 0.2,
+            "{deep} {wide}"
+        );
+    }
+}
