@@ -14,8 +14,8 @@ use bonebeam_drive::beamform::Memory;
 use bonebeam_drive::config::{Beamform, Image, PhaseSymmetry};
 use bonebeam_drive::delay::DelayStage;
 use bonebeam_files::{ChannelData, Transmits};
-use bonebeam_fuzz::finite_complex_bits;
 use bonebeam_simulate::Phantom;
+use bonebeam_tests::kernel::bits;
 use clap::{CommandFactory, FromArgMatches, Parser};
 use host_sim::config::Config;
 use host_sim::flags::{Flags, SimulateFlags};
@@ -134,7 +134,7 @@ fn run(mut config: Config) {
             .map(|mut m| beamformer.line_within(&mut m.view(), line, active, adaptive, &mut z)),
     };
     if let Ok(Ok(())) = done {
-        finite_complex_bits(&z);
+        bits(&z);
     }
 }
 

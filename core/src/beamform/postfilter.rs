@@ -2,11 +2,11 @@
 //!
 //! The factor is computed from the aligned samples.
 
-use super::depth_step::DepthStep;
 use super::pushes::SampleIndex;
 use super::segment::SegmentGroup;
 use super::snapshot::gather;
 use super::table::{Parameter, choices};
+use crate::geometry::DepthStep;
 use crate::simd::{ComplexVector, Scalar, Vector};
 use core::f32::consts::TAU;
 use num_complex::Complex;

@@ -1,7 +1,7 @@
 //! Steps of the time window along segments, between computed samples.
 
-use super::depth_step::DepthStep;
 use super::segment::Segment;
+use crate::geometry::DepthStep;
 
 /// A sample of each lane's segment: `offset` samples behind the segment's first sample that is a multiple of `step`.
 #[derive(Clone, Copy)]

@@ -1,8 +1,7 @@
 //! Samples of one line with one active aperture.
 
 use super::aligned_line::AlignedLine;
-use super::depth_step::DepthStep;
-use crate::geometry::{Active, Steering};
+use crate::geometry::{Active, DepthStep, Steering};
 use core::ops::Range;
 use num_complex::Complex;
 

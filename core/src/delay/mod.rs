@@ -8,6 +8,7 @@
 mod analytic;
 mod decimator;
 mod delay_law;
+mod flight;
 mod groups;
 mod interpolate;
 mod iq;

@@ -3,6 +3,7 @@
 use super::delay_law::TransmitDelay;
 use super::scan_line::{Compounding, ScanLine};
 use crate::error::{check_length, finite};
+use crate::geometry::DepthStep;
 use crate::memory::Need;
 use crate::simd::Vector;
 use crate::{Complex, Error};
@@ -94,6 +95,7 @@ pub trait Stage: Sealed {
         out: &mut [Complex<f32>],
     ) -> Result<(), Error> {
         let rest = Rest::Zero;
+        let step = DepthStep::new(step);
         let wanted = Outputs { first, step, rest };
         self.block_of(zero, line, record, wanted, scratch, out)
     }
@@ -133,7 +135,7 @@ pub trait Stage: Sealed {
             record,
             first,
             samples,
-            step: step.max(1),
+            step,
             rest,
         };
         self.compute(zero, &source, scratch, out)
@@ -180,7 +182,7 @@ pub struct Outputs {
     /// The line's sample with which the block begins.
     pub(crate) first: usize,
     /// Distance between wanted samples.
-    pub(crate) step: usize,
+    pub(crate) step: DepthStep,
     pub(crate) rest: Rest,
 }
 
@@ -201,8 +203,8 @@ pub struct Source<'a, R> {
     /// The first requested output sample, and the number of them.
     pub(super) first: usize,
     pub(super) samples: usize,
-    /// Distance between wanted samples, at least 1; the line's first sample is wanted.
-    pub(super) step: usize,
+    /// Distance between wanted samples; the line's first sample is wanted.
+    pub(super) step: DepthStep,
     pub(super) rest: Rest,
 }
 

@@ -4,8 +4,7 @@
 //! is a phase that grows linearly from element to element: the least-squares line through the differences of the
 //! echo paths. The table holds cosines and sines, so that the beamformer computes none.
 
-use super::{Active, Ray, Scan};
-use crate::beamform::DepthStep;
+use super::{Active, DepthStep, Ray, Scan};
 use crate::error::check_length;
 use crate::memory::Need;
 use crate::{Complex, Error};

@@ -11,7 +11,7 @@ use crate::delay::{
     Compounding, Delay, DelayParameters, IqDelay, IqInterpolation, IqParameters, ScanLine, Stage,
 };
 use crate::error::{check_length, none};
-use crate::geometry::{Active, Scan, Steering, Transmit};
+use crate::geometry::{Active, DepthStep, Scan, Steering, Transmit};
 use crate::memory::{Need, Scratch};
 use crate::simd::Vector;
 use crate::{Complex, Error};
@@ -258,11 +258,11 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
     }
 
     /// Distance between aligned samples for the beamformer; time windows read all.
-    fn wanted(&self) -> usize {
+    fn wanted(&self) -> DepthStep {
         let parameters = self.beamformer.parameters();
         match parameters.temporal_half_window {
-            0 => parameters.step().get(),
-            _ => 1,
+            0 => parameters.step(),
+            _ => DepthStep::ONE,
         }
     }
 
@@ -277,7 +277,7 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
     fn compound<'r, V: Vector>(
         &self,
         zero: V,
-        (block, step, rest): (Block, usize, Rest),
+        (block, step, rest): (Block, DepthStep, Rest),
         transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>)>,
         scratch: &mut [f32],
         out: &mut [Complex<f32>],
@@ -423,7 +423,7 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         let block = self.block(aligned.len(), elements)?;
         let step = self.beamformer.parameters().step();
         // Coherence is that of every sample.
-        let wanted = coherence.as_ref().map_or(self.wanted(), |_| 1);
+        let wanted = coherence.as_ref().map_or(self.wanted(), |_| DepthStep::ONE);
         let transmits = transmits.into_iter();
         let mut buffered = 0..0;
         for own in Cuts::new(samples, half_window, block, &active) {

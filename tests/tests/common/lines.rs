@@ -4,11 +4,10 @@
 
 use bonebeam::beamform::{
     AlignedLine, Apodization, Beamformer, Method, Parameter, Parameters, Postfilter, Segment,
-    constant_segments,
 };
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::geometry::{Active, Steering};
-use bonebeam::simd::{InstructionSet, Task, Vector};
+use bonebeam::simd::Vector;
 use bonebeam_drive::beamform::Memory;
 use bonebeam_oracle::reference::f32 as f32_reference;
 use ndarray::{Array2, Array3};
@@ -219,87 +218,6 @@ fn sample_weights<A: Averaging<f32>>(
         .expect("a sample that fits");
     weights.truncate(count);
     weights
-}
-
-/// The core over the lanes of an instruction set, a line for each lane.
-///
-/// The lines' apertures grow alike, but have different positions and may end at different samples.
-pub fn core_lanes(
-    set: InstructionSet,
-    lines: &[Line],
-    parameters: Parameters,
-    covariance: Covariance,
-) -> Vec<Vec<Complex<f32>>> {
-    set.dispatch(LinesTask {
-        lines,
-        parameters,
-        covariance,
-    })
-}
-
-struct LinesTask<'a> {
-    lines: &'a [Line],
-    parameters: Parameters,
-    covariance: Covariance,
-}
-
-impl Task for LinesTask<'_> {
-    type Output = Vec<Vec<Complex<f32>>>;
-
-    fn run<V: Vector>(self, zero: V) -> Self::Output {
-        let groups = self.lines.chunks(V::LANES);
-        match self.covariance {
-            Covariance::Forward => groups
-                .flat_map(|lines| core_group::<Forward, V>(zero, lines, self.parameters))
-                .collect(),
-            Covariance::ForwardBackward => groups
-                .flat_map(|lines| core_group::<ForwardBackward, V>(zero, lines, self.parameters))
-                .collect(),
-        }
-    }
-}
-
-fn core_group<A: Averaging<V>, V: Vector>(
-    zero: V,
-    lines: &[Line],
-    parameters: Parameters,
-) -> Vec<Vec<Complex<f32>>> {
-    let beamformer = Beamformer::new(parameters).expect("valid parameters");
-    let mut z: Vec<_> = lines
-        .iter()
-        .map(|line| vec![Complex::ZERO; beamformer.line_samples(line.active.len())])
-        .collect();
-    let lengths = lines.iter().map(|line| line.active.len());
-    let samples = lengths.max().unwrap_or(0);
-    let longest = lines.iter().find(|line| line.active.len() == samples);
-    let sets = &longest.expect("a line").active;
-    let mut memory = line_memory::<A, V>(zero, &beamformer, longest.expect("a line"));
-    for (first, count, set) in constant_segments(samples, |n| sets[n]) {
-        let segment = |line: &'_ Line| {
-            let length = line.active.len();
-            (first.min(length), line.active[first.min(length - 1)].first)
-        };
-        let segments: Vec<_> = lines
-            .iter()
-            .map(|line| Segment {
-                line: line.delayed(),
-                first_element: segment(line).1,
-                first_sample: segment(line).0,
-            })
-            .collect();
-        let mut out: Vec<&mut [Complex<f32>]> = z
-            .iter_mut()
-            .zip(lines)
-            .map(|(z, line)| {
-                let output = |n: usize| beamformer.line_samples(n.min(line.active.len()));
-                &mut z[output(first)..output(first + count)]
-            })
-            .collect();
-        beamformer
-            .segments(&mut memory.view(), &segments, set.count, &mut out)
-            .expect("runs that fit");
-    }
-    z
 }
 
 /// Lines of one length as a frame's samples.

@@ -3,8 +3,8 @@
 use crate::beamform::aligned_line::AlignedLine;
 use crate::beamform::apodization::Window;
 use crate::beamform::compiled::APODIZATION;
-use crate::beamform::depth_step::DepthStep;
 use crate::beamform::segment::Segment;
+use crate::geometry::DepthStep;
 use num_complex::Complex;
 
 /// Elements with unrolled additions, which share the loop's overhead.

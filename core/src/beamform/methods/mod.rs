@@ -13,12 +13,12 @@ pub(super) use directions::{Shape, answers};
 pub(super) use eigenspace::{Subspace, at_least_floor, first_eigenpair, rank_order};
 
 use super::apodization::Window;
-use super::depth_step::DepthStep;
 use super::segment::Segment;
 use super::table::{Parameter, Range, choices, range};
 use super::workspace::Solver;
 use crate::Error;
 use crate::covariance::Averaging;
+use crate::geometry::DepthStep;
 use crate::linalg::size::{CONSTANTS, Known, Size};
 use crate::simd::{ComplexVector, Mask, Scalar, Vector};
 use eigenspace::{esmv, esmv_rank1, esmv_rank1_steps};

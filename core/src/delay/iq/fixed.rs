@@ -22,6 +22,7 @@ use super::phasor;
 use super::record::{IqSource, Window};
 use crate::delay::FAR;
 use crate::delay::delay_law::ReceiveDelay;
+use crate::delay::flight::CentreSample;
 use crate::delay::scan_line::Compounding;
 use crate::delay::stage::Rest;
 use crate::instructions::sqrt;
@@ -130,7 +131,7 @@ impl IqParameters {
         let dense = window.element == 1;
         let zero = Complex::new(0.0, 0.0);
         let clear = !row.add && source.rest == Rest::Zero;
-        let wanted = source.first.checked_next_multiple_of(source.step);
+        let wanted = source.first.checked_next_multiple_of(source.step.get());
         let wanted = wanted.unwrap_or(source.first);
         let elements = self.elements.max(1);
         let above = (wanted - source.first).saturating_mul(elements);
@@ -140,11 +141,11 @@ impl IqParameters {
             above.fill(zero);
         }
         // A wanted row and those up to the next one.
-        let rows = out.chunks_mut(elements.saturating_mul(source.step).max(1));
+        let rows = out.chunks_mut(elements.saturating_mul(source.step.get()).max(1));
         let mut next = wanted;
         for out in rows {
             let n = next;
-            next = next.wrapping_add(source.step);
+            next = next.wrapping_add(source.step.get());
             let (before, rest) = out.split_at_mut_checked(active.start).unwrap_or_default();
             let (own, behind) = rest.split_at_mut_checked(active.len()).unwrap_or_default();
             if clear {
@@ -232,8 +233,7 @@ impl IqParameters {
             return Centres::Each;
         };
         // The wave runs along the line: no position is before the first.
-        let [last_position, _] = self.flight(source, last);
-        let near = last_position < FAR;
+        let near = self.flight(source).at(last).position < FAR;
         if !near {
             return Centres::Each;
         }
@@ -274,25 +274,17 @@ impl IqParameters {
         (centre.depth > 0.0 && centre.depth < f32::MAX).then_some(centre)
     }
 
-    /// Position in samples and carrier phase in cycles at output sample `n`.
-    fn flight(&self, source: &IqSource, n: f64) -> [f64; 2] {
-        let p = self;
-        let r = p.sound_speed * (p.output_start + n / p.output_rate) / 2.0;
-        let flight = source.transmit.time(r) + r / p.sound_speed;
-        [
-            (flight - source.line.transmit.t0) * p.sampling_rate,
-            flight * p.demodulation_frequency + source.record.cycles(),
-        ]
-    }
-
     #[inline(never)]
     fn exact_centre(&self, source: &IqSource, n: usize) -> Option<Centre> {
-        let p = self;
-        let n = n as f64;
-        let [position, cycles] = self.flight(source, n);
+        let CentreSample {
+            depth,
+            time,
+            position,
+        } = self.flight(source).at(n as f64);
+        let cycles = time * self.demodulation_frequency + source.record.cycles();
         let near = position > -FAR && position < FAR;
         (near && cycles.is_finite()).then(|| Centre {
-            depth: (p.sound_speed * (p.output_start + n / p.output_rate) / 2.0) as f32,
+            depth: depth as f32,
             position: whole(position, 32),
             cycles: fraction(cycles),
         })

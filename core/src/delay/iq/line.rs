@@ -9,6 +9,7 @@ use super::taps::{CHUNK, Values};
 use crate::Complex;
 use crate::delay::FAR;
 use crate::delay::delay_law::ReceiveDelay;
+use crate::delay::flight::{CentreSample, Flight};
 use crate::delay::groups::Groups;
 use crate::delay::scan_line::{Compounding, ScanLine, put_parts};
 use crate::simd::{ComplexVector, Vector, load};
@@ -78,7 +79,7 @@ impl IqParameters {
                 let mut chunk = Chunk::<V>::new(zero);
                 let mut values = Values::<V>::new(zero);
                 // As many depths as are wanted of these.
-                let span = CHUNK.saturating_mul(source.step);
+                let span = CHUNK.saturating_mul(source.step.get());
                 let chunks = out.chunks_mut(span.saturating_mul(elements));
                 for (k, out) in chunks.enumerate() {
                     let depths = self.depths(source, source.first + k * span, out);
@@ -138,7 +139,7 @@ impl IqParameters {
         let elements = self.elements.max(1);
         for (row, out) in out.chunks_exact_mut(elements).enumerate() {
             let mut centre = Centre::NONE;
-            if (first + row).is_multiple_of(step) {
+            if step.includes(first + row) {
                 centre = self.centre(source, first + row);
             }
             let mut read = 0..0;
@@ -224,24 +225,36 @@ impl IqParameters {
         }
     }
 
+    /// The times of the line's samples.
+    #[inline(always)]
+    pub(super) fn flight<'a>(&self, source: &'a IqSource) -> Flight<'a> {
+        Flight {
+            transmit: &source.transmit,
+            t0: source.line.transmit.t0,
+            sound_speed: self.sound_speed,
+            output_start: self.output_start,
+            output_rate: self.output_rate,
+            rate: self.sampling_rate,
+        }
+    }
+
     /// Depth, position and carrier phase of an element at the line's beginning for output sample `n`; depth 0 if
     /// nothing can be read.
     #[inline(always)]
     pub(super) fn centre(&self, source: &IqSource, n: usize) -> Centre {
-        let p = self;
-        let (transmit, t0) = (&source.transmit, source.line.transmit.t0);
-        let t = p.output_start + n as f64 / p.output_rate;
-        let r = p.sound_speed * t / 2.0;
-        let flight = transmit.time(r) + r / p.sound_speed;
-        let position = (flight - t0) * p.sampling_rate;
-        let cycles = flight * p.demodulation_frequency + source.record.cycles();
+        let CentreSample {
+            depth,
+            time,
+            position,
+        } = self.flight(source).at(n as f64);
+        let cycles = time * self.demodulation_frequency + source.record.cycles();
         let near = position > -FAR && position < FAR && cycles > -f64::MAX && cycles < f64::MAX;
         if !near {
             return Centre::NONE;
         }
         let floor = libm::floor(position);
         Centre {
-            depth: r as f32,
+            depth: depth as f32,
             whole: floor as f32,
             fraction: (position - floor) as f32,
             cycles: (cycles - libm::floor(cycles)) as f32,

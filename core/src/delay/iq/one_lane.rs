@@ -34,7 +34,7 @@ impl IqParameters {
                 row.fill(Complex::new(0.0, 0.0));
             }
             let n = first + n;
-            if !n.is_multiple_of(step) {
+            if !step.includes(n) {
                 continue;
             }
             let centre = self.centre(source, n);

@@ -5,11 +5,12 @@
 use core::ops::Range;
 use core::slice;
 
-use super::put::{DepthStep, GroupLines};
+use super::put::GroupLines;
 use super::{Compounding, Delay, FAR, STEP, ScanLine, Source};
 use crate::Complex;
 use crate::delay::decimator::{DecimatorMemory, streams_len};
-use crate::delay::delay_law::ReceiveDelay;
+use crate::delay::delay_law::{ReceiveDelay, TransmitDelay};
+use crate::delay::flight::{CentreSample, Flight};
 use crate::delay::groups::{Group, Groups};
 use crate::delay::interpolate::{Locator, TapPositions};
 use crate::simd::{PARTIAL_SUMS, Vector, load, split_front};
@@ -61,10 +62,7 @@ impl Delay {
         out: &mut [Complex<f32>],
     ) {
         let line = source.line;
-        let wanted = DepthStep {
-            first: source.first,
-            step: source.step,
-        };
+        let wanted = (source.first, source.step);
         let mut scratch = self.split_scratch::<V>(scratch, source.samples);
         self.trace_centre(source, &mut scratch.centre);
         for group in self.groups(line, V::LANES) {
@@ -168,10 +166,8 @@ impl Delay {
     /// The depth is 0 if nothing can be read.
     #[inline(always)]
     fn trace_centre(&self, source: &Source, centre: &mut CentrePath) {
-        let p = &self.parameters;
-        let (transmit, t0) = (&source.transmit, source.line.transmit.t0);
         let reach = self.hilbert.reach() as f64;
-        let rate = self.rate();
+        let flight = self.flight(&source.transmit, source.line);
         let CentrePath {
             depth,
             whole,
@@ -179,14 +175,31 @@ impl Delay {
         } = centre;
         let positions = depth.iter_mut().zip(&mut **whole).zip(&mut **fraction);
         for (n, ((depth, whole), fraction)) in positions.enumerate() {
-            let t = p.output_start + ((source.first + n) as f64 - reach) / p.output_rate;
-            let z = p.sound_speed * t / 2.0;
-            let position = ((transmit.time(z) + z / p.sound_speed) - t0) * rate;
+            let CentreSample {
+                depth: z, position, ..
+            } = flight.at((source.first + n) as f64 - reach);
             let near = position > -FAR && position < FAR;
             let floor = if near { libm::floor(position) } else { 0.0 };
             *depth = if near { z as f32 } else { 0.0 };
             *whole = floor as f32;
             *fraction = if near { (position - floor) as f32 } else { 0.0 };
+        }
+    }
+
+    /// The times of a line's samples, and where the interpolator reads them.
+    #[inline(always)]
+    pub(super) fn flight<'a>(
+        &self,
+        transmit: &'a TransmitDelay<'a>,
+        line: &ScanLine,
+    ) -> Flight<'a> {
+        Flight {
+            transmit,
+            t0: line.transmit.t0,
+            sound_speed: self.parameters.sound_speed,
+            output_start: self.parameters.output_start,
+            output_rate: self.parameters.output_rate,
+            rate: self.rate(),
         }
     }
 

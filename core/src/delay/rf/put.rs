@@ -7,6 +7,7 @@ use crate::Complex;
 use crate::delay::analytic::GROUP;
 use crate::delay::groups::Group;
 use crate::delay::scan_line::put_parts;
+use crate::geometry::DepthStep;
 use crate::simd::{MOST_LANES, Vector, copy, load, load_at, transpose};
 
 /// The lines of a group of elements, and the output of their analytic signals.
@@ -16,26 +17,11 @@ pub(super) struct GroupLines<'a> {
     pub line_len: usize,
     pub group: &'a Group,
     pub compounding: Compounding,
-    pub wanted: DepthStep,
+    pub wanted: Wanted,
 }
 
-/// The output samples of a line: every `step`-th, in a block from sample `first` on.
-#[derive(Clone, Copy)]
-pub(super) struct DepthStep {
-    pub first: usize,
-    pub step: usize,
-}
-
-impl DepthStep {
-    /// All samples.
-    pub const ALL: Self = DepthStep { first: 0, step: 1 };
-
-    /// Whether the output has the block's sample `sample`.
-    #[inline(always)]
-    pub fn includes(self, sample: usize) -> bool {
-        self.step == 1 || self.first.wrapping_add(sample).is_multiple_of(self.step)
-    }
-}
+/// The wanted samples of a block: the line's sample with which it begins, and their distance.
+pub(super) type Wanted = (usize, DepthStep);
 
 impl Delay {
     /// Puts the analytic signals of `lines` into `out`.
@@ -67,7 +53,7 @@ impl Delay {
                         return;
                     };
                     transpose_lines(zero, lines, n, new);
-                    match lines.wanted.step {
+                    match lines.wanted.1.get() {
                         1 => self.put_chunk(zero, rows, lines, out),
                         _ => self.put_wanted(zero, rows, lines, (chunk * CHUNK, out)),
                     }
@@ -111,13 +97,13 @@ impl Delay {
     pub(super) fn clear_outside(
         &self,
         line: &ScanLine,
-        wanted: DepthStep,
+        (first, step): Wanted,
         out: &mut [Complex<f32>],
     ) {
         let end = line.active.first + line.active.count;
         let rows = out.chunks_exact_mut(self.parameters.elements.max(1));
         for (sample, row) in rows.enumerate() {
-            if !wanted.includes(sample) {
+            if !step.includes(first + sample) {
                 row.fill(Complex::new(0.0, 0.0));
                 continue;
             }
@@ -139,8 +125,9 @@ impl Delay {
     ) {
         let reach = self.hilbert.reach() * V::LANES;
         let out = out.chunks_exact_mut(self.parameters.elements.max(1));
+        let (block, step) = lines.wanted;
         for (row, out) in out.enumerate() {
-            if !lines.wanted.includes(first + row) {
+            if !step.includes(block + first + row) {
                 continue;
             }
             let rows = rows.get(row * V::LANES..).unwrap_or_default();

@@ -5,6 +5,7 @@ use core::ops::Range;
 use super::{Delay, FAR, ScanLine};
 use crate::Error;
 use crate::delay::decimator::reach;
+use crate::delay::flight::CentreSample;
 use crate::delay::stage::check_line;
 
 impl Delay {
@@ -58,15 +59,18 @@ impl Delay {
         if active.is_empty() || block.is_empty() {
             return Ok(0);
         }
-        let (hilbert, rate) = (self.hilbert.reach(), self.rate());
+        let hilbert = self.hilbert.reach();
+        let flight = self.flight(&transmit, line);
         // The receive delay is largest at an end of the elements.
         let receive = [active.start, active.end.saturating_sub(1)]
             .map(|element| self.receive_delay(line, element));
         let mut last = f64::NEG_INFINITY;
         for sample in block.start..block.end.saturating_add(2 * hilbert) {
-            let t = p.output_start + (sample as f64 - hilbert as f64) / p.output_rate;
-            let z = p.sound_speed * t / 2.0;
-            let centre = ((transmit.time(z) + z / p.sound_speed) - line.transmit.t0) * rate;
+            let CentreSample {
+                depth: z,
+                position: centre,
+                ..
+            } = flight.at(sample as f64 - hilbert as f64);
             for receive in &receive {
                 let position =
                     centre - f64::from(receive.ahead()) + f64::from(receive.samples(z as f32));

@@ -10,14 +10,16 @@
 //! Positions are integers in units of 2⁻¹⁵ of a sample. The transmit's part, which all elements share, and the
 //! element's part, which all transmits share, are each computed once and added.
 
-use super::put::{DepthStep, GroupLines};
+use super::put::GroupLines;
 use super::{Compounding, Delay, FAR, ScanLine};
 #[cfg(doc)]
 use crate::delay::Stage;
+use crate::delay::flight::CentreSample;
 use crate::delay::groups::Group;
 use crate::delay::interpolate::MOST_TAPS;
 use crate::delay::stage::check_line;
 use crate::error::check_length;
+use crate::geometry::DepthStep;
 use crate::memory::Need;
 use crate::simd::{PARTIAL_SUMS, Vector, copy, load, split_front};
 use crate::{Complex, Error};
@@ -189,11 +191,11 @@ impl<'a> Upsampled<'a> {
         let transmit = check_line(line, p.elements, p.sound_speed, &[])?;
         let reach = self.delay.hilbert.reach() as f64;
         let before = (self.taps() / 2 + 1) as f64;
+        let flight = self.delay.flight(&transmit, line);
         for (n, slot) in positions.iter_mut().enumerate() {
-            let t = p.output_start + (n as f64 - reach) / p.output_rate;
-            let z = p.sound_speed * t / 2.0;
-            let position =
-                ((transmit.time(z) + z / p.sound_speed) - line.transmit.t0) * p.sampling_rate;
+            let CentreSample {
+                depth: z, position, ..
+            } = flight.at(n as f64 - reach);
             let units = (position + before) * UNITS_A_SAMPLE + 0.5;
             let farthest = f64::from(FARTHEST);
             // False for a NaN.
@@ -318,6 +320,7 @@ impl<'a> Upsampled<'a> {
         let mut scratch = scratch;
         let rows = split_front(&mut scratch, V::LANES * p.rows());
         let half = V::LANES.div_ceil(2);
+        let wanted = (0, DepthStep::ONE);
         for (k, lines) in lines.chunks((V::LANES * line_len).max(1)).enumerate() {
             let start = line.active.first + k * V::LANES;
             let end = start + lines.len() / line_len.max(1);
@@ -332,11 +335,11 @@ impl<'a> Upsampled<'a> {
                 line_len,
                 group: &group,
                 compounding: Compounding::Replace,
-                wanted: DepthStep::ALL,
+                wanted,
             };
             self.delay.put(zero, &lines, rows, out);
         }
-        self.delay.clear_outside(line, DepthStep::ALL, out);
+        self.delay.clear_outside(line, wanted, out);
         Ok(())
     }
 }
