@@ -86,7 +86,7 @@ impl Plain for delay::Lines {
     const PLANS: u64 = 6000;
 
     fn plain(&self) -> Option<Vec<Complex<f32>>> {
-        let mut out = vec![Complex::new(7.0, 7.0); self.len()];
+        let mut out = vec![Complex::new(7.0, 7.0); self.numbers()];
         for line in self.lines() {
             match &self.input {
                 Input::Rf(stage, rf) => plain::delay::line(stage.parameters(), &line, rf, &mut out),
@@ -105,7 +105,7 @@ impl Plain for upsampled::Waves {
 
     fn plain(&self) -> Option<Vec<Complex<f32>>> {
         let lines: Vec<_> = self.lines().map(|line| (line, &self.rf[..])).collect();
-        let mut out = vec![Complex::new(7.0, 7.0); self.len()];
+        let mut out = vec![Complex::new(7.0, 7.0); self.numbers()];
         plain::delay::upsampled(self.delay.parameters(), &lines, &mut out);
         Some(out)
     }

@@ -311,18 +311,18 @@ impl Kernel for Lines {
     type Number = Complex<f32>;
 
     fn draw(draw: &mut impl Draw) -> Result<Self, Error> {
-        let wild = draw.byte() % 8 == 0;
+        let wild = draw.once_in(8);
         let (elements, samples) = (draw.size(20, 72), draw.size(14, 40));
         let mut parameters = parameters(draw, wild);
         parameters.temporal_half_window %= samples + 1;
-        if draw.byte() % 4 == 0 {
+        if draw.once_in(4) {
             parameters.sub_lines = draw.one_of(&[2, 4, 8, 16]);
         }
         let covariance = draw.one_of(&[Covariance::Forward, Covariance::ForwardBackward]);
         // An aperture that may be empty at first, and grows.
         let (most, steps) = (draw.below(elements + 1), 1 + draw.below(samples));
         let empty = draw.below(steps + 1) * usize::from(draw.flag());
-        let all = draw.byte() % 4 == 0;
+        let all = draw.once_in(4);
         let count = |n: usize| match (all, n / steps) {
             (true, _) => elements,
             (false, _) if n < empty => 0,
@@ -367,7 +367,7 @@ impl Kernel for Lines {
         [Need::default(), self.sizes().need(self.covariance)]
     }
 
-    fn len(&self) -> usize {
+    fn numbers(&self) -> usize {
         (0..self.lines.len()).map(|line| self.outputs(line)).sum()
     }
 

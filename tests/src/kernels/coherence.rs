@@ -53,8 +53,8 @@ impl Kernel for Shares {
         ]
     }
 
-    fn len(&self) -> usize {
-        self.0.len()
+    fn numbers(&self) -> usize {
+        self.0.numbers()
     }
 
     fn run<V: Vector>(
@@ -96,8 +96,8 @@ impl Kernel for ShortLag {
         [self.stage().need(), Need::default()]
     }
 
-    fn len(&self) -> usize {
-        self.0.len()
+    fn numbers(&self) -> usize {
+        self.0.numbers()
     }
 
     fn run<V: Vector>(

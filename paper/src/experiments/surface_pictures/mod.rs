@@ -59,7 +59,10 @@ impl Default for SurfacePictures {
             bones: 12,
             pictures: 2,
             seed: 1,
-            surface: config::Surface::default(),
+            surface: config::Surface {
+                terms: true,
+                ..config::Surface::default()
+            },
         }
     }
 }
@@ -190,6 +193,7 @@ impl Scene {
         Scene {
             pixels: drawn.pixels.mapv(f32::from),
             surface: drawn
+                .label
                 .first()
                 .into_iter()
                 .map(|row| row.map(depth))
