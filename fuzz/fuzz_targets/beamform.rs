@@ -10,14 +10,13 @@ use bonebeam::beamform::{
     AlignedLine, Apodization, Beamformer, Method, Parameter, Parameters, Postfilter, Segment,
     Sizes, Workspace, constant_segments,
 };
-use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
+use bonebeam::covariance::Covariance;
 use bonebeam::geometry::Active;
 use bonebeam::memory::Scratch;
 use bonebeam::simd::{InstructionSet, Task, Vector};
 use bonebeam::{Complex, Error};
 use bonebeam_fuzz::{complex, finite_complex_bits, instruction_set, size, within};
 use libfuzzer_sys::fuzz_target;
-use std::marker::PhantomData;
 
 #[derive(Arbitrary, Debug)]
 struct Input {
@@ -59,6 +58,10 @@ fuzz_target!(|input: Input| {
             Some(row) => method.with_argument(number(input.argument, &row)),
             None => method,
         },
+        covariance: match input.forward {
+            true => Covariance::Forward,
+            false => Covariance::ForwardBackward,
+        },
         postfilter,
         apodization,
         ..Parameters::DEFAULT
@@ -91,7 +94,6 @@ fuzz_target!(|input: Input| {
         segments: &segments,
         count,
         samples,
-        forward: input.forward,
         memory: Content::New,
     };
     let expected = InstructionSet::Scalar.dispatch(lines);
@@ -102,10 +104,7 @@ fuzz_target!(|input: Input| {
     let found = set.dispatch(LinesTask { memory, ..lines });
     assert_eq!(bits(&expected), bits(&found), "{}", set.name());
     if expected.is_ok() {
-        match input.forward {
-            true => line_is_segments::<Forward>(lines),
-            false => line_is_segments::<ForwardBackward>(lines),
-        }
+        line_is_segments(lines);
     }
 });
 
@@ -121,7 +120,7 @@ impl Task for Width {
 }
 
 /// A whole line whose elements change half-way has the bits of its segments.
-fn line_is_segments<A: Averaging<f32>>(lines: LinesTask<'_>) {
+fn line_is_segments(lines: LinesTask<'_>) {
     let LinesTask {
         beamformer,
         segments,
@@ -137,7 +136,7 @@ fn line_is_segments<A: Averaging<f32>>(lines: LinesTask<'_>) {
         },
         count,
     };
-    let mut memory = Memory::<A, f32>::new(0.0, beamformer.sizes(count), f32::NAN);
+    let mut memory = Memory::new(0.0, beamformer.sizes(count), f32::NAN);
     let outputs = |samples| beamformer.parameters().line_samples(samples);
     let mut z = vec![Complex::ZERO; outputs(samples)];
     if beamformer
@@ -185,7 +184,6 @@ struct LinesTask<'a> {
     segments: &'a [Segment<'a>],
     count: usize,
     samples: usize,
-    forward: bool,
     memory: Content,
 }
 
@@ -193,15 +191,6 @@ impl Task for LinesTask<'_> {
     type Output = Result<Vec<Complex<f32>>, Error>;
 
     fn run<V: Vector>(self, zero: V) -> Self::Output {
-        match self.forward {
-            true => self.beamform::<Forward, V>(zero),
-            false => self.beamform::<ForwardBackward, V>(zero),
-        }
-    }
-}
-
-impl LinesTask<'_> {
-    fn beamform<A: Averaging<V>, V: Vector>(self, zero: V) -> Result<Vec<Complex<f32>>, Error> {
         let sizes = self.beamformer.sizes(self.count);
         let larger = Sizes {
             elements: sizes.elements + 3,
@@ -210,7 +199,7 @@ impl LinesTask<'_> {
             ..sizes
         };
         let mut memory = match self.memory {
-            Content::New => Memory::<A, V>::new(zero, sizes, 0.0),
+            Content::New => Memory::new(zero, sizes, 0.0),
             Content::NaN | Content::OfOtherRuns => Memory::new(zero, larger, f32::NAN),
         };
         if let Content::OfOtherRuns = self.memory {
@@ -221,10 +210,12 @@ impl LinesTask<'_> {
         }
         self.pass(&mut memory, self.segments)
     }
+}
 
-    fn pass<A: Averaging<V>, V: Vector>(
+impl LinesTask<'_> {
+    fn pass<V: Vector>(
         self,
-        memory: &mut Memory<A, V>,
+        memory: &mut Memory<V>,
         segments: &[Segment],
     ) -> Result<Vec<Complex<f32>>, Error> {
         let mut lines = Vec::new();
@@ -247,28 +238,26 @@ impl LinesTask<'_> {
 }
 
 /// A beamformer's memory, filled with one number.
-struct Memory<A: Averaging<V>, V: Vector> {
+struct Memory<V> {
     zero: V,
     sizes: Sizes,
     real: Vec<V>,
     complex: Vec<Complex<V>>,
-    averaging: PhantomData<A>,
 }
 
-impl<A: Averaging<V>, V: Vector> Memory<A, V> {
+impl<V: Vector> Memory<V> {
     fn new(zero: V, sizes: Sizes, content: f32) -> Self {
-        let need = sizes.need(A::COVARIANCE);
+        let need = sizes.need();
         let content = zero.splat(content);
         Memory {
             zero,
             sizes,
             real: vec![content; need.real],
             complex: vec![Complex::new(content, content); need.complex],
-            averaging: PhantomData,
         }
     }
 
-    fn view(&mut self) -> Workspace<'_, A, V> {
+    fn view(&mut self) -> Workspace<'_, V> {
         let scratch = Scratch {
             real: &mut self.real,
             complex: &mut self.complex,

@@ -7,7 +7,7 @@ use std::cell::RefCell;
 use arbitrary::Arbitrary;
 use bonebeam::Complex;
 use bonebeam::beamform::{Apodization, Method, Parameters, Postfilter, Workspace};
-use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
+use bonebeam::covariance::Covariance;
 use bonebeam::delay::{
     Delay, DelayParameters, IqInterpolation, IqLayout, IqRecord, IqSamples, Record, Stage,
 };
@@ -87,6 +87,10 @@ fuzz_target!(|input: Input| {
             [usize::from(input.postfilter) % Postfilter::EXAMPLES.len()],
         apodization: Apodization::EXAMPLES
             [usize::from(input.apodization) % Apodization::EXAMPLES.len()],
+        covariance: match input.forward {
+            true => Covariance::Forward,
+            false => Covariance::ForwardBackward,
+        },
         temporal_half_window: usize::from(input.half_window) % 4,
         ..Parameters::DEFAULT
     };
@@ -149,14 +153,11 @@ fn lines<'r, D: Stage>(
     let Ok(pipeline) = pipeline else {
         return;
     };
-    match input.forward {
-        true => blocks::<D, Forward>(&pipeline, record, input, angle),
-        false => blocks::<D, ForwardBackward>(&pipeline, record, input, angle),
-    }
+    blocks(&pipeline, record, input, angle);
 }
 
 /// The line in one block and in blocks of the input's length.
-fn blocks<'r, D: Stage, A: Averaging<f32>>(
+fn blocks<'r, D: Stage>(
     pipeline: &LinePipeline<'_, D>,
     record: &'r D::Record<'r>,
     input: &Input,
@@ -173,9 +174,9 @@ fn blocks<'r, D: Stage, A: Averaging<f32>>(
     let of = |block: usize| {
         let nan = Complex::new(f32::NAN, f32::NAN);
         let sizes = pipeline.beamformer().sizes(elements);
-        let (own, need) = (pipeline.need(1, block), sizes.need(A::COVARIANCE));
+        let (own, need) = (pipeline.need(1, block), sizes.need());
         let (mut real, mut numbers) = (vec![f32::NAN; need.real], vec![nan; need.complex]);
-        let mut workspace = Workspace::<A>::new(
+        let mut workspace = Workspace::new(
             0.0,
             sizes,
             Scratch {

@@ -2,7 +2,7 @@
 
 use bonebeam::Complex;
 use bonebeam::beamform::{AlignedLine, Beamformer, Parameters, ShortLagCoherence};
-use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
+use bonebeam::covariance::Covariance;
 use bonebeam::geometry::Active;
 use bonebeam::memory::Scratch;
 use bonebeam::simd::{InstructionSet, Task, Vector};
@@ -62,15 +62,16 @@ fn agrees_with_the_f64_reference() {
 struct Shares<'a> {
     line: &'a Line,
     parameters: Parameters,
-    covariance: Covariance,
 }
 
-impl Shares<'_> {
-    fn of<A: Averaging<V>, V: Vector>(&self, zero: V) -> Vec<f32> {
+impl Task for Shares<'_> {
+    type Output = Vec<f32>;
+
+    fn run<V: Vector>(self, zero: V) -> Vec<f32> {
         let beamformer = Beamformer::new(self.parameters).unwrap();
         let largest = self.line.active.iter().map(|set| set.count).max();
         let sizes = beamformer.eigenvalue_sizes(largest.unwrap_or(0));
-        let mut memory = Memory::<A, V>::new(zero, sizes).unwrap();
+        let mut memory = Memory::new(zero, sizes).unwrap();
         let (samples, elements) = self.line.x.dim();
         let x = AlignedLine::new(self.line.x.as_slice().unwrap(), elements).unwrap();
         let mut shares = vec![f32::NAN; beamformer.line_samples(samples)];
@@ -82,28 +83,17 @@ impl Shares<'_> {
     }
 }
 
-impl Task for Shares<'_> {
-    type Output = Vec<f32>;
-
-    fn run<V: Vector>(self, zero: V) -> Vec<f32> {
-        match self.covariance {
-            Covariance::Forward => self.of::<Forward, V>(zero),
-            Covariance::ForwardBackward => self.of::<ForwardBackward, V>(zero),
-        }
-    }
-}
-
 fn shares(
     set: InstructionSet,
     line: &Line,
     parameters: Parameters,
     covariance: Covariance,
 ) -> Vec<f32> {
-    set.dispatch(Shares {
-        line,
-        parameters,
+    let parameters = Parameters {
         covariance,
-    })
+        ..parameters
+    };
+    set.dispatch(Shares { line, parameters })
 }
 
 /// An echo across the array in noise of `noise` of its amplitude, and a growing aperture.

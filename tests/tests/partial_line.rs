@@ -2,7 +2,6 @@
 
 use crate::common::lines::Line;
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters};
-use bonebeam::covariance::ForwardBackward;
 use bonebeam::geometry::Active;
 use bonebeam::simd::{InstructionSet, Task, Vector};
 use bonebeam::{Complex, Error};
@@ -27,7 +26,7 @@ impl Task for Parts<'_> {
         let beamformer = Beamformer::new(self.parameters).unwrap();
         let half_window = self.parameters.temporal_half_window;
         let sizes = beamformer.sizes(ELEMENTS);
-        let mut memory = Memory::<ForwardBackward, V>::new(zero, sizes).unwrap();
+        let mut memory = Memory::new(zero, sizes).unwrap();
         let mut workspace = memory.view();
         let x = self.line.x.as_slice().unwrap();
         let active = |n: usize| self.line.active[n];
@@ -107,7 +106,7 @@ fn blocks_that_lack_samples_are_refused() {
     });
     let beamformer = beamformer.unwrap();
     let sizes = beamformer.sizes(ELEMENTS);
-    let mut memory = Memory::<ForwardBackward, f32>::new(0.0, sizes).unwrap();
+    let mut memory = Memory::new(0.0, sizes).unwrap();
     let active = |n: usize| line.active[n];
     let x = &line.x.as_slice().unwrap()[29 * ELEMENTS..60 * ELEMENTS];
     let held = AlignedLine::new(x, ELEMENTS).unwrap();

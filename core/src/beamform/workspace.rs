@@ -2,7 +2,7 @@
 
 use super::sizes::{DirectionParts, Parts, Sizes};
 use crate::Error;
-use crate::covariance::{Averaging, ForwardBackward};
+use crate::covariance::Averaging;
 use crate::instructions::vectors;
 use crate::linalg::panels::PanelColumn;
 use crate::linalg::tridiagonal::Tridiagonal;
@@ -11,33 +11,40 @@ use crate::simd::{ComplexVector, Vector, split_front};
 
 /// Memory of a beamformer, divided by its shapes.
 ///
-/// `A` is [`Forward`](crate::covariance::Forward) or [`ForwardBackward`]. `V` is a vector: `f32` for one output at a
-/// time, a processor's registers for one output per lane. The kernels are compiled once for all sizes.
+/// `V` is a vector: `f32` for one output at a time, a processor's registers for one output per lane. The kernels are
+/// compiled once for all sizes.
 ///
 /// ```
 /// use bonebeam::beamform::{AlignedLine, Beamformer, Parameters, Sizes, Workspace};
-/// use bonebeam::covariance::{Covariance, ForwardBackward};
 /// use bonebeam::memory::{Memory, Need};
 /// use bonebeam::{Complex, geometry::Active};
 ///
-/// const SIZES: Sizes = Sizes { elements: 16, subaperture: 8, temporal_half_window: 2, sub_lines: 1 };
-/// const NEED: Need = SIZES.need(Covariance::ForwardBackward);
+/// const PARAMETERS: Parameters = Parameters { temporal_half_window: 2, ..Parameters::DEFAULT };
+/// const SIZES: Sizes = PARAMETERS.sizes(16);
+/// const NEED: Need = SIZES.need();
 /// // On a target, this is a `static`.
 /// let mut memory = Memory::<{ NEED.real }, { NEED.complex }>::new();
-/// let mut workspace = Workspace::<ForwardBackward>::new(0.0, SIZES, memory.scratch())?;
+/// let mut workspace = Workspace::new(0.0f32, SIZES, memory.scratch())?;
 ///
 /// let samples = [Complex::new(1.0, 0.0); 100 * 16];
 /// let mut z = [Complex::default(); 100];
-/// let beamformer = Beamformer::new(Parameters { temporal_half_window: 2, ..Default::default() })?;
+/// let beamformer = Beamformer::new(PARAMETERS)?;
 /// let line = AlignedLine::new(&samples, 16)?;
 /// let all = |_| Active { first: 0, count: 16 };
 /// beamformer.line(&mut workspace, line, all, &mut z)?;
 /// # Ok::<(), bonebeam::Error>(())
 /// ```
-pub struct Workspace<'a, A: Averaging<V> = ForwardBackward, V: Vector = f32> {
+pub struct Workspace<'a, V = f32> {
     /// Source of new vectors.
     pub(crate) zero: V,
     pub(super) sizes: Sizes,
+    scratch: Scratch<'a, V>,
+}
+
+/// The buffers of a workspace, for the kernels of one covariance.
+pub(crate) struct View<'a, A: Averaging<V>, V: Vector> {
+    /// Source of new vectors.
+    pub(crate) zero: V,
     /// The active elements of one sample.
     pub(super) snapshot: &'a mut [ComplexVector<V>],
     /// The last `K + 1` samples' subaperture sums, in turn.
@@ -92,7 +99,7 @@ pub(super) struct Solver<'a, S, V> {
     pub(super) work: &'a mut [ComplexVector<V>],
 }
 
-impl<'a, A: Averaging<V>, V: Vector> Workspace<'a, A, V> {
+impl<'a, V: Vector> Workspace<'a, V> {
     /// A workspace for shapes up to `sizes`, in memory of size [`Sizes::need`].
     ///
     /// `zero` is a vector of zeros that sets the lanes. The function is inlined, so that the compiler knows
@@ -102,11 +109,29 @@ impl<'a, A: Averaging<V>, V: Vector> Workspace<'a, A, V> {
     /// [`Error::Length`] if the memory is shorter.
     #[inline(always)]
     pub fn new(zero: V, sizes: Sizes, scratch: Scratch<'a, V>) -> Result<Self, Error> {
-        let length = sizes.subaperture;
-        let parts = Parts::new(length, sizes.temporal_half_window, A::COVARIANCE);
-        let mut scratch = scratch;
-        let Scratch { mut real, complex } = scratch.take(sizes.need(A::COVARIANCE))?;
-        let mut complex = vectors(complex);
+        scratch.check(sizes.need())?;
+        Ok(Workspace {
+            zero,
+            sizes,
+            scratch,
+        })
+    }
+
+    /// The shapes that fit into the workspace.
+    pub fn sizes(&self) -> Sizes {
+        self.sizes
+    }
+
+    /// The buffers.
+    #[inline(always)]
+    pub(crate) fn view<A: Averaging<V>>(&mut self) -> View<'_, A, V> {
+        let sizes = Sizes {
+            covariance: A::COVARIANCE,
+            ..self.sizes
+        };
+        let (length, parts) = (sizes.subaperture, Parts::new(sizes));
+        let mut real = &mut *self.scratch.real;
+        let mut complex = vectors(self.scratch.complex);
         let mut scalars = |length| A::scalars(&mut real, &mut complex, length);
         let (matrix, factor, rows) = (
             scalars(parts.matrix),
@@ -120,9 +145,8 @@ impl<'a, A: Averaging<V>, V: Vector> Workspace<'a, A, V> {
             scalars(of.steering),
             scalars(of.product),
         );
-        Ok(Workspace {
-            zero,
-            sizes,
+        View {
+            zero: self.zero,
             snapshot: split_front(&mut complex, sizes.elements),
             ring: split_front(&mut complex, parts.ring),
             lags: split_front(&mut complex, parts.lags),
@@ -149,11 +173,23 @@ impl<'a, A: Averaging<V>, V: Vector> Workspace<'a, A, V> {
                 phases: split_front(&mut complex, of.sub_lines),
                 answers: split_front(&mut complex, of.sub_lines),
             },
-        })
-    }
-
-    /// The shapes that fit into the workspace.
-    pub fn sizes(&self) -> Sizes {
-        self.sizes
+        }
     }
 }
+
+/// Evaluates an expression with the buffers of a workspace, for the covariance of its sizes.
+macro_rules! with_view {
+    ($workspace:expr, $view:ident => $work:expr) => {
+        match $workspace.sizes().covariance {
+            $crate::covariance::Covariance::Forward if $crate::beamform::FORWARD => {
+                let $view = &mut $workspace.view::<$crate::covariance::Forward>();
+                $work
+            }
+            _ => {
+                let $view = &mut $workspace.view::<$crate::covariance::ForwardBackward>();
+                $work
+            }
+        }
+    };
+}
+pub(crate) use with_view;

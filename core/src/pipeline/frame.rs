@@ -5,7 +5,6 @@ use super::output::Output;
 use super::{LinePipeline, Parts, Pipeline};
 
 use crate::beamform::{SUB_LINES, Sizes, Workspace};
-use crate::covariance::{Averaging, ForwardBackward};
 use crate::delay::{Delay, Stage};
 use crate::error::check_length;
 use crate::geometry::{ApertureTable, Steering, SteeringTable, Transmit};
@@ -16,7 +15,6 @@ use crate::phase_symmetry::{AnyGains, GainTables, LogGabor};
 use crate::simd::{Vector, split_front};
 use crate::surface::{Detector, Point, grey};
 use crate::{Complex, Error};
-use core::marker::PhantomData;
 
 /// A [`Pipeline`] with its memory, which processes frame after frame.
 ///
@@ -26,7 +24,6 @@ use core::marker::PhantomData;
 /// # use bonebeam::beamform;
 /// # use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
 /// use bonebeam::Complex;
-/// use bonebeam::covariance::Covariance;
 /// use bonebeam::delay::Record;
 /// use bonebeam::geometry::{Transmit, TransmitLaw};
 /// use bonebeam::memory::Scratch;
@@ -57,7 +54,7 @@ use core::marker::PhantomData;
 /// #     block: 32,
 /// # };
 /// let pipeline = Pipeline::new(parameters)?;
-/// let need = pipeline.need(Covariance::ForwardBackward);
+/// let need = pipeline.need();
 /// let mut real = vec![0.0; need.real];
 /// let mut complex = vec![Complex::new(0.0, 0.0); need.complex];
 /// let scratch = Scratch { real: &mut real, complex: &mut complex };
@@ -72,10 +69,7 @@ use core::marker::PhantomData;
 /// assert_eq!(frame.bone_map()?.len(), 64 * 64);
 /// # Ok::<(), bonebeam::Error>(())
 /// ```
-///
-/// `A` is the beamformer's averaging: [`ForwardBackward`], or [`Forward`](crate::covariance::Forward) by
-/// [`Frame::with_averaging`].
-pub struct Frame<'p, 'm, D = Delay, A = ForwardBackward> {
+pub struct Frame<'p, 'm, D = Delay> {
     pub(crate) pipeline: &'p Pipeline<'p, D>,
     gains: AnyGains<'m>,
     apertures: ApertureTable<'m>,
@@ -87,32 +81,18 @@ pub struct Frame<'p, 'm, D = Delay, A = ForwardBackward> {
     pub(super) image: &'m mut [f32],
     pub(super) map: &'m mut [f32],
     pub(super) scratch: Scratch<'m>,
-    averaging: PhantomData<A>,
 }
 
 impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
-    /// A frame of `pipeline` with forward-backward averaging.
+    /// A frame of `pipeline`.
     ///
     /// Its memory has [`Pipeline::need`] numbers. The table of apertures is computed here, once for all frames.
     ///
     /// # Errors
     /// [`Error::Length`] if the memory is shorter; as [`ApertureTable::new`].
     pub fn new(pipeline: &'p Pipeline<'p, D>, scratch: Scratch<'m>) -> Result<Self, Error> {
-        Self::with_averaging(pipeline, scratch)
-    }
-}
-
-impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
-    /// [`Frame::new`] with any averaging of the covariance.
-    ///
-    /// # Errors
-    /// As [`Frame::new`].
-    pub fn with_averaging(
-        pipeline: &'p Pipeline<'p, D>,
-        scratch: Scratch<'m>,
-    ) -> Result<Self, Error> {
         let parts = &pipeline.parts;
-        scratch.check(parts.need(A::COVARIANCE))?;
+        scratch.check(parts.need())?;
         let mut scratch = scratch;
         let envelopes = split_front(&mut scratch.real, parts.envelopes);
         let widths = split_front(&mut scratch.real, parts.samples);
@@ -141,7 +121,6 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
             image,
             map,
             scratch,
-            averaging: PhantomData,
         })
     }
 
@@ -222,7 +201,7 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
         let own = self.pipeline.parts.line;
         let beamform = |of: OfLine<'_, '_, D>, mut scratch: Scratch<'_>, z: &mut _| {
             let memory = scratch.take(own)?;
-            let mut workspace = Workspace::<A>::new(0.0, sizes, scratch)?;
+            let mut workspace = Workspace::new(0.0f32, sizes, scratch)?;
             of.beamform(transmits, memory, &mut workspace, z)
         };
         self.line_in(line, beamform)
@@ -237,7 +216,6 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
     /// # use bonebeam::beamform;
     /// # use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
     /// use bonebeam::beamform::Workspace;
-    /// use bonebeam::covariance::{Covariance, ForwardBackward};
     /// use bonebeam::delay::Record;
     /// use bonebeam::geometry::{Transmit, TransmitLaw};
     /// use bonebeam::memory::Scratch;
@@ -271,17 +249,17 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
     /// # };
     /// /// By the vectors of `zero`: see `InstructionSet::dispatch`.
     /// fn top_left<V: Vector>(zero: V, pipeline: &Pipeline) -> Result<f32, Error> {
-    ///     let need = pipeline.need_over(V::LANES, Covariance::ForwardBackward);
+    ///     let need = pipeline.need_over(V::LANES);
     ///     let (mut real, mut complex) = (vec![0.0; need.real], vec![Complex::ZERO; need.complex]);
     ///     let scratch = Scratch { real: &mut real, complex: &mut complex };
     ///     let mut frame = Frame::new(pipeline, scratch)?;
     ///
     ///     let sizes = pipeline.lines().beamformer().sizes(16); // elements
-    ///     let need = sizes.need(Covariance::ForwardBackward);
+    ///     let need = sizes.need();
     ///     let mut real = vec![zero; need.real];
     ///     let mut complex = vec![Complex::new(zero, zero); need.complex];
     ///     let scratch = Scratch { real: &mut real, complex: &mut complex };
-    ///     let mut workspace = Workspace::<ForwardBackward, V>::new(zero, sizes, scratch)?;
+    ///     let mut workspace = Workspace::new(zero, sizes, scratch)?;
     ///
     ///     let rf = vec![0.0; 16 * 512]; // the record of one transmit
     ///     let transmit = Transmit::new(TransmitLaw::Focused, 0.0);
@@ -302,13 +280,12 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
     /// [`Beamformer::sizes`]: crate::beamform::Beamformer::sizes
     pub fn line_over<'r, V: Vector>(
         &mut self,
-        workspace: &mut Workspace<'_, A, V>,
+        workspace: &mut Workspace<'_, V>,
         line: usize,
         transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>), IntoIter: Clone>,
     ) -> Result<&[Complex<f32>], Error>
     where
         D::Record<'r>: 'r,
-        A: Averaging<V>,
     {
         let beamform = |of: OfLine<'_, '_, D>, scratch: Scratch<'_>, z: &mut _| {
             of.beamform(transmits, scratch, workspace, z)
@@ -456,11 +433,11 @@ struct OfLine<'a, 'p, D> {
 
 impl<D: Stage> OfLine<'_, '_, D> {
     #[inline(always)]
-    fn beamform<'r, A: Averaging<V>, V: Vector>(
+    fn beamform<'r, V: Vector>(
         self,
         transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>), IntoIter: Clone>,
         memory: Scratch<'_>,
-        workspace: &mut Workspace<'_, A, V>,
+        workspace: &mut Workspace<'_, V>,
         z: &mut [Complex<f32>],
     ) -> Result<(), Error>
     where

@@ -6,7 +6,7 @@ use bonebeam::beamform::{
     AlignedLine, Apodization, Beamformer, Method, Parameter, Parameters, Postfilter, Segment,
     constant_segments,
 };
-use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
+use bonebeam::covariance::Covariance;
 use bonebeam::geometry::{Active, Steering};
 use bonebeam::simd::{InstructionSet, Task, Vector};
 use bonebeam_drive::beamform::Memory;
@@ -122,28 +122,26 @@ pub fn widen(z: Complex<f32>) -> Complex<f64> {
     Complex::new(f64::from(z.re), f64::from(z.im))
 }
 
-/// The core, one line at a time.
-pub fn core(line: &Line, parameters: Parameters, covariance: Covariance) -> Vec<Complex<f32>> {
-    match covariance {
-        Covariance::Forward => core_line::<Forward>(line, parameters),
-        Covariance::ForwardBackward => core_line::<ForwardBackward>(line, parameters),
-    }
+/// A beamformer of this covariance.
+fn beamformer(parameters: Parameters, covariance: Covariance) -> Beamformer {
+    Beamformer::new(Parameters {
+        covariance,
+        ..parameters
+    })
+    .expect("valid parameters")
 }
 
 /// Memory of exactly the size that a line needs.
-fn line_memory<A: Averaging<V>, V: Vector>(
-    zero: V,
-    beamformer: &Beamformer,
-    line: &Line,
-) -> Memory<A, V> {
+fn line_memory<V: Vector>(zero: V, beamformer: &Beamformer, line: &Line) -> Memory<V> {
     let counts = line.active.iter().map(|set| set.count);
     let sizes = beamformer.sizes(counts.max().unwrap_or(0));
     Memory::new(zero, sizes).expect("memory")
 }
 
-fn core_line<A: Averaging<f32>>(line: &Line, parameters: Parameters) -> Vec<Complex<f32>> {
-    let beamformer = Beamformer::new(parameters).expect("valid parameters");
-    let mut memory = line_memory::<A, f32>(0.0, &beamformer, line);
+/// The core, one line at a time.
+pub fn core(line: &Line, parameters: Parameters, covariance: Covariance) -> Vec<Complex<f32>> {
+    let beamformer = beamformer(parameters, covariance);
+    let mut memory = line_memory(0.0, &beamformer, line);
     let mut z = vec![Complex::ZERO; beamformer.line_samples(line.active.len())];
     beamformer
         .line(
@@ -163,21 +161,8 @@ pub fn core_within(
     parameters: Parameters,
     covariance: Covariance,
 ) -> Vec<Complex<f32>> {
-    match covariance {
-        Covariance::Forward => core_line_within::<Forward>(line, within, parameters),
-        Covariance::ForwardBackward => {
-            core_line_within::<ForwardBackward>(line, within, parameters)
-        }
-    }
-}
-
-fn core_line_within<A: Averaging<f32>>(
-    line: &Line,
-    within: std::ops::Range<usize>,
-    parameters: Parameters,
-) -> Vec<Complex<f32>> {
-    let beamformer = Beamformer::new(parameters).expect("valid parameters");
-    let mut memory = line_memory::<A, f32>(0.0, &beamformer, line);
+    let beamformer = beamformer(parameters, covariance);
+    let mut memory = line_memory(0.0, &beamformer, line);
     let outputs = beamformer.line_samples(line.active.len());
     let mut z = vec![Complex::new(f32::NAN, 0.0); outputs];
     let (mut view, active) = (memory.view(), |n: usize| line.active[n]);
@@ -194,19 +179,8 @@ pub fn core_weights(
     parameters: Parameters,
     covariance: Covariance,
 ) -> Vec<Complex<f32>> {
-    match covariance {
-        Covariance::Forward => sample_weights::<Forward>(line, sample, parameters),
-        Covariance::ForwardBackward => sample_weights::<ForwardBackward>(line, sample, parameters),
-    }
-}
-
-fn sample_weights<A: Averaging<f32>>(
-    line: &Line,
-    sample: usize,
-    parameters: Parameters,
-) -> Vec<Complex<f32>> {
-    let beamformer = Beamformer::new(parameters).expect("valid parameters");
-    let mut memory = line_memory::<A, f32>(0.0, &beamformer, line);
+    let beamformer = beamformer(parameters, covariance);
+    let mut memory = line_memory(0.0, &beamformer, line);
     let active = line.active[sample];
     let segment = Segment {
         line: line.delayed(),
@@ -232,15 +206,13 @@ pub fn core_lanes(
 ) -> Vec<Vec<Complex<f32>>> {
     set.dispatch(LinesTask {
         lines,
-        parameters,
-        covariance,
+        beamformer: beamformer(parameters, covariance),
     })
 }
 
 struct LinesTask<'a> {
     lines: &'a [Line],
-    parameters: Parameters,
-    covariance: Covariance,
+    beamformer: Beamformer,
 }
 
 impl Task for LinesTask<'_> {
@@ -248,23 +220,17 @@ impl Task for LinesTask<'_> {
 
     fn run<V: Vector>(self, zero: V) -> Self::Output {
         let groups = self.lines.chunks(V::LANES);
-        match self.covariance {
-            Covariance::Forward => groups
-                .flat_map(|lines| core_group::<Forward, V>(zero, lines, self.parameters))
-                .collect(),
-            Covariance::ForwardBackward => groups
-                .flat_map(|lines| core_group::<ForwardBackward, V>(zero, lines, self.parameters))
-                .collect(),
-        }
+        groups
+            .flat_map(|lines| core_group(zero, lines, self.beamformer))
+            .collect()
     }
 }
 
-fn core_group<A: Averaging<V>, V: Vector>(
+fn core_group<V: Vector>(
     zero: V,
     lines: &[Line],
-    parameters: Parameters,
+    beamformer: Beamformer,
 ) -> Vec<Vec<Complex<f32>>> {
-    let beamformer = Beamformer::new(parameters).expect("valid parameters");
     let mut z: Vec<_> = lines
         .iter()
         .map(|line| vec![Complex::ZERO; beamformer.line_samples(line.active.len())])
@@ -273,7 +239,7 @@ fn core_group<A: Averaging<V>, V: Vector>(
     let samples = lengths.max().unwrap_or(0);
     let longest = lines.iter().find(|line| line.active.len() == samples);
     let sets = &longest.expect("a line").active;
-    let mut memory = line_memory::<A, V>(zero, &beamformer, longest.expect("a line"));
+    let mut memory = line_memory(zero, &beamformer, longest.expect("a line"));
     for (first, count, set) in constant_segments(samples, |n| sets[n]) {
         let segment = |line: &'_ Line| {
             let length = line.active.len();
@@ -315,8 +281,12 @@ pub fn frame(
     covariance: Covariance,
 ) -> Array2<Complex<f32>> {
     let x = stacked(lines);
+    let parameters = Parameters {
+        covariance,
+        ..parameters
+    };
     let active = |beam: usize, sample: usize| lines[beam].active[sample];
-    bonebeam_drive::beamform::beamform(x.view(), &active, parameters, covariance, &|_| {})
+    bonebeam_drive::beamform::beamform(x.view(), &active, parameters, &|_| {})
         .expect("a frame that fits")
 }
 

@@ -13,7 +13,7 @@ use bonebeam::beamform::{
     AlignedLine, Apodization, Beamformer, Parameters, Postfilter, Segment, SteeredSegments,
     constant_segments,
 };
-use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
+use bonebeam::covariance::Covariance;
 use bonebeam::geometry::{Active, Array, Axis, Depth, Lines, Scan, ScanParameters, Steering};
 use bonebeam::simd::{InstructionSet, Task, Vector};
 use bonebeam_drive::beamform::Memory;
@@ -61,20 +61,15 @@ impl Task for OverLanes<'_> {
     type Output = Vec<Vec<Complex<f32>>>;
 
     fn run<V: Vector>(self, zero: V) -> Self::Output {
-        match self.covariance {
-            Covariance::Forward => self.averaged::<Forward, V>(zero),
-            Covariance::ForwardBackward => self.averaged::<ForwardBackward, V>(zero),
-        }
-    }
-}
-
-impl OverLanes<'_> {
-    fn averaged<A: Averaging<V>, V: Vector>(&self, zero: V) -> Vec<Vec<Complex<f32>>> {
-        let beamformer = Beamformer::new(self.parameters).expect("valid parameters");
+        let beamformer = Beamformer::new(Parameters {
+            covariance: self.covariance,
+            ..self.parameters
+        })
+        .expect("valid parameters");
         let count = self.parameters.sub_lines;
         let most = self.lines[0].active.iter().map(|set| set.count).max();
         let sizes = beamformer.sizes(most.unwrap_or(0));
-        let mut memory = Memory::<A, V>::new(zero, sizes).expect("memory");
+        let mut memory = Memory::new(zero, sizes).expect("memory");
         let mut z: Vec<Vec<Complex<f32>>> = Vec::new();
         let groups = self.lines.chunks(V::LANES);
         for (lines, steering) in groups.zip(self.steering.chunks(V::LANES)) {
@@ -119,31 +114,25 @@ fn sub_lines(
     parameters: Parameters,
     covariance: Covariance,
 ) -> Vec<Complex<f32>> {
-    fn of<A: Averaging<f32>>(
-        line: &Line,
-        steering: Steering<'_>,
-        parameters: Parameters,
-    ) -> Vec<Complex<f32>> {
-        let beamformer = Beamformer::new(parameters).expect("valid parameters");
-        let most = line.active.iter().map(|set| set.count).max();
-        let sizes = beamformer.sizes(most.unwrap_or(0));
-        let mut memory = Memory::<A, f32>::new(0.0, sizes).expect("memory");
-        let mut z = vec![Complex::new(f32::NAN, 0.0); line.active.len() * parameters.sub_lines];
-        let active = |n: usize| line.active[n];
-        beamformer
-            .sub_lines(
-                &mut memory.view(),
-                (aligned(line), steering),
-                active,
-                &mut z,
-            )
-            .expect("a line that fits");
-        z
-    }
-    match covariance {
-        Covariance::Forward => of::<Forward>(line, steering, parameters),
-        Covariance::ForwardBackward => of::<ForwardBackward>(line, steering, parameters),
-    }
+    let beamformer = Beamformer::new(Parameters {
+        covariance,
+        ..parameters
+    })
+    .expect("valid parameters");
+    let most = line.active.iter().map(|set| set.count).max();
+    let sizes = beamformer.sizes(most.unwrap_or(0));
+    let mut memory = Memory::new(0.0, sizes).expect("memory");
+    let mut z = vec![Complex::new(f32::NAN, 0.0); line.active.len() * parameters.sub_lines];
+    let active = |n: usize| line.active[n];
+    beamformer
+        .sub_lines(
+            &mut memory.view(),
+            (aligned(line), steering),
+            active,
+            &mut z,
+        )
+        .expect("a line that fits");
+    z
 }
 
 fn bits(z: &[Complex<f32>]) -> Vec<(u32, u32)> {
@@ -445,7 +434,7 @@ fn what_does_not_fit_is_refused() {
     let two = Steering::new(&scan, 3, 2, &mut two).expect("memory that fits");
     let run = |steering: Steering<'_>, sizes_for: usize, length: usize, samples: usize| {
         let sizes = Beamformer::new(of(sizes_for)).expect("valid").sizes(8);
-        let mut memory = Memory::<ForwardBackward, f32>::new(0.0, sizes).expect("memory");
+        let mut memory = Memory::new(0.0, sizes).expect("memory");
         let mut z = vec![Complex::ZERO; length];
         let all = |_| Active { first: 0, count: 8 };
         let x = line.x.as_slice().expect("in order");

@@ -6,8 +6,9 @@ mod memory;
 mod work_items;
 
 use crate::{Error, Result};
-use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Segment, SteeredSegments};
-use bonebeam::covariance::Covariance;
+use bonebeam::beamform::{
+    AlignedLine, Beamformer, Method, Parameters, Segment, Sizes, SteeredSegments,
+};
 use bonebeam::geometry::{Scan, Steering};
 use bonebeam::simd::InstructionSet;
 use ndarray::{Array2, ArrayView3, ArrayViewMut2, Axis};
@@ -19,7 +20,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use super::source::LineSource;
 use memory::AnyMemory;
 pub use memory::Memory;
-pub use memory::Needs;
+pub use memory::memory;
 pub use work_items::Apertures;
 pub(super) use work_items::Tile;
 use work_items::{WorkItem, adaptive_segments, groups, largest, other_segments, tiles};
@@ -47,13 +48,12 @@ pub fn beamform(
     x: ArrayView3<'_, Complex<f32>>,
     active: &Apertures<'_>,
     parameters: Parameters,
-    covariance: Covariance,
     progress: &Finished<'_>,
 ) -> Result<Array2<Complex<f32>>> {
     let (beams, samples, _) = x.dim();
     check_window(&parameters, samples)?;
     let most = largest(beams, samples, active);
-    Plan::new(InstructionSet::detect(), parameters, covariance, most)?.run(x, active, progress)
+    Plan::new(InstructionSet::detect(), parameters, most)?.run(x, active, progress)
 }
 
 /// Beamforming of many frames, with the threads' memory allocated once.
@@ -65,7 +65,7 @@ pub struct Plan {
     /// Samples made by the beamformer; the others are DAS.
     adaptive: Range<usize>,
     das: Beamformer,
-    needs: Needs,
+    sizes: Sizes,
     /// Directions of each line's sub-lines, if there are any.
     steering: Vec<Vec<Complex<f32>>>,
     lanes: usize,
@@ -95,29 +95,21 @@ impl Plan {
     ///
     /// # Errors
     /// [`Error::Usage`] if the sizes need more memory than is allowed; [`Error::Core`] for parameters out of range.
-    pub fn new(
-        set: InstructionSet,
-        parameters: Parameters,
-        covariance: Covariance,
-        largest: usize,
-    ) -> Result<Self> {
+    pub fn new(set: InstructionSet, parameters: Parameters, largest: usize) -> Result<Self> {
         let beamformer = Beamformer::new(parameters)?;
         let das = Beamformer::new(Parameters {
             method: Method::Das,
             temporal_half_window: 0,
             ..parameters
         })?;
-        let needs = Needs {
-            covariance,
-            sizes: beamformer.sizes(largest),
-        };
-        let first = Worker::new(needs, set)?;
+        let sizes = beamformer.sizes(largest);
+        let first = Worker::new(sizes, set)?;
         Ok(Plan {
             set,
             beamformer,
             adaptive: 0..usize::MAX,
             das,
-            needs,
+            sizes,
             steering: Vec::new(),
             lanes: first.memory.lanes(),
             workers: Mutex::new(vec![first]),
@@ -323,7 +315,7 @@ impl Plan {
 
     fn worker(&self) -> Result<Worker> {
         let idle = locked(&self.workers).pop();
-        idle.map_or_else(|| Worker::new(self.needs, self.set), Ok)
+        idle.map_or_else(|| Worker::new(self.sizes, self.set), Ok)
     }
 
     /// The blocks of a tile, aligned.
@@ -445,9 +437,9 @@ impl Plan {
 }
 
 impl Worker {
-    fn new(needs: Needs, set: InstructionSet) -> Result<Self> {
+    fn new(sizes: Sizes, set: InstructionSet) -> Result<Self> {
         Ok(Worker {
-            memory: needs.memory(set)?,
+            memory: memory(set, sizes)?,
             scratch: Vec::new(),
             aligned: Vec::new(),
             z: Vec::new(),

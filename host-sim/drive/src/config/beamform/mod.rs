@@ -422,8 +422,10 @@ impl Beamform {
             exclude_first: options.exclude_first,
             power_steps: options.power_steps,
             sub_lines: (core.sub_lines > 1).then_some(core.sub_lines),
+            covariance: core.covariance,
             core: Parameters {
                 method: Parameters::DEFAULT.method,
+                covariance: Parameters::DEFAULT.covariance,
                 sub_lines: Parameters::DEFAULT.sub_lines,
                 ..core
             },
@@ -445,6 +447,7 @@ impl Beamform {
                 exclude_first: self.exclude_first,
                 power_steps: self.power_steps,
             }),
+            covariance: self.covariance,
             sub_lines: self.sub_lines.unwrap_or(1),
             ..self.core
         }
