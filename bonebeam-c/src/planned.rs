@@ -9,7 +9,7 @@ use crate::status::Status;
 use crate::vectors::{LANES, V, zero};
 use crate::workspace::{scratch, workspace, workspace_bytes};
 use crate::{Complex, scan};
-use bonebeam::beamform::{ShortLagCoherence, Workspace};
+use bonebeam::beamform::Workspace;
 use bonebeam::delay::Stage;
 use bonebeam::image::Pooling;
 use bonebeam::memory::Scratch;
