@@ -11,14 +11,14 @@ use bonebeam::geometry::{
 use bonebeam::image::DepthInterpolation;
 use bonebeam::pipeline::{IqInput, LinePipeline};
 use bonebeam::simd::InstructionSet;
+use bonebeam_kernels::Compounded;
+use bonebeam_kernels::source::{LineSource, Recorded};
 use ndarray::{Array3, ArrayView2, ArrayView3, ArrayViewMut2, Axis as ArrayAxis, CowArray, Ix3};
 use num_complex::Complex;
 use rayon::prelude::*;
 
 use super::beams::{self, Beams};
-use super::compound::Compounded;
 use super::limits::{check_depths, check_rate, check_upsampling, record_times};
-use super::source::{LineSource, Recorded};
 use super::sub_lines::SubLines;
 use crate::config::{Beamform, RfInterpolation};
 use crate::{Error, Result};

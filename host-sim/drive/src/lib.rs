@@ -3,7 +3,6 @@
 pub mod beamform;
 mod beams;
 pub mod coherence;
-mod compound;
 pub mod config;
 pub mod delay;
 pub mod frame;
@@ -14,9 +13,9 @@ mod names;
 pub mod phase_symmetry;
 pub mod pipeline;
 pub mod policy;
-pub mod source;
 mod sub_lines;
 pub mod surface;
 pub mod threads;
 
 pub use bonebeam_files::{Error, Result};
+pub use bonebeam_kernels::source;

@@ -7,11 +7,11 @@ use bonebeam::geometry::Scan;
 use bonebeam::image::{BMode, DepthInterpolation, Pooling};
 use bonebeam::pipeline::Pipeline;
 use bonebeam::simd::InstructionSet;
+use bonebeam_kernels::source::LineSource;
 use ndarray::{Array2, ArrayView2};
 use num_complex::Complex;
 
 use super::beamform::{Plan, Tile};
-use super::source::LineSource;
 use super::{image, phase_symmetry};
 use crate::Result;
 

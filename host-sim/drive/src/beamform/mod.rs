@@ -2,7 +2,6 @@
 //!
 //! Each thread processes as many segments at a time as it has lanes.
 
-mod memory;
 mod work_items;
 
 use crate::{Error, Result};
@@ -11,16 +10,15 @@ use bonebeam::beamform::{
 };
 use bonebeam::geometry::{Scan, Steering};
 use bonebeam::simd::InstructionSet;
+use bonebeam_kernels::memory::AnyMemory;
+pub use bonebeam_kernels::memory::{Memory, memory};
+use bonebeam_kernels::source::LineSource;
 use ndarray::{Array2, ArrayView3, ArrayViewMut2, Axis};
 use num_complex::Complex;
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use super::source::LineSource;
-use memory::AnyMemory;
-pub use memory::Memory;
-pub use memory::memory;
 pub use work_items::Apertures;
 pub(super) use work_items::Tile;
 use work_items::{WorkItem, adaptive_segments, groups, largest, other_segments, tiles};

@@ -7,7 +7,8 @@ use bonebeam::geometry::Axis;
 use bonebeam::image::{
     self as core, BMode, BModeParameters, DepthInterpolation, Logarithm, Pooling,
 };
-use bonebeam::simd::{InstructionSet, Task, Vector};
+use bonebeam::simd::InstructionSet;
+use bonebeam_kernels::image as kernels;
 use ndarray::{Array2, ArrayBase, ArrayView2, Data, Ix2};
 use num_complex::Complex;
 use rayon::prelude::*;
@@ -209,21 +210,8 @@ fn by_position(rows: Axis, columns: Axis, value: impl Fn(f64, f64) -> f32 + Sync
 /// The pixels, through the 3 × 3 median if selected.
 fn smoothed(set: InstructionSet, pixels: Array2<f32>, median: bool) -> Result<Array2<f32>> {
     match median {
-        true => set.dispatch(Median(&pixels)),
+        true => kernels::median(set, pixels.view()),
         false => Ok(pixels),
-    }
-}
-
-struct Median<'a>(&'a Array2<f32>);
-
-impl Task for Median<'_> {
-    type Output = Result<Array2<f32>>;
-
-    fn run<V: Vector>(self, zero: V) -> Self::Output {
-        let mut out = Array2::zeros(self.0.dim());
-        let (image, columns) = (self.0.as_slice().unwrap_or_default(), self.0.ncols());
-        core::median(zero, image, columns, out.as_slice_mut().unwrap_or_default())?;
-        Ok(out)
     }
 }
 
@@ -236,9 +224,7 @@ pub fn pixels(
     b_mode: &BMode,
     z: ArrayView2<Complex<f32>>,
 ) -> Result<Array2<f32>> {
-    let levels = levels(b_mode, z)?;
-    let levels = levels.as_slice();
-    set.dispatch(Pixels { b_mode, levels })
+    kernels::pixels(set, b_mode, &levels(b_mode, z)?)
 }
 
 /// Grey levels of all lines, relative to the largest envelope.
@@ -258,26 +244,6 @@ fn levels(b_mode: &BMode, z: ArrayView2<Complex<f32>>) -> Result<Vec<f32>> {
         .zip(levels.par_chunks_mut(samples))
         .try_for_each(|(envelope, levels)| b_mode.levels(envelope, reference, levels))?;
     Ok(levels)
-}
-
-/// Pixels from all lines' grey levels.
-struct Pixels<'a> {
-    b_mode: &'a BMode,
-    levels: &'a [f32],
-}
-
-impl Task for Pixels<'_> {
-    type Output = Result<Array2<f32>>;
-
-    fn run<V: Vector>(self, zero: V) -> Self::Output {
-        let Pixels { b_mode, levels } = self;
-        let grid = b_mode.parameters().grid;
-        let mut pixels = Array2::zeros((grid.rows, grid.columns));
-        let mut scratch = vec![0.0; b_mode.pixels_need().real];
-        let out = pixels.as_slice_mut().unwrap_or_default();
-        b_mode.pixels(zero, levels, &mut scratch, out)?;
-        Ok(pixels)
-    }
 }
 
 /// Resamples an image bilinearly to another size.

@@ -7,8 +7,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-/// Directions of the filters of a scale.
-pub const DIRECTIONS: usize = 6;
+use bonebeam_kernels::phase_symmetry::DIRECTIONS;
 
 /// Amplitudes of the finest scale, for each direction of its filters.
 pub struct Noise {

@@ -10,8 +10,7 @@ use bonebeam::simd::{InstructionSet, Task, Vector};
 use num_complex::Complex;
 use rayon::prelude::*;
 
-use super::compound::Compounded;
-use crate::Result;
+use crate::{Compounded, Result};
 
 /// Source of the aligned samples of lines.
 pub enum LineSource<'a> {
@@ -45,11 +44,12 @@ impl<'a> LineSource<'a> {
     }
 
     /// Lines, and output samples of each.
-    pub(super) fn shape(&self) -> (usize, usize) {
+    pub fn shape(&self) -> (usize, usize) {
         (self.scan().lines(), self.scan().samples())
     }
 
-    pub(super) fn elements(&self) -> usize {
+    /// Elements of the array.
+    pub fn elements(&self) -> usize {
         self.scan().elements()
     }
 

@@ -1,0 +1,353 @@
+//! Sound on its way: contact, shadows, the bone's echo and its repetitions, the beam and noise.
+
+use ndarray::{Array1, Array2, Axis, Slice};
+
+use super::bone::{Bone, Hit};
+use super::medium::Medium;
+use super::random::{Curve, Draw, Patches, amplitude};
+use super::view::View;
+
+/// Sound, array and receiver. Lengths in mm, levels in dB over the tissue's speckle.
+pub struct Sound {
+    /// Full widths of a point's echo at half its maximum: axial, and lateral at the focus.
+    pub point: [f32; 2],
+    /// Depth of the focus, and the depth over which the beam widens by √2.
+    pub focus: [f32; 2],
+    /// Noise at the skin, and its increase per mm.
+    pub noise: [f32; 2],
+    /// Fall of all echoes per mm.
+    pub fall: f32,
+    /// Speckle patterns that are averaged.
+    pub looks: usize,
+    /// Level of the layers' repetition below bone, relative.
+    pub ghost: f32,
+    /// Level of scattered sound below bone, relative to its echo, and its length.
+    pub haze: [f32; 2],
+    /// Level of wide side lobes, relative.
+    pub lobes: f32,
+    /// Samples that the shadow's edge spreads into: share of a line's sound that passes to each neighbour, per sample.
+    pub spread: f32,
+}
+
+impl Sound {
+    pub fn drawn(draw: &mut Draw, view: &View) -> Self {
+        let frequency = (draw.log(180.0, 700.0) / view.depth).clamp(2.0, 16.0);
+        let wavelength = 1.54 / frequency;
+        Sound {
+            point: [
+                wavelength * draw.within(0.7, 2.0),
+                wavelength * draw.log(1.2, 4.0),
+            ],
+            focus: [
+                draw.within(0.15, 0.8) * view.depth,
+                draw.log(0.5, 3.0) * view.depth,
+            ],
+            noise: [
+                draw.within(-62.0, -26.0),
+                draw.within(0.0, 15.0) / view.depth,
+            ],
+            fall: if draw.chance(0.5) {
+                draw.within(-4.0, 15.0)
+            } else {
+                draw.within(10.0, 65.0)
+            } / view.depth,
+            looks: if draw.chance(0.6) {
+                draw.count(2, 5)
+            } else {
+                1
+            },
+            ghost: draw.within(-55.0, -18.0),
+            haze: [draw.within(-50.0, -16.0), draw.log(0.7, 15.0)],
+            lobes: draw.within(-50.0, -24.0),
+            spread: draw.log(0.003, 0.12),
+        }
+    }
+
+    /// Weights of the axial blur, with squares that sum to 1.
+    fn axial(&self, view: &View) -> Vec<f32> {
+        kernel(self.point[0] / view.step() / 2.3548)
+    }
+
+    fn lateral(&self, view: &View, sample: f32) -> Vec<f32> {
+        let far = (sample * view.step() - self.focus[0]) / self.focus[1];
+        let width = self.point[1] * (1.0 + far * far).sqrt();
+        kernel(width / view.pitch(sample) / 2.3548)
+    }
+
+    /// Distance from a surface down to the crest of its echo, mm.
+    pub fn crest(&self, tail: f32) -> f32 {
+        let sigma = self.point[0] / 2.3548;
+        let echo = |z: f32| -> f32 {
+            let part = |k: i32| {
+                let y = 0.1 * k as f32 * tail;
+                libm::expf(-y / tail - 0.5 * ((z - y) / sigma) * ((z - y) / sigma))
+            };
+            (0..60).map(part).sum()
+        };
+        let depths = (0..100).map(|k| 0.02 * k as f32 * (sigma + tail));
+        depths
+            .fold((0.0, 0.0), |best, z| {
+                if echo(z) > best.1 { (z, echo(z)) } else { best }
+            })
+            .0
+    }
+}
+
+/// A Gaussian of `sigma` samples, whose squares sum to 1.
+fn kernel(sigma: f32) -> Vec<f32> {
+    let sigma = sigma.max(0.3);
+    let reach = (2.6 * sigma).ceil() as i32;
+    let weights =
+        (-reach..=reach).map(|k| libm::expf(-0.5 * (k as f32 / sigma) * (k as f32 / sigma)));
+    let weights: Vec<f32> = weights.collect();
+    let norm = weights.iter().map(|w| w * w).sum::<f32>().sqrt();
+    weights.into_iter().map(|w| w / norm).collect()
+}
+
+/// Draws the array's own echo, gel and lines that have no contact, and returns the sound that enters at each line.
+pub fn contact(draw: &mut Draw, medium: &mut Medium, skin: &Curve) -> Array1<f32> {
+    let view = medium.view.clone();
+    let mut enters = Array1::ones(view.lines);
+    let (bang, deep) = (draw.within(-10.0, 22.0), draw.log(0.15, 1.2));
+    let gel = draw.within(-70.0, -25.0);
+    let air = draw.chance(0.35).then(|| draw.within(-50.0, -12.0));
+    let edge = draw.within(0.6, 2.5);
+    let gap = draw.chance(0.25).then(|| {
+        let width = draw.log(0.03, 0.5) * view.lines as f32;
+        let middle = if draw.chance(0.6) {
+            draw.count(0, 1) as f32
+        } else {
+            draw.within(0.0, 1.0)
+        };
+        (
+            middle * view.lines as f32,
+            0.5 * width,
+            draw.within(-45.0, -8.0),
+        )
+    });
+    let again = draw.chance(0.7).then(|| draw.within(-14.0, -3.0));
+    let (period, ringing) = (draw.log(0.6, 5.0), draw.within(-20.0, 8.0));
+    for line in 0..view.lines {
+        let [x, z] = view.point(line as f32, 0.0);
+        let depth = (skin.at(x) - z.max(0.0)) / view.step();
+        let mut sound = 0.0;
+        if let Some(level) = air {
+            sound += level * ((depth * view.step() - edge) / edge).clamp(0.0, 1.0);
+        }
+        let mut lost = 0.0;
+        if let Some((middle, half, level)) = gap {
+            lost = ((half - (line as f32 - middle).abs()) / 4.0).clamp(0.0, 1.0);
+            sound += level * lost;
+        }
+        enters[line] = amplitude(sound);
+        let ring = |sample: f32, period: f32| {
+            0.5 - 0.5 * libm::cosf(sample / period * std::f32::consts::TAU)
+        };
+        for sample in 0..view.samples {
+            let z = sample as f32 * view.step();
+            if (sample as f32) < depth {
+                medium.level[[sample, line]] = gel;
+                medium.lines[[sample, line]] = 0.0;
+            }
+            if z < 3.0 * deep {
+                medium.lines[[sample, line]] +=
+                    amplitude(bang) * libm::expf(-(z / deep) * (z / deep) * 2.0);
+            }
+            if lost > 0.0 && z < 0.5 * view.depth {
+                let level = amplitude(ringing - 3.0 * z - sound);
+                medium.lines[[sample, line]] += lost * level * ring(z, period).powi(4);
+            }
+        }
+        // A line through gel is repeated by the array.
+        if let Some(fade) = again.filter(|_| depth * view.step() > 0.8) {
+            let size = medium.lines[[(depth as usize + 1).min(view.samples - 1), line]].min(20.0);
+            for times in 2..7 {
+                let level = amplitude(fade * (times - 1) as f32 - sound * 0.5);
+                let middle = depth * times as f32;
+                for far in -2..=2 {
+                    let sample = middle as i32 + far;
+                    if (0..view.samples as i32).contains(&sample) {
+                        let part = (1.0 - (sample as f32 - middle).abs() / 3.0).max(0.0);
+                        medium.lines[[sample as usize, line]] += size * level * part;
+                    }
+                }
+            }
+        }
+    }
+    enters
+}
+
+/// The share of sound at each cell, past bone and losses.
+///
+/// Sound spreads to neighbouring lines on its way, so that the edges of shadows soften.
+pub fn light(medium: &Medium, enters: &Array1<f32>, bones: &[Bone], spread: f32) -> Array2<f32> {
+    let view = &medium.view;
+    let mut light = Array2::zeros((view.samples, view.lines));
+    let mut now = enters.clone();
+    let mut passes = vec![Vec::new(); view.samples];
+    for bone in bones {
+        let through = amplitude(bone.through);
+        for (line, hit) in bone.hits.iter().enumerate() {
+            if let Some(hit) = hit {
+                passes[hit.sample as usize].push((line, through));
+            }
+        }
+    }
+    for sample in 0..view.samples {
+        light.row_mut(sample).assign(&now);
+        for (line, through) in &passes[sample] {
+            now[*line] *= through;
+        }
+        let last = view.lines - 1;
+        let old = now.clone();
+        for line in 0..view.lines {
+            let (left, right) = (old[line.saturating_sub(1)], old[(line + 1).min(last)]);
+            let loss = medium.loss[[sample, line]];
+            let passed = old[line] + spread * (left + right - 2.0 * old[line]);
+            now[line] = if loss == 0.0 {
+                passed
+            } else {
+                passed * amplitude(-loss)
+            };
+        }
+    }
+    light
+}
+
+/// The level of the echoes, dB: `[sample, line]`.
+pub fn echoes(
+    draw: &mut Draw,
+    sound: &Sound,
+    medium: &Medium,
+    light: &Array2<f32>,
+    bones: &[Bone],
+    skin: &Curve,
+) -> Array2<f32> {
+    let view = &medium.view;
+    let step = view.step();
+    let middle = sound.lateral(view, 0.5 * view.samples as f32);
+    let axial = sound.axial(view);
+    // The peak of a thin line's echo.
+    let gain = axial.iter().copied().fold(0.0, f32::max) * middle.iter().sum::<f32>();
+    let mut rough = Array2::zeros(light.raw_dim());
+    let mut lines = Array2::zeros(light.raw_dim());
+    for sample in 0..view.samples {
+        let fall = amplitude(-sound.fall * sample as f32 * step);
+        for line in 0..view.lines {
+            let at = [sample, line];
+            rough[at] = amplitude(medium.level[at]) * light[at] * fall;
+            lines[at] = medium.lines[at] / gain * light[at] * fall;
+        }
+    }
+    for bone in bones {
+        let uneven = draw.curve(2.0, 15.0, 1.0);
+        let patches = Patches::new(draw, [5.0, 1.5 * sound.haze[1]], 0.0);
+        let [level, length] = sound.haze;
+        for (line, hit) in bone.hits.iter().enumerate() {
+            let Some(Hit { sample, tilt }) = *hit else {
+                continue;
+            };
+            let [x, _] = view.point(line as f32, sample);
+            let first = sample.ceil() as usize;
+            let turned = tilt.abs() / 0.785;
+            let decibels = bone.level + uneven.at(x) - bone.fall * turned.powf(1.5);
+            let fall = amplitude(-sound.fall * sample * step);
+            let size = amplitude(decibels) * light[[sample as usize, line]] * fall;
+            let sum = (1.0 + bone.tail / sound.point[0]).sqrt();
+            let repeated = amplitude(sound.ghost - 0.5 * bone.fall * turned * turned);
+            let top = (skin.at(x) / step).max(1.0) as usize;
+            for k in first..view.samples {
+                let far = (k as f32 - sample) * step;
+                let at = [k, line];
+                let echo = size * libm::expf(-far / bone.tail);
+                lines[at] += echo * (1.0 - bone.rough) / gain / sum
+                    * if k == first {
+                        1.0
+                    } else {
+                        step / bone.tail.max(step) * 2.0
+                    };
+                let mut power = rough[at] * rough[at] + echo * echo * bone.rough * bone.rough;
+                let haze = size
+                    * libm::expf(-far / length - 0.115 * 3.0 * patches.at(x, far))
+                    * amplitude(level);
+                let haze = haze.min(0.5 * fall);
+                power += haze * haze;
+                // What lies above is seen again, once more from the array and back.
+                let source = [k - first + top, line];
+                if source[0] < view.samples && source[0] != k {
+                    power += (rough[source] * repeated) * (rough[source] * repeated);
+                    lines[at] += lines[source] * repeated;
+                }
+                rough[at] = power.sqrt();
+            }
+        }
+    }
+    let mut power = Array2::zeros(light.raw_dim());
+    for _ in 0..sound.looks {
+        for part in 0..2 {
+            let field = rough.mapv(|level| level * draw.normal() * std::f32::consts::FRAC_1_SQRT_2);
+            let field = if part == 0 { field + &lines } else { field };
+            let field = blurred(draw, sound, view, &field, &axial);
+            power.zip_mut_with(&field, |sum: &mut f32, value| *sum += value * value);
+        }
+    }
+    let looks = sound.looks as f32;
+    power.mapv(|power| 4.342_945 * libm::logf(power / looks + 1e-12))
+}
+
+/// A field through the beam, with side lobes and noise.
+fn blurred(
+    draw: &mut Draw,
+    sound: &Sound,
+    view: &View,
+    field: &Array2<f32>,
+    axial: &[f32],
+) -> Array2<f32> {
+    let lines = view.lines;
+    let mut wide = Array2::<f32>::zeros(field.raw_dim());
+    let lobes = amplitude(sound.lobes) / (lines as f32).sqrt();
+    let mut padded = Vec::new();
+    for sample in 0..view.samples {
+        let weights = sound.lateral(view, sample as f32);
+        let reach = weights.len() / 2;
+        padded.clear();
+        padded.resize(reach, 0.0);
+        padded.extend(field.row(sample));
+        padded.resize(lines + 2 * reach, 0.0);
+        let mut row = wide.row_mut(sample);
+        let row = row.as_slice_mut().expect("standard layout");
+        for (k, weight) in weights.iter().enumerate() {
+            for (sum, value) in row.iter_mut().zip(&padded[k..]) {
+                *sum += weight * value;
+            }
+        }
+        // Side lobes: a running mean over a quarter of the lines, in alternating phase.
+        let half = lines / 8;
+        let (mut sum, mut side) = (0.0, vec![0.0; lines]);
+        for line in 0..lines + half {
+            sum += if line < lines { row[line] } else { 0.0 };
+            sum -= if line > 2 * half {
+                row[line - 2 * half - 1]
+            } else {
+                0.0
+            };
+            if line >= half {
+                side[line - half] = sum;
+            }
+        }
+        let noise = amplitude(sound.noise[0] + sound.noise[1] * sample as f32 * view.step());
+        for (value, side) in row.iter_mut().zip(side) {
+            *value += lobes * side + noise * draw.normal() * std::f32::consts::FRAC_1_SQRT_2;
+        }
+    }
+    let reach = axial.len() / 2;
+    let mut deep = Array2::zeros(field.raw_dim());
+    for (k, weight) in axial.iter().enumerate() {
+        let shift = k as isize - reach as isize;
+        let (from, to) = (shift.max(0), view.samples as isize + shift.min(0));
+        let source = wide.slice_axis(Axis(0), Slice::from(from..to));
+        deep.slice_axis_mut(Axis(0), Slice::from(from - shift..to - shift))
+            .scaled_add(*weight, &source);
+    }
+    deep
+}

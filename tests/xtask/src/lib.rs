@@ -1,0 +1,19 @@
+//! The checks of the repository, as a table of steps: what `tests/run` runs.
+
+mod boards;
+mod c;
+mod counts;
+mod documents;
+mod findings;
+mod firmware;
+mod here;
+mod packages;
+mod python;
+mod rust;
+mod steps;
+mod targets;
+mod tools;
+
+pub use documents::{evidence, with_table};
+pub use here::Here;
+pub use steps::{Group, STEPS, Step};

@@ -1,0 +1,182 @@
+//! The table of steps.
+
+use anyhow::Result;
+
+use crate::here::Here;
+use crate::tools::{ARM, ARM64, DEFMT_PRINT, MICROCONTROLLER, RISCV, Tool, USER, USER_ARM};
+use crate::{boards, c, counts, findings, firmware, packages, python, rust, targets};
+
+/// When a step is run, and where.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Group {
+    /// By default, on this machine.
+    Host,
+    /// By default, on emulated processors, beside the steps of this machine.
+    Emulated,
+    /// With `--all`, on this machine.
+    HostAll,
+    /// With `--all`, on emulated processors.
+    EmulatedAll,
+    /// Only if it is named.
+    Named,
+}
+
+/// A check.
+#[derive(Debug)]
+pub struct Step {
+    /// Name on the command line.
+    pub name: &'static str,
+    /// When it is run.
+    pub group: Group,
+    /// A line of `--help`.
+    pub about: &'static str,
+    /// Tools that are found or installed first.
+    pub tools: &'static [Tool],
+    /// The check.
+    pub run: fn(&Here) -> Result<()>,
+}
+
+const fn step(
+    group: Group,
+    name: &'static str,
+    tools: &'static [Tool],
+    run: fn(&Here) -> Result<()>,
+    about: &'static str,
+) -> Step {
+    Step {
+        name,
+        group,
+        about,
+        tools,
+        run,
+    }
+}
+
+use Group::{Emulated, EmulatedAll, Host, HostAll, Named};
+
+/// Python's packages for the tests of ours.
+const OF_TESTS: &str = "numpy>=1.23 pytest scipy mypy matplotlib xarray h5py dask[array]";
+
+/// All steps, in the order in which they run.
+#[rustfmt::skip]
+pub const STEPS: &[Step] = &[
+    step(Host, "format", &[], rust::format, "layout of the source"),
+    step(Host, "clippy", &[], rust::clippy, "lints of the workspace, with and without the benchmark"),
+    step(Host, "tests", &[], rust::tests, "all tests of the workspace and of the benchmark"),
+    step(Host, "documentation", &[], rust::documentation,
+        "the API documentation; links, paths and examples of the documents"),
+    step(Host, "verify", &[Tool::Command], rust::verify, "every kernel against its references, to the bit"),
+    step(Host, "debug", &[], rust::debug, "golden hashes in the debug profile"),
+    step(Host, "package", &[], packages::package, "the crates as crates.io would take them, the core with its examples"),
+    step(Host, "front-end", &[], firmware::front_end,
+        "the drivers of front end and pulser, on mocks of bus and pins"),
+    step(Host, "c", &[], c::c,
+        "the C library: its header, the golden hashes and a frame from C, the archive by CMake and pkg-config"),
+    step(Host, "python", &[Tool::Python("python", OF_TESTS)], python::python,
+        "the Python package's types and tests, where Python and the network are there"),
+
+    step(Emulated, "firmware-lints", &[MICROCONTROLLER[0]], firmware::lints,
+        "layout and lints of the firmware, lints of the core with defmt and without default features"),
+    step(Emulated, "no-panic", &[MICROCONTROLLER[0]], firmware::no_panic,
+        "every public function of the core without a call of a panic, shown by the linker"),
+    step(Emulated, "firmware", &MICROCONTROLLER, firmware::firmware,
+        "golden hashes on a Cortex-M7, also of MV without the eigenspace methods"),
+    step(Emulated, "counts", &MICROCONTROLLER, counts::counts,
+        "instruction counts on a Cortex-M7; the stack of every public entry, painted and bounded"),
+    step(Emulated, "example", &MICROCONTROLLER, firmware::example, "the example's bone map, here and on a Cortex-M7"),
+    step(Emulated, "stream", &[MICROCONTROLLER[0], MICROCONTROLLER[1], DEFMT_PRINT], firmware::stream,
+        "a scanner's processor: blocks to bone maps, here and on a Cortex-M7, under RTIC and Embassy"),
+    step(Emulated, "targets", &[RISCV], targets::targets,
+        "golden hashes on three more kinds of processor: RISC-V, AArch64 with NEON, WebAssembly"),
+
+    step(HostAll, "toolchains", &[Tool::Rustup], rust::toolchains,
+        "the crates on the oldest Rust that they allow and on the newest stable, which may warn"),
+    step(HostAll, "formats", &[Tool::Python("formats", "-r host-sim/tests/formats.txt"), Tool::Command], python::formats,
+        "recordings that h5py, pyuff, zea and scipy write, where pip can install them"),
+    step(HostAll, "wheel", &[Tool::Python("wheel", OF_TESTS), Tool::Command], python::wheel,
+        "the wheel as pip builds it, its tests and examples with every package"),
+    step(HostAll, "campaigns",
+        &[Tool::Python("campaigns", "numpy pytest matplotlib xxhash snakemake snakemake-executor-plugin-slurm"), Tool::Command],
+        python::campaigns, "a small campaign by Snakemake, where Python and the network are there"),
+    step(HostAll, "fpga", &[Tool::Debian(&["iverilog", "verilator", "yosys"], &["iverilog", "verilator", "yosys"]), Tool::Command],
+        packages::fpga, "the cores in Verilog beside golden vectors, where Icarus Verilog can be had"),
+    step(HostAll, "deny", &[Tool::Crate("cargo-deny", "cargo-deny")], packages::deny,
+        "licences, duplicates, sources and advisories, by cargo-deny"),
+    step(HostAll, "sbom", &[Tool::Crate("cargo-cyclonedx", "--version 0.5.9 cargo-cyclonedx")], packages::sbom,
+        "what each part is made of, as CycloneDX in target/sbom, by cargo-cyclonedx"),
+    step(HostAll, "coverage", &[Tool::Crate("cargo-llvm-cov", "cargo-llvm-cov"), Tool::Llvm], rust::coverage,
+        "the lines of the core that its own tests run, by cargo-llvm-cov"),
+    step(HostAll, "fuzz-smoke", FUZZ, |here| rust::fuzz(here, 10),
+        "ten seconds of every fuzz target, by cargo-fuzz and nightly Rust"),
+
+    step(EmulatedAll, "boards", &MICROCONTROLLER, boards::boards,
+        "a stack that overflows; the scanner's image linked for real parts, and refused where it does not fit"),
+    step(EmulatedAll, "c-cortex-m7",
+        &[MICROCONTROLLER[0], MICROCONTROLLER[1],
+            Tool::Debian(&["arm-none-eabi-gcc"], &["gcc-arm-none-eabi", "libnewlib-arm-none-eabi"])],
+        c::cortex_m7, "golden hashes from C on a Cortex-M7; MV alone without eigensolvers, and its bytes"),
+    step(EmulatedAll, "c-aarch64",
+        &[Tool::Target(c::AARCH64), USER, Tool::Debian(&["aarch64-linux-gnu-gcc"], &["gcc-aarch64-linux-gnu", "libc6-dev-arm64-cross"])],
+        c::aarch64, "golden hashes and a frame from C on AArch64, over NEON"),
+    step(EmulatedAll, "more-targets", &[MICROCONTROLLER[0], ARM, RISCV, ARM64, USER_ARM], targets::more_targets,
+        "golden hashes on the processors that targets leaves out"),
+    step(EmulatedAll, "frames", &[ARM, ARM64], targets::frames,
+        "instructions of a frame on a Cortex-A53 and a Cortex-M33, beside docs/targets.md"),
+
+    step(Named, "findings", &[], findings::findings,
+        "surprises of other software, by its own packages, outside of this project: findings/*.sh"),
+    step(Named, "fuzz", FUZZ, |here| rust::fuzz(here, 60), "a minute of every fuzz target"),
+    step(Named, "no-panic-mutants", &[MICROCONTROLLER[0]], firmware::no_panic_mutants,
+        "a panic put into every 68th function of the core is refused"),
+    step(Named, "miri", &[Tool::Nightly("miri")], rust::miri,
+        "the core's own tests under Miri, over one lane and over SSE2"),
+    step(Named, "simulators", &[Tool::Command], python::simulators,
+        "the simulator's echoes beside eSDIva's and its speed beside PyMUST's, where Python has them"),
+    step(Named, "pymust", &[Tool::Python("pymust", "numpy pymust"), Tool::Command], python::pymust,
+        "a phased and a convex array simulated by PyMUST, where pip can install it"),
+    step(Named, "python-peers", &[Tool::Python("peers", "numpy>=1.23 pytest ustb ultraspy zea jax")], python::peers,
+        "whole frames beside USTB, zea and ultraspy, which take long to install"),
+    step(Named, "slurm", &[
+        Tool::Debian(&["slurmctld", "slurmd", "sbatch", "munged"], &["slurmctld", "slurmd", "slurm-client", "munge"]),
+        Tool::Python("campaigns", "numpy pytest snakemake snakemake-executor-plugin-slurm"), Tool::Command],
+        python::slurm, "the same campaign on a Slurm cluster of this machine alone, where root may install one"),
+];
+
+const FUZZ: &[Tool] = &[Tool::Nightly(""), Tool::Crate("cargo-fuzz", "cargo-fuzz")];
+
+#[cfg(test)]
+mod tests {
+    use super::{Group, STEPS};
+
+    #[test]
+    fn names_are_unique_and_words_of_the_command_line() {
+        for (k, step) in STEPS.iter().enumerate() {
+            assert!(
+                step.name
+                    .chars()
+                    .all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-')
+            );
+            assert!(
+                STEPS[..k].iter().all(|other| other.name != step.name),
+                "{}",
+                step.name
+            );
+        }
+    }
+
+    #[test]
+    fn the_workflow_runs_every_default_step_once() {
+        let workflow = include_str!("../../../.github/workflows/ci.yml");
+        let jobs = workflow
+            .lines()
+            .filter_map(|line| line.split_once(", run: ").map(|(_, run)| run));
+        let words = jobs
+            .flat_map(|run| run.trim_end_matches(" }").split(' '))
+            .collect::<Vec<_>>();
+        for step in STEPS {
+            let by_default = matches!(step.group, Group::Host | Group::Emulated);
+            let count = words.iter().filter(|word| **word == step.name).count();
+            assert_eq!(count, usize::from(by_default), "{}", step.name);
+        }
+    }
+}
