@@ -77,7 +77,7 @@ impl Beamformer {
             active,
             adaptive: 0..line.samples(),
         };
-        of.check_block(workspace.sizes, &block)?;
+        of.check_block(workspace.sizes(), &block)?;
         with_view!(workspace, view => {
             for run in constant_segments(block.samples, |n| block.active(n)) {
                 let samples = run.0..run.0 + run.1;

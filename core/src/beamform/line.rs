@@ -102,7 +102,7 @@ impl Beamformer {
             samples: line.samples(),
             adaptive: 0..line.samples(),
         };
-        let sizes = workspace.sizes;
+        let sizes = workspace.sizes();
         self.check_block(sizes, &block)?;
         with_view!(workspace, view => self.block(view, sizes, &block, z))
     }
@@ -247,7 +247,7 @@ impl Beamformer {
             active,
             adaptive,
         };
-        let sizes = workspace.sizes;
+        let sizes = workspace.sizes();
         self.check_block(sizes, &block)?;
         with_view!(workspace, view => self.block(view, sizes, &block, z))
     }

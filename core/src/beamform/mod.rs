@@ -25,9 +25,9 @@ mod weights;
 mod workspace;
 
 pub(crate) use coherence::CoherenceOfLine;
-pub(crate) use compiled::{FORWARD, SUB_LINES};
+pub(crate) use compiled::SUB_LINES;
 pub(crate) use line::LineBlock;
-pub(crate) use workspace::{View, with_view};
+pub(crate) use workspace::{Buffers, View, with_view};
 
 pub use aligned_line::AlignedLine;
 pub use apodization::Apodization;

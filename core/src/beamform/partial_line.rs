@@ -71,7 +71,7 @@ impl Beamformer {
             active,
             adaptive: within(adaptive.start)..within(adaptive.end),
         };
-        let sizes = workspace.sizes;
+        let sizes = workspace.sizes();
         self.check_block(sizes, &block)?;
         let z = z.get_mut(self.line_samples(done)..);
         let z = z.unwrap_or_default();

@@ -63,7 +63,7 @@ impl Beamformer {
         z: &mut [&mut [Complex<f32>]],
     ) -> Result<(), Error> {
         let group = SegmentGroup { segments, count };
-        let sizes = workspace.sizes;
+        let sizes = workspace.sizes();
         with_view!(workspace, view => self.segments_within(view, sizes, group, z))
     }
 

@@ -46,7 +46,7 @@ impl Beamformer {
         let direct = method.direct();
         let length = match direct {
             Some(_) => count,
-            None => self.check_sizes(count, workspace.sizes)?,
+            None => self.check_sizes(count, workspace.sizes())?,
         };
         let available = weights.len();
         let Some(weights) = weights.get_mut(..length) else {

@@ -2,7 +2,9 @@
 
 use super::sizes::{DirectionParts, Parts, Sizes};
 use crate::Error;
-use crate::covariance::Averaging;
+#[cfg(feature = "forward")]
+use crate::covariance::Forward;
+use crate::covariance::{Averaging, Covariance, ForwardBackward};
 use crate::instructions::vectors;
 use crate::linalg::panels::PanelColumn;
 use crate::linalg::tridiagonal::Tridiagonal;
@@ -34,11 +36,16 @@ use crate::simd::{ComplexVector, Vector, split_front};
 /// beamformer.line(&mut workspace, line, all, &mut z)?;
 /// # Ok::<(), bonebeam::Error>(())
 /// ```
-pub struct Workspace<'a, V = f32> {
-    /// Source of new vectors.
-    pub(crate) zero: V,
-    pub(super) sizes: Sizes,
-    scratch: Scratch<'a, V>,
+pub struct Workspace<'a, V: Vector = f32> {
+    sizes: Sizes,
+    pub(crate) buffers: Buffers<'a, V>,
+}
+
+/// The buffers of a workspace, by its covariance.
+pub(crate) enum Buffers<'a, V: Vector> {
+    #[cfg(feature = "forward")]
+    Forward(View<'a, Forward, V>),
+    ForwardBackward(View<'a, ForwardBackward, V>),
 }
 
 /// The buffers of a workspace, for the kernels of one covariance.
@@ -109,29 +116,33 @@ impl<'a, V: Vector> Workspace<'a, V> {
     /// [`Error::Length`] if the memory is shorter.
     #[inline(always)]
     pub fn new(zero: V, sizes: Sizes, scratch: Scratch<'a, V>) -> Result<Self, Error> {
-        scratch.check(sizes.need())?;
-        Ok(Workspace {
-            zero,
-            sizes,
-            scratch,
-        })
+        let mut scratch = scratch;
+        let scratch = scratch.take(sizes.need())?;
+        let buffers = match sizes.covariance {
+            #[cfg(feature = "forward")]
+            Covariance::Forward => Buffers::Forward(View::new(zero, sizes, scratch)),
+            _ => Buffers::ForwardBackward(View::new(zero, sizes, scratch)),
+        };
+        Ok(Workspace { sizes, buffers })
     }
 
     /// The shapes that fit into the workspace.
     pub fn sizes(&self) -> Sizes {
         self.sizes
     }
+}
 
-    /// The buffers.
+impl<'a, A: Averaging<V>, V: Vector> View<'a, A, V> {
+    /// The buffers for shapes up to `sizes`, in memory of that need.
     #[inline(always)]
-    pub(crate) fn view<A: Averaging<V>>(&mut self) -> View<'_, A, V> {
+    pub(crate) fn new(zero: V, sizes: Sizes, scratch: Scratch<'a, V>) -> Self {
         let sizes = Sizes {
             covariance: A::COVARIANCE,
-            ..self.sizes
+            ..sizes
         };
         let (length, parts) = (sizes.subaperture, Parts::new(sizes));
-        let mut real = &mut *self.scratch.real;
-        let mut complex = vectors(self.scratch.complex);
+        let Scratch { mut real, complex } = scratch;
+        let mut complex = vectors(complex);
         let mut scalars = |length| A::scalars(&mut real, &mut complex, length);
         let (matrix, factor, rows) = (
             scalars(parts.matrix),
@@ -146,7 +157,7 @@ impl<'a, V: Vector> Workspace<'a, V> {
             scalars(of.product),
         );
         View {
-            zero: self.zero,
+            zero,
             snapshot: split_front(&mut complex, sizes.elements),
             ring: split_front(&mut complex, parts.ring),
             lags: split_front(&mut complex, parts.lags),
@@ -177,18 +188,13 @@ impl<'a, V: Vector> Workspace<'a, V> {
     }
 }
 
-/// Evaluates an expression with the buffers of a workspace, for the covariance of its sizes.
+/// Evaluates an expression with the buffers of a workspace, whatever its covariance.
 macro_rules! with_view {
     ($workspace:expr, $view:ident => $work:expr) => {
-        match $workspace.sizes().covariance {
-            $crate::covariance::Covariance::Forward if $crate::beamform::FORWARD => {
-                let $view = &mut $workspace.view::<$crate::covariance::Forward>();
-                $work
-            }
-            _ => {
-                let $view = &mut $workspace.view::<$crate::covariance::ForwardBackward>();
-                $work
-            }
+        match &mut $workspace.buffers {
+            #[cfg(feature = "forward")]
+            $crate::beamform::Buffers::Forward($view) => $work,
+            $crate::beamform::Buffers::ForwardBackward($view) => $work,
         }
     };
 }

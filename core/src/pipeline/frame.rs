@@ -4,7 +4,10 @@ use super::coherence_map::{CoherenceMap, CoherenceRow};
 use super::output::Output;
 use super::{LinePipeline, Parts, Pipeline};
 
-use crate::beamform::{SUB_LINES, Sizes, Workspace};
+use crate::beamform::{SUB_LINES, Sizes, View, Workspace, with_view};
+#[cfg(feature = "forward")]
+use crate::covariance::Forward;
+use crate::covariance::{Averaging, Covariance, ForwardBackward};
 use crate::delay::{Delay, Stage};
 use crate::error::check_length;
 use crate::geometry::{ApertureTable, Steering, SteeringTable, Transmit};
@@ -188,8 +191,26 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
     ///
     /// # Errors
     /// As [`Frame::line`]; [`Error::Length`] or [`Error::Capacity`] for shapes of another beamformer.
-    #[inline]
+    #[inline(always)]
     pub fn line_by<'r>(
+        &mut self,
+        sizes: Sizes,
+        line: usize,
+        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>), IntoIter: Clone>,
+    ) -> Result<&[Complex<f32>], Error>
+    where
+        D::Record<'r>: 'r,
+    {
+        // Here, so that a constant covariance leaves the other's kernels out.
+        match sizes.covariance {
+            #[cfg(feature = "forward")]
+            Covariance::Forward => self.line_of::<Forward>(sizes, line, transmits),
+            _ => self.line_of::<ForwardBackward>(sizes, line, transmits),
+        }
+    }
+
+    #[inline]
+    fn line_of<'r, A: Averaging<f32>>(
         &mut self,
         sizes: Sizes,
         line: usize,
@@ -201,8 +222,9 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
         let own = self.pipeline.parts.line;
         let beamform = |of: OfLine<'_, '_, D>, mut scratch: Scratch<'_>, z: &mut _| {
             let memory = scratch.take(own)?;
-            let mut workspace = Workspace::new(0.0f32, sizes, scratch)?;
-            of.beamform(transmits, memory, &mut workspace, z)
+            let scratch = scratch.take(sizes.need())?;
+            let mut view = View::<A, f32>::new(0.0, sizes, scratch);
+            of.beamform(transmits, memory, (&mut view, sizes), z)
         };
         self.line_in(line, beamform)
     }
@@ -287,10 +309,13 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
     where
         D::Record<'r>: 'r,
     {
-        let beamform = |of: OfLine<'_, '_, D>, scratch: Scratch<'_>, z: &mut _| {
-            of.beamform(transmits, scratch, workspace, z)
-        };
-        self.line_in(line, beamform)
+        let sizes = workspace.sizes();
+        with_view!(workspace, view => {
+            let beamform = |of: OfLine<'_, '_, D>, scratch: Scratch<'_>, z: &mut _| {
+                of.beamform(transmits, scratch, (view, sizes), z)
+            };
+            self.line_in(line, beamform)
+        })
     }
 
     /// Beamforms a line by a function of its scratch and output, and keeps the envelope.
@@ -433,11 +458,11 @@ struct OfLine<'a, 'p, D> {
 
 impl<D: Stage> OfLine<'_, '_, D> {
     #[inline(always)]
-    fn beamform<'r, V: Vector>(
+    fn beamform<'r, A: Averaging<V>, V: Vector>(
         self,
         transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>), IntoIter: Clone>,
         memory: Scratch<'_>,
-        workspace: &mut Workspace<'_, V>,
+        by: (&mut View<'_, A, V>, Sizes),
         z: &mut [Complex<f32>],
     ) -> Result<(), Error>
     where
@@ -451,6 +476,6 @@ impl<D: Stage> OfLine<'_, '_, D> {
             coherence: self.coherence,
         };
         self.lines
-            .line_with(self.line, transmits, memory, workspace, (active, output))
+            .blocks(self.line, transmits, memory, by, (active, output))
     }
 }

@@ -388,9 +388,9 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         self.line_with(line, transmits, scratch, workspace, (active, output))
     }
 
-    /// [`LinePipeline::line`] with the active sets from elsewhere.
+    /// [`LinePipeline::line`] to an output.
     #[inline(always)]
-    pub(super) fn line_with<'r, V: Vector>(
+    fn line_with<'r, V: Vector>(
         &self,
         line: usize,
         transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>), IntoIter: Clone>,
@@ -406,7 +406,7 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
     }
 
     /// A line, block by block.
-    fn blocks<'r, A: Averaging<V>, V: Vector>(
+    pub(super) fn blocks<'r, A: Averaging<V>, V: Vector>(
         &self,
         line: usize,
         transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>), IntoIter: Clone>,

@@ -280,7 +280,7 @@ fn solve<S: Scalar<V>, V: Vector, R>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::beamform::{Parameters, Workspace};
+    use crate::beamform::{Parameters, View};
     use crate::covariance::ForwardBackward;
     use crate::linalg::panels::panel;
     use crate::memory::Memory;
@@ -288,9 +288,9 @@ mod tests {
     /// `w_pᴴs` by the full eigensolver, for eight elements.
     fn of_size(subspace: Subspace, n: impl Size) -> [u32; 2] {
         let mut memory = Memory::<1000, 1000>::new();
-        let workspace = Workspace::new(0.0, Parameters::DEFAULT.sizes(16), memory.scratch());
-        let mut workspace = workspace.expect("memory that is large enough");
-        let solver = &mut workspace.view::<ForwardBackward>().solver;
+        let sizes = Parameters::DEFAULT.sizes(16);
+        let mut view = View::<ForwardBackward, f32>::new(0.0, sizes, memory.scratch());
+        let solver = &mut view.solver;
         let matrix = &mut *solver.matrix;
         for i in 0..8 {
             for k in 0..=i {

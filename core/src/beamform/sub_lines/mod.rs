@@ -57,7 +57,7 @@ impl Beamformer {
             active,
             adaptive: 0..samples,
         };
-        let sizes = workspace.sizes;
+        let sizes = workspace.sizes();
         self.check_block(sizes, &block)?;
         with_view!(workspace, view => self.sub_line_block(view, sizes, (&block, steering), z))
     }
@@ -143,7 +143,7 @@ impl Beamformer {
         count: usize,
         z: &mut [&mut [Complex<f32>]],
     ) -> Result<(), Error> {
-        let sizes = workspace.sizes;
+        let sizes = workspace.sizes();
         with_view!(workspace, view => self.sub_lines_within(view, sizes, (lines, count), z))
     }
 
@@ -376,7 +376,7 @@ mod tests {
             real: &mut real,
             complex: &mut complex,
         };
-        let mut workspace = Workspace::new(0.0, sizes, scratch).unwrap();
+        let mut view = View::<ForwardBackward, f32>::new(0.0, sizes, scratch);
         let lines = SteeredSegments {
             segments: &[Segment {
                 line: AlignedLine::new(&x, 16).unwrap(),
@@ -386,8 +386,7 @@ mod tests {
             steering: &[Steering::of(&directions, count)],
         };
         let mut z = vec![Complex::ZERO; SAMPLES * count];
-        let view = &mut workspace.view::<ForwardBackward>();
-        beamformer.fitting_sub_lines(view, lines, extent, &mut [&mut z]);
+        beamformer.fitting_sub_lines(&mut view, lines, extent, &mut [&mut z]);
         let bits = |z: &Complex<f32>| [z.re.to_bits(), z.im.to_bits()];
         z.iter().map(bits).collect()
     }
