@@ -10,13 +10,14 @@ use std::sync::LazyLock;
 use bonebeam::Complex;
 use bonebeam::beamform::{AlignedLine, Beamformer};
 use bonebeam_drive::beamform::Memory;
+use bonebeam_drive::config::{Beamform, Image, PhaseSymmetry};
 use bonebeam_drive::delay::DelayStage;
 use bonebeam_files::{ChannelData, Transmits};
-use bonebeam_fuzz::finite_complex_bits;
 use bonebeam_simulate::Phantom;
+use bonebeam_tests::kernel::bits;
 use clap::{CommandFactory, FromArgMatches, Parser};
 use host_sim::config::Config;
-use host_sim::flags::{BeamformFlags, ImageFlags, PhaseSymmetryFlags, SimulateFlags};
+use host_sim::flags::{Flags, SimulateFlags};
 use libfuzzer_sys::fuzz_target;
 use ndarray::Array3;
 
@@ -25,9 +26,9 @@ use ndarray::Array3;
 enum Command {
     Beamform {
         #[command(flatten)]
-        beamform: Box<BeamformFlags>,
+        beamform: Box<Flags<Beamform>>,
         #[command(flatten)]
-        image: ImageFlags,
+        image: Flags<Image>,
     },
     Simulate {
         #[command(flatten)]
@@ -37,7 +38,7 @@ enum Command {
     },
     PhaseSymmetry {
         #[command(flatten)]
-        phase_symmetry: PhaseSymmetryFlags,
+        phase_symmetry: Flags<PhaseSymmetry>,
     },
 }
 
@@ -128,7 +129,7 @@ fn run(mut config: Config) {
     let done = Memory::new(0.0, sizes)
         .map(|mut m| beamformer.line_within(&mut m.view(), line, active, adaptive, &mut z));
     if let Ok(Ok(())) = done {
-        finite_complex_bits(&z);
+        bits(&z);
     }
 }
 

@@ -10,8 +10,8 @@ use crate::commands::bench;
 #[cfg(not(feature = "bench"))]
 use crate::commands::bench_left_out as bench;
 use crate::commands::{
-    beamform, completions, convert, golden, info, main_job, paper, phase_symmetry, simulate,
-    surface, tune, verify,
+    beamform, completions, convert, elsewhere, golden, info, main_job, phase_symmetry, simulate,
+    surface, verify,
 };
 use crate::provenance::PROGRAM;
 use crate::{Error, Result};
@@ -45,12 +45,14 @@ enum Command {
     Beamform(Box<beamform::Arguments>),
     PhaseSymmetry(phase_symmetry::Arguments),
     Surface(Box<surface::Arguments>),
-    Tune(tune::Arguments),
+    /// Tune beamformer, image and bone-surface detector together, on simulated bones
+    Tune(elsewhere::Arguments),
     Info(Box<info::Arguments>),
     Convert(convert::Arguments),
     Verify(verify::Arguments),
     Golden(golden::Arguments),
-    Paper(paper::Arguments),
+    /// Reproduce the paper: its figures, its tables and its claims
+    Paper(elsewhere::Arguments),
     Completions(completions::Arguments),
     Bench(bench::Arguments),
 }
@@ -77,7 +79,12 @@ Examples:
 
 /// Runs the program on the process's arguments.
 pub fn run() -> ExitCode {
-    let cli = match Cli::try_parse() {
+    run_as(dispatch)
+}
+
+/// Runs `work` on the parsed arguments of the process; an error is one line.
+pub fn run_as<C: Parser>(work: impl FnOnce(C) -> Result<()>) -> ExitCode {
+    let cli = match C::try_parse() {
         Ok(cli) => cli,
         Err(e) if !e.use_stderr() => {
             // Help and version are not errors.
@@ -85,28 +92,40 @@ pub fn run() -> ExitCode {
         }
         Err(e) => return finish(Err(Error::Usage(one_line(&e)))),
     };
-    finish(dispatch(cli))
+    finish(work(cli))
+}
+
+/// Handles signals and starts the threads.
+///
+/// # Errors
+/// As [`threads::start`].
+pub fn start(count: Option<NonZeroUsize>) -> Result<()> {
+    #[cfg(unix)]
+    bonebeam_files::signals::handle()?;
+    threads::start(count)
 }
 
 fn dispatch(cli: Cli) -> Result<()> {
-    #[cfg(unix)]
-    bonebeam_files::signals::handle()?;
-    threads::start(cli.threads)?;
     if cli.command.is_some() {
         cli.main_job.refuse()?;
+    }
+    let elsewhere = |command, arguments| elsewhere::run(command, cli.threads, arguments);
+    match &cli.command {
+        Some(Command::Tune(arguments)) => return elsewhere("tune", arguments),
+        Some(Command::Paper(arguments)) => return elsewhere("paper", arguments),
+        _ => start(cli.threads)?,
     }
     match cli.command {
         None => main_job::run(&cli.main_job),
         Some(Command::Beamform(arguments)) => beamform::run(*arguments),
         Some(Command::PhaseSymmetry(arguments)) => phase_symmetry::run(arguments),
         Some(Command::Surface(arguments)) => surface::run(*arguments),
-        Some(Command::Tune(arguments)) => tune::run(&arguments),
+        Some(Command::Tune(_) | Command::Paper(_)) => Ok(()),
         Some(Command::Simulate(arguments)) => simulate::run(*arguments),
         Some(Command::Info(arguments)) => info::run(*arguments),
         Some(Command::Convert(arguments)) => convert::run(arguments),
         Some(Command::Verify(arguments)) => verify::run(arguments),
         Some(Command::Golden(arguments)) => golden::run(&arguments),
-        Some(Command::Paper(arguments)) => paper::run(&arguments),
         Some(Command::Completions(arguments)) => completions::run(&arguments, Cli::command()),
         Some(Command::Bench(arguments)) => bench::run(&arguments),
     }

@@ -2,7 +2,6 @@
 
 mod agreement;
 mod arrays;
-mod bad_input;
 mod bad_numbers;
 mod bad_output;
 #[cfg(feature = "bench")]
@@ -14,6 +13,7 @@ mod crafted;
 mod defaults;
 #[cfg(unix)]
 mod edges;
+mod elsewhere;
 mod faults;
 mod files;
 mod frames;
@@ -21,10 +21,10 @@ mod golden_vectors;
 mod grid;
 mod in_place;
 mod main_job;
-mod paper;
+#[cfg(unix)]
+mod refused;
 mod resumed;
 mod surface;
-mod tune;
 
 use std::fs;
 use std::path::Path;

@@ -242,8 +242,11 @@ fn a_point_lies_where_it_is_and_iq_gives_the_lines_of_rf() {
         for lens in [0.0, 0.3e-6] {
             let rf = recording(&probe, transmits.clone(), point, (false, lens));
             let iq = recording(&probe, transmits.clone(), point, (true, lens));
-            let methods = MethodName::all();
-            for method in methods.take(if lens == 0.0 { 1 } else { usize::MAX }) {
+            let methods = MethodName::ALL;
+            for method in methods
+                .into_iter()
+                .take(if lens == 0.0 { 1 } else { usize::MAX })
+            {
                 let parameters = parameters(method);
                 let lines = beamform_channel_data(&rf, &parameters, &|_| {}).unwrap();
                 let [x, z] = brightest(&lines);

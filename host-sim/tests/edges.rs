@@ -1,9 +1,8 @@
 //! Limits and signals of the system, special files, and the environment.
 
 use crate::common::channel_data_without;
-use crate::common::program::{BEAMFORM, DATA, USAGE, fails, folder_with_channel_data, names};
+use crate::common::program::{BEAMFORM, DATA, USAGE, folder_with_channel_data, names};
 use std::fs;
-use std::os::unix::fs::symlink;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 use tempfile::{TempDir, tempdir};
@@ -189,82 +188,6 @@ fn leftovers_of_processes_that_are_gone_are_removed() {
     assert_eq!(found, [".host-sim-1-0", ".host-sim-notes"]);
 }
 
-/// Every kind of input: an endless device, a pipe without a writer, links to both.
-#[cfg(target_os = "linux")]
-#[test]
-fn inputs_that_are_no_regular_file_are_refused() {
-    let folder = folder_with_channel_data();
-    let path_of = |name: &str| folder.path().join(name);
-    let made = Command::new("mkfifo")
-        .arg(path_of("pipe"))
-        .status()
-        .unwrap();
-    assert!(made.success());
-    let kinds = [
-        "npz", "mat", "h5", "npy", "png", "toml", "json", "ply", "stl", "obj",
-    ];
-    for kind in kinds {
-        symlink("/dev/zero", path_of(&format!("device.{kind}"))).unwrap();
-        symlink("pipe", path_of(&format!("pipe.{kind}"))).unwrap();
-    }
-    for stem in ["device", "pipe"] {
-        for (arguments, status) in [
-            ("info FILE.npz", DATA),
-            ("info FILE.mat", DATA),
-            ("convert FILE.h5 -o out.npz", DATA),
-            ("beamform FILE.npz -o out.npz", DATA),
-            ("phase-symmetry FILE.npy -o out.npy", DATA),
-            ("phase-symmetry FILE.png -o out.npy", DATA),
-            ("beamform data.npz --config FILE.toml -o out.npz", USAGE),
-            ("--config FILE.toml --out out", USAGE),
-            ("paper --config FILE.toml -o out", USAGE),
-            ("paper --claims --merge FILE.json -o out", DATA),
-            ("simulate vertebra --mesh FILE.ply -o out.npz", DATA),
-            ("simulate vertebra --mesh FILE.stl -o out.npz", DATA),
-            ("simulate vertebra --mesh FILE.obj -o out.npz", DATA),
-        ] {
-            let arguments = arguments.replace("FILE", stem);
-            // A pipe without a writer would wait for ever.
-            let before = names(folder.path());
-            let script = format!("ulimit -v 4000000; exec timeout 60 \"$0\" {arguments}");
-            let output = shell(&folder, &script).output().unwrap();
-            let message = message_of(&output);
-            assert_eq!(output.status.code(), Some(status), "{arguments}: {message}");
-            assert!(
-                message.contains("not a regular file"),
-                "{arguments}: {message}"
-            );
-            assert_eq!(message.lines().count(), 1, "{arguments}: {message}");
-            assert_eq!(names(folder.path()), before, "{arguments}");
-        }
-    }
-}
-
-#[test]
-fn configurations_and_reports_have_a_largest_size() {
-    let folder = folder_with_channel_data();
-    let sized = |name: &str, length: u64| {
-        let file = fs::File::create(folder.path().join(name)).unwrap();
-        file.set_len(length).unwrap();
-    };
-    sized("big.toml", (1 << 20) + 1);
-    sized("big.json", 100_000_001);
-    for command in ["beamform data.npz -o out.npz", "--out out", "paper -o out"] {
-        let arguments = format!("{command} --config big.toml");
-        fails(&folder, &arguments, USAGE, &["big.toml", "too large"]);
-    }
-    fails(
-        &folder,
-        "paper --claims --merge big.json -o out",
-        DATA,
-        &["big.json", "too large"],
-    );
-    // One byte less is read, and refused for its contents.
-    sized("big.toml", 1 << 20);
-    let arguments = "beamform data.npz --config big.toml -o out.npz";
-    fails(&folder, arguments, USAGE, &["big.toml: line 1"]);
-}
-
 #[cfg(target_os = "linux")]
 #[test]
 fn names_are_reported_without_escape_sequences() {
@@ -307,45 +230,6 @@ fn environment_variables_of_threads_are_checked() {
     let script = format!("RAYON_NUM_THREADS=3 RUST_MIN_STACK=4194304 exec \"$0\" {BEAMFORM}");
     let output = shell(&folder, &script).output().unwrap();
     assert!(output.status.success(), "{}", message_of(&output));
-}
-
-/// Reports to merge are checked first.
-///
-/// The claims' quick run takes minutes: an error comes before it, and before a folder is made.
-#[test]
-fn reports_to_merge_are_checked_before_anything_is_computed() {
-    let folder = tempdir().unwrap();
-    for (text, part) in [
-        ("no JSON", "is not the report.json"),
-        ("{}", "has no `claims`"),
-        ("[1, 2]", "has no `claims`"),
-        (r#"{"claims": {}}"#, "`claims.scenes` is not a list"),
-        (
-            r#"{"claims": {"scenes": [{"bone": 1}]}}"#,
-            "`claims.scenes` is not a list",
-        ),
-    ] {
-        fs::write(folder.path().join("report.json"), text).unwrap();
-        let begin = Instant::now();
-        let paper = "paper --quick --claims --merge report.json -o out";
-        fails(&folder, paper, DATA, &["report.json", part]);
-        assert!(begin.elapsed() < Duration::from_secs(5), "{text}");
-    }
-}
-
-#[test]
-fn a_time_window_longer_than_any_record_is_refused() {
-    let folder = folder_with_channel_data();
-    let expected = "at least 0 and at most 4095";
-    for value in ["4096", "18446744073709551615"] {
-        let beamform = format!("{BEAMFORM} --method mv --temporal-half-window {value}");
-        fails(
-            &folder,
-            &beamform,
-            USAGE,
-            &["--temporal-half-window", "`temporal_half_window`", expected],
-        );
-    }
 }
 
 /// SonixDAQ samples have 16 bits in files and 32 in memory: both are counted.

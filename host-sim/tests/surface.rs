@@ -7,7 +7,7 @@ use std::path::Path;
 
 use bonebeam_files::{BeamformedLines, image};
 use bonebeam_simulate::Surface;
-use common::program::{DATA, USAGE, fails, folder_with_channel_data, names, run};
+use common::program::run;
 use common::{Npz, scalar, vector};
 use ndarray::{Array2, Array4};
 use num_complex::Complex;
@@ -395,100 +395,4 @@ fn the_fan_of_a_picture_is_found_told_and_written() {
     works(&folder, &format!("{common} --columns-as-lines -o d.csv"));
     let config = fs::read_to_string(folder.path().join("d.csv.config.toml")).unwrap();
     assert!(!config.contains("[surface.fan]"), "{config}");
-}
-
-#[test]
-fn what_is_wrong_is_told() {
-    let folder = folder_with_channel_data();
-    image::write(&picture(), &folder.path().join("scan.png")).unwrap();
-    let picture = "surface scan.png -o a.csv";
-    let sized = "surface scan.png --pixel-size 0.0001";
-    for (arguments, parts) in [
-        (picture.into(), &["scan.png", "--pixel-size", "0.0001"][..]),
-        (
-            format!("{picture} --pixel-size 0.1"),
-            &["--pixel-size is 0.1", "0.01 (m)"],
-        ),
-        (
-            format!("{sized} -o a.txt"),
-            &["a.txt", ".csv, .json or .ply"],
-        ),
-        (
-            format!("{sized} -o a.csv --image a.npy"),
-            &["a.npy", ".png"],
-        ),
-        (
-            format!("{sized} -o a.csv --crop 0,0,200,10"),
-            &["200,10", "160 x 300"],
-        ),
-        (
-            format!("{sized} -o a.csv --crop 0,0,0,10"),
-            &["--crop", "80,40,512,480"],
-        ),
-        (
-            format!("{sized} -o a.csv --absence 100"),
-            &["--absence", "[surface]", "-64 to 64"],
-        ),
-        (
-            format!("{sized} -o a.csv --search-end 0.001"),
-            &["--search-end", "--search-start"],
-        ),
-        (
-            "surface data.npz --crop 0,0,9,9 -o a.csv".into(),
-            &["--crop", "not a picture"],
-        ),
-        (
-            "surface data.npz --frames 3 -o a.csv".into(),
-            &["--frames asks for 3", "0 to 0"],
-        ),
-        (
-            "surface data.npz --fan 0,0,1,2,0,1 -o a.csv".into(),
-            &["--fan", "not a picture"],
-        ),
-        (
-            format!("{sized} -o a.csv --fan 0,0,1,2,0"),
-            &["--fan", "six numbers"],
-        ),
-        (
-            format!("{sized} -o a.csv --fan 0,0,0.2,0.1,0,1"),
-            &["--fan", "0 <= BEGIN < END"],
-        ),
-        (
-            format!("{sized} -o a.csv --fan 0,0,0.01,0.1,0,1 --columns-as-lines"),
-            &["--fan", "--columns-as-lines"],
-        ),
-        (
-            format!("{sized} -o a.csv --fan 5,0,0.01,0.1,0,1"),
-            &["--fan", "no beam"],
-        ),
-        (
-            format!("{sized} -o a.csv --frames 0"),
-            &["--frames", "a picture"],
-        ),
-        (
-            format!("{sized} -o a.csv --sweep-step 0.0005"),
-            &["--sweep-step", "several frames"],
-        ),
-        (
-            format!("{sized} -o a.csv --sweep-step 1"),
-            &["--sweep-step", "[surface]", "0.01 (m)"],
-        ),
-        (
-            "beamform data.npz -o a.npz --surface a.txt".into(),
-            &["--surface is a.txt", ".ply"],
-        ),
-    ] {
-        fails(&folder, &arguments, USAGE, parts);
-    }
-    // 3 mm are too short for the windows.
-    let low = ndarray::Array2::from_elem((60, 50), 9.0);
-    image::write(&low, &folder.path().join("low.png")).unwrap();
-    let part = ["low.png", "end of the lines"];
-    fails(
-        &folder,
-        "surface low.png --pixel-size 0.0001 -o a.csv",
-        DATA,
-        &part,
-    );
-    assert!(!names(folder.path()).contains(&"a.csv".to_owned()));
 }

@@ -2,7 +2,7 @@
 
 use bonebeam::beamform::{Apodization, Method, Parameters, Postfilter};
 use bonebeam_drive::config::{Beamform, Image, PhaseSymmetry, Surface};
-use bonebeam_drive::methods::MethodName;
+use bonebeam_files::section::{Key, Section};
 use bonebeam_simulate::Simulate;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -30,7 +30,7 @@ impl BeamformParameters {
     /// Depth step of the beamformed lines, samples.
     #[getter]
     fn depth_step(&self) -> u32 {
-        self.0.core.depth_step as u32
+        self.0.depth_step() as u32
     }
 }
 
@@ -90,8 +90,7 @@ pub fn defaults() -> PyResult<String> {
 
 /// Tables for tests of the package's lists, as JSON.
 ///
-/// They hold the keys of the section, the names of the methods, postfilters and apodizations, and an example of
-/// every method, postfilter, apodization and parameter of the core.
+/// They hold the keys of the section, and an example of every method, postfilter, apodization and parameter of the core.
 #[pyfunction]
 pub fn tables() -> PyResult<String> {
     let methods = Method::EXAMPLES.map(|method| Parameters {
@@ -115,11 +114,18 @@ pub fn tables() -> PyResult<String> {
     let examples = examples.chain(rows);
     let examples: Vec<_> = examples.map(Beamform::of).collect();
     let tables = json!({
-        "keys": Beamform::keys().collect::<Vec<_>>(),
-        "methods": MethodName::all().collect::<Vec<_>>(),
-        "postfilters": Postfilter::EXAMPLES.map(|postfilter| postfilter.key()),
-        "apodizations": Apodization::EXAMPLES.map(|apodization| apodization.key()),
+        "keys": Beamform::keys().iter().map(keyword).collect::<Vec<_>>(),
         "examples": examples,
     });
     Ok(tables.to_string())
+}
+
+/// A key as Python's keyword.
+fn keyword(key: &Key) -> Value {
+    json!({
+        "name": key.name,
+        "heading": key.heading,
+        "help": format!("{}. {}", key.help, key.more).trim(),
+        "type": key.python,
+    })
 }

@@ -2,8 +2,9 @@
 
 import json
 import os
+import pathlib
 import re
-from typing import get_args
+import textwrap
 
 import numpy as np
 import pytest
@@ -196,17 +197,49 @@ def test_a_simulation_is_that_of_the_command(command, folder):
         assert same_bits(np.asarray(getattr(point, key)), expected[key]), key
 
 
+def keywords():
+    """The text of ``_keywords.py`` from the command's keys."""
+    keys = {key["name"]: key for key in TABLES["keys"]}
+    both = ["adaptive_depth_start", "adaptive_depth_end", "sub_lines"]
+    beamformer, delay = (
+        [name for name, key in keys.items() if key["heading"] == heading and name not in both]
+        for heading in ["Beamformer", "Delay (channel data only)"]
+    )
+    classes = [
+        ("BeamformerParameters", "", "Keywords of the beamformer.", beamformer),
+        ("DelayParameters", "", "Keywords of the delay stage.", [*delay, "sound_speed"]),
+        ("ChannelDataParameters", "BeamformerParameters, DelayParameters, ", "Keywords for channel data.", both),
+        ("AlignedDataParameters", "BeamformerParameters, ", "Keywords for aligned data.", ["sound_speed", "beam_spacing"]),
+    ]
+    lines = [
+        '"""Keywords, written by `KEYWORDS=write pytest tests/test_command.py` from the keys of the command."""',
+        "",
+        "from __future__ import annotations",
+        "",
+        "from collections.abc import Sequence",
+        "from typing import Literal, TypedDict",
+    ]
+    for name, bases, about, members in classes:
+        lines += ["", "", f"class {name}({bases or 'TypedDict, '}total=False):", f'    """{about}', ""]
+        for member in members:
+            help = re.sub(r"--([a-z-]+)", lambda flag: f"``{flag[1].replace('-', '_')}``", keys[member]["help"])
+            help = re.sub(r"(?<!`)`(?!`)", "``", help).replace("\\", "\\\\")
+            lines += textwrap.wrap(f"{member}: {help}", 118, initial_indent="    ", subsequent_indent="        ")
+        lines += ['    """', ""]
+        for member in members:
+            lines.append(f"    {member}: {keys[member]['type'].removesuffix(' | None')} | None")
+    return "\n".join(lines) + "\n"
+
+
 def test_the_keywords_are_the_keys_of_the_command():
+    path = pathlib.Path(__file__).parent.parent / "package/bonebeam/_keywords.py"
+    if os.environ.get("KEYWORDS") == "write":
+        path.write_text(keywords())
+    assert path.read_text() == keywords()
     ours = bonebeam.ChannelDataParameters, bonebeam.AlignedDataParameters
-    assert set().union(*map(_parameters.names, ours)) == set(TABLES["keys"])
-    assert list(get_args(_parameters.Method)) == TABLES["methods"]
-    assert list(get_args(_parameters.Postfilter)) == TABLES["postfilters"]
-    assert list(get_args(_parameters.Apodization)) == TABLES["apodizations"]
+    assert set().union(*map(_parameters.names, ours)) == {key["name"] for key in TABLES["keys"]}
     for example in TABLES["examples"]:
         assert set(differing(example)) <= _parameters.names(bonebeam.BeamformerParameters)
-    described = (*ours, bonebeam.BeamformerParameters, bonebeam.DelayParameters)
-    documentation = "\n".join(known.__doc__ for known in described)
-    assert all(f"    {key}" in documentation or f", {key}:" in documentation for key in TABLES["keys"])
     with pytest.raises(TypeError, match="unexpected keyword argument 'betta'"):
         bonebeam.beamform(np.ones((1, 1, 8), np.complex64), betta=0.1)
 

@@ -11,9 +11,15 @@ extern crate std;
 pub mod beamform;
 pub mod coherence;
 pub mod delay;
+#[cfg(feature = "lanes")]
+pub mod draw;
 pub mod hash;
 pub mod image;
 pub mod iq;
+#[cfg(feature = "lanes")]
+pub mod kernel;
+#[cfg(feature = "lanes")]
+pub mod kernels;
 #[cfg(feature = "lanes")]
 pub mod lanes;
 pub mod phase_symmetry;

@@ -16,6 +16,7 @@ mod geometry;
 mod golden;
 mod image;
 mod iq;
+mod kernels;
 mod measure;
 mod partial_line;
 mod phantom;

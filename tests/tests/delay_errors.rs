@@ -29,35 +29,18 @@ fn bad_parameters_are_named() {
         }
         other => panic!("{name}: {other:?}"),
     };
-    for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        refused(
-            "sound_speed",
-            DelayParameters {
-                sound_speed: bad,
-                ..GOOD
-            },
-        );
-        refused(
-            "sampling_rate",
-            DelayParameters {
-                sampling_rate: bad,
-                ..GOOD
-            },
-        );
-        refused(
-            "output_rate",
-            DelayParameters {
-                output_rate: bad,
-                ..GOOD
-            },
-        );
-        refused(
-            "centre_frequency",
-            DelayParameters {
-                centre_frequency: bad,
-                ..GOOD
-            },
-        );
+    let numbers: [(&str, fn(&mut DelayParameters) -> &mut f64); 4] = [
+        ("sound_speed", |p| &mut p.sound_speed),
+        ("sampling_rate", |p| &mut p.sampling_rate),
+        ("output_rate", |p| &mut p.output_rate),
+        ("centre_frequency", |p| &mut p.centre_frequency),
+    ];
+    for (name, number) in numbers {
+        for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let mut p = GOOD;
+            *number(&mut p) = bad;
+            refused(name, p);
+        }
     }
     let changes: [Change; 9] = [
         ("hilbert taps", |p| p.hilbert_taps = 0),
@@ -190,6 +173,24 @@ fn bad_calls_are_refused_before_anything_is_written() {
         length("scratch", scratch + 1, scratch)
     );
     assert_eq!(refused(&line, &rf, scratch, 151), length("out", 151, 150));
+    let (mut two, record) = ([Complex::ZERO; 6], Record::new(&rf, 3).unwrap());
+    let behind = delay.block(
+        0.0f32,
+        &line,
+        &record,
+        49,
+        &mut vec![0.0; scratch],
+        &mut two,
+    );
+    let (name, actual, capacity) = ("block", 51, 50);
+    assert_eq!(
+        behind,
+        Err(Error::Capacity {
+            name,
+            actual,
+            capacity
+        })
+    );
     let two = ScanLine {
         array: Array::LinearAt(&element_x[1..]),
         ..line
@@ -200,74 +201,32 @@ fn bad_calls_are_refused_before_anything_is_written() {
         Error::Parameter { name, .. } => name,
         other => panic!("{other:?}"),
     };
-    let mut bad_x = element_x;
-    bad_x[2] = f64::NAN;
-    for (bad, name) in [
-        (
-            ScanLine {
-                transmit: Transmit {
-                    t0: f64::INFINITY,
-                    ..line.transmit
-                },
-                ..line
-            },
-            "t0",
-        ),
-        (
-            ScanLine {
-                ray: Ray::down(f64::NAN),
-                ..line
-            },
-            "line position",
-        ),
-        (
-            ScanLine {
-                array: Array::LinearAt(&bad_x),
-                ..line
-            },
-            "element_x",
-        ),
-        (
-            ScanLine {
-                transmit: Transmit {
-                    law: TransmitLaw::Plane { angle: 1.6 },
-                    t0: 0.0,
-                },
-                ..line
-            },
-            "angle",
-        ),
-        (
-            ScanLine {
-                transmit: Transmit {
-                    law: TransmitLaw::Element {
-                        x: f64::NAN,
-                        z: 0.0,
-                    },
-                    t0: 0.0,
-                },
-                ..line
-            },
-            "transmit element x",
-        ),
-        (
-            ScanLine {
-                active: Active { first: 1, count: 3 },
-                ..line
-            },
-            "active",
-        ),
-        (
-            ScanLine {
-                active: Active {
-                    first: usize::MAX,
-                    count: 2,
-                },
-                ..line
-            },
-            "active",
-        ),
-    ] {
+    let changes: [(&str, fn(&mut ScanLine)); 7] = [
+        ("t0", |l| l.transmit.t0 = f64::INFINITY),
+        ("line position", |l| l.ray = Ray::down(f64::NAN)),
+        ("element_x", |l| {
+            l.array = Array::LinearAt(&[-0.3e-3, 0.0, f64::NAN])
+        }),
+        ("angle", |l| {
+            l.transmit.law = TransmitLaw::Plane { angle: 1.6 }
+        }),
+        ("transmit element x", |l| {
+            l.transmit.law = TransmitLaw::Element {
+                x: f64::NAN,
+                z: 0.0,
+            };
+        }),
+        ("active", |l| l.active.first = 1),
+        ("active", |l| {
+            l.active = Active {
+                first: usize::MAX,
+                count: 2,
+            }
+        }),
+    ];
+    for (name, change) in changes {
+        let mut bad = line;
+        change(&mut bad);
         assert_eq!(parameter(refused(&bad, &rf, scratch, 150)), name);
     }
 

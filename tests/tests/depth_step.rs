@@ -2,7 +2,7 @@
 
 use crate::common;
 
-use bonebeam::beamform::{Apodization, Method, Parameters, Postfilter};
+use bonebeam::beamform::Parameters;
 use bonebeam::covariance::Covariance;
 use bonebeam::delay::Record;
 use bonebeam::geometry::Active;
@@ -15,7 +15,7 @@ use bonebeam_drive::beamform::Plan;
 use bonebeam_drive::pipeline::Frames;
 use bonebeam_oracle::reference::f64::depth_interpolation as exact;
 use common::frames::{ELEMENTS, LINES, PARAMETERS, focused, record, with_source};
-use common::lines::{COVARIANCES, Line, core, core_lanes, core_within, frame, stacked, widen};
+use common::lines::{Line, core_within, stacked, widen};
 use std::f64::consts::{LN_2, TAU};
 
 fn bits(z: &[Complex<f32>]) -> Vec<[u32; 2]> {
@@ -49,72 +49,6 @@ fn lines() -> Vec<Line> {
         line
     };
     (0..9).map(of).collect()
-}
-
-fn parameters() -> Vec<Parameters> {
-    let of = |method, temporal_half_window| Parameters {
-        method,
-        temporal_half_window,
-        ..Parameters::default()
-    };
-    let mut all = Vec::new();
-    for method in [Method::Das, Method::Mv, Method::EsmvRank1] {
-        all.extend([0, 1, 4].map(|window| of(method, window)));
-    }
-    all.push(Parameters {
-        postfilter: Postfilter::GeneralizedCoherenceFactor,
-        apodization: Apodization::Tukey,
-        ..of(Method::EsmvBeta(0.1), 2)
-    });
-    all.push(Parameters {
-        apodization: Apodization::Hann,
-        postfilter: Postfilter::CoherenceFactor,
-        ..of(Method::Das, 0)
-    });
-    all
-}
-
-/// A line with a depth step has the samples of the line without one.
-///
-/// Tested for one line, lanes of lines, a frame on threads, and a part of a line.
-#[test]
-fn a_depth_step_chooses_samples_and_changes_none() {
-    let lines = lines();
-    let within = 11..40;
-    for parameters in parameters() {
-        for covariance in COVARIANCES {
-            let full: Vec<_> = lines
-                .iter()
-                .map(|line| core(line, parameters, covariance))
-                .collect();
-            let part = core_within(&lines[0], within.clone(), parameters, covariance);
-            for depth_step in 2..=8 {
-                let stepped = Parameters {
-                    depth_step,
-                    ..parameters
-                };
-                let name = format!("{covariance:?}, {stepped:?}");
-                let expected: Vec<_> = full.iter().map(|z| bits(&every(z, depth_step))).collect();
-                assert_eq!(
-                    bits(&core(&lines[0], stepped, covariance)),
-                    expected[0],
-                    "{name}"
-                );
-                let found = core_within(&lines[0], within.clone(), stepped, covariance);
-                assert_eq!(bits(&found), bits(&every(&part, depth_step)), "{name}");
-                for set in [InstructionSet::Scalar, InstructionSet::detect()] {
-                    let found = core_lanes(set, &lines, stepped, covariance);
-                    let found: Vec<_> = found.iter().map(|z| bits(z)).collect();
-                    assert_eq!(found, expected, "{} {name}", set.name());
-                }
-                let alike: Vec<Line> = lines.iter().step_by(3).cloned().collect();
-                let z = frame(&alike, stepped, covariance);
-                for (k, z) in z.rows().into_iter().enumerate() {
-                    assert_eq!(bits(&z.to_vec()), expected[3 * k], "frame, {name}");
-                }
-            }
-        }
-    }
 }
 
 /// Segments with any start, as within a range of samples.

@@ -37,13 +37,6 @@ fn random_lines(beams: usize, samples: usize, seed: u64) -> BeamformedLines {
     }
 }
 
-fn assert_bits(a: &[f32], b: &[f32]) {
-    assert_eq!(a.len(), b.len());
-    for (k, (a, b)) in a.iter().zip(b).enumerate() {
-        assert_eq!(a.to_bits(), b.to_bits(), "at {k}: {a} and {b}");
-    }
-}
-
 #[test]
 fn the_envelope_of_known_samples() {
     let samples = [
@@ -207,42 +200,6 @@ fn the_median_keeps_a_constant_and_removes_a_speck() {
         median(0.0f32, &[5.0; 6][..length], columns, &mut out[..length]).unwrap();
         assert_eq!(out[..length], [5.0; 6][..length]);
     }
-}
-
-#[test]
-fn the_core_has_the_bits_of_the_f32_reference() {
-    use reference::f32::image as plain;
-    let lines = random_lines(29, 333, 2);
-    let z = lines.z.as_slice().unwrap();
-    let mut env = vec![0.0; z.len()];
-    envelope(z, &mut env).unwrap();
-    assert_bits(&env, &plain::envelope(z));
-
-    let mut levels = vec![0.0; z.len()];
-    log_compression(&env, largest(&env), 55.0, &mut levels).unwrap();
-    assert_bits(&levels, &plain::log_compression(&env, largest(&env), 55.0));
-
-    let positions = |axis: Axis| plain::Positions {
-        first: axis.first,
-        step: axis.step,
-        count: axis.count,
-    };
-    let (beams, samples) = (axis(-5e-3, 0.4e-3, 29), axis(10e-3, 0.0385e-3, 333));
-    let (rows, columns) = (axis(9.7e-3, 0.11e-3, 130), axis(-5.3e-3, 0.11e-3, 120));
-    let mut pixels = vec![0.0; 130 * 120];
-    resample(&levels, [beams, samples], [rows, columns], &mut pixels).unwrap();
-    let expected = plain::resample(
-        &levels,
-        positions(beams),
-        positions(samples),
-        positions(rows),
-        positions(columns),
-    );
-    assert_bits(&pixels, &expected);
-
-    let mut filtered = vec![0.0; pixels.len()];
-    median(0.0f32, &pixels, 120, &mut filtered).unwrap();
-    assert_bits(&filtered, &plain::median(&pixels, 120));
 }
 
 #[test]

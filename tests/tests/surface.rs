@@ -251,44 +251,6 @@ fn any_settings(rng: &mut ChaCha8Rng) -> Settings {
     }
 }
 
-#[test]
-fn every_path_has_the_bits_of_the_reference() {
-    let mut rng = ChaCha8Rng::seed_from_u64(4);
-    let mut points_of_all = 0;
-    for seed in 0..24 {
-        let count = rng.random_range(1..30);
-        let bones: Vec<Option<usize>> = (0..count)
-            .map(|line| {
-                (rng.random_range(0..8) > 0).then(|| 100 + 3 * line + rng.random_range(0..6))
-            })
-            .collect();
-        let step = [0.0385e-3, 0.1e-3, 0.021e-3][seed % 3];
-        let parameters = Parameters {
-            samples: Axis {
-                first: rng.random_range(-1e-3..3e-3),
-                step,
-                count: 400,
-            },
-            spacing: rng.random_range(0.05e-3..0.6e-3),
-            settings: any_settings(&mut rng),
-            latency: [0, 1, 5, 9, 29][seed % 5],
-        };
-        if Detector::new(parameters).is_err() {
-            continue;
-        }
-        let frame = lines(400, &bones, rng.random_range(0..60), seed as u64);
-        let points = found(parameters, &frame);
-        let expected = reference::f32::surface::surface(&parameters, &frame);
-        assert_eq!(points, expected, "{seed}: {parameters:?}");
-        let coherence: Vec<u8> = frame.iter().map(|grey| grey / 2).collect();
-        let points = found_with_coherence(parameters, &frame, &coherence);
-        let with = reference::f32::surface::surface_with_coherence;
-        assert_eq!(points, with(&parameters, &frame, &coherence), "{seed}");
-        points_of_all += points.iter().flatten().count();
-    }
-    assert!(points_of_all > 100, "{points_of_all}");
-}
-
 /// Bound of a score's error.
 ///
 /// Means are truncated to 1/16 of a grey level, and the logarithm comes from a table.

@@ -1,17 +1,14 @@
-//! Compounding of upsampled records: f32 reference, delay stage, and invariants.
+//! Compounding of upsampled records: positions, the delay stage, and invariants.
 //!
 //! The delay stage interpolates in another way.
 
 use bonebeam::Complex;
-use bonebeam::delay::{
-    Compounding, Contribution, Delay, DelayParameters, ScanLine, Upsampled, hilbert_taps,
-};
+use bonebeam::delay::{Compounding, Contribution, Delay, DelayParameters, ScanLine, Upsampled};
 use bonebeam::geometry::{Active, Array, Element, Ray, Transmit, TransmitLaw};
-use bonebeam::simd::{InstructionSet, Task, Vector};
+use bonebeam::simd::InstructionSet;
 use bonebeam_drive::config::{Beamform, RfInterpolation};
 use bonebeam_drive::delay::DelayStage;
 use bonebeam_files::{ChannelData, Transmits};
-use bonebeam_oracle::reference;
 use ndarray::{Array3, Axis};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
@@ -24,10 +21,6 @@ const PITCH: f64 = 0.3e-3;
 ///
 /// A tone of 1.3·f0 at 4·f0 errs by (2π·1.3/64)²/8 = 2.0e-3. All other differences are below 1e-4.
 const STRAIGHT: f32 = 2.2e-3;
-/// Number of values added at a time.
-///
-/// Neither a multiple of the vectors nor of the values read together.
-const STRETCH: usize = 141;
 
 fn element_x(elements: usize) -> Vec<f64> {
     (0..elements)
@@ -38,115 +31,6 @@ fn element_x(elements: usize) -> Vec<f64> {
 fn noise(length: usize) -> Vec<f32> {
     let mut rng = ChaCha8Rng::seed_from_u64(5);
     (0..length).map(|_| rng.random_range(-1.0..1.0)).collect()
-}
-
-/// The waves of a test, compounded by the core.
-struct Compound<'a> {
-    p: &'a DelayParameters,
-    waves: &'a [(ScanLine<'a>, &'a [f32])],
-}
-
-impl Task for Compound<'_> {
-    type Output = Vec<Complex<f32>>;
-
-    fn run<V: Vector>(self, zero: V) -> Self::Output {
-        let p = self.p;
-        let delay = Delay::new(*p).unwrap();
-        let upsampled = Upsampled::new(&delay).unwrap();
-        let length = upsampled.line_len();
-        let active = self.waves[0].0.active;
-        let mut values = vec![0.0; active.count * length];
-        let (mut centre, mut receive_delays) = (vec![0; length], vec![0; length]);
-        // Any output that is not overwritten shows.
-        let mut record = vec![f32::NAN; upsampled.record_len()];
-        let mut padded = vec![f32::NAN; upsampled.need().real];
-        for (line, rf) in self.waves {
-            upsampled.centre(line, &mut centre).unwrap();
-            for (k, values) in values.chunks_exact_mut(length).enumerate() {
-                let element = active.first + k;
-                let samples = &rf[element * p.record_samples..][..p.record_samples];
-                upsampled
-                    .record(zero, samples, &mut padded, &mut record)
-                    .unwrap();
-                upsampled
-                    .receive_delays(zero, line, element, &mut receive_delays)
-                    .unwrap();
-                // In blocks; the last is shorter.
-                for start in (0..length).step_by(STRETCH) {
-                    let own = start..length.min(start + STRETCH);
-                    let contribution = Contribution {
-                        record: &record,
-                        centre: &centre[own.clone()],
-                        receive_delays: &receive_delays[own.clone()],
-                    };
-                    let values = &mut values[own];
-                    upsampled.add(zero, &contribution, values).unwrap();
-                }
-            }
-        }
-        let mut out = vec![Complex::new(f32::NAN, f32::NAN); p.output_samples * p.elements];
-        let mut scratch = vec![f32::NAN; p.need(V::LANES).real];
-        let line = &self.waves[0].0;
-        upsampled
-            .analytic(zero, line, &values, &mut scratch, &mut out)
-            .unwrap();
-        out
-    }
-}
-
-#[test]
-fn every_instruction_set_has_the_bits_of_the_reference() {
-    for (fs, fout) in [(20e6, 20e6), (40e6, 20e6), (20e6, 40e6)] {
-        for (elements, record_samples, start) in [(5, 211, 0.0), (37, 700, 3e-6), (3, 90, 1.0)] {
-            let p = DelayParameters {
-                sound_speed: C,
-                sampling_rate: fs,
-                centre_frequency: F0,
-                output_rate: fout,
-                output_start: start,
-                output_samples: 203,
-                elements,
-                record_samples,
-                hilbert_taps: hilbert_taps(fout, F0),
-            };
-            let (x, rf) = (element_x(elements), noise(elements * record_samples));
-            for ray in [
-                Ray::down(0.3e-3),
-                Ray::down(9.0),
-                Ray::new(1e-3, -2e-3, 0.4),
-            ] {
-                let laws = [
-                    TransmitLaw::Plane { angle: 0.2 },
-                    TransmitLaw::VirtualSource { x: 1e-3, z: -8e-3 },
-                ];
-                let waves = laws.map(|law| {
-                    let line = ScanLine {
-                        transmit: Transmit::new(law, -1e-7),
-                        ray,
-                        array: Array::LinearAt(&x),
-                        active: Active {
-                            first: 1,
-                            count: elements - 1,
-                        },
-                        compounding: Compounding::Replace,
-                    };
-                    (line, &rf[..])
-                });
-                let mut expected = vec![Complex::new(7.0, 7.0); p.output_samples * elements];
-                reference::f32::delay::upsampled(&p, &waves, &mut expected);
-                for set in InstructionSet::available() {
-                    let ours = set.dispatch(Compound {
-                        p: &p,
-                        waves: &waves,
-                    });
-                    let same = ours.iter().zip(&expected).all(|(a, b)| {
-                        a.re.to_bits() == b.re.to_bits() && a.im.to_bits() == b.im.to_bits()
-                    });
-                    assert!(same, "{fs} {fout} {elements} {ray:?} {}", set.name());
-                }
-            }
-        }
-    }
 }
 
 /// One sample a second, one a metre of depth: times are positions without rounding.

@@ -350,29 +350,38 @@ fn nothing_fires_after_an_error() {
     assert!(quiet(&board));
 }
 
-/// A profile of another PRF or voltage changes both.
+/// A profile of another PRF or voltage, or of both, changes them.
 ///
-/// A profile with the same values goes on without a pause.
+/// A profile with the same values goes on without a pause: the board is not called.
 #[test]
 fn prf_and_voltage_are_the_profiles() {
     let (part, board) = (MockTx7332::default(), MockBoard::default());
     let mut tx = tx(&part, &board);
-    let on = [Some(0); 32];
     block(tx.load(0, &profile(&delays()))).unwrap();
-    block(tx.load(1, &profile(&on))).unwrap();
-    let low = Waveform {
-        volts: 10.0,
-        ..WAVEFORM
-    };
-    let other = Profile {
-        waveform: low,
-        prf: 8000.0,
-        ..profile(&on)
-    };
-    block(tx.load(2, &other)).unwrap();
-    for (index, prf, volts) in [(0, 4000.0, 50.0), (1, 4000.0, 50.0), (2, 8000.0, 10.0)] {
-        assert_eq!(block(tx.select(index)), Ok(()));
-        assert_eq!((board.prf.get(), board.volts.get()), (Some(prf), volts));
+    let on = [Some(0); 32];
+    let sets = [
+        (4000.0, 50.0),
+        (8000.0, 50.0),
+        (8000.0, 10.0),
+        (4000.0, 50.0),
+    ];
+    for (index, (prf, volts)) in (1..).zip(sets) {
+        let waveform = Waveform { volts, ..WAVEFORM };
+        let set = Profile {
+            waveform,
+            prf,
+            ..profile(&on)
+        };
+        block(tx.load(index, &set)).unwrap();
+    }
+    assert_eq!(block(tx.select(0)), Ok(()));
+    for (index, set) in (1..).zip(sets) {
+        let same = (board.prf.get(), board.volts.get()) == (Some(set.0), set.1);
+        let failure = same.then_some(0);
+        board.fail.set(failure);
+        assert_eq!(block(tx.select(index)), Ok(()), "{index}");
+        assert_eq!(board.fail.get(), failure, "{index}");
+        assert_eq!((board.prf.get(), board.volts.get()), (Some(set.0), set.1));
         assert_eq!(part.register(0x1E), u32::from(index));
         assert!(!board.moved.get());
     }

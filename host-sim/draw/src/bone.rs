@@ -3,6 +3,9 @@
 use super::random::{Curve, Draw};
 use super::view::View;
 
+/// Points (x, z) of a surface from left to right, mm.
+pub type Outline = Vec<[f32; 2]>;
+
 /// A bone and its echo.
 #[derive(Clone, Debug)]
 pub struct Bone {
@@ -49,7 +52,7 @@ pub fn hits(outline: &[[f32; 2]], view: &View) -> Vec<Option<Hit>> {
 }
 
 /// An arch: half an ellipse of an exponent, 2 for round and less for a ridge, with a tilt.
-pub fn arch(draw: &mut Draw, [x, top]: [f32; 2], [wide, high]: [f32; 2]) -> Vec<[f32; 2]> {
+pub fn arch(draw: &mut Draw, [x, top]: [f32; 2], [wide, high]: [f32; 2]) -> Outline {
     let exponent = draw.within(1.15, 2.6);
     let tilt = draw.within(-0.4, 0.4) * (high / wide).min(1.0);
     let [left, right] = [draw.within(0.6, 0.98), draw.within(0.6, 0.98)];
@@ -64,7 +67,7 @@ pub fn arch(draw: &mut Draw, [x, top]: [f32; 2], [wide, high]: [f32; 2]) -> Vec<
 }
 
 /// A surface along a curve from `start` to `end`, whose ends bend down by up to `bend` mm.
-pub fn span(curve: &Curve, [start, end]: [f32; 2], bend: [f32; 2]) -> Vec<[f32; 2]> {
+pub fn span(curve: &Curve, [start, end]: [f32; 2], bend: [f32; 2]) -> Outline {
     let points = (0..=160).map(|k| {
         let x = start + (end - start) * k as f32 / 160.0;
         let down =
@@ -78,7 +81,7 @@ pub fn span(curve: &Curve, [start, end]: [f32; 2], bend: [f32; 2]) -> Vec<[f32; 
 }
 
 /// The depth of the first surface at each position; `other` where there is none.
-pub fn first(outlines: &[Vec<[f32; 2]>], other: f32) -> Curve {
+pub fn first(outlines: &[Outline], other: f32) -> Curve {
     Curve::of(|x| {
         let all = outlines.iter().flat_map(|outline| outline.windows(2));
         let within = all.filter(|pair| (pair[0][0]..pair[1][0]).contains(&x));

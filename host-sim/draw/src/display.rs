@@ -1,14 +1,23 @@
 //! From levels to grey pixels, as a scanner and a file do.
 
-use ndarray::Array2;
+use ndarray::{Array2, Axis};
 
-use super::random::{Draw, Patches};
+use super::random::Draw;
 use super::view::{Array, View};
 
 /// Grey values 0 to 1 of levels in dB: gain, range, curve, enhanced edges, smoothing.
 pub fn grey(draw: &mut Draw, levels: &Array2<f32>, view: &View) -> Array2<f32> {
-    let (white, range) = (draw.within(8.0, 30.0), draw.within(38.0, 75.0));
-    let (curve, bend) = (draw.log(0.7, 1.9), draw.within(-0.3, 0.3));
+    // Beyond the array's own echo.
+    let beyond = levels.len() / 16;
+    let mut sorted: Vec<f32> = levels.iter().skip(beyond).step_by(23).copied().collect();
+    sorted.sort_by(f32::total_cmp);
+    let at = |share: f32| sorted[(share * (sorted.len() - 1) as f32) as usize];
+    let white = at(0.995).max(-15.0) + draw.within(-5.0, 14.0);
+    // What is darkest, noise in most pictures, is not brighter than dark grey.
+    let range = draw
+        .within(36.0, 72.0)
+        .min((white - at(0.02) + 10.0).max(28.0));
+    let (curve, bend) = (draw.log(0.75, 2.6), draw.within(-0.3, 0.3));
     let height = draw.within(0.0, 2.5);
     let gains = draw.curve(height, 0.9 * view.depth, 0.2 * view.depth);
     let table: Vec<f32> = (0..=512)
@@ -24,7 +33,7 @@ pub fn grey(draw: &mut Draw, levels: &Array2<f32>, view: &View) -> Array2<f32> {
             table[(512.0 * (1.0 + (level + gain - white) / range).clamp(0.0, 1.0)) as usize]
         });
     }
-    if draw.chance(0.6) {
+    if draw.chance(0.75) {
         let (down, across) = (draw.within(0.0, 0.28), draw.within(0.0, 0.28));
         grey = smoothed(&grey, [down, across], draw.count(1, 2));
     }
@@ -39,26 +48,15 @@ pub fn grey(draw: &mut Draw, levels: &Array2<f32>, view: &View) -> Array2<f32> {
 }
 
 /// Each value with shares of its neighbours down and across.
-fn smoothed(image: &Array2<f32>, [down, across]: [f32; 2], times: usize) -> Array2<f32> {
-    let (rows, columns) = image.dim();
+fn smoothed(image: &Array2<f32>, shares: [f32; 2], times: usize) -> Array2<f32> {
     let mut image = image.clone();
-    for _ in 0..times {
-        let old = image.clone();
-        for row in 0..rows {
-            let (above, below) = (row.saturating_sub(1), (row + 1).min(rows - 1));
-            for column in 0..columns {
-                let v = old[[row, column]];
-                image[[row, column]] =
-                    v + down * (old[[above, column]] + old[[below, column]] - 2.0 * v);
-            }
-        }
-        let old = image.clone();
-        for row in 0..rows {
-            for column in 0..columns {
-                let (left, right) = (column.saturating_sub(1), (column + 1).min(columns - 1));
-                let v = old[[row, column]];
-                image[[row, column]] =
-                    v + across * (old[[row, left]] + old[[row, right]] - 2.0 * v);
+    for axis in (0..2 * times).map(|k| k % 2) {
+        for mut lane in image.lanes_mut(Axis(axis)) {
+            let mut before = lane[0];
+            for k in 0..lane.len() {
+                let (now, next) = (lane[k], lane[(k + 1).min(lane.len() - 1)]);
+                lane[k] = now + shares[axis] * (before + next - 2.0 * now);
+                before = now;
             }
         }
     }
@@ -71,9 +69,10 @@ pub fn pixels(grey: &Array2<f32>, view: &View) -> Array2<f32> {
     let [columns, rows] = view.size;
     Array2::from_shape_fn((rows, columns), |(row, column)| {
         let [line, sample] = view.place(view.of_pixel(column as f32, row as f32));
-        let edge = match view.array {
-            Array::Linear => 1.0,
-            _ => 0.0,
+        let edge = if view.array == Array::Linear {
+            1.0
+        } else {
+            0.0
         };
         let within = line > -edge && line < lines as f32 - 1.0 + edge && sample > -1.0;
         if !within || sample > samples as f32 {
@@ -90,32 +89,23 @@ pub fn pixels(grey: &Array2<f32>, view: &View) -> Array2<f32> {
     })
 }
 
-/// What files do: few levels, blocks of a JPEG, a lifted black.
+/// What files do: few levels, blocks of a JPEG, a lifted black. NaN stays.
 pub fn stored(draw: &mut Draw, picture: &mut Array2<f32>) {
     let levels = if draw.chance(0.3) {
         draw.log(24.0, 128.0)
     } else {
         255.0
     };
-    let black = if draw.chance(0.3) {
-        draw.within(0.0, 16.0)
-    } else {
-        0.0
-    };
-    let grain = if draw.chance(0.4) {
-        draw.within(0.0, 6.0)
-    } else {
-        0.0
-    };
-    let blocks = Patches::new(draw, [8.0, 8.0], 0.0);
+    let black = draw.sometimes(0.3, 0.0, 16.0);
+    let grain = draw.sometimes(0.4, 0.0, 2.0);
+    let blocks = Array2::from_shape_simple_fn((64, 64), || grain * draw.normal());
     for ((row, column), value) in picture.indexed_iter_mut() {
-        let block = grain
-            * blocks.at(
-                8.0 * (column / 8) as f32 + 0.5,
-                8.0 * (row / 8) as f32 + 0.5,
-            );
-        let level =
-            black + *value * (1.0 - black / 255.0) + if *value > 2.0 { 0.3 * block } else { 0.0 };
+        let block = if *value > 2.0 {
+            blocks[[row / 8 % 64, column / 8 % 64]]
+        } else {
+            0.0
+        };
+        let level = black + *value * (1.0 - black / 255.0) + block;
         *value = ((level / 255.0 * levels).round() * 255.0 / levels).clamp(0.0, 255.0);
     }
 }

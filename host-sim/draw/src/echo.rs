@@ -1,7 +1,8 @@
-//! Sound on its way: contact, shadows, the bone's echo and its repetitions, the beam and noise.
+//! The bone's echo and its repetitions, the beam and noise.
 
-use ndarray::{Array1, Array2, Axis, Slice};
+use ndarray::{Array2, Axis, Slice};
 
+use super::Look;
 use super::bone::{Bone, Hit};
 use super::medium::Medium;
 use super::random::{Curve, Draw, Patches, amplitude};
@@ -30,36 +31,28 @@ pub struct Sound {
 }
 
 impl Sound {
-    pub fn drawn(draw: &mut Draw, view: &View) -> Self {
+    pub fn drawn(draw: &mut Draw, view: &View, look: &Look) -> Self {
         let frequency = (draw.log(180.0, 700.0) / view.depth).clamp(2.0, 16.0);
         let wavelength = 1.54 / frequency;
         Sound {
             point: [
-                wavelength * draw.within(0.7, 2.0),
-                wavelength * draw.log(1.2, 4.0),
+                wavelength * draw.log(0.6, 1.8),
+                wavelength * draw.log(1.0, 3.5),
             ],
             focus: [
                 draw.within(0.15, 0.8) * view.depth,
                 draw.log(0.5, 3.0) * view.depth,
             ],
             noise: [
-                draw.within(-62.0, -26.0),
-                draw.within(0.0, 15.0) / view.depth,
+                draw.within(look.noise[0], look.noise[1]),
+                draw.within(0.0, 12.0) / view.depth,
             ],
-            fall: if draw.chance(0.5) {
-                draw.within(-4.0, 15.0)
-            } else {
-                draw.within(10.0, 65.0)
-            } / view.depth,
-            looks: if draw.chance(0.6) {
-                draw.count(2, 5)
-            } else {
-                1
-            },
-            ghost: draw.within(-55.0, -18.0),
-            haze: [draw.within(-50.0, -16.0), draw.log(0.7, 15.0)],
+            fall: draw.within(look.fall[0], look.fall[1]) / view.depth,
+            looks: draw.count(1, 6),
+            ghost: draw.within(-70.0, -28.0),
+            haze: [draw.within(-48.0, -16.0), draw.log(0.7, 10.0)],
             lobes: draw.within(-50.0, -24.0),
-            spread: draw.log(0.003, 0.12),
+            spread: draw.log(0.006, 0.25),
         }
     }
 
@@ -102,116 +95,6 @@ fn kernel(sigma: f32) -> Vec<f32> {
     let weights: Vec<f32> = weights.collect();
     let norm = weights.iter().map(|w| w * w).sum::<f32>().sqrt();
     weights.into_iter().map(|w| w / norm).collect()
-}
-
-/// Draws the array's own echo, gel and lines that have no contact, and returns the sound that enters at each line.
-pub fn contact(draw: &mut Draw, medium: &mut Medium, skin: &Curve) -> Array1<f32> {
-    let view = medium.view.clone();
-    let mut enters = Array1::ones(view.lines);
-    let (bang, deep) = (draw.within(-10.0, 22.0), draw.log(0.15, 1.2));
-    let gel = draw.within(-70.0, -25.0);
-    let air = draw.chance(0.35).then(|| draw.within(-50.0, -12.0));
-    let edge = draw.within(0.6, 2.5);
-    let gap = draw.chance(0.25).then(|| {
-        let width = draw.log(0.03, 0.5) * view.lines as f32;
-        let middle = if draw.chance(0.6) {
-            draw.count(0, 1) as f32
-        } else {
-            draw.within(0.0, 1.0)
-        };
-        (
-            middle * view.lines as f32,
-            0.5 * width,
-            draw.within(-45.0, -8.0),
-        )
-    });
-    let again = draw.chance(0.7).then(|| draw.within(-14.0, -3.0));
-    let (period, ringing) = (draw.log(0.6, 5.0), draw.within(-20.0, 8.0));
-    for line in 0..view.lines {
-        let [x, z] = view.point(line as f32, 0.0);
-        let depth = (skin.at(x) - z.max(0.0)) / view.step();
-        let mut sound = 0.0;
-        if let Some(level) = air {
-            sound += level * ((depth * view.step() - edge) / edge).clamp(0.0, 1.0);
-        }
-        let mut lost = 0.0;
-        if let Some((middle, half, level)) = gap {
-            lost = ((half - (line as f32 - middle).abs()) / 4.0).clamp(0.0, 1.0);
-            sound += level * lost;
-        }
-        enters[line] = amplitude(sound);
-        let ring = |sample: f32, period: f32| {
-            0.5 - 0.5 * libm::cosf(sample / period * std::f32::consts::TAU)
-        };
-        for sample in 0..view.samples {
-            let z = sample as f32 * view.step();
-            if (sample as f32) < depth {
-                medium.level[[sample, line]] = gel;
-                medium.lines[[sample, line]] = 0.0;
-            }
-            if z < 3.0 * deep {
-                medium.lines[[sample, line]] +=
-                    amplitude(bang) * libm::expf(-(z / deep) * (z / deep) * 2.0);
-            }
-            if lost > 0.0 && z < 0.5 * view.depth {
-                let level = amplitude(ringing - 3.0 * z - sound);
-                medium.lines[[sample, line]] += lost * level * ring(z, period).powi(4);
-            }
-        }
-        // A line through gel is repeated by the array.
-        if let Some(fade) = again.filter(|_| depth * view.step() > 0.8) {
-            let size = medium.lines[[(depth as usize + 1).min(view.samples - 1), line]].min(20.0);
-            for times in 2..7 {
-                let level = amplitude(fade * (times - 1) as f32 - sound * 0.5);
-                let middle = depth * times as f32;
-                for far in -2..=2 {
-                    let sample = middle as i32 + far;
-                    if (0..view.samples as i32).contains(&sample) {
-                        let part = (1.0 - (sample as f32 - middle).abs() / 3.0).max(0.0);
-                        medium.lines[[sample as usize, line]] += size * level * part;
-                    }
-                }
-            }
-        }
-    }
-    enters
-}
-
-/// The share of sound at each cell, past bone and losses.
-///
-/// Sound spreads to neighbouring lines on its way, so that the edges of shadows soften.
-pub fn light(medium: &Medium, enters: &Array1<f32>, bones: &[Bone], spread: f32) -> Array2<f32> {
-    let view = &medium.view;
-    let mut light = Array2::zeros((view.samples, view.lines));
-    let mut now = enters.clone();
-    let mut passes = vec![Vec::new(); view.samples];
-    for bone in bones {
-        let through = amplitude(bone.through);
-        for (line, hit) in bone.hits.iter().enumerate() {
-            if let Some(hit) = hit {
-                passes[hit.sample as usize].push((line, through));
-            }
-        }
-    }
-    for sample in 0..view.samples {
-        light.row_mut(sample).assign(&now);
-        for (line, through) in &passes[sample] {
-            now[*line] *= through;
-        }
-        let last = view.lines - 1;
-        let old = now.clone();
-        for line in 0..view.lines {
-            let (left, right) = (old[line.saturating_sub(1)], old[(line + 1).min(last)]);
-            let loss = medium.loss[[sample, line]];
-            let passed = old[line] + spread * (left + right - 2.0 * old[line]);
-            now[line] = if loss == 0.0 {
-                passed
-            } else {
-                passed * amplitude(-loss)
-            };
-        }
-    }
-    light
 }
 
 /// The level of the echoes, dB: `[sample, line]`.
@@ -260,17 +143,15 @@ pub fn echoes(
                 let far = (k as f32 - sample) * step;
                 let at = [k, line];
                 let echo = size * libm::expf(-far / bone.tail);
-                lines[at] += echo * (1.0 - bone.rough) / gain / sum
-                    * if k == first {
-                        1.0
-                    } else {
-                        step / bone.tail.max(step) * 2.0
-                    };
+                let share = if k == first {
+                    1.0
+                } else {
+                    2.0 * step / bone.tail.max(step)
+                };
+                lines[at] += echo * (1.0 - bone.rough) / gain / sum * share;
                 let mut power = rough[at] * rough[at] + echo * echo * bone.rough * bone.rough;
-                let haze = size
-                    * libm::expf(-far / length - 0.115 * 3.0 * patches.at(x, far))
-                    * amplitude(level);
-                let haze = haze.min(0.5 * fall);
+                let decay = libm::expf(-far / length - 0.35 * patches.at(x, far));
+                let haze = (size * decay * amplitude(level)).min(0.35 * fall);
                 power += haze * haze;
                 // What lies above is seen again, once more from the array and back.
                 let source = [k - first + top, line];
@@ -325,12 +206,11 @@ fn blurred(
         let half = lines / 8;
         let (mut sum, mut side) = (0.0, vec![0.0; lines]);
         for line in 0..lines + half {
-            sum += if line < lines { row[line] } else { 0.0 };
-            sum -= if line > 2 * half {
-                row[line - 2 * half - 1]
-            } else {
-                0.0
-            };
+            sum += row.get(line).copied().unwrap_or(0.0);
+            sum -= row
+                .get(line.wrapping_sub(2 * half + 1))
+                .copied()
+                .unwrap_or(0.0);
             if line >= half {
                 side[line - half] = sum;
             }

@@ -22,22 +22,20 @@ pub(crate) fn polylines(
     view: &View,
     bones: &[Bone],
     sound: &Sound,
-    corner: [usize; 2],
 ) -> [Vec<Polyline>; 2] {
     let mut all = [Vec::new(), Vec::new()];
     for bone in bones {
         let crest = sound.crest(bone.tail) / view.step();
-        let samples: Vec<_> = bone
+        let samples = bone
             .hits
             .iter()
-            .map(|hit| hit.map(|hit| hit.sample + crest))
-            .collect();
-        let clear: Vec<bool> = (0..view.lines)
-            .map(|line| seen(grey, view, &samples, line))
-            .collect();
-        // The majority of nine neighbours.
+            .map(|hit| hit.map(|hit| hit.sample + crest));
+        let samples: Vec<_> = samples.collect();
+        let clear = (0..view.lines).map(|line| seen(grey, view, &samples, line));
+        let clear: Vec<bool> = clear.collect();
+        // The majority of neighbours.
         let clear = (0..view.lines).map(|line| {
-            let near = &clear[line.saturating_sub(4)..(line + 5).min(view.lines)];
+            let near = &clear[line.saturating_sub(7)..(line + 8).min(view.lines)];
             2 * near.iter().filter(|clear| **clear).count() > near.len()
         });
         let clear: Vec<bool> = clear.collect();
@@ -64,7 +62,7 @@ pub(crate) fn polylines(
                 let [columns, rows] = view.size.map(|side| side as f32 - 1.0);
                 let within = (0.0..=rows).contains(&y) && (0.0..=columns).contains(&x);
                 let round = |v: f32| (10.0 * v).round() / 10.0;
-                within.then(|| [round(x + corner[0] as f32), round(y + corner[1] as f32)])
+                within.then(|| [round(x), round(y)])
             });
             let points: Polyline = points.collect();
             if points.len() > 1 {
@@ -135,6 +133,24 @@ impl Picture {
             maybe: self.maybe.clone(),
             note: "",
         }
+    }
+
+    /// The row at which each column first meets a label.
+    pub fn first(&self) -> Vec<Option<f32>> {
+        let mut rows: Vec<Option<f32>> = vec![None; self.pixels.dim().1];
+        for pair in self
+            .bone
+            .iter()
+            .chain(&self.maybe)
+            .flat_map(|line| line.windows(2))
+        {
+            let [[x0, y0], [x1, y1]] = [pair[0], pair[1]];
+            for column in x0.ceil() as usize..=x1 as usize {
+                let row = y0 + (column as f32 - x0) / (x1 - x0) * (y1 - y0);
+                rows[column] = Some(rows[column].map_or(row, |old| old.min(row)));
+            }
+        }
+        rows
     }
 
     fn geometry(&self) -> String {

@@ -1,7 +1,7 @@
 //! Drawn B-mode pictures with labelled bone.
 //!
-//! A picture is drawn in the order of the physics: tissue and bone (`subject`), contact, shadows, echoes, beam and
-//! noise (`echo`), the scanner's display (`display`) and the screen around it (`screen`). Each parameter is random
+//! A picture is drawn in the order of the physics: tissue and bone (`subject`), contact and shadows (`shadow`), echoes,
+//! beam and noise (`echo`), the scanner's display (`display`) and the screen around it (`screen`). Each parameter is random
 //! within a range that the physics or the variety of scanners gives. Lengths are in mm, levels in dB over speckle.
 
 mod bone;
@@ -11,17 +11,19 @@ pub mod labels;
 mod medium;
 mod random;
 mod screen;
+mod shadow;
 mod subject;
+mod tissue;
 mod view;
 
 use ndarray::Array2;
 
-use bone::Bone;
+use bone::{Bone, Outline};
 use echo::Sound;
 use labels::Polyline;
 use random::{Curve, Draw};
 pub use subject::Subject;
-use view::View;
+use view::{Array, View};
 
 /// A picture and its bone.
 pub struct Picture {
@@ -39,84 +41,133 @@ pub struct Picture {
     pub maybe: Vec<Polyline>,
 }
 
+/// Ranges that make bone clear or faint, dB.
+#[derive(Debug)]
+pub struct Look {
+    /// Flat bone over the tissue's speckle.
+    bone: [f32; 2],
+    /// Noise at the skin.
+    noise: [f32; 2],
+    /// Fall of all echoes over the field.
+    fall: [f32; 2],
+}
+
+impl Look {
+    /// Bone of any kind.
+    pub const ANY: Look = Look {
+        bone: [6.0, 40.0],
+        noise: [-78.0, -36.0],
+        fall: [-2.0, 60.0],
+    };
+    /// Bone brighter than most of the tissue.
+    pub const CLEAR: Look = Look {
+        bone: [20.0, 40.0],
+        noise: [-78.0, -45.0],
+        fall: [-2.0, 25.0],
+    };
+    /// Bone from that down to what hardly differs from tissue.
+    pub const FAINT: Look = Look {
+        bone: [6.0, 30.0],
+        noise: [-70.0, -36.0],
+        fall: [5.0, 50.0],
+    };
+}
+
 impl Picture {
     /// The picture of a number among those of a seed.
     pub fn of(subject: Subject, seed: u64, number: u64) -> Self {
         let draw = &mut Draw::new(seed, number);
         let view = View::drawn(draw, subject.deep());
-        let outlines = if subject.has_bone() {
-            subject.outlines(draw, &view)
-        } else {
-            Vec::new()
-        };
-        let (levels, bones, sound) = scanned(draw, subject, &view, outlines);
+        let outlines = subject.outlines(draw, &view);
+        let (field, mut picture) = Picture::field(draw, subject, view, &outlines, &Look::ANY);
+        let (screen, corner, crop) = screen::framed(draw, &field, &picture.view);
+        (picture.pixels, picture.corner, picture.crop) = (rounded(&screen), corner, crop);
+        let shift = corner.map(|corner| corner as f32);
+        for [x, y] in picture.bone.iter_mut().chain(&mut picture.maybe).flatten() {
+            (*x, *y) = (*x + shift[0], *y + shift[1]);
+        }
+        picture
+    }
+
+    /// The vertebra of a number, or layers alone, in a rectangle without a screen around it.
+    ///
+    /// `size` is in pixels: columns, rows. Pixels have a side of `pixel` mm; the first begins at the array.
+    pub fn vertebra(
+        look: &Look,
+        bone: Option<u64>,
+        seed: u64,
+        size: [usize; 2],
+        pixel: f32,
+    ) -> Self {
+        let [width, depth] = size.map(|side| side as f32 * pixel);
+        let view = View::new(Array::Linear, 0.5 * width, depth, [256, 500], pixel);
+        let outlines = bone.map(|bone| Subject::Vertebra.outlines(&mut Draw::new(bone, 1), &view));
+        let (draw, outlines) = (&mut Draw::new(seed, 2), outlines.unwrap_or_default());
+        Picture::field(draw, Subject::Vertebra, view, &outlines, look).1
+    }
+
+    /// The field alone, NaN outside a fan, and as a picture.
+    fn field(
+        draw: &mut Draw,
+        subject: Subject,
+        view: View,
+        outlines: &[Outline],
+        look: &Look,
+    ) -> (Array2<f32>, Self) {
+        let (levels, bones, sound) = scanned(draw, subject, &view, outlines, look);
         let grey = display::grey(draw, &levels, &view);
         let mut field = display::pixels(&grey, &view);
-        let black = field.map(|value| value.is_nan());
-        field.mapv_inplace(|value| if value.is_nan() { 0.0 } else { value });
         display::stored(draw, &mut field);
-        field.zip_mut_with(&black, |value, black| {
-            *value = if *black { f32::NAN } else { *value }
-        });
-        let (screen, corner, crop) = screen::framed(draw, &field, &view);
-        let [bone, maybe] = labels::polylines(&grey, &view, &bones, &sound, corner);
-        Picture {
-            pixels: screen.mapv(|value| value.round() as u8),
+        let [bone, maybe] = labels::polylines(&grey, &view, &bones, &sound);
+        let picture = Picture {
+            pixels: rounded(&field),
             subject,
             view,
-            corner,
-            crop,
+            corner: [0, 0],
+            crop: "none".into(),
             bone,
             maybe,
-        }
+        };
+        (field, picture)
     }
 }
 
-/// The echoes of a subject in dB, and its bones with their hits.
+/// Grey levels; black where there are none.
+fn rounded(grey: &Array2<f32>) -> Array2<u8> {
+    grey.mapv(|value| value.round() as u8)
+}
+
+/// The echoes of a subject in dB, and its bones.
 fn scanned(
     draw: &mut Draw,
     subject: Subject,
     view: &View,
-    outlines: Vec<Vec<[f32; 2]>>,
+    outlines: &[Outline],
+    look: &Look,
 ) -> (Array2<f32>, Vec<Bone>, Sound) {
-    let highest = outlines
-        .iter()
-        .flatten()
-        .map(|point| point[1])
-        .fold(view.depth, f32::min);
-    let standoff = if draw.chance(0.6) {
-        draw.within(0.0, 0.05)
-    } else {
-        draw.within(0.0, 0.2)
-    } * highest.max(2.0);
+    let points = outlines.iter().flatten().map(|point| point[1]);
+    let highest = points.fold(view.depth, f32::min).max(2.0);
+    let most = if draw.chance(0.6) { 0.05 } else { 0.2 };
+    let standoff = draw.within(0.0, most) * highest;
     let height = draw.within(0.0, 3.0);
     let bow = draw.curve(height, 120.0, 25.0);
-    let skin = Curve::of(|x| (standoff + bow.at(x)).clamp(0.0, 0.6 * highest.max(1.0)));
-    let mut medium = subject.tissue(draw, view, &skin, &outlines);
-    let enters = echo::contact(draw, &mut medium, &skin);
-    let sound = Sound::drawn(draw, view);
-    let level = draw.within(4.0, 32.0);
-    let bones: Vec<_> = outlines
-        .iter()
-        .map(|outline| bone_of(draw, view, outline, level))
-        .collect();
-    let light = echo::light(&medium, &enters, &bones, sound.spread);
-    (
-        echo::echoes(draw, &sound, &medium, &light, &bones, &skin),
-        bones,
-        sound,
-    )
-}
-
-fn bone_of(draw: &mut Draw, view: &View, outline: &[[f32; 2]], level: f32) -> Bone {
-    Bone {
+    let skin = Curve::of(|x| (standoff + bow.at(x)).clamp(0.0, 0.6 * highest));
+    let mut medium = subject.tissue(draw, view, &skin, outlines);
+    let enters = shadow::contact(draw, &mut medium, &skin);
+    let sound = Sound::drawn(draw, view, look);
+    let level = draw.within(look.bone[0], look.bone[1]);
+    let bones = outlines.iter().map(|outline| Bone {
         hits: bone::hits(outline, view),
         level: level + draw.within(-4.0, 4.0),
-        tail: draw.log(0.05, 0.5),
+        tail: draw.log(0.1, 0.8),
         rough: draw.within(0.1, 1.0),
         fall: draw.within(3.0, 26.0),
-        through: -draw.within(18.0, 75.0),
-    }
+        through: -draw.within(20.0, 90.0),
+    });
+    let bones: Vec<_> = bones.collect();
+    let light = shadow::light(&medium, &enters, &bones, sound.spread);
+    let levels = echo::echoes(draw, &sound, &medium, &light, &bones, &skin);
+    (levels, bones, sound)
 }
 
 #[cfg(test)]
@@ -135,8 +186,8 @@ mod tests {
     #[test]
     fn labels_lie_on_a_crest_above_a_shadow_and_pictures_without_bone_have_none() {
         let (mut distances, mut crest, mut below) = (Vec::new(), Vec::new(), Vec::new());
-        for subject in Subject::ALL {
-            for number in 0..6 {
+        for subject in Subject::MIX {
+            for number in 0..3 {
                 let picture = Picture::of(subject, 5, number);
                 assert!(subject.has_bone() || picture.bone.len() + picture.maybe.len() == 0);
                 let mm = 1.0 / picture.view.pixel;
@@ -169,5 +220,43 @@ mod tests {
             mean(&below),
             mean(&crest)
         );
+    }
+
+    #[test]
+    fn a_place_is_the_inverse_of_a_point() {
+        let arrays = [
+            Array::Linear,
+            Array::Trapezoid { apex: 60.0 },
+            Array::Convex { radius: 40.0 },
+        ];
+        for array in arrays {
+            let half = if matches!(array, Array::Convex { .. }) {
+                0.6
+            } else {
+                20.0
+            };
+            let view = View::new(array, half, 50.0, [128, 400], 0.1);
+            for (line, sample) in [(0.0, 0.0), (31.5, 100.0), (127.0, 399.0)] {
+                let [x, z] = view.point(line, sample);
+                let again = view.place([x, z]);
+                assert!((again[0] - line).abs() < 0.01 && (again[1] - sample).abs() < 0.05);
+                let [column, row] = view.to_pixel([x, z]);
+                let [x2, z2] = view.of_pixel(column, row);
+                assert!((x - x2).abs() < 1e-3 && (z - z2).abs() < 1e-3);
+            }
+        }
+    }
+
+    #[test]
+    fn a_vertebra_fills_its_size_and_its_bone_stays_the_same_under_other_tissue() {
+        let draw = |bone, seed| Picture::vertebra(&Look::CLEAR, bone, seed, [381, 461], 0.1);
+        let [first, second] = [draw(Some(1), 1), draw(Some(1), 2)];
+        assert_eq!(first.pixels.dim(), (461, 381));
+        assert_ne!(first.pixels, second.pixels);
+        let pairs = first.first().into_iter().zip(second.first());
+        let apart = pairs.filter_map(|(a, b)| Some((a? - b?).abs()));
+        let apart: Vec<f32> = apart.collect();
+        assert!(apart.len() > 100 && apart.iter().all(|apart| *apart < 10.0));
+        assert!(draw(None, 1).first().iter().all(Option::is_none));
     }
 }

@@ -1,6 +1,6 @@
 //! Scattering of the tissue on the grid of lines and samples.
 
-use std::f32::consts::{FRAC_PI_2, PI};
+use std::f32::consts::PI;
 
 use ndarray::Array2;
 
@@ -39,7 +39,21 @@ pub struct Layer {
     pub uneven: f32,
     /// Level of the line on its top, dB, and its thickness, mm.
     pub fascia: Option<[f32; 2]>,
+    /// Small changes of the level.
+    pub grain: Patches,
     pub streaks: Vec<Streaks>,
+}
+
+/// An ellipse: a vessel, tendon, lesion or organ.
+pub struct Oval {
+    pub at: [f32; 2],
+    pub half: [f32; 2],
+    /// Level within, relative, dB.
+    pub level: f32,
+    /// Level of the wall, dB.
+    pub wall: f32,
+    /// Loss within, dB per mm.
+    pub loss: f32,
 }
 
 impl Medium {
@@ -65,11 +79,15 @@ impl Medium {
     pub fn layers(&mut self, draw: &mut Draw, layers: &[Layer]) {
         let length = draw.log(2.0, 12.0);
         let coarse = Patches::new(draw, [1.6 * length, length], 0.0);
-        let fine = Patches::new(draw, [0.35 * length, 0.16 * length], 0.0);
+        let jagged = Patches::new(draw, [1.5, 0.7], 0.0);
         self.cells(|level, [x, z]| {
-            let layer = layers.iter().rfind(|layer| z >= layer.top.at(x));
-            let patches = coarse.at(x, z) + 0.7 * fine.at(x, z);
-            *level = layer.map_or(-60.0, |layer| layer.level + layer.uneven * patches);
+            let near = z + 0.35 * jagged.at(x, z);
+            let Some(layer) = layers.iter().rfind(|layer| near >= layer.top.at(x)) else {
+                *level = -60.0;
+                return;
+            };
+            let patches = 0.9 * coarse.at(x, z) + layer.grain.at(x, z - layer.top.at(x));
+            *level = layer.level + layer.uneven * patches;
         });
         let reach = self.view.reach();
         for (k, layer) in layers.iter().enumerate() {
@@ -163,50 +181,41 @@ impl Medium {
         }
     }
 
-    /// An ellipse of a level, with a wall and a loss in dB per mm.
-    pub fn ellipse(
-        &mut self,
-        draw: &mut Draw,
-        centre: [f32; 2],
-        half: [f32; 2],
-        level: f32,
-        wall: f32,
-        loss: f32,
-    ) {
+    /// Draws an ellipse.
+    pub fn ellipse(&mut self, draw: &mut Draw, oval: &Oval) {
+        let Oval {
+            at: [x0, z0],
+            half: [a, b],
+            level,
+            wall,
+            loss,
+        } = *oval;
         let (sin, cos) = libm::sincosf(draw.within(-0.4, 0.4));
-        let rim = draw.curve(draw_rim(half), 25.0, 6.0);
-        let step = self.view.step();
-        let view = self.view.clone();
-        for ((sample, line), cell) in self.level.indexed_iter_mut() {
+        let uneven = draw.log(0.01, 0.12);
+        let rim = draw.curve(uneven, 25.0, 6.0);
+        let (step, view) = (self.view.step(), self.view.clone());
+        for (at @ (sample, line), cell) in self.level.indexed_iter_mut() {
             let [x, z] = view.point(line as f32, sample as f32);
-            let (dx, dz) = (x - centre[0], z - centre[1]);
-            let (p, q) = (
-                (dx * cos + dz * sin) / half[0],
-                (dz * cos - dx * sin) / half[1],
-            );
+            let (dx, dz) = (x - x0, z - z0);
+            let (p, q) = ((dx * cos + dz * sin) / a, (dz * cos - dx * sin) / b);
             let far = p * p + q * q;
             if far < 2.0 && far.sqrt() < 1.0 + rim.at(8.0 * libm::atan2f(q, p)) {
                 *cell += level;
-                self.loss[[sample, line]] += loss * step;
-                self.lines[[sample, line]] *= amplitude(level);
+                self.loss[at] += loss * step;
+                self.lines[at] *= amplitude(level);
             }
         }
-        let points = (0..=48).map(|k| {
+        let points = (-24..=24).map(|k| {
             let angle = k as f32 / 24.0 * PI;
             let (q, p) = libm::sincosf(angle);
-            let far = 1.0 + rim.at(8.0 * if angle > PI { angle - 2.0 * PI } else { angle });
-            let (p, q) = (p * far * half[0], q * far * half[1]);
+            let far = 1.0 + rim.at(8.0 * angle);
+            let (p, q) = (p * far * a, q * far * b);
             let flat = libm::sinf(angle).abs() * 0.8 + 0.2;
             (
-                [centre[0] + p * cos - q * sin, centre[1] + p * sin + q * cos],
+                [x0 + p * cos - q * sin, z0 + p * sin + q * cos],
                 flat * amplitude(wall),
             )
         });
         self.line(&points.collect::<Vec<_>>(), 0.2);
     }
-}
-
-/// Unevenness of a rim, relative.
-fn draw_rim([a, b]: [f32; 2]) -> f32 {
-    0.02 + 0.012 * (a - b).abs().min(FRAC_PI_2)
 }

@@ -35,6 +35,15 @@ impl Draw {
         self.0.random::<f32>() < probability
     }
 
+    /// Uniform within a range with a probability, else 0.
+    pub fn sometimes(&mut self, probability: f32, low: f32, high: f32) -> f32 {
+        if self.chance(probability) {
+            self.within(low, high)
+        } else {
+            0.0
+        }
+    }
+
     /// 1 or −1.
     pub fn sign(&mut self) -> f32 {
         if self.chance(0.5) { 1.0 } else { -1.0 }

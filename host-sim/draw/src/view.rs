@@ -58,8 +58,8 @@ impl View {
         let pixel = draw
             .log(0.04, 0.25)
             .clamp(depth / 1000.0, (depth / 200.0).min(0.25));
-        let lines = draw.count(128, 320);
-        let samples = draw.count(380, 640);
+        let lines = draw.count(144, 352);
+        let samples = draw.count(420, 680);
         View::new(array, half, depth, [lines, samples], pixel)
     }
 
@@ -78,7 +78,7 @@ impl View {
         let (width, height) = (2.0 * view.reach(), depth - view.top());
         let least = width.max(height) / 1150.0;
         view.pixel = pixel.max(least);
-        view.size = [width, height].map(|side| (side / view.pixel) as usize);
+        view.size = [width, height].map(|side| (side / view.pixel).round() as usize);
         view
     }
 

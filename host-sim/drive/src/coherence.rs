@@ -13,22 +13,22 @@ use super::beamform::{check_window, memory};
 use super::frame::{DEFAULT_SOUND_SPEED, RecordingFrames, no_frame, other_kind};
 use super::{config::Beamform, delay::DelayStage};
 use crate::Result;
+use bonebeam_files::choice;
 use bonebeam_files::{AlignedData, ChannelData, FrameSamples, Recording};
 
 /// Half the time window of the coherence, m of depth.
 const HALF_WINDOW: f64 = 0.4e-3;
 
-/// A measure of coherence.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-pub enum Measure {
-    /// Short-lag coherence: how alike the echoes of neighbouring elements are, −1 to 1
-    #[default]
-    ShortLag,
-    /// λ₁/tr R: the share of the largest eigenvalue of the covariance, 1/L to 1
-    ///
-    /// Subapertures, averaging and time window are those of the beamformer, without diagonal loading.
-    LargestEigenvalue,
+choice! {
+    /// A measure of coherence.
+    Measure = ShortLag {
+        /// Short-lag coherence: how alike the echoes of neighbouring elements are, −1 to 1
+        ShortLag = "short-lag",
+        /// λ₁/tr R: the share of the largest eigenvalue of the covariance, 1/L to 1
+        ///
+        /// Subapertures, averaging and time window are those of the beamformer, without diagonal loading.
+        LargestEigenvalue = "largest-eigenvalue",
+    }
 }
 
 /// A measure with its parameters.
@@ -195,7 +195,7 @@ fn of_aligned_data(
         kernel.line(line, all, row)
     })?;
     // Lines have the computed samples alone.
-    let step = parameters.core.depth_step.max(1) as isize;
+    let step = parameters.depth_step().max(1) as isize;
     Ok(map
         .slice_axis(Axis(1), Slice::new(0, None, step))
         .to_owned())

@@ -139,7 +139,7 @@ impl<'a> DelayStage<'a> {
                     "--transmit-weights is for compounded transmits; these make one line each";
                 return Err(Error::Usage(message.into()));
             }
-            Some(weights) => Some(weights.factors(transmits, parameters.core.tukey_taper)?),
+            Some(weights) => Some(weights.factors(transmits, parameters.tukey_taper as f32)?),
             None => None,
         };
         let transmits = (0..transmits).map(|t| Transmit {
@@ -151,7 +151,7 @@ impl<'a> DelayStage<'a> {
         Ok(Self {
             beam_x: sub_lines.rays.iter().map(Ray::x).collect(),
             sub_lines,
-            interpolation: DepthInterpolation::of(&scan, parameters.core.depth_step)?,
+            interpolation: DepthInterpolation::of(&scan, parameters.depth_step())?,
             centres: (0..scan.lines())
                 .map(|line| scan.aperture_centre(line))
                 .collect(),

@@ -212,7 +212,7 @@ impl<'a> RecordingFrames<'a> {
             Ok(BeamformedLines {
                 z: self.plan.run(x, &|_, _| all, &count)?,
                 // The carrier for the interpolation is unknown.
-                fs: data.fs / self.parameters.core.depth_step as f64,
+                fs: data.fs / self.parameters.depth_step() as f64,
                 t0: data.t0,
                 beam_x: beam_x.clone(),
                 rays: None,

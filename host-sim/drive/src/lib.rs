@@ -9,7 +9,6 @@ pub mod frame;
 pub mod image;
 mod limits;
 pub mod methods;
-mod names;
 pub mod phase_symmetry;
 pub mod pipeline;
 pub mod policy;

@@ -3,13 +3,8 @@
 //! A method of the core needs a [`MethodName`] with [`Options`] for the command line and the configuration, which
 //! the compiler enforces, and a row of [`COMPARED`] to be in figures, tables and checks.
 
-use std::fmt;
-
 use bonebeam::beamform::Method;
-use serde::de::value::{Error, StrDeserializer};
-use serde::{Deserialize, Serialize};
-
-use crate::names;
+use bonebeam_files::choice;
 
 /// Extra parameters of some methods: configuration keys and flags.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -24,25 +19,17 @@ pub struct Options {
     pub power_steps: Option<usize>,
 }
 
-/// Name of a beamformer: the value of `--method` and of the key `method`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-#[serde(rename_all = "kebab-case")]
-pub enum MethodName {
-    /// Delay and sum
-    Das,
-    /// Minimum variance (Capon)
-    Mv,
-    /// Eigenspace minimum variance, by β or by a fixed rank
-    Esmv,
-    /// Eigenspace minimum variance with a signal subspace of rank 1
-    EsmvRank1,
-}
-
-/// The name in the command line and in files.
-impl fmt::Display for MethodName {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.serialize(f)
+choice! {
+    /// Name of a beamformer: the value of `--method` and of the key `method`.
+    MethodName {
+        /// Delay and sum
+        Das = "das",
+        /// Minimum variance (Capon)
+        Mv = "mv",
+        /// Eigenspace minimum variance, by β or by a fixed rank
+        Esmv = "esmv",
+        /// Eigenspace minimum variance with a signal subspace of rank 1
+        EsmvRank1 = "esmv-rank1",
     }
 }
 
@@ -94,13 +81,6 @@ const fn compared(key: &'static str, name: &'static str, method: Method) -> Comp
 }
 
 impl MethodName {
-    /// All names.
-    pub fn all() -> impl Iterator<Item = Self> {
-        let read = |name: &&str| Self::deserialize(StrDeserializer::<Error>::new(name));
-        let names = names::variants::<Self>().iter();
-        names.map(move |name| read(name).expect("one of its own names"))
-    }
-
     /// Keys of [`Options`] that the method accepts.
     pub fn takes(self) -> &'static [&'static str] {
         match self {
@@ -141,7 +121,7 @@ impl MethodName {
             Method::Das => MethodName::Das,
             Method::Mv => MethodName::Mv,
             Method::EsmvBeta(beta) => {
-                options.beta = Some(crate::config::plain(beta.into()));
+                options.beta = Some(crate::config::plain(beta));
                 MethodName::Esmv
             }
             Method::EsmvRank(rank) => {
@@ -177,7 +157,7 @@ mod tests {
         for method in Method::EXAMPLES {
             let (choice, options) = MethodName::of(method);
             assert_eq!(choice.method(&options), method);
-            assert!(MethodName::all().any(|one| one == choice));
+            assert!(MethodName::ALL.contains(&choice));
         }
     }
 }

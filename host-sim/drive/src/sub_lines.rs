@@ -177,11 +177,11 @@ fn loss(data: &ChannelData, rays: &[Ray], parameters: &Beamform, count: usize) -
     let pitch = data.pitch();
     let (f_number, least) = (parameters.f_number, parameters.min_elements as f64);
     let full = (f_number * elements * pitch).clamp(first, last.max(first));
-    let loading = f64::from(parameters.core.diagonal_loading);
+    let loading = f64::from(parameters.diagonal_loading as f32);
     let power = 1.0 / (loading + 1.0 / CLEAN);
     let at = |depth: f64| {
         let active = (depth / (f_number * pitch)).clamp(least.min(elements), elements);
-        let subaperture = parameters.core.subaperture_ratio * active;
+        let subaperture = parameters.subaperture_ratio * active;
         // The path from a point to an element `x` beside it grows by `δ·x/z`, and near the array by less.
         let beside = widest(rays, depth) / (2 * count) as f64;
         let path = beside * subaperture * pitch / depth.hypot(active * pitch / 2.0);

@@ -24,6 +24,7 @@ mod partial;
 mod partial_lines;
 mod recording;
 mod samples;
+pub mod section;
 pub mod settings;
 #[cfg(all(feature = "signals", unix))]
 pub mod signals;

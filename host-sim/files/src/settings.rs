@@ -55,8 +55,10 @@ pub fn out_of_range(
 
 /// Range of lengths of an image, a bone or a record, m.
 pub const LENGTHS: [f64; 2] = [1e-6, 10.0];
-/// Largest number of elements, eigenvectors or rows; more is a mistake.
-pub const MAX_COUNT: usize = 65_536;
+/// Range of numbers of elements, eigenvectors or rows; more is a mistake.
+pub const COUNTS: [f64; 2] = [1.0, 65_536.0];
+/// Range of levels, dB.
+pub const LEVELS: [f64; 2] = [-200.0, 40.0];
 
 /// Checks a number above zero, between `least` and `most`.
 ///
@@ -78,18 +80,9 @@ pub fn check_positive(
 /// Checks a level in decibels, if there is one.
 pub fn check_level(section: &str, key: &str, level: Option<f64>) -> Result<()> {
     match level {
-        Some(level) if !(-200.0..=40.0).contains(&level) => {
+        Some(level) if !(LEVELS[0]..=LEVELS[1]).contains(&level) => {
             Err(out_of_range(section, key, level, "-200 to 40 (dB)"))
         }
         _ => Ok(()),
     }
-}
-
-/// Checks a count from 1 to [`MAX_COUNT`].
-pub fn check_count(section: &str, key: &str, value: usize) -> Result<()> {
-    if (1..=MAX_COUNT).contains(&value) {
-        return Ok(());
-    }
-    let expected = format!("at least 1 and at most {MAX_COUNT}");
-    Err(out_of_range(section, key, value, &expected))
 }

@@ -7,11 +7,11 @@
 
 use std::f64::consts::{SQRT_2, TAU};
 
-use bonebeam_files::settings::out_of_range;
+use bonebeam_files::section;
+use bonebeam_files::section::{Section, row};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
 use crate::Result;
 
@@ -28,36 +28,24 @@ const FRESNEL: f64 = 0.5 * 1540.0 / 5e6 * 20e-3;
 /// Width of a surface within a beam, m along each axis.
 const BEAM: f64 = 1e-3;
 
-/// Section `bone` of a scene: scattering of a bone's surface.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct BoneSurface {
-    /// Roughness: RMS of the relief, m. Bone has 10 to 100 µm.
-    pub roughness: f64,
-    /// Distance at which the relief's correlation is 1/e, m. Bone has 0.3 to 1 mm.
-    pub correlation: f64,
-    /// Ratio of specular to diffuse reflection, dB.
-    ///
-    /// It is the echo of a smooth flat surface that faces the array at 20 mm and 5 MHz, over that of 1 mm of it (1
-    /// mm² for a volume) that scatters evenly in all directions.
-    pub specular_to_diffuse: f64,
-    /// Distance of the spongy bone's echo behind that of the surface, m.
-    ///
-    /// `None` for bone that is all cortex.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub cortex: Option<f64>,
-    /// Amplitude of the spongy bone's echo, dB relative to the surface's.
-    pub spongy_level: f64,
-}
-
-impl Default for BoneSurface {
-    fn default() -> Self {
-        BoneSurface {
-            roughness: 30e-6,
-            correlation: 0.5e-3,
-            specular_to_diffuse: 10.0,
-            cortex: None,
-            spongy_level: -10.0,
+section! {
+    /// Section `bone` of a scene: scattering of a bone's surface.
+    #[derive(Copy)]
+    BoneSurface "bone" {
+        "Bone" {
+            /// RMS roughness of the bone's surface, m [default: the paper's facets; 3e-5 with one of the next three flags]
+            roughness: f64 = 30e-6, row("M").within([0.0, 1e-3], " (m)");
+            /// Correlation length of the roughness, m
+            correlation: f64 = 0.5e-3, row("M").flag("roughness-correlation").within([1e-5, 0.1], " (m)");
+            /// Ratio of specular to diffuse reflection of the bone's surface, dB
+            ///
+            /// It is the echo of a smooth flat surface that faces the array at 20 mm and 5 MHz, over that of 1 mm of it
+            /// (1 mm² for a volume) that scatters evenly in all directions.
+            specular_to_diffuse: f64 = 10.0, row("DB").within([-40.0, 100.0], " (dB)");
+            /// Distance from bone surface to echoes of spongy bone, m [default: cortex throughout]
+            cortex: Option<f64> = None, row("M").within([1e-5, 0.01], " (m)");
+            /// Amplitude of the spongy bone's echo, dB relative to the surface's
+            spongy_level: f64 = -10.0, row("DB").flag("").within([-100.0, 40.0], " (dB)");
         }
     }
 }
@@ -89,29 +77,7 @@ impl BoneSurface {
     /// # Errors
     /// [`crate::Error::Usage`] naming the key, the value and the range.
     pub fn validate(&self, section: &str) -> Result<()> {
-        for (key, value, [least, most], unit) in [
-            ("roughness", self.roughness, [0.0, 1e-3], "m"),
-            ("correlation", self.correlation, [1e-5, 0.1], "m"),
-            (
-                "specular_to_diffuse",
-                self.specular_to_diffuse,
-                [-40.0, 100.0],
-                "dB",
-            ),
-            ("cortex", self.cortex.unwrap_or(1e-3), [1e-5, 0.01], "m"),
-            ("spongy_level", self.spongy_level, [-100.0, 40.0], "dB"),
-        ] {
-            if !(least..=most).contains(&value) {
-                let expected = format!("{least} to {most} ({unit})");
-                return Err(out_of_range(
-                    section,
-                    &format!("bone.{key}"),
-                    value,
-                    &expected,
-                ));
-            }
-        }
-        Ok(())
+        self.check_ranges_in(section)
     }
 
     /// Scatterers on a smooth closed surface, with the relief of a seed.

@@ -4,8 +4,9 @@
 //! lies behind the surface that a line straight down meets first, within the bone and below it, and nowhere else.
 
 use crate::Result;
-use bonebeam_files::settings::{check_level, out_of_range};
-use serde::{Deserialize, Serialize};
+use bonebeam_files::section;
+use bonebeam_files::section::{Section, row};
+use bonebeam_files::settings::LEVELS;
 
 use super::phantom::Phantom;
 use super::surface::StraightDown;
@@ -39,28 +40,22 @@ pub struct Clutter {
     pub seed: u64,
 }
 
-/// Section `clutter` of a scene: diffuse scatterers in the bone's shadow.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct DiffuseClutter {
-    /// Amplitude of a scatterer directly behind the surface, dB relative to the bone's.
-    pub level: f64,
-    /// Coherence length of the echoes over the aperture, m.
-    ///
-    /// It is the full width at half maximum of their correlation between two elements, see
-    /// [`decorrelate`](super::decorrelate). `None` for scatterers that focus perfectly.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub coherence: Option<f64>,
-    /// Decrease of the amplitude behind the surface, dB per m.
-    pub fall: f64,
-}
-
-impl Default for DiffuseClutter {
-    fn default() -> Self {
-        DiffuseClutter {
-            level: -40.0,
-            coherence: None,
-            fall: 0.0,
+section! {
+    /// Section `clutter` of a scene: diffuse scatterers in the bone's shadow.
+    #[derive(Copy)]
+    DiffuseClutter "clutter" {
+        "Bone" {
+            /// Diffuse clutter in the bone's shadow: level of a scatterer, dB [default: none]
+            ///
+            /// The level is relative to a scatterer on the bone. There are 30 scatterers per mm³ (per mm² for the vertebra
+            /// in the image plane), only behind the surface that a line straight down meets first.
+            level: f64 = -40.0, row("DB").flag("clutter").within(LEVELS, " (dB)");
+            /// Coherence length of the clutter's echoes over the aperture, m [default: perfect coherence]
+            ///
+            /// It is the full width at half maximum of their correlation between two elements.
+            coherence: Option<f64> = None, row("M").flag("clutter-coherence").within([0.0, 1.0], " (m)");
+            /// Decrease of the clutter behind the surface, dB per m
+            fall: f64 = 0.0, row("DB").flag("clutter-fall").within([-2000.0, 2000.0], " (dB per m)");
         }
     }
 }
@@ -71,27 +66,7 @@ impl DiffuseClutter {
     /// # Errors
     /// [`crate::Error::Usage`] naming the key, the value and the range.
     pub fn validate(&self, section: &str) -> Result<()> {
-        check_level(section, "clutter.level", Some(self.level))?;
-        if let Some(length) = self
-            .coherence
-            .filter(|length| !(0.0..=1.0).contains(length))
-        {
-            return Err(out_of_range(
-                section,
-                "clutter.coherence",
-                length,
-                "0 to 1 (m)",
-            ));
-        }
-        if !(-2000.0..=2000.0).contains(&self.fall) {
-            return Err(out_of_range(
-                section,
-                "clutter.fall",
-                self.fall,
-                "-2000 to 2000 (dB per m)",
-            ));
-        }
-        Ok(())
+        self.check_ranges_in(section)
     }
 }
 

@@ -1,14 +1,12 @@
 //! The parameters of a simulation.
 
 use std::borrow::Cow;
-use std::fmt;
 use std::path::PathBuf;
 
-use serde::{Deserialize, Serialize};
-
 use bonebeam::simd::InstructionSet;
-use bonebeam_files::ChannelData;
-use bonebeam_files::settings::{LENGTHS, check_level, check_positive, out_of_range};
+use bonebeam_files::section::{Section, row};
+use bonebeam_files::settings::{LENGTHS, LEVELS, out_of_range};
+use bonebeam_files::{ChannelData, choice, section};
 
 use crate::{
     Block, Bone, BoneSurface, Checkpoint, Clutter, DiffuseClutter, DynamicRange, Layers,
@@ -16,99 +14,93 @@ use crate::{
 };
 
 const SECTION: &str = "simulate";
-/// Largest number of frames of a sweep.
-const MOST_FRAMES: usize = 1000;
+/// Range of positions, m.
+const POSITIONS: [f64; 2] = [-LENGTHS[1], LENGTHS[1]];
 
-/// Section `[simulate]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Simulate {
-    /// The phantom.
-    pub phantom: Kind,
-    /// Point: lateral distance to the right of the middle element, m.
-    pub offset: f64,
-    /// Point: its elevation, m.
-    pub elevation: f64,
-    /// Point: its depth, m; by default the transmit focus.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub point_depth: Option<f64>,
-    /// Vertebra: closed surface (PLY, STL or OBJ file) in place of the built-in one.
-    ///
-    /// In mm, +x towards the front, +z towards the head.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub mesh: Option<PathBuf>,
-    /// Vertebra: the height of the slice, m.
-    pub slice: f64,
-    /// Vertebra: the depth of its shallowest point, m.
-    pub depth: f64,
-    /// Vertebra: whether soft tissue surrounds it instead of water.
-    pub tissue: bool,
-    /// Whether the record is I/Q.
-    ///
-    /// It is demodulated at the centre frequency, and has the lowest rate of at least twice that.
-    pub iq: bool,
-    /// Volumes: thickness of the slab of scatterers around the image plane, m.
-    pub thickness: f64,
-    /// Volumes: number of frames of a sweep in elevation.
-    ///
-    /// Its middle is at the height `slice`. The first frame is at elevation 0.
-    pub sweep: usize,
-    /// Volumes: distance between the frames of a sweep, m.
-    pub sweep_step: f64,
-    /// Volumes: scatterers of tissue per mm³.
-    ///
-    /// By default the paper's 222 around a vertebra, else 60.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub tissue_density: Option<f64>,
-    /// Bones: amplitude of the bone's image at twice its depth, dB; none by default.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub reverberation: Option<f64>,
+section! {
+    /// Section `[simulate]`.
+    Simulate "simulate" {
+        "" {
+            /// The phantom
+            phantom: Kind = Kind::Vertebra, row("").flag("");
+        }
+        "Point" {
+            /// Lateral distance of the point to the right of the middle element, m
+            offset: f64 = 0.0, row("M").within(POSITIONS, " (m)");
+            /// Elevation of the point, m
+            elevation: f64 = 0.0, row("M").within(POSITIONS, " (m)");
+            /// Depth of the point, m [default: the transmit focus]
+            point_depth: Option<f64> = None, row("M").positive(LENGTHS, " (m)");
+        }
+        "Vertebra" {
+            /// Closed surface (.ply, .stl, .obj) in place of the built-in vertebra
+            ///
+            /// In mm, +x towards the front and +z towards the head.
+            mesh: Option<PathBuf> = None, row("FILE");
+            /// Height of the slice through the vertebra, m
+            slice: f64 = 0.0, row("M").within(POSITIONS, " (m)");
+            /// Soft tissue around the bone instead of water
+            tissue: bool = false, row("");
+        }
+        "Bone" {
+            /// Depth of the bone's shallowest point, m
+            depth: f64 = 15e-3, row("M").positive(LENGTHS, " (m)");
+            /// Reverberation: level of the bone's image at twice its depth, dB [default: none]
+            ///
+            /// An echo between bone and array makes this image.
+            reverberation: Option<f64> = None, row("DB").within(LEVELS, " (dB)");
+        }
+        "Volume" {
+            /// Thickness of the slab of scatterers around the image plane, m
+            thickness: f64 = 6e-3, row("M").positive([1e-6, 0.1], " (m)");
+            /// Number of frames of a sweep in elevation
+            ///
+            /// Its middle is at the height --slice of a vertebra, or in the middle of another volume. The first frame is at
+            /// elevation 0, the next ones towards the head. Each frame has its own noise.
+            sweep: usize = 1, row("N").within([1.0, 1000.0], " frames");
+            /// Distance between the frames of a sweep, m
+            sweep_step: f64 = 0.5e-3, row("M").positive([1e-6, 0.01], " (m)");
+            /// Scatterers of tissue per mm³ [default: 222 around a vertebra, else 60]
+            tissue_density: Option<f64> = None, row("N").positive([1e-3, 1e4], " (per mm³)");
+        }
+        "Scanner" {
+            /// Write I/Q in place of RF, demodulated at the centre frequency and decimated
+            ///
+            /// It has the lowest rate of at least twice the centre frequency.
+            iq: bool = false, row("");
+        }
+    }
     /// Bones: diffuse clutter in the bone's shadow; none by default.
-    ///
-    /// It has 30 scatterers per mm³ (per mm² in the image plane).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub clutter: Option<DiffuseClutter>,
+    clutter: Option<DiffuseClutter>, |simulate| simulate.clutter.get_or_insert_default();
     /// Bones: scattering of their surface.
     ///
     /// By default a vertebra in the image plane has facets of 0.19 mm whose corners are 10 µm off, and a volume has
     /// a smooth surface.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub bone: Option<BoneSurface>,
+    bone: Option<BoneSurface>, |simulate| simulate.bone.get_or_insert_default();
     /// Array, pulse, transmits, record and noise.
     ///
     /// Without this section they are the paper's for the phantom. With it, keys that it lacks are the paper's, and
     /// the record is noise-free.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub scanner: Option<Settings>,
+    scanner: Option<Settings>, Simulate::scanner;
 }
 
-/// The phantoms.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-#[serde(rename_all = "kebab-case")]
-pub enum Kind {
-    /// One scatterer at the transmit focus, noise-free (the paper's Fig. 2)
-    Point,
-    /// A slice of a lumbar vertebra from behind in a water bath; noise at -40 dB
-    Vertebra,
-    /// The vertebra as a volume: elevation focus, 200 scatterers per mm² of bone
-    #[cfg_attr(feature = "clap", value(name = "vertebra-3d"))]
-    #[serde(rename = "vertebra-3d")]
-    Vertebra3d,
-    /// Spinous processes along the spine under skin, fat, fascia and muscle (Fig. 11)
-    SpinousProcesses,
-    /// Laminae along the spine, in the same layers (Fig. 10)
-    Laminae,
-    /// Laminae and a facet joint across the spine, in the same layers (Fig. 12)
-    FacetJoint,
-    /// Points, gradients and cysts of known levels
-    DynamicRange,
-}
-
-/// The name in the command line and in files.
-impl fmt::Display for Kind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.serialize(f)
+choice! {
+    /// The phantoms.
+    Kind {
+        /// One scatterer at the transmit focus, noise-free (the paper's Fig. 2)
+        Point = "point",
+        /// A slice of a lumbar vertebra from behind in a water bath; noise at -40 dB
+        Vertebra = "vertebra",
+        /// The vertebra as a volume: elevation focus, 200 scatterers per mm² of bone
+        Vertebra3d = "vertebra-3d",
+        /// Spinous processes along the spine under skin, fat, fascia and muscle (Fig. 11)
+        SpinousProcesses = "spinous-processes",
+        /// Laminae along the spine, in the same layers (Fig. 10)
+        Laminae = "laminae",
+        /// Laminae and a facet joint across the spine, in the same layers (Fig. 12)
+        FacetJoint = "facet-joint",
+        /// Points, gradients and cysts of known levels
+        DynamicRange = "dynamic-range",
     }
 }
 
@@ -126,6 +118,17 @@ impl Kind {
     /// Whether it is a single vertebra, which may be a mesh.
     pub fn is_vertebra(self) -> bool {
         matches!(self, Kind::Vertebra | Kind::Vertebra3d)
+    }
+
+    /// Whether keys under a heading affect it.
+    pub fn has(self, heading: &str) -> bool {
+        match heading {
+            "Point" => self == Kind::Point,
+            "Vertebra" => self.is_vertebra(),
+            "Bone" => self.has_bone(),
+            "Volume" => self.is_volume(),
+            _ => true,
+        }
     }
 
     /// The scanner's settings for it: the paper's, if the paper has this phantom.
@@ -155,30 +158,6 @@ pub struct Built {
     pub phantom: Phantom,
     /// Warnings about values that are probably a mistake, one sentence each.
     pub warnings: Vec<String>,
-}
-
-impl Default for Simulate {
-    fn default() -> Self {
-        Self {
-            phantom: Kind::Vertebra,
-            offset: 0.0,
-            elevation: 0.0,
-            point_depth: None,
-            mesh: None,
-            slice: 0.0,
-            depth: 15e-3,
-            tissue: false,
-            iq: false,
-            thickness: 6e-3,
-            sweep: 1,
-            sweep_step: 0.5e-3,
-            tissue_density: None,
-            reverberation: None,
-            clutter: None,
-            bone: None,
-            scanner: None,
-        }
-    }
 }
 
 impl Simulate {
@@ -291,53 +270,16 @@ impl Simulate {
     /// # Errors
     /// [`crate::Error::Usage`] naming the flag, the key, the value and the range.
     pub fn validate(&self) -> Result<()> {
-        for (key, value) in [
-            ("offset", self.offset),
-            ("elevation", self.elevation),
-            ("slice", self.slice),
-        ] {
-            let most = LENGTHS[1];
-            if !(-most..=most).contains(&value) {
-                let expected = format!("-{most} to {most} (m)");
-                return Err(out_of_range(SECTION, key, value, &expected));
-            }
-        }
-        check_positive(SECTION, "depth", self.depth, LENGTHS, " (m)")?;
-        if let Some(depth) = self.point_depth {
-            check_positive(SECTION, "point_depth", depth, LENGTHS, " (m)")?;
-        }
-        check_positive(SECTION, "thickness", self.thickness, [1e-6, 0.1], " (m)")?;
-        self.validate_sweep()?;
-        if let Some(density) = self.tissue_density {
-            check_positive(
-                SECTION,
-                "tissue_density",
-                density,
-                [1e-3, 1e4],
-                " (per mm³)",
-            )?;
-        }
-        check_level(SECTION, "reverberation", self.reverberation)?;
-        if let Some(clutter) = self.clutter {
-            clutter.validate(SECTION)?;
-        }
-        if let Some(bone) = self.bone {
-            bone.validate(SECTION)?;
+        let ranges = Simulate {
+            scanner: None,
+            ..self.clone()
+        };
+        ranges.check_ranges()?;
+        if self.sweep > 1 && !self.phantom.is_volume() {
+            let expected = format!("1, since {} has no elevation", self.phantom);
+            return Err(out_of_range(SECTION, "sweep", self.sweep, &expected));
         }
         self.scanner.as_ref().map_or(Ok(()), Settings::validate)
-    }
-}
-
-impl Simulate {
-    fn validate_sweep(&self) -> Result<()> {
-        let refused = |expected: &str| Err(out_of_range(SECTION, "sweep", self.sweep, expected));
-        if !(1..=MOST_FRAMES).contains(&self.sweep) {
-            return refused(&format!("1 to {MOST_FRAMES} frames"));
-        }
-        if self.sweep > 1 && !self.phantom.is_volume() {
-            return refused(&format!("1, since {} has no elevation", self.phantom));
-        }
-        check_positive(SECTION, "sweep_step", self.sweep_step, [1e-6, 0.01], " (m)")
     }
 
     /// Channel data of the section; of a sweep, those of its first frame.

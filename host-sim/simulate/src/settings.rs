@@ -1,134 +1,95 @@
 //! Settings of the simulated scanner: array, pulse, beams, record, noise.
 
-use serde::{Deserialize, Serialize};
-
 use crate::{Error, Result};
 use bonebeam_files::memory::product;
+use bonebeam_files::section::{Section, row};
 use bonebeam_files::terminal::short;
+use bonebeam_files::{choice, section};
 
 use super::array::Array;
 use super::pulse::{DIRECT_FLOOR, FLOOR, Pulse};
 use super::time_axis::{TimeAxis, Window, row_rate};
 
-/// Surroundings of the elements.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-#[serde(rename_all = "kebab-case")]
-pub enum Baffle {
-    /// Hard: only the element's width changes its sensitivity with angle
-    #[default]
-    Rigid,
-    /// Pressure-release: the sensitivity falls with the cosine of the angle
-    Soft,
+choice! {
+    /// Surroundings of the elements.
+    Baffle = Rigid {
+        /// Hard: only the element's width changes its sensitivity with angle
+        Rigid = "rigid",
+        /// Pressure-release: the sensitivity falls with the cosine of the angle
+        Soft = "soft",
+    }
 }
 
-/// Spectrum of the noise.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-#[serde(rename_all = "kebab-case")]
-pub enum NoiseSpectrum {
-    /// The transducer's one-way response
-    #[default]
-    Transducer,
-    /// An amplifier: flat from a tenth of to three times the centre frequency
-    Amplifier,
-}
-
-/// The scanner's settings, in SI units.
-///
-/// The default is the paper's (Section "Simulation setup"); values that the paper does not give are marked as
-/// assumed.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Settings {
-    /// Number of elements.
-    pub elements: usize,
-    /// Distance between neighbouring elements, m.
-    pub pitch: f64,
-    /// Gap between neighbouring elements, m (assumed).
-    pub kerf: f64,
-    /// Centre frequency, Hz.
-    pub f0: f64,
-    /// −6 dB fractional bandwidth of the transducer, one way.
-    pub bandwidth: f64,
-    /// Sampling frequency of the record, Hz; at least 4·f0.
-    pub fs: f64,
-    /// Sound speed, m/s.
-    pub c: f64,
-    /// Depth of the fixed transmit focus, m.
-    pub focus: f64,
-    /// Transmit f-number.
-    pub f_number: f64,
-    /// Number of transmit beams.
-    pub beams: usize,
-    /// Position of the first beam's axis, in pitches from element 0.
-    pub first_beam: f64,
-    /// Distance between neighbouring beams, in pitches: 1 is one beam per element.
-    pub beam_step: f64,
-    /// Shallowest depth that the record covers, m (assumed).
-    pub depth_start: f64,
-    /// Greatest depth that the record covers, m (assumed).
-    pub depth_end: f64,
-    /// Smallest receive f-number for which the record is long enough at `depth_end`.
-    pub receive_f_number: f64,
-    /// RMS of the electronic noise, dB; `None` for a noise-free record.
-    ///
-    /// It is relative to the largest absolute sample of the noise-free record of all beams and elements.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub noise: Option<f64>,
+choice! {
     /// Spectrum of the noise.
-    #[serde(default)]
-    pub noise_spectrum: NoiseSpectrum,
-    /// Increase of the noise with depth, dB per m.
-    ///
-    /// It models a time-gain curve; `noise` is then the level at depth 0.
-    #[serde(default)]
-    pub noise_rise: f64,
-    /// Bits of the analogue-to-digital converter; `None` for no rounding.
-    ///
-    /// Its full scale is the largest sample.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub adc_bits: Option<u32>,
-    /// Height of an element, m (assumed); 0 for echoes that do not depend on elevation.
-    pub element_height: f64,
-    /// Focus of the lens in elevation, m; `None` for a flat one.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub elevation_focus: Option<f64>,
-    /// Surroundings of the elements (assumed).
-    pub baffle: Baffle,
-    /// Attenuation, dB/(cm·MHz) one way (assumed).
-    pub attenuation: f64,
-    /// Seed of the noise.
-    pub seed: u64,
+    NoiseSpectrum = Transducer {
+        /// The transducer's one-way response
+        Transducer = "transducer",
+        /// An amplifier: flat from a tenth of to three times the centre frequency
+        Amplifier = "amplifier",
+    }
 }
 
-impl Default for Settings {
-    fn default() -> Self {
-        Settings {
-            elements: 128,
-            pitch: 0.308e-3,
-            kerf: 0.028e-3,
-            f0: 5e6,
-            bandwidth: 0.6,
-            fs: 100e6,
-            c: 1540.0,
-            focus: 15e-3,
-            f_number: 2.8,
-            beams: 128,
-            first_beam: 0.0,
-            beam_step: 1.0,
-            depth_start: 5e-3,
-            depth_end: 40e-3,
-            receive_f_number: 1.5,
-            noise: None,
-            noise_spectrum: NoiseSpectrum::Transducer,
-            noise_rise: 0.0,
-            adc_bits: None,
-            element_height: 0.0,
-            elevation_focus: None,
-            baffle: Baffle::Rigid,
-            attenuation: 0.0,
-            seed: 1,
+section! {
+    /// The scanner's settings, in SI units.
+    ///
+    /// The default is the paper's (Section "Simulation setup"). Kerf, depths, height, baffle and attenuation, which the
+    /// paper does not give, are assumed. A value outside its range is probably in another unit.
+    Settings "scanner" {
+        "Scanner" {
+            /// Number of elements
+            elements: usize = 128, row("N").within([2.0, 1024.0], "");
+            /// Distance between neighbouring elements, m
+            pitch: f64 = 0.308e-3, row("M").within([1e-6, 10e-3], " m");
+            /// Gap between neighbouring elements, m
+            kerf: f64 = 0.028e-3, row("M").flag("");
+            /// Centre frequency of the pulse, Hz [default: 5e6]
+            #[alias = "centre_frequency"]
+            f0: f64 = 5e6, row("HZ").flag("centre-frequency").within([50e3, 200e6], " Hz");
+            /// Fractional bandwidth of the transducer at −6 dB, one way
+            bandwidth: f64 = 0.6, row("").within([0.1, 1.0], "");
+            /// Sampling rate, Hz; at least 4 times the centre frequency [default: 100e6]
+            #[alias = "sampling_rate"]
+            fs: f64 = 100e6, row("HZ").flag("sampling-rate").within([200e3, 10e9], " Hz");
+            /// Sound speed, m/s
+            #[alias = "sound_speed"]
+            c: f64 = 1540.0, row("M/S").flag("sound-speed").within([200.0, 20e3], " m/s");
+            /// Depth of the transmit focus, m
+            focus: f64 = 15e-3, row("M").within([0.1e-3, 10.0], " m");
+            /// Transmit f-number
+            f_number: f64 = 2.8, row("").within([0.1, 1e6], "");
+            /// Number of beams
+            beams: usize = 128, row("N");
+            /// Position of the first beam, in pitches from the first element
+            first_beam: f64 = 0.0, row("PITCHES");
+            /// Distance between the beams, in pitches
+            beam_step: f64 = 1.0, row("PITCHES").within([1e-4, 1024.0], " pitches");
+            /// Shallowest depth that the record covers, m [default: point 0.012, vertebra 0.005]
+            depth_start: f64 = 5e-3, row("M");
+            /// Greatest depth that the record covers, m [default: point 0.018, vertebra 0.04]
+            depth_end: f64 = 40e-3, row("M");
+            /// Smallest receive f-number for which the record is long enough at `depth_end`
+            receive_f_number: f64 = 1.5, row("").flag("").within([0.1, 1e6], "");
+            /// Electronic noise, dB relative to the record's largest sample [default: point none, vertebra -40, volumes -60]
+            noise: Option<f64> = None, row("DB").within([-400.0, 40.0], " dB");
+            /// Spectrum of the noise
+            noise_spectrum: NoiseSpectrum = NoiseSpectrum::default(), row("");
+            /// Increase of the noise with depth, dB per m
+            ///
+            /// It models a time-gain curve. --noise is the level at depth 0.
+            noise_rise: f64 = 0.0, row("DB").within([0.0, 2000.0], " dB per m");
+            /// Bits of the converter; full scale is the largest sample [default: no rounding]
+            adc_bits: Option<u32> = None, row("N").within([2.0, 24.0], "");
+            /// Height of an element, m; 0 for no elevation [default: 0, for volumes 0.004]
+            element_height: f64 = 0.0, row("M").within([0.0, 100e-3], " m");
+            /// Focus of the lens in elevation, m [default for volumes: 0.019]
+            elevation_focus: Option<f64> = None, row("M").within([1e-3, 10.0], " m");
+            /// Baffle around the elements
+            baffle: Baffle = Baffle::default(), row("");
+            /// Attenuation, dB/(cm·MHz) one way
+            attenuation: f64 = 0.0, row("DB").within([0.0, 10.0], " dB/(cm MHz)");
+            /// Seed of noise and tissue
+            seed: u64 = 1, row("N");
         }
     }
 }
@@ -227,28 +188,14 @@ impl Settings {
 
     /// Checks every value; the error names the first impossible one.
     pub fn validate(&self) -> Result<()> {
-        for (name, value, [least, most], unit) in self.ranges() {
-            if !(least..=most).contains(&value) {
-                return usage(format!(
-                    "{name} is {}; expected {least} to {most}{unit}",
-                    short(value)
-                ));
-            }
-        }
-        if !(2..=1024).contains(&self.elements) {
-            return usage(format!("elements is {}; expected 2 to 1024", self.elements));
+        if let Some((key, value, range)) = self.first_outside() {
+            return usage(format!("{} is {value}; expected {range}", key.name));
         }
         if !(self.kerf >= 0.0 && self.kerf < self.pitch) {
             return usage(format!(
                 "kerf is {1} m; expected at least 0 and below the pitch of {0} m",
                 self.pitch,
                 short(self.kerf)
-            ));
-        }
-        if !(self.bandwidth >= 0.1 && self.bandwidth <= 1.0) {
-            return usage(format!(
-                "bandwidth is {}; expected 0.1 to 1",
-                short(self.bandwidth)
             ));
         }
         if self.fs < 4.0 * self.f0 {
@@ -274,59 +221,7 @@ impl Settings {
                 short(self.depth_end)
             ));
         }
-        if let Some(noise) = self.noise
-            && !(-400.0..=40.0).contains(&noise)
-        {
-            return usage(format!("noise is {}; expected -400 to 40 dB", short(noise)));
-        }
-        if !(0.0..=2000.0).contains(&self.noise_rise) {
-            return usage(format!(
-                "noise_rise is {}; expected 0 to 2000 dB per m",
-                short(self.noise_rise)
-            ));
-        }
-        if let Some(bits) = self.adc_bits
-            && !(2..=24).contains(&bits)
-        {
-            return usage(format!("adc_bits is {bits}; expected 2 to 24"));
-        }
-        if !(0.0..=100e-3).contains(&self.element_height) {
-            return usage(format!(
-                "element_height is {}; expected 0 to 0.1 m",
-                short(self.element_height)
-            ));
-        }
-        if let Some(focus) = self.elevation_focus
-            && !(1e-3..=10.0).contains(&focus)
-        {
-            return usage(format!(
-                "elevation_focus is {}; expected 0.001 to 10 m",
-                short(focus)
-            ));
-        }
-        if !(0.0..=10.0).contains(&self.attenuation) {
-            return usage(format!(
-                "attenuation is {}; expected 0 to 10 dB/(cm MHz)",
-                short(self.attenuation)
-            ));
-        }
         self.check_bytes()
-    }
-
-    /// Ranges of an array, its pulse and a medium.
-    ///
-    /// A value outside is probably in another unit.
-    fn ranges(&self) -> [(&'static str, f64, [f64; 2], &'static str); 8] {
-        [
-            ("pitch", self.pitch, [1e-6, 10e-3], " m"),
-            ("f0", self.f0, [50e3, 200e6], " Hz"),
-            ("fs", self.fs, [200e3, 10e9], " Hz"),
-            ("c", self.c, [200.0, 20e3], " m/s"),
-            ("focus", self.focus, [0.1e-3, 10.0], " m"),
-            ("f_number", self.f_number, [0.1, 1e6], ""),
-            ("receive_f_number", self.receive_f_number, [0.1, 1e6], ""),
-            ("beam_step", self.beam_step, [1e-4, 1024.0], " pitches"),
-        ]
     }
 
     /// Memory of the record, bytes.

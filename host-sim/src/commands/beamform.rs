@@ -14,13 +14,13 @@ use super::surface_files::{FrameSurface, Kind, add_surfaces_to};
 use super::{ConfigArgument, VariableArguments};
 use super::{about, command_line, load_config, recording_help, tell_assumed};
 use crate::config::Config;
-use crate::flags::{BeamformFlags, ImageFlags, PhaseSymmetryFlags};
+use crate::flags::{Flags, choice};
 use crate::progress::Progress;
 use crate::provenance::Snapshot;
 use crate::{Error, Result};
 use bonebeam::phase_symmetry::scale_for_display;
 use bonebeam_drive::coherence::{self, Measure};
-use bonebeam_drive::config::Beamform;
+use bonebeam_drive::config::{Beamform, DELAY, Image, PhaseSymmetry};
 use bonebeam_drive::frame::RecordingFrames;
 use bonebeam_drive::image::{BModeImage, check_beams, image_of};
 use bonebeam_drive::phase_symmetry;
@@ -32,7 +32,7 @@ use bonebeam_files::memory;
 use bonebeam_files::terminal::{digits, print, warn};
 use bonebeam_files::{BeamformedLines, PartialLines, Recording, Transmits};
 use bonebeam_formats::RecordingFile;
-use bonebeam_paper::report::figure;
+use bonebeam_report::page::figure;
 
 /// Beamform channel data: one complex value per line and depth.
 ///
@@ -68,7 +68,7 @@ pub struct Arguments {
     config: ConfigArgument,
 
     #[command(flatten)]
-    beamform: BeamformFlags,
+    beamform: Flags<Beamform>,
 
     /// Frames A to B−1, or frame A alone: A..B, A.. or A [default: all]
     #[arg(long, value_name = "A..B", value_parser = parse_frames)]
@@ -81,7 +81,7 @@ pub struct Arguments {
     image: Option<PathBuf>,
 
     #[command(flatten)]
-    image_flags: ImageFlags,
+    image_flags: Flags<Image>,
 
     /// Also write the phase symmetry of the first frame's image: .npy or .png
     ///
@@ -91,7 +91,7 @@ pub struct Arguments {
     bone_map: Option<PathBuf>,
 
     #[command(flatten, next_help_heading = "Bone map")]
-    phase_symmetry: PhaseSymmetryFlags,
+    phase_symmetry: Flags<PhaseSymmetry>,
 
     /// Also write the bone surface of the first frame: .csv, .json or .ply
     ///
@@ -112,6 +112,7 @@ pub struct Arguments {
     #[arg(
         long,
         value_name = "MEASURE",
+        value_parser = choice::<Measure>(),
         requires = "coherence",
         help_heading = "Coherence"
     )]
@@ -143,19 +144,22 @@ Examples:
 impl Arguments {
     /// Refuses flags that have no effect on the recording.
     fn refuse_flags_without_effect(&self, recording: &Recording) -> Result<()> {
-        let delay = self.beamform.of_delay().to_vec();
-        let spacing = self.beamform.of_aligned_data();
-        let (flags, holds) = match recording {
-            Recording::Channel(_) => (vec![spacing], "channel data"),
-            Recording::Aligned(data) if data.beam_x.is_some() && spacing.1 => {
-                (vec![spacing], "the beams' positions")
+        let spacing = self.beamform.has("beam-spacing").then_some("beam-spacing");
+        let mut given = self.beamform.given();
+        let delay = given
+            .find(|(_, heading)| *heading == DELAY)
+            .map(|(flag, _)| flag);
+        let (flag, holds) = match recording {
+            Recording::Channel(_) => (spacing, "channel data"),
+            Recording::Aligned(data) if data.beam_x.is_some() && spacing.is_some() => {
+                (spacing, "the beams' positions")
             }
             Recording::Aligned(_) => (delay, "aligned data"),
         };
-        match flags.iter().find(|(_, given)| *given) {
+        match flag {
             None => Ok(()),
-            Some((flag, _)) => Err(Error::Usage(format!(
-                "{flag} has no effect on {}, which holds {holds}",
+            Some(flag) => Err(Error::Usage(format!(
+                "--{flag} has no effect on {}, which holds {holds}",
                 self.recording.display()
             ))),
         }
@@ -175,7 +179,12 @@ impl Arguments {
                 Format::of(path)?;
                 outputs.push(path);
             }
-            None => self.phase_symmetry.refuse("without --bone-map")?,
+            None => {
+                if let Some((flag, _)) = self.phase_symmetry.given().next() {
+                    let message = format!("--{flag} has no effect without --bone-map");
+                    return Err(Error::Usage(message));
+                }
+            }
         }
         if let Some(path) = &self.surface {
             Kind::of("--surface", path)?;

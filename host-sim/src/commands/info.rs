@@ -7,7 +7,7 @@ use clap::Args;
 use super::{ConfigArgument, VariableArguments, load_config, recording_help};
 use crate::Result;
 use crate::config::Config;
-use crate::flags::BeamformFlags;
+use crate::flags::Flags;
 use bonebeam_drive::config::{Beamform, Image};
 use bonebeam_drive::delay::DelayStage;
 use bonebeam_drive::policy::warnings;
@@ -28,7 +28,7 @@ pub struct Arguments {
     variables: VariableArguments,
 
     #[command(flatten)]
-    beamform: BeamformFlags,
+    beamform: Flags<Beamform>,
 
     #[command(flatten)]
     config: ConfigArgument,

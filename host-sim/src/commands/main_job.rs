@@ -13,8 +13,8 @@ use crate::{Error, Result};
 use bonebeam_files::atomic::{Outputs, check_writable};
 use bonebeam_files::temporary_files;
 use bonebeam_files::terminal::{one_line, print};
-use bonebeam_paper::experiments::{Job, MAIN_JOB, Overrides};
-use bonebeam_paper::report::{self, Page, Report};
+use bonebeam_report::experiments::{Job, MAIN_JOB, Overrides};
+use bonebeam_report::page::{self, Page, Report};
 
 /// Arguments of the main job.
 #[derive(Debug, Args)]
@@ -76,16 +76,23 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     job.apply(&arguments.overrides);
     job.validate()?;
     let folder = arguments.out.as_deref().unwrap_or(Path::new("out"));
-    run_in(&job, folder, Page::MainJob, arguments.docs.as_deref())
+    let bar = Progress::new("", 1000);
+    let docs = arguments.docs.as_deref();
+    run_in(&job, folder, (&Page::MAIN_JOB, bar), docs)
 }
 
 /// Runs a job, prints its tables and writes its folder.
 ///
 /// # Errors
 /// A folder that cannot be written, or a check that fails.
-pub(super) fn run_in(job: &Job, folder: &Path, page: Page, docs: Option<&Path>) -> Result<()> {
+pub fn run_in(
+    job: &Job,
+    folder: &Path,
+    shown: (&Page, Progress),
+    docs: Option<&Path>,
+) -> Result<()> {
     let created = prepare(folder)?;
-    let result = compute_and_write(job, folder, page, docs);
+    let result = compute_and_write(job, folder, shown, docs);
     if result.is_err() {
         // Nothing partial stays; a folder that is not empty is somebody else's.
         for folder in created {
@@ -96,7 +103,10 @@ pub(super) fn run_in(job: &Job, folder: &Path, page: Page, docs: Option<&Path>) 
 }
 
 /// Checks that the folder can be written; returns new folders, innermost first.
-pub(super) fn prepare(folder: &Path) -> Result<Vec<&Path>> {
+///
+/// # Errors
+/// A folder that cannot be created or written.
+pub fn prepare(folder: &Path) -> Result<Vec<&Path>> {
     let new = |path: &&Path| !path.as_os_str().is_empty() && !path.exists();
     let created: Vec<&Path> = folder.ancestors().take_while(new).collect();
     let mut guard = temporary_files::lock();
@@ -108,16 +118,17 @@ pub(super) fn prepare(folder: &Path) -> Result<Vec<&Path>> {
         path: folder.to_path_buf(),
         message: format!("the folder cannot be created: {}", e.kind()),
     })?;
-    check_writable(&folder.join(report::DATA))?;
+    check_writable(&folder.join(page::DATA))?;
     Ok(created)
 }
 
-fn compute_and_write(job: &Job, folder: &Path, page: Page, docs: Option<&Path>) -> Result<()> {
+fn compute_and_write(
+    job: &Job,
+    folder: &Path,
+    (page, bar): (&Page, Progress),
+    docs: Option<&Path>,
+) -> Result<()> {
     let document = docs.map(read_document).transpose()?;
-    let bar = match page {
-        Page::MainJob => Progress::new("", 1000),
-        Page::Paper => Progress::of_steps(1000),
-    };
     let outcomes = job.run(&|what, done| bar.set_step(what, done))?;
     bar.clear();
 

@@ -8,7 +8,7 @@ use bonebeam_drive::config::Beamform;
 use bonebeam_drive::image::BModeImage;
 use bonebeam_files::BeamformedLines;
 use bonebeam_formats::Format;
-use bonebeam_paper::measure::point::LateralProfile;
+use bonebeam_report::measure::point::LateralProfile;
 
 /// A beamforming run.
 #[derive(Serialize)]

@@ -7,19 +7,18 @@ pub mod bench;
 pub mod bench_left_out;
 pub mod completions;
 pub mod convert;
+pub mod elsewhere;
 mod frames;
 pub mod golden;
 pub mod info;
 pub mod main_job;
 mod measures;
-pub mod paper;
 pub mod phase_symmetry;
 pub mod simulate;
 pub mod surface;
 mod surface_files;
 mod surface_inputs;
 mod surface_mesh;
-pub mod tune;
 pub mod verify;
 
 use std::env;
@@ -33,7 +32,10 @@ use bonebeam_formats::{Format, Layout, RecordingFile, Variables};
 use clap::builder::PossibleValuesParser;
 
 /// Reads the file of `--config`; without it, returns the defaults.
-fn load_config(path: Option<&Path>) -> Result<Config> {
+///
+/// # Errors
+/// As [`Config::read`].
+pub fn load_config(path: Option<&Path>) -> Result<Config> {
     path.map_or_else(|| Ok(Config::default()), Config::read)
 }
 
@@ -46,7 +48,7 @@ fn command_line() -> String {
 }
 
 /// Adds the name of a file to an error about its data.
-fn about(path: &Path, error: Error) -> Error {
+pub fn about(path: &Path, error: Error) -> Error {
     match error {
         Error::Data(_) | Error::Core(_) => Error::File {
             path: path.to_path_buf(),
@@ -60,7 +62,10 @@ fn about(path: &Path, error: Error) -> Error {
 const LONGEST_DOCUMENT: u64 = 1 << 20;
 
 /// Reads a document whose tables will be rewritten.
-fn read_document(path: &Path) -> Result<String> {
+///
+/// # Errors
+/// A file that cannot be read, is too long, or is not UTF-8.
+pub fn read_document(path: &Path) -> Result<String> {
     let bytes = input::read(path, LONGEST_DOCUMENT);
     let bytes = bytes.map_err(|e| file_error(path, cannot_be_opened(&e)))?;
     String::from_utf8(bytes).map_err(|_| file_error(path, "is not UTF-8"))
@@ -123,8 +128,8 @@ impl VariableArguments {
 
 /// `--config`, shared by the commands with parameters.
 #[derive(Debug, clap::Args)]
-struct ConfigArgument {
+pub struct ConfigArgument {
     /// TOML file with parameters, such as the one that an earlier run wrote; flags override it
     #[arg(long = "config", value_name = "FILE.toml")]
-    path: Option<PathBuf>,
+    pub path: Option<PathBuf>,
 }

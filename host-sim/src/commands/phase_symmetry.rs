@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::{ConfigArgument, about, command_line, load_config};
 use crate::config::Config;
-use crate::flags::PhaseSymmetryFlags;
+use crate::flags::Flags;
 use crate::progress::Progress;
 use crate::provenance::Snapshot;
 use crate::{Error, Result};
@@ -42,7 +42,7 @@ pub struct Arguments {
     pixel_size: Option<f64>,
 
     #[command(flatten)]
-    phase_symmetry: PhaseSymmetryFlags,
+    phase_symmetry: Flags<PhaseSymmetry>,
 
     #[command(flatten)]
     config: ConfigArgument,

@@ -9,10 +9,10 @@ use super::surface_files::{Kind, Overlay, add_surfaces_to};
 use super::surface_inputs::{Crop, Found, Source, parse_crop};
 use super::{ConfigArgument, VariableArguments, command_line, load_config};
 use crate::config::Config;
-use crate::flags::{BeamformFlags, ImageFlags, SurfaceFlags, SurfacePictureFlags};
+use crate::flags::Flags;
 use crate::provenance::Snapshot;
 use crate::{Error, Result};
-use bonebeam_drive::config::Grid;
+use bonebeam_drive::config::{Beamform, Grid, Image, Surface};
 use bonebeam_drive::methods::MethodName;
 use bonebeam_files::atomic::{Outputs, check_outputs};
 use bonebeam_files::image;
@@ -50,9 +50,6 @@ pub struct Arguments {
     #[arg(long, value_name = "X,Y,WIDTH,HEIGHT", value_parser = parse_crop, help_heading = "Picture")]
     crop: Option<Crop>,
 
-    #[command(flatten)]
-    picture: SurfacePictureFlags,
-
     /// Frames A to B−1, or frame A alone: A..B or A [default: all]
     ///
     /// For a recording, or for lines of several frames.
@@ -60,16 +57,16 @@ pub struct Arguments {
     frames: Option<FrameRange>,
 
     #[command(flatten)]
-    surface: SurfaceFlags,
+    surface: Flags<Surface>,
 
     #[command(flatten)]
     variables: VariableArguments,
 
     #[command(flatten)]
-    beamform: BeamformFlags,
+    beamform: Flags<Beamform>,
 
     #[command(flatten)]
-    image_flags: ImageFlags,
+    image_flags: Flags<Image>,
 
     #[command(flatten)]
     config: ConfigArgument,
@@ -96,7 +93,6 @@ pub fn run(arguments: Arguments) -> Result<()> {
         config.beamform.method = MethodName::Das;
     }
     arguments.surface.apply(&mut config.surface);
-    arguments.picture.apply(&mut config.surface);
     arguments.beamform.apply(&mut config.beamform);
     arguments.variables.apply(&mut config.variables)?;
     arguments.image_flags.apply(&mut config.image);
@@ -123,14 +119,18 @@ pub fn run(arguments: Arguments) -> Result<()> {
     check_outputs(&[&arguments.input], &outputs)?;
 
     let snapshot = Snapshot::of(&arguments.input)?;
+    let picture = arguments
+        .surface
+        .given()
+        .find(|(_, heading)| *heading == "Picture");
     let source = Source {
         path: &arguments.input,
         crop: arguments.crop,
         frames: arguments.frames.as_ref(),
         drawn: arguments.image.is_some(),
         of_picture: match arguments.crop {
-            Some(_) => Some("--crop"),
-            None => arguments.picture.given(),
+            Some(_) => Some("crop"),
+            None => picture.map(|(flag, _)| flag),
         },
     };
     let found = Found::of(&source, &config, &snapshot)?;

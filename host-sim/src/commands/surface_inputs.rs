@@ -50,7 +50,7 @@ pub struct Source<'a> {
     /// Whether the picture is drawn.
     pub drawn: bool,
     /// A given flag that applies only to pictures.
-    pub of_picture: Option<&'static str>,
+    pub of_picture: Option<&'a str>,
 }
 
 impl Source<'_> {
@@ -60,7 +60,7 @@ impl Source<'_> {
             return Ok(());
         };
         Err(Error::Usage(format!(
-            "{flag} has no effect on {}, which is not a picture",
+            "--{flag} has no effect on {}, which is not a picture",
             self.path.display()
         )))
     }

@@ -8,7 +8,7 @@ mod simulate;
 use crate::common;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use bonebeam::beamform::{Apodization, Parameters, Postfilter};
+use bonebeam::beamform::{Apodization, Postfilter};
 use bonebeam::covariance::Covariance;
 use bonebeam_drive::config::{Beamform, Image};
 use bonebeam_drive::methods::MethodName;
@@ -258,14 +258,12 @@ fn the_written_configuration_repeats_the_run() {
         beamform: Beamform {
             method: MethodName::Esmv,
             rank: Some(3),
-            core: Parameters {
-                temporal_half_window: 2,
-                diagonal_loading: 0.1,
-                subaperture_ratio: 0.4,
-                postfilter: Postfilter::CoherenceFactor,
-                apodization: Apodization::Hamming,
-                ..Parameters::DEFAULT
-            },
+            temporal_half_window: 2,
+            diagonal_loading: 0.1,
+            subaperture_ratio: 0.4,
+            depth_step: Some(1),
+            postfilter: Postfilter::CoherenceFactor,
+            apodization: Apodization::Hamming,
             covariance: Covariance::Forward,
             f_number: 2.0,
             min_elements: 6,

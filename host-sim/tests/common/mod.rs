@@ -1,5 +1,6 @@
 //! Files for the tests, valid or with one fault.
 
+mod pages;
 pub mod program;
 
 use bonebeam_files::Recording;

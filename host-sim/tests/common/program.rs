@@ -2,13 +2,12 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Stdio};
-use std::thread::sleep;
-use std::time::{Duration, Instant};
+use std::process::Command;
 
 use tempfile::{TempDir, tempdir};
 
 use super::channel_data_without;
+pub use super::pages::loads_nothing;
 
 /// The exit status of a wrong command line or configuration.
 pub const USAGE: i32 = 2;
@@ -28,30 +27,6 @@ pub fn run(folder: &TempDir, arguments: &str) -> (i32, String) {
     )
 }
 
-/// Kills a run once it has `kept` this number of files, within five minutes.
-pub fn kill_after(command: &mut Command, kept: impl Fn() -> usize, files: usize) {
-    let mut child = command
-        .stderr(Stdio::null())
-        .stdout(Stdio::null())
-        .spawn()
-        .unwrap();
-    let begin = Instant::now();
-    while kept() < files {
-        assert!(begin.elapsed() < Duration::from_secs(300), "nothing kept");
-        assert!(child.try_wait().unwrap().is_none(), "it ended too early");
-        sleep(Duration::from_millis(5));
-    }
-    child.kill().unwrap();
-    child.wait().unwrap();
-}
-
-/// Asserts that a page loads only its own style and pictures.
-pub fn loads_nothing(page: &str) {
-    let head = &page[..page.find("</head>").unwrap()];
-    assert!(head.contains("http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; "));
-    assert!(!page.contains("<script") && !page.contains("href=\"http"));
-}
-
 /// The names of the files in a folder, in order.
 pub fn names(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).unwrap();
@@ -60,32 +35,6 @@ pub fn names(folder: &Path) -> Vec<String> {
         .collect();
     names.sort();
     names
-}
-
-/// Runs the program and asserts that it fails with this status.
-///
-/// Standard error has one line, which contains all of `parts`, and the folder has no new file.
-pub fn fails(folder: &TempDir, arguments: &str, status: i32, parts: &[&str]) {
-    let before = names(folder.path());
-    let (code, message) = run(folder, arguments);
-    assert!(message.starts_with("host-sim: "), "{arguments}: {message}");
-    assert_eq!(
-        message.trim_end().lines().count(),
-        1,
-        "{arguments}: {message}"
-    );
-    for part in parts {
-        assert!(
-            message.contains(part),
-            "{arguments}: `{part}` is not in: {message}"
-        );
-    }
-    assert_eq!(code, status, "{arguments}: {message}");
-    assert_eq!(
-        names(folder.path()),
-        before,
-        "{arguments}: outputs were left"
-    );
 }
 
 /// A folder with valid channel data in `data.npz`.

@@ -2,28 +2,6 @@
 
 use super::*;
 
-#[test]
-fn names_that_cannot_be_outputs() {
-    let folder = tempdir().unwrap();
-    channel_data_without(&folder.path().join("data.npz"), &[]).finish();
-    // The name of the lines fits; the name of the configuration beside it does not.
-    let long = format!("{}.npz", "x".repeat(240));
-    let beamform = format!("beamform data.npz -o {long} --image lines.png");
-    refused(&folder, &beamform, DATA, &["longer than the system allows"]);
-    #[cfg(unix)]
-    {
-        std::os::unix::fs::symlink("nowhere/lines.npz", folder.path().join("lines.npz")).unwrap();
-        refused(&folder, BEAMFORM, DATA, &["lines.npz", "symbolic link"]);
-    }
-}
-
-#[test]
-fn an_output_name_with_escape_sequences_is_reported_without_them() {
-    let folder = tempdir().unwrap();
-    let beamform = "beamform \"$(printf 'a\\033[31mb\\nc.npz')\" -o lines.npz";
-    refused(&folder, beamform, DATA, &["a\\u{1b}[31mb\\nc.npz"]);
-}
-
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_standard_output_is_an_error_and_a_closed_one_is_not() {

@@ -12,7 +12,7 @@ use bonebeam_files::{
     AlignedData, BeamRays, BeamformedLines, ChannelData, Samples, Transmits, atomic, image,
 };
 use common::{Npz, channel_data_without, column_major_ramp, ramp, scalar, vector};
-use ndarray::{Array1, Array2, Array3, Array4, ArrayD, Axis, arr0};
+use ndarray::{Array1, Array2, Array3, Array4, Axis, arr0};
 use num_complex::Complex;
 use tempfile::tempdir;
 

@@ -20,7 +20,7 @@ from ._data import AlignedData, ChannelData, Image, Lines
 from ._dataset import Dataset
 from ._files import frames, read
 from ._images import bmode, phase_symmetry
-from ._parameters import (
+from ._keywords import (
     AlignedDataParameters,
     BeamformerParameters,
     ChannelDataParameters,

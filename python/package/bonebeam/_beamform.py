@@ -13,14 +13,13 @@ import numpy.typing as npt
 from . import _native
 from ._arrays import from_anywhere, taken, written
 from ._data import AlignedData, ChannelData, Lines
-from ._parameters import (
+from ._keywords import (
     AlignedDataParameters,
     BeamformerParameters,
     ChannelDataParameters,
     DelayParameters,
-    names,
-    section,
 )
+from ._parameters import names, section
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack

@@ -10,6 +10,7 @@ use bonebeam::geometry::Active;
 use bonebeam::memory::{Need, Scratch};
 use bonebeam_drive::beamform::Memory;
 use common::lines::COVARIANCES;
+use common::refused::refused;
 use ndarray::Array3;
 use num_complex::Complex;
 
@@ -62,33 +63,16 @@ fn parameters_out_of_range() {
 #[test]
 fn lines_that_are_empty_or_ragged() {
     let x = [Complex::ONE; 7];
-    assert!(matches!(
-        AlignedLine::new(&x, 0),
-        Err(Error::Parameter {
-            name: "elements",
-            ..
-        })
-    ));
-    assert!(matches!(
-        AlignedLine::new(&[], 4),
-        Err(Error::Length { actual: 0, .. })
-    ));
-    assert!(matches!(
-        AlignedLine::new(&x, 4),
-        Err(Error::Length { actual: 7, .. })
-    ));
+    let none = refused(AlignedLine::new(&x, 0));
+    assert!(none.starts_with("parameter elements 0"), "{none}");
+    assert_eq!(
+        refused(AlignedLine::new(&[], 4)),
+        "length aligned samples 0 for 4"
+    );
     // Less than one sample: the error expects one sample.
-    for elements in [8, usize::MAX] {
-        let refused = AlignedLine::new(&x, elements).err();
-        let (name, actual, expected) = ("aligned samples", 7, elements);
-        assert_eq!(
-            refused,
-            Some(Error::Length {
-                name,
-                actual,
-                expected
-            })
-        );
+    for elements in [4, 8, usize::MAX] {
+        let ragged = refused(AlignedLine::new(&x, elements));
+        assert_eq!(ragged, format!("length aligned samples 7 for {elements}"));
     }
 }
 
@@ -225,17 +209,9 @@ fn a_segment_outside_its_line() {
             first_sample,
         };
         let mut z = [Complex::ONE; 2];
-        let refused = beamformer.segments(&mut workspace.view(), &[segment], 8, &mut [&mut z]);
-        assert!(
-            matches!(
-                refused,
-                Err(Error::Parameter {
-                    name: "first sample",
-                    ..
-                })
-            ),
-            "{refused:?}"
-        );
+        let refused =
+            refused(beamformer.segments(&mut workspace.view(), &[segment], 8, &mut [&mut z]));
+        assert!(refused.starts_with("parameter first sample "), "{refused}");
         // No output was written.
         assert_eq!(z, [Complex::ONE; 2]);
     }
@@ -277,32 +253,15 @@ fn more_segments_than_lanes_or_fewer_outputs() {
     let mut workspace = memory([8, 4, 0]);
     let beamformer = Beamformer::new(Parameters::default()).expect("valid");
     let mut z = [Complex::I; 5];
-    let refused = beamformer.segments(
+    let two = beamformer.segments(
         &mut workspace.view(),
         &[segment; 2],
         8,
         &mut [&mut z, &mut []],
     );
-    let name = "segments";
-    let (actual, capacity) = (2, 1);
-    assert_eq!(
-        refused,
-        Err(Error::Capacity {
-            name,
-            actual,
-            capacity
-        })
-    );
-    let refused = beamformer.segments(&mut workspace.view(), &[segment], 8, &mut []);
-    let (name, actual, expected) = ("z", 0, 1);
-    assert_eq!(
-        refused,
-        Err(Error::Length {
-            name,
-            actual,
-            expected
-        })
-    );
+    assert_eq!(refused(two), "capacity segments 2 over 1");
+    let one = beamformer.segments(&mut workspace.view(), &[segment], 8, &mut []);
+    assert_eq!(refused(one), "length z 0 for 1");
     assert_eq!(z, [Complex::I; 5]);
 }
 
@@ -311,23 +270,14 @@ fn more_segments_than_lanes_or_fewer_outputs() {
 fn no_segments_and_a_window_beyond_the_memory() {
     let mut workspace = memory([6, 4, 1]);
     for temporal_half_window in [2, 100, 4095] {
-        let beamformer = Beamformer::new(Parameters {
+        let parameters = Parameters {
             temporal_half_window,
             ..Parameters::default()
-        });
-        let refused = beamformer
-            .expect("valid")
-            .segments(&mut workspace.view(), &[], 4, &mut []);
-        let name = "temporal_half_window";
-        let (actual, capacity) = (temporal_half_window, 1);
-        assert_eq!(
-            refused,
-            Err(Error::Capacity {
-                name,
-                actual,
-                capacity
-            })
-        );
+        };
+        let beamformer = Beamformer::new(parameters).expect("valid");
+        let none = beamformer.segments(&mut workspace.view(), &[], 4, &mut []);
+        let expected = format!("capacity temporal_half_window {temporal_half_window} over 1");
+        assert_eq!(refused(none), expected);
     }
 }
 

@@ -4,11 +4,10 @@
 
 use bonebeam::beamform::{
     AlignedLine, Apodization, Beamformer, Method, Parameter, Parameters, Postfilter, Segment,
-    constant_segments,
 };
 use bonebeam::covariance::Covariance;
 use bonebeam::geometry::{Active, Steering};
-use bonebeam::simd::{InstructionSet, Task, Vector};
+use bonebeam::simd::Vector;
 use bonebeam_drive::beamform::Memory;
 use bonebeam_oracle::reference::f32 as f32_reference;
 use ndarray::{Array2, Array3};
@@ -193,79 +192,6 @@ pub fn core_weights(
         .expect("a sample that fits");
     weights.truncate(count);
     weights
-}
-
-/// The core over the lanes of an instruction set, a line for each lane.
-///
-/// The lines' apertures grow alike, but have different positions and may end at different samples.
-pub fn core_lanes(
-    set: InstructionSet,
-    lines: &[Line],
-    parameters: Parameters,
-    covariance: Covariance,
-) -> Vec<Vec<Complex<f32>>> {
-    set.dispatch(LinesTask {
-        lines,
-        beamformer: beamformer(parameters, covariance),
-    })
-}
-
-struct LinesTask<'a> {
-    lines: &'a [Line],
-    beamformer: Beamformer,
-}
-
-impl Task for LinesTask<'_> {
-    type Output = Vec<Vec<Complex<f32>>>;
-
-    fn run<V: Vector>(self, zero: V) -> Self::Output {
-        let groups = self.lines.chunks(V::LANES);
-        groups
-            .flat_map(|lines| core_group(zero, lines, self.beamformer))
-            .collect()
-    }
-}
-
-fn core_group<V: Vector>(
-    zero: V,
-    lines: &[Line],
-    beamformer: Beamformer,
-) -> Vec<Vec<Complex<f32>>> {
-    let mut z: Vec<_> = lines
-        .iter()
-        .map(|line| vec![Complex::ZERO; beamformer.line_samples(line.active.len())])
-        .collect();
-    let lengths = lines.iter().map(|line| line.active.len());
-    let samples = lengths.max().unwrap_or(0);
-    let longest = lines.iter().find(|line| line.active.len() == samples);
-    let sets = &longest.expect("a line").active;
-    let mut memory = line_memory(zero, &beamformer, longest.expect("a line"));
-    for (first, count, set) in constant_segments(samples, |n| sets[n]) {
-        let segment = |line: &'_ Line| {
-            let length = line.active.len();
-            (first.min(length), line.active[first.min(length - 1)].first)
-        };
-        let segments: Vec<_> = lines
-            .iter()
-            .map(|line| Segment {
-                line: line.delayed(),
-                first_element: segment(line).1,
-                first_sample: segment(line).0,
-            })
-            .collect();
-        let mut out: Vec<&mut [Complex<f32>]> = z
-            .iter_mut()
-            .zip(lines)
-            .map(|(z, line)| {
-                let output = |n: usize| beamformer.line_samples(n.min(line.active.len()));
-                &mut z[output(first)..output(first + count)]
-            })
-            .collect();
-        beamformer
-            .segments(&mut memory.view(), &segments, set.count, &mut out)
-            .expect("runs that fit");
-    }
-    z
 }
 
 /// Lines of one length as a frame's samples.

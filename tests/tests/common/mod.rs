@@ -2,4 +2,5 @@
 
 pub mod frames;
 pub mod lines;
+pub mod refused;
 pub mod tolerances;

@@ -129,8 +129,9 @@ pub(crate) fn fpga(here: &Here) -> Result<()> {
 }
 
 /// Workspaces whose dependencies are checked.
-const WORKSPACES: [&str; 5] = [
+const WORKSPACES: [&str; 6] = [
     "",
+    "paper",
     "firmware",
     "firmware/every-target",
     "bonebeam-c",

@@ -65,6 +65,18 @@ pub(crate) fn debug(here: &Here) -> Result<()> {
     here.same_hashes("debug", &printed)
 }
 
+/// The paper's experiments and the search for parameters.
+pub(crate) fn paper(here: &Here) -> Result<()> {
+    here.run("paper", "cargo fmt --check")?;
+    here.run(
+        "paper",
+        "cargo clippy --locked --release --all-targets -- -D warnings",
+    )?;
+    here.run("paper", "cargo test --locked --release")?;
+    let mut documentation = here.command("paper", "cargo doc --locked --release --no-deps");
+    run(documentation.env("RUSTDOCFLAGS", "-D warnings"))
+}
+
 /// The oldest compiler that the crates allow and the newest stable one. Their new lints only warn.
 pub(crate) fn toolchains(here: &Here) -> Result<()> {
     let oldest = here.value("Cargo.toml", "rust-version")?;
@@ -106,10 +118,10 @@ fn builds_on(here: &Here, toolchain: &str) -> Result<()> {
         "",
         &format!("cargo +{toolchain} test --locked --quiet -p bonebeam --lib --no-run"),
     )?;
-    here.run(
-        "bonebeam-c",
-        &format!("cargo +{toolchain} check --locked --quiet"),
-    )?;
+    for workspace in ["paper", "bonebeam-c"] {
+        let line = format!("cargo +{toolchain} check --locked --quiet");
+        here.run(workspace, &line)?;
+    }
     let folder = here.output(
         "",
         &format!("rustc +{toolchain} --print target-libdir --target {CORTEX_M7}"),

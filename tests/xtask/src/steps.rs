@@ -67,6 +67,8 @@ pub const STEPS: &[Step] = &[
         "the API documentation; links, paths and examples of the documents"),
     step(Host, "verify", &[Tool::Command], rust::verify, "every kernel against its references, to the bit"),
     step(Host, "debug", &[], rust::debug, "golden hashes in the debug profile"),
+    step(Host, "paper", &[], rust::paper,
+        "the paper's experiments, a workspace of their own: layout, lints, tests, documentation"),
     step(Host, "package", &[], packages::package, "the crates as crates.io would take them, the core with its examples"),
     step(Host, "front-end", &[], firmware::front_end,
         "the drivers of front end and pulser, on mocks of bus and pins"),

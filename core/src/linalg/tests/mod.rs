@@ -9,7 +9,7 @@ use super::cholesky::{divide_backward, factorise};
 use super::dominant_eigenpair::dominant_eigenpair;
 use super::eigen::eigen;
 use super::householder::Reduction;
-use super::lanczos::{self, ACCURACY, STEP_LIMIT, lanczos};
+use super::lanczos::{self, STEP_LIMIT, lanczos};
 use super::panels::{PanelColumn, TILE, panel};
 use super::power_iteration::power_iteration;
 use super::size::{Known, Size};

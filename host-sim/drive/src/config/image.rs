@@ -1,93 +1,59 @@
 //! The parameters of the image.
 
-use serde::{Deserialize, Serialize};
-
 use crate::{Error, Result};
-use bonebeam_files::settings::{LENGTHS, check_positive, out_of_range};
+use bonebeam_files::section::{Section, row};
+use bonebeam_files::settings::LENGTHS;
 use bonebeam_files::terminal::short;
+use bonebeam_files::{choice, section};
 
-const SECTION: &str = "image";
-/// Accepted dynamic ranges, dB: from a black-and-white picture to the range of f32.
-const MIN_DYNAMIC_RANGE: f64 = 0.1;
-const MAX_DYNAMIC_RANGE: f64 = 1000.0;
 /// Default of an image's longer side, pixels.
 pub const LONGER_SIDE: usize = 512;
 /// Longest side of an image, pixels.
 const MAX_SIDE: usize = 16_384;
-/// Range of pixel sizes, m.
-const PIXELS: [f64; 2] = [1e-6, 1.0];
-
-/// Grid of an image's pixels.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-#[serde(rename_all = "kebab-case")]
-pub enum Grid {
-    /// Square pixels
-    #[default]
-    Cartesian,
-    /// Columns at even angles and rows at even depths, without scan conversion
-    Polar,
+choice! {
+    /// Grid of an image's pixels.
+    Grid = Cartesian {
+        /// Square pixels
+        Cartesian = "cartesian",
+        /// Columns at even angles and rows at even depths, without scan conversion
+        Polar = "polar",
+    }
 }
 
-/// Section `[image]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Image {
-    /// Dynamic range: black is this far below the largest envelope, dB.
-    pub dynamic_range: f64,
-    /// Pixels down the image; by default as many as square pixels need.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub rows: Option<usize>,
-    /// Pixels across the image; by default as many as square pixels need.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub columns: Option<usize>,
-    /// Pixel size, m; of a polar grid, the distance of rows.
-    ///
-    /// By default the longer side has [`LONGER_SIDE`] pixels.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub pixel_size: Option<f64>,
-    /// Grid of the pixels.
-    pub grid: Grid,
-    /// Depth of the image's bottom, m; by default that of the lines.
-    ///
-    /// The top is at the beginning of the lines.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub depth: Option<f64>,
-    /// Width of the image, centred on the beams, m; by default that of the beams.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub width: Option<f64>,
-    /// Whether a 3 × 3 median smooths the image.
-    pub median: bool,
-    /// Envelope of a line from those of its sub-lines, if it has any.
-    pub pooling: SubLines,
+choice! {
+    /// Value of a line's sub-lines that an image shows.
+    SubLines = Largest {
+        /// The largest envelope
+        Largest = "largest",
+        /// The root mean square of the envelopes
+        Rms = "rms",
+        /// Each sub-line as a line of its own
+        Each = "each",
+    }
 }
 
-/// Value of a line's sub-lines that an image shows.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-#[serde(rename_all = "kebab-case")]
-pub enum SubLines {
-    /// The largest envelope
-    #[default]
-    Largest,
-    /// The root mean square of the envelopes
-    Rms,
-    /// Each sub-line as a line of its own
-    Each,
-}
-
-impl Default for Image {
-    fn default() -> Self {
-        Self {
-            dynamic_range: 60.0,
-            rows: None,
-            columns: None,
-            pixel_size: None,
-            grid: Grid::Cartesian,
-            depth: None,
-            width: None,
-            median: false,
-            pooling: SubLines::default(),
+section! {
+    /// Section `[image]`.
+    Image "image" {
+        "Image" {
+            /// Dynamic range: black is this far below the largest envelope, dB
+            dynamic_range: f64 = 60.0, row("DB").within([0.1, 1000.0], " dB");
+            /// Depth of the image's bottom, m [default: the end of the lines]
+            depth: Option<f64> = None, row("M").positive(LENGTHS, " (m)");
+            /// Width of the image, centred on the beams, m [default: the beams' width]
+            width: Option<f64> = None, row("M").positive(LENGTHS, " (m)");
+            /// Rows of pixels [default: square pixels, 512 along the longer side]
+            rows: Option<usize> = None, row("N").within([2.0, MAX_SIDE as f64], "");
+            /// Columns of pixels [default: square pixels, 512 along the longer side]
+            columns: Option<usize> = None, row("N").within([2.0, MAX_SIDE as f64], "");
+            /// Pixel size of an image that is written or read, m [default: 512 pixels along the longer side]
+            pixel_size: Option<f64> = None, row("M").positive([1e-6, 1.0], " (m)");
+            /// Grid of the pixels
+            grid: Grid = Grid::default(), row("");
+            /// Smooth the image with a 3 x 3 median
+            median: bool = false, row("");
+            /// Value of a line's sub-lines that the image shows
+            pooling: SubLines = SubLines::default(), row("");
         }
     }
 }
@@ -157,30 +123,6 @@ impl Image {
     /// # Errors
     /// [`crate::Error::Usage`] naming the flag, the key, the value and the range.
     pub fn validate(&self) -> Result<()> {
-        if !(MIN_DYNAMIC_RANGE..=MAX_DYNAMIC_RANGE).contains(&self.dynamic_range) {
-            let expected = format!("{MIN_DYNAMIC_RANGE} to {MAX_DYNAMIC_RANGE} dB");
-            return Err(out_of_range(
-                SECTION,
-                "dynamic_range",
-                self.dynamic_range,
-                &expected,
-            ));
-        }
-        for (key, side) in [("rows", self.rows), ("columns", self.columns)] {
-            if let Some(side) = side
-                && !(2..=MAX_SIDE).contains(&side)
-            {
-                return Err(out_of_range(SECTION, key, side, "2 to 16384"));
-            }
-        }
-        if let Some(pixel) = self.pixel_size {
-            check_positive(SECTION, "pixel_size", pixel, PIXELS, " (m)")?;
-        }
-        for (key, length) in [("depth", self.depth), ("width", self.width)] {
-            if let Some(length) = length {
-                check_positive(SECTION, key, length, LENGTHS, " (m)")?;
-            }
-        }
-        Ok(())
+        self.check_ranges()
     }
 }

@@ -8,8 +8,9 @@ mod surface;
 
 pub(crate) use core::plain;
 
-pub use beamform::{Beamform, Interpolation, LineKind, Preset, RfInterpolation, TransmitWeights};
-pub use core::{ALIASES, APODIZATION, POSTFILTER};
+pub use beamform::{
+    Beamform, DELAY, Interpolation, LineKind, Preset, RfInterpolation, TransmitWeights,
+};
 pub use image::{Grid, Image, LONGER_SIDE, SubLines};
 pub use phase_symmetry::{PhaseSymmetry, Size};
 pub use surface::Surface;

@@ -1,13 +1,14 @@
 //! The parameters of phase symmetry.
 
 use std::fmt;
-use std::str::FromStr;
 
 use bonebeam::phase_symmetry::MAX_SCALES;
 use serde::{Deserialize, Serialize};
 
 use crate::{Error, Result};
-use bonebeam_files::settings::{LENGTHS, check_count, check_positive, out_of_range};
+use bonebeam_files::section;
+use bonebeam_files::section::{Section, Value, row};
+use bonebeam_files::settings::{COUNTS, LENGTHS, out_of_range};
 use bonebeam_files::terminal::short;
 
 const SECTION: &str = "phase_symmetry";
@@ -18,42 +19,51 @@ const SCALES: [f64; 2] = [1.0 / 1024.0, 0.5];
 /// Sides that the transform accepts, pixels.
 const SIDES: [usize; 5] = [64, 128, 256, 512, 1024];
 
-/// Section `[phase_symmetry]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct PhaseSymmetry {
-    /// Centre frequencies r₀ of the filters, cycles per pixel.
-    pub scales: Vec<f64>,
-    /// Wavelengths at the centres of the filters, m, in place of `scales`.
-    ///
-    /// A scale is the size of a pixel divided by the wavelength.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub wavelengths: Vec<f64>,
-    /// Whether the image's ridges choose three scales, in place of `scales`.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
-    pub scales_from_image: bool,
-    /// Noise threshold T_n, in grey levels of an image of 0 to 255.
-    pub threshold: f64,
-    /// T_n from the image's noise in place of `threshold`.
-    ///
-    /// It is the mean of the noise's amplitude plus this number of standard deviations.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub noise_deviations: Option<f64>,
-    /// With `noise_deviations`, whether each direction has a threshold of its own.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
-    pub noise_by_direction: bool,
-    /// Number of rows or columns processed at a time.
-    ///
-    /// It changes the memory needed, never the result.
-    pub strip: usize,
-    /// Whether to pad the image with black to the next sides of the transform.
-    ///
-    /// The map is cut to the image's size again.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
-    pub pad: bool,
-    /// Resample the image to this size first.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub resize: Option<Size>,
+section! {
+    /// Section `[phase_symmetry]`.
+    PhaseSymmetry "phase_symmetry" {
+        "" {
+            /// Centre frequencies of the filters, cycles per pixel [default: 2^-7,2^-8,2^-9]
+            ///
+            /// As powers of two or as decimal numbers, such as 2^-7,2^-8 or 0.0078125.
+            scales: Vec<f64> = [-7f64, -8.0, -9.0].map(f64::exp2).into(),
+                row("R0,…").said(SCALES, "2^-10 to 2^-1 cycles per pixel").replaces(&["wavelengths", "scales_from_image"]);
+            /// Wavelengths at the centres of the filters, m, in place of --scales
+            ///
+            /// They need the size of a pixel, and exclude --resize. A ridge whose width at half height is w gives the largest
+            /// response at a wavelength of about 4·w.
+            wavelengths: Vec<f64> = Vec::new(),
+                row("M,…").positive(LENGTHS, " (m)").excludes(&["scales"]).replaces(&["scales_from_image"]);
+            /// Three scales from the image: that of its brightest ridges, and an octave to either side
+            ///
+            /// The deviation of the ridges is that of the Gaussian after which their curvature, times the deviation to the power
+            /// 3/2, is largest (Lindeberg 1998). The scales are printed, and written in place of this flag.
+            scales_from_image: bool = false,
+                row("").excludes(&["scales", "wavelengths"]).replaces(&["wavelengths"]);
+            /// Noise threshold T_n, in grey levels of the image
+            threshold: f64 = 15.0,
+                row("GREY").said([0.0, MAX_THRESHOLD], "at least 0 and at most 1e12 (grey levels)")
+                    .replaces(&["noise_deviations", "noise_by_direction"]);
+            /// T_n from the image's noise: its mean amplitude and K standard deviations
+            ///
+            /// The noise is the median amplitude of the finest filters. In an image of only noise, a filter passes 0.8 % of the
+            /// pixels for K = 1, 0.12 % for 2 and 0.013 % for 3.
+            noise_deviations: Option<f64> = None,
+                row("K").within([0.0, 100.0], " standard deviations").excludes(&["threshold"]);
+            /// With --noise-deviations, a threshold for each direction of the filters
+            noise_by_direction: bool = false, row("");
+            /// Rows or columns processed at a time
+            ///
+            /// It changes the memory needed, never the result.
+            strip: usize = 16, row("ROWS").at_least(COUNTS, "");
+            /// Pad the image with black to the next sides that the transform accepts
+            ///
+            /// The map is cut to the image's size again.
+            pad: bool = false, row("").excludes(&["resize"]).replaces(&["resize"]);
+            /// Resample the image first; sides are 64, 128, 256, 512 or 1024 pixels
+            resize: Option<Size> = None, row("ROWSxCOLUMNS").replaces(&["pad"]);
+        }
+    }
 }
 
 /// The size of an image, pixels.
@@ -66,40 +76,24 @@ pub struct Size {
     pub columns: usize,
 }
 
-impl FromStr for Size {
-    type Err = String;
+impl Value for Size {
+    fn python() -> String {
+        "tuple[int, int]".into()
+    }
 
-    fn from_str(text: &str) -> std::result::Result<Self, String> {
+    fn read(text: &str) -> std::result::Result<Self, String> {
         let parse = |side: &str| side.parse::<usize>().ok();
         let sides = text
             .split_once('x')
             .and_then(|(r, c)| parse(r).zip(parse(c)));
-        match sides {
-            Some((rows, columns)) => Ok(Self { rows, columns }),
-            None => Err("expected ROWSxCOLUMNS in pixels, such as 512x512".into()),
-        }
+        let (rows, columns) = sides.ok_or("expected ROWSxCOLUMNS in pixels, such as 512x512")?;
+        Ok(Self { rows, columns })
     }
 }
 
 impl fmt::Display for Size {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}x{}", self.rows, self.columns)
-    }
-}
-
-impl Default for PhaseSymmetry {
-    fn default() -> Self {
-        Self {
-            scales: vec![(-7f64).exp2(), (-8f64).exp2(), (-9f64).exp2()],
-            wavelengths: Vec::new(),
-            scales_from_image: false,
-            threshold: 15.0,
-            noise_deviations: None,
-            noise_by_direction: false,
-            strip: 16,
-            pad: false,
-            resize: None,
-        }
     }
 }
 
@@ -138,78 +132,45 @@ impl PhaseSymmetry {
         self.wavelengths.iter().map(scale).collect()
     }
 
-    fn validate_noise(&self) -> Result<()> {
-        match self.noise_deviations {
-            Some(deviations) if !(0.0..=100.0).contains(&deviations) => {
-                let expected = "0 to 100 standard deviations";
-                Err(out_of_range(
-                    SECTION,
-                    "noise_deviations",
-                    deviations,
-                    expected,
-                ))
-            }
-            None if self.noise_by_direction => Err(Error::Usage(
-                "--noise-by-direction has no effect without --noise-deviations".into(),
-            )),
-            _ => Ok(()),
-        }
-    }
-
-    fn validate_wavelengths(&self) -> Result<()> {
-        if self.wavelengths.len() > MAX_SCALES {
-            let count = format!("{} wavelengths", self.wavelengths.len());
-            let expected = format!("at most {MAX_SCALES}");
-            return Err(out_of_range(SECTION, "wavelengths", count, &expected));
-        }
-        for wavelength in &self.wavelengths {
-            check_positive(SECTION, "wavelengths", *wavelength, LENGTHS, " (m)")?;
-        }
-        if !self.wavelengths.is_empty() && self.resize.is_some() {
-            let message = "--resize changes the size of the pixels that --wavelengths needs; give one of them";
-            return Err(Error::Usage(message.into()));
-        }
-        if !self.wavelengths.is_empty() && self.scales_from_image {
-            let message =
-                "--wavelengths and --scales-from-image both set the scales; give one of them";
-            return Err(Error::Usage(message.into()));
-        }
-        Ok(())
-    }
-
-    /// Checks every value.
+    /// Checks every value, and that they do not contradict each other.
     ///
     /// # Errors
     /// [`crate::Error::Usage`] naming the flag, the key, the value and the range.
     pub fn validate(&self) -> Result<()> {
-        self.validate_wavelengths()?;
-        self.validate_noise()?;
-        let count = self.scales.len();
-        if !(1..=MAX_SCALES).contains(&count) {
-            let expected = format!("1 to {MAX_SCALES} scales");
-            return Err(out_of_range(
-                SECTION,
-                "scales",
-                format!("{count} scales"),
-                &expected,
-            ));
+        self.check_ranges()?;
+        let counts = [
+            ("scales", &self.scales, 1),
+            ("wavelengths", &self.wavelengths, 0),
+        ];
+        for (key, values, least) in counts {
+            if !(least..=MAX_SCALES).contains(&values.len()) {
+                let expected = match least {
+                    0 => format!("at most {MAX_SCALES}"),
+                    _ => format!("1 to {MAX_SCALES} {key}"),
+                };
+                let count = format!("{} {key}", values.len());
+                return Err(out_of_range(SECTION, key, count, &expected));
+            }
         }
-        let [low, high] = SCALES;
-        if let Some(scale) = self.scales.iter().find(|s| !(low..=high).contains(*s)) {
-            return Err(out_of_range(
-                SECTION,
-                "scales",
-                scale,
-                "2^-10 to 2^-1 cycles per pixel",
-            ));
-        }
-        if !(0.0..=MAX_THRESHOLD).contains(&self.threshold) {
-            let expected = "at least 0 and at most 1e12 (grey levels)";
-            return Err(out_of_range(SECTION, "threshold", self.threshold, expected));
-        }
-        check_count(SECTION, "strip", self.strip)?;
-        if self.pad && self.resize.is_some() {
-            let message = "--pad and --resize both set the image's size; give one of them";
+        let refused = [
+            (
+                self.noise_by_direction && self.noise_deviations.is_none(),
+                "--noise-by-direction has no effect without --noise-deviations",
+            ),
+            (
+                !self.wavelengths.is_empty() && self.resize.is_some(),
+                "--resize changes the size of the pixels that --wavelengths needs; give one of them",
+            ),
+            (
+                !self.wavelengths.is_empty() && self.scales_from_image,
+                "--wavelengths and --scales-from-image both set the scales; give one of them",
+            ),
+            (
+                self.pad && self.resize.is_some(),
+                "--pad and --resize both set the image's size; give one of them",
+            ),
+        ];
+        if let Some((_, message)) = refused.into_iter().find(|(refused, _)| *refused) {
             return Err(Error::Usage(message.into()));
         }
         match self.resize {

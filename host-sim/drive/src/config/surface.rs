@@ -1,11 +1,13 @@
 //! The parameters of the bone surface.
 
 use bonebeam::surface::Settings;
-use serde::{Deserialize, Serialize};
 
 use crate::surface::PictureFan;
 use crate::{Error, Result};
-use bonebeam_files::settings::{LENGTHS, check_positive, out_of_range};
+use bonebeam_files::section;
+use bonebeam_files::section::{Section, Value, row};
+use bonebeam_files::settings::{LENGTHS, out_of_range};
+use bonebeam_files::terminal::short;
 
 const SECTION: &str = "surface";
 /// Largest magnitude of a score or a price, nats.
@@ -13,87 +15,89 @@ const MAX_PRICE: f64 = 64.0;
 /// Largest weight of a term, nats; the core accepts it with the width of each term.
 const MAX_WEIGHT: f64 = 12.0;
 
-/// Section `[surface]`.
-///
-/// Missing values are the core's defaults, which differ between lines and pictures.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Surface {
-    /// Dynamic range of lines: black is this far below the largest envelope, dB.
+section! {
+    /// Section `[surface]`.
     ///
-    /// A picture has its own grey levels.
-    pub grey_range: f64,
-    /// The depth at which the search begins, m.
-    pub search_start: f64,
-    /// The depth at which the search ends, m.
-    ///
-    /// By default 6 mm above the end of the line, if the line is long enough.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub search_end: Option<f64>,
-    /// The score of a line without bone, nats.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub absence: Option<f64>,
-    /// The price of each start and of each end of a surface, nats.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub end_price: Option<f64>,
-    /// The price of a jump to another depth, nats.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub jump_price: Option<f64>,
-    /// The price of a change in depth from line to line, nats per mm.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub slope_price: Option<f64>,
-    /// The weight of the contrast of the echo to the tissue above, nats.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub contrast: Option<f64>,
-    /// The weight of the drop in level from tissue above to shadow below, nats.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub level: Option<f64>,
-    /// The weight of the brightest level below, relative to the tissue above, nats.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub rest: Option<f64>,
-    /// The weight of the shadow to the end of the line, nats.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub shadow: Option<f64>,
-    /// Shadow reference below an echo brighter than the tissue, as a share of white.
-    ///
-    /// With 1, the tissue alone is the reference.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub margin: Option<f64>,
-    /// The minimum confidence of a point, 0 to 1.
-    pub min_confidence: f64,
-    /// Several frames: the distance in elevation from one to the next, m.
-    ///
-    /// Without it, points have no elevation.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub sweep_step: Option<f64>,
-    /// Pictures: columns are lines, even if the picture looks like a fan.
-    pub columns_as_lines: bool,
-    /// Pictures: the fan of a curved array or a sector.
-    ///
-    /// By default the fan is found by the picture's black corners, if it has them.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub fan: Option<PictureFan>,
+    /// Missing values are the core's defaults, which differ between lines and pictures.
+    Surface "surface" {
+        "Surface" {
+            /// Dynamic range of the lines' grey levels, dB
+            ///
+            /// Black is this far below the largest envelope. A picture has its own grey levels.
+            grey_range: f64 = 60.0, row("DB").within([0.1, 1000.0], " dB");
+            /// Depth at which the search begins, m
+            search_start: f64 = Settings::DEFAULT.depths[0], row("M").within([0.0, LENGTHS[1]], " (m)");
+            /// Depth at which the search ends, m [default: 6 mm above the end of the lines]
+            search_end: Option<f64> = None, row("M").positive(LENGTHS, " (m)");
+            /// Score of a line without bone, nats; a larger score finds less bone
+            absence: Option<f64> = None,
+                row("NATS").within([-MAX_PRICE, MAX_PRICE], " nats").usual(|| usual(|s| s.absence));
+            /// Price of each start and of each end of a surface, nats
+            end_price: Option<f64> = None,
+                row("NATS").within([0.0, MAX_PRICE], " nats").usual(|| usual(|s| s.end));
+            /// Price of a jump to another depth, nats
+            jump_price: Option<f64> = None,
+                row("NATS").within([0.0, MAX_PRICE], " nats").usual(|| usual(|s| s.jump));
+            /// Price of a change in depth from line to line, nats per mm
+            slope_price: Option<f64> = None,
+                row("NATS").within([0.01, 500.0], " nats per mm").usual(|| usual(|s| 1e-3 * s.slope));
+            /// Weight of the contrast of the echo to the tissue above, nats
+            contrast: Option<f64> = None,
+                row("NATS").within([0.0, MAX_WEIGHT], " nats").usual(|| usual(|s| s.contrast.weight));
+            /// Weight of the drop in level from tissue above to shadow below, nats
+            level: Option<f64> = None,
+                row("NATS").within([0.0, MAX_WEIGHT], " nats").usual(|| usual(|s| s.level.weight));
+            /// Weight of the brightest level below, relative to the tissue above, nats
+            rest: Option<f64> = None,
+                row("NATS").within([0.0, MAX_WEIGHT], " nats").usual(|| usual(|s| s.rest.weight));
+            /// Weight of the shadow to the end of the line, nats
+            shadow: Option<f64> = None,
+                row("NATS").within([0.0, MAX_WEIGHT], " nats").usual(|| usual(|s| -s.shadow.weight));
+            /// Shadow reference below an echo brighter than the tissue, as a share of white; 1: the tissue alone
+            margin: Option<f64> = None,
+                row("X").within([0.0, 1.0], " of white").usual(|| usual(|s| s.margin));
+            /// Minimum confidence of a point, 0 to 1
+            min_confidence: f64 = 0.0, row("P").within([0.0, 1.0], "");
+            /// Distance in elevation between the frames of a sweep, m
+            ///
+            /// Frame 0 is at elevation 0. Points then have y as well, and a .ply file has triangles between the surfaces of
+            /// neighbouring frames.
+            sweep_step: Option<f64> = None, row("M").positive([1e-6, 0.01], " (m)");
+        }
+        "Picture" {
+            /// Use columns as lines, even if the picture looks like a fan
+            columns_as_lines: bool = false, row("");
+            /// Fan of the beams of a curved array or a sector [default: found by black corners]
+            ///
+            /// X and Z are the apex, in m from the centre of the picture's top left pixel. BEGIN and END are the distances from
+            /// the apex at which the beams begin and end, in m. FIRST and LAST are the angles of the first and the last beam,
+            /// in rad.
+            fan: Option<PictureFan> = None, row("X,Z,BEGIN,END,FIRST,LAST");
+        }
+    }
 }
 
-impl Default for Surface {
-    fn default() -> Self {
-        Self {
-            grey_range: 60.0,
-            search_start: Settings::DEFAULT.depths[0],
-            search_end: None,
-            absence: None,
-            end_price: None,
-            jump_price: None,
-            slope_price: None,
-            contrast: None,
-            level: None,
-            rest: None,
-            shadow: None,
-            margin: None,
-            min_confidence: 0.0,
-            sweep_step: None,
-            columns_as_lines: false,
-            fan: None,
+/// The core's defaults for lines and for a picture.
+fn usual(of: fn(&Settings) -> f64) -> String {
+    let [lines, picture] = [Settings::DEFAULT, Settings::PICTURE].map(|s| short(of(&s)));
+    format!("{lines}; {picture} for a picture")
+}
+
+impl Value for PictureFan {
+    fn python() -> String {
+        "Fan".into()
+    }
+
+    fn read(text: &str) -> std::result::Result<Self, String> {
+        let numbers: Option<Vec<f64>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
+        match numbers.as_deref() {
+            Some(&[x, z, begin, end, first, last]) => Ok(PictureFan {
+                x,
+                z,
+                radii: [begin, end],
+                angles: [first, last],
+            }),
+            _ => Err("expected six numbers, such as 0.032,-0.04,0.05,0.13,-0.5,0.5".into()),
         }
     }
 }
@@ -123,47 +127,14 @@ impl Surface {
     /// # Errors
     /// [`crate::Error::Usage`] naming the flag, the key, the value and the range.
     pub fn validate(&self) -> Result<()> {
-        let within = |key: &str, value: f64, [least, most]: [f64; 2], unit: &str| {
-            if (least..=most).contains(&value) {
-                return Ok(());
-            }
-            let expected = format!("{least} to {most}{unit}");
-            Err(out_of_range(SECTION, key, value, &expected))
-        };
-        within("grey_range", self.grey_range, [0.1, 1000.0], " dB")?;
-        within("search_start", self.search_start, [0.0, LENGTHS[1]], " (m)")?;
-        if let Some(end) = self.search_end {
-            check_positive(SECTION, "search_end", end, LENGTHS, " (m)")?;
-            if end <= self.search_start {
+        self.check_ranges()?;
+        match self.search_end {
+            Some(end) if end <= self.search_start => {
                 let expected = format!("more than --search-start, {} m", self.search_start);
                 return Err(out_of_range(SECTION, "search_end", end, &expected));
             }
+            _ => {}
         }
-        let given = [
-            ("absence", self.absence, [-MAX_PRICE, MAX_PRICE], " nats"),
-            ("end_price", self.end_price, [0.0, MAX_PRICE], " nats"),
-            ("jump_price", self.jump_price, [0.0, MAX_PRICE], " nats"),
-            (
-                "slope_price",
-                self.slope_price,
-                [0.01, 500.0],
-                " nats per mm",
-            ),
-            ("contrast", self.contrast, [0.0, MAX_WEIGHT], " nats"),
-            ("level", self.level, [0.0, MAX_WEIGHT], " nats"),
-            ("rest", self.rest, [0.0, MAX_WEIGHT], " nats"),
-            ("shadow", self.shadow, [0.0, MAX_WEIGHT], " nats"),
-            ("margin", self.margin, [0.0, 1.0], " of white"),
-        ];
-        for (key, value, range, unit) in given {
-            if let Some(value) = value {
-                within(key, value, range, unit)?;
-            }
-        }
-        if let Some(step) = self.sweep_step {
-            check_positive(SECTION, "sweep_step", step, [1e-6, 0.01], " (m)")?;
-        }
-        within("min_confidence", self.min_confidence, [0.0, 1.0], "")?;
         self.fan
             .map_or(Ok(()), |fan| check_fan(&fan, self.columns_as_lines))
     }

@@ -119,7 +119,10 @@ pub(super) fn postfilter_of(
         Postfilter::CoherenceFactor => sum.norm_sqr() / all,
         Postfilter::GeneralizedCoherenceFactor => {
             let mut coherent = sum.norm_sqr();
-            for k in 1..=parameters.coherence_cutoff.min((x.len() - 1) / 2) {
+            for k in 1..=parameters
+                .coherence_cutoff
+                .min(x.len().saturating_sub(1) / 2)
+            {
                 let mut cosines = Complex::<f32>::ZERO;
                 let mut sines = Complex::<f32>::ZERO;
                 for (m, value) in x {

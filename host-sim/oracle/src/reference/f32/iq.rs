@@ -162,7 +162,11 @@ fn fixed(
     let receive_delay = if level {
         let rate = (p.sampling_rate / p.sound_speed) as f32;
         let first = (scan_line.array.x(0) - ray.x()) as f32;
-        let across = first + m as f32 * scan_line.array.pitch() as f32;
+        // A single element has no pitch.
+        let across = match m {
+            0 => first,
+            _ => first + m as f32 * scan_line.array.pitch() as f32,
+        };
         let square = across * across;
         let scaled = square * (rate * 262_144.0);
         (scaled / (depth + libm::sqrtf(depth * depth + square))) as i32

@@ -1,0 +1,150 @@
+//! The trait of an experiment, and its context.
+
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use super::common::Common;
+use super::outcome::Outcome;
+use crate::{Error, Result};
+
+/// Callback with the current step and the fraction done, from any thread.
+pub type Progress<'a> = &'a (dyn Fn(&str, f64) + Sync);
+
+/// An experiment: the value is its parameters; the default, those of the full job.
+pub trait Experiment: Serialize + DeserializeOwned + Default + Sync + 'static {
+    /// Name of its section of the configuration and of its data in `report.json`.
+    ///
+    /// Names of its pictures and checks begin with it.
+    const NAME: &'static str;
+
+    /// The parts of the paper that it shows; none if only the main job has it.
+    const COVERS: Covers = Covers::NOTHING;
+
+    /// Flags `--mesh`, `--only`, `--keep`, `--merge` of `host-sim paper` that apply.
+    const FLAGS: &'static [&'static str] = &[];
+
+    /// Coarser parameters, for a first look.
+    fn quick() -> Self;
+
+    /// Fills in missing values that follow from other parameters.
+    fn resolve(&mut self);
+
+    /// Applies overrides of the command line.
+    ///
+    /// Those that do not concern the experiment change nothing.
+    fn apply(&mut self, _overrides: &Overrides) {}
+
+    /// Checks the parameters before anything is computed.
+    ///
+    /// # Errors
+    /// [`crate::Error::Usage`] naming the value and the expected range, or a file that cannot be read.
+    fn validate(&self) -> Result<()>;
+
+    /// Checks the data of the same experiment in another run's `report.json`.
+    ///
+    /// # Errors
+    /// [`crate::Error::Data`] if the experiment cannot merge them.
+    fn check_merged(&self, _data: &serde_json::Value) -> Result<()> {
+        Ok(())
+    }
+
+    /// Runs the experiment. The outcome does not depend on the number of threads.
+    ///
+    /// # Errors
+    /// Parameters that do not fit together.
+    fn run(&self, context: &Context<'_>) -> Result<Outcome>;
+}
+
+/// Parts of the paper that an experiment shows.
+#[derive(Clone, Copy, Debug)]
+pub struct Covers {
+    /// The numbers of its figures.
+    pub figures: &'static [u32],
+    /// The numbers of its tables.
+    pub tables: &'static [u32],
+    /// Whether it judges the paper's claims.
+    pub claims: bool,
+}
+
+impl Covers {
+    /// Nothing of it.
+    pub const NOTHING: Covers = Covers {
+        figures: &[],
+        tables: &[],
+        claims: false,
+    };
+}
+
+/// Context of an experiment's run.
+pub struct Context<'a> {
+    /// Parameters shared by all experiments.
+    pub common: &'a Common,
+    /// Folder of recordings and long results for the next run.
+    ///
+    /// `None` if nothing is kept.
+    pub kept: Option<&'a Path>,
+    /// The data of the same experiment in other runs' `report.json`.
+    pub merged: &'a [serde_json::Value],
+    /// Callback for progress.
+    pub progress: Progress<'a>,
+}
+
+impl Context<'_> {
+    /// The folder of kept results, created if necessary.
+    ///
+    /// # Errors
+    /// A folder that cannot be created.
+    pub fn kept(&self) -> Result<Option<&Path>> {
+        if let Some(folder) = self.kept {
+            std::fs::create_dir_all(folder).map_err(|e| Error::File {
+                path: folder.to_path_buf(),
+                message: format!("the folder cannot be created: {}", e.kind()),
+            })?;
+        }
+        Ok(self.kept)
+    }
+}
+
+/// Values of the main job's command line that override parameters.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub struct Overrides {
+    /// Closed surface in mm in place of the main job's built-in vertebra
+    ///
+    /// +x towards the front and +z towards the head.
+    #[arg(long, value_name = "FILE.ply")]
+    pub mesh: Option<PathBuf>,
+
+    /// Height of the main job's slice through the vertebra, m [default: -0.004]
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    pub slice: Option<f64>,
+
+    /// First seed.
+    ///
+    /// Not a flag of the main job, whose seeds are in the configuration.
+    #[arg(skip)]
+    pub seed: Option<u64>,
+
+    /// Parts to run of an experiment, by words in their names; if empty, all.
+    #[arg(skip)]
+    pub only: Vec<String>,
+}
+
+impl Overrides {
+    /// Overrides a seed and a mesh by the given ones.
+    pub fn replace(&self, seed: &mut u64, mesh: Option<&mut Option<PathBuf>>) {
+        *seed = self.seed.unwrap_or(*seed);
+        if let (Some(mesh), Some(given)) = (mesh, &self.mesh) {
+            *mesh = Some(given.clone());
+        }
+    }
+
+    /// The flags, and whether each was given.
+    pub fn given(&self) -> [(&'static str, bool); 2] {
+        [
+            ("--mesh", self.mesh.is_some()),
+            ("--slice", self.slice.is_some()),
+        ]
+    }
+}

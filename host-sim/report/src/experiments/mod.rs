@@ -1,0 +1,21 @@
+//! The main job, and what every experiment has: one folder per experiment, behind one trait.
+//!
+//! An [`Experiment`] holds its parameters, which are a section of the configuration, and makes an [`Outcome`]:
+//! pictures, plots, tables, comparisons with the paper, verdicts, checks and data. The configuration, the command
+//! line and the page use only these parts, and no experiment by name. [`MAIN_JOB`] is a list of experiments;
+//! `paper/` has the other.
+
+pub mod common;
+mod experiment;
+mod job;
+pub mod outcome;
+mod point;
+mod vertebra;
+
+pub use common::Common;
+pub use experiment::{Context, Covers, Experiment, Overrides, Progress};
+pub use job::{ExperimentFilter, Job, Kind};
+pub use outcome::Outcome;
+
+/// Experiments of the main job, in the order in which they run and are shown.
+pub const MAIN_JOB: &[Kind] = &[Kind::of::<point::Point>(), Kind::of::<vertebra::Vertebra>()];

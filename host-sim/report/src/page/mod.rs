@@ -1,0 +1,146 @@
+//! The report of a job.
+//!
+//! A page for readers, the numbers for programs, the pictures, the configuration, and the tables for the terminal.
+//! It uses the parts of an outcome, not the experiments.
+
+pub mod axes;
+pub mod bar;
+pub mod colours;
+mod contents;
+mod embedded;
+mod figure;
+pub mod html;
+mod numbers;
+pub mod pictures;
+mod plot;
+pub mod tables;
+
+pub use contents::{Page, Report};
+pub use figure::figure;
+pub use numbers::csv;
+
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::Path;
+
+use serde::Serialize;
+
+use crate::Result;
+use crate::experiments::Outcome;
+use crate::experiments::outcome::{Coloured, Comparison, Section, Verdict};
+use bonebeam_files::atomic::Outputs;
+use bonebeam_oracle::verify::Check;
+
+/// The page.
+const PAGE: &str = "report.html";
+/// The numbers.
+pub const DATA: &str = "report.json";
+/// The configuration, which the main job accepts.
+const CONFIGURATION: &str = "config.toml";
+
+/// Every number of the paper's experiments, one per line.
+const NUMBERS: &str = "numbers.csv";
+
+/// Content of `report.json`.
+#[derive(Serialize)]
+struct Data<'a, P: Serialize> {
+    program: &'static str,
+    version: &'static str,
+    job: &'static str,
+    checks_passed: bool,
+    parameters: P,
+    comparisons: Vec<&'a Comparison>,
+    checks: Vec<&'a Check>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    verdicts: Vec<&'a Verdict>,
+    #[serde(flatten)]
+    experiments: BTreeMap<&'static str, &'a serde_json::Value>,
+}
+
+impl Report<'_> {
+    /// Stages all files in `folder`; returns their names.
+    ///
+    /// # Errors
+    /// A plot cannot be drawn or a file cannot be written.
+    pub fn add_to(&self, folder: &Path, outputs: &mut Outputs) -> Result<Vec<String>> {
+        let mut names = Vec::new();
+        for picture in self.outcomes().flat_map(|o| &o.pictures) {
+            let bytes = (self.page.picture)(picture)?;
+            outputs.add(&folder.join(&picture.file), |sink| {
+                Ok(sink.write_all(&bytes)?)
+            })?;
+            names.push(picture.file.clone());
+        }
+        let data = Data {
+            program: "host-sim",
+            version: env!("CARGO_PKG_VERSION"),
+            job: self.kind,
+            checks_passed: self.checks_passed(),
+            parameters: self.job.json()?,
+            comparisons: self.comparisons(),
+            checks: self.checks(),
+            verdicts: self.verdicts(),
+            experiments: self.outcomes.iter().map(|(n, o)| (*n, &o.data)).collect(),
+        };
+        for attachment in self.outcomes().flat_map(|o| &o.files) {
+            outputs.add(&folder.join(&attachment.file), |sink| {
+                Ok(sink.write_all(&attachment.bytes)?)
+            })?;
+            names.push(attachment.file.clone());
+        }
+        for shown in self.outcomes().flat_map(coloured) {
+            let bytes = (self.page.coloured)(shown)?;
+            let file = &shown.picture.file;
+            outputs.add(&folder.join(file), |sink| Ok(sink.write_all(&bytes)?))?;
+            names.push(file.clone());
+        }
+        let page = (self.page.html)(self)?;
+        if self.page.spreadsheets {
+            for (name, contents) in self.spreadsheets(&data.experiments)? {
+                outputs.add(&folder.join(&name), |sink| {
+                    Ok(sink.write_all(contents.as_bytes())?)
+                })?;
+                names.push(name);
+            }
+        }
+        outputs.add(&folder.join(DATA), |sink| {
+            serde_json::to_writer_pretty(&mut *sink, &data)?;
+            Ok(writeln!(sink)?)
+        })?;
+        outputs.add(&folder.join(PAGE), |sink| {
+            Ok(sink.write_all(page.as_bytes())?)
+        })?;
+        outputs.add(&folder.join(CONFIGURATION), |sink| {
+            let version = env!("CARGO_PKG_VERSION");
+            let toml = self.job.toml()?;
+            let name = self.page.name;
+            Ok(write!(sink, "# host-sim {version}: {name}\n\n{toml}")?)
+        })?;
+        names.extend([DATA, PAGE, CONFIGURATION].map(String::from));
+        Ok(names)
+    }
+
+    /// Every table and every number as CSV, with their files' names.
+    fn spreadsheets(
+        &self,
+        data: &BTreeMap<&'static str, &serde_json::Value>,
+    ) -> Result<Vec<(String, String)>> {
+        let mut sheets = vec![(NUMBERS.to_owned(), numbers::every(data))];
+        for (name, outcome) in self.outcomes {
+            for (k, table) in tables::every(outcome).iter().enumerate() {
+                let file = format!("{name}-table-{}.csv", k + 1);
+                sheets.push((file, numbers::table(table)));
+            }
+        }
+        Ok(sheets)
+    }
+}
+
+/// The pictures of an outcome that are in colours.
+fn coloured(outcome: &Outcome) -> impl Iterator<Item = &Coloured> {
+    let parts = outcome.parts.iter().filter_map(|part| match part {
+        Section::Coloured(all) => Some(all),
+        _ => None,
+    });
+    parts.flatten()
+}

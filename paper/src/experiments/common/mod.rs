@@ -1,0 +1,16 @@
+//! Shared by the experiments of the paper.
+
+pub mod aberration;
+pub mod bone;
+pub mod brightness;
+pub mod drawn_bone;
+pub mod interval;
+pub mod kept;
+pub mod layers;
+pub mod pair;
+pub mod recording;
+pub mod student;
+pub mod truth;
+pub mod variants;
+
+pub use bonebeam_report::experiments::common::*;

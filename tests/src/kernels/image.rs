@@ -1,0 +1,115 @@
+//! Images from parallel lines or from a fan of lines.
+
+use std::vec::Vec;
+
+use bonebeam::geometry::Axis;
+use bonebeam::image::{BMode, BModeParameters, Fan, Logarithm, PixelGrid, envelope};
+use bonebeam::memory::{Need, Scratch};
+use bonebeam::simd::Vector;
+use bonebeam::{Complex, Error};
+
+use crate::draw::Draw;
+use crate::kernel::Kernel;
+
+/// An image.
+#[derive(Clone, Debug)]
+pub struct Image {
+    /// The stage.
+    pub stage: BMode,
+    /// Whether the lines fan out.
+    pub in_fan: bool,
+    /// Beamformed samples, `[line][sample]`.
+    pub z: Vec<Complex<f32>>,
+}
+
+impl Kernel for Image {
+    type Number = f32;
+
+    fn draw(draw: &mut impl Draw) -> Result<Self, Error> {
+        let wild = draw.byte() % 4 == 0;
+        let in_fan = draw.flag();
+        let counts = [(); 4].map(|()| {
+            if draw.byte() < 192 {
+                draw.below(12)
+            } else {
+                draw.below(40)
+            }
+        });
+        let [lines, samples, rows, columns] = counts;
+        let mut at = |usual| draw.number(wild, usual);
+        let axis = |[first, step]: [f64; 2], count| Axis { first, step, count };
+        let lines = match in_fan {
+            true => axis([at([-0.8, 0.0]), at([1e-3, 0.2])], lines),
+            false => axis([at([-5e-3, 0.0]), at([1e-4, 1e-3])], lines),
+        };
+        let samples = axis([at([0.0, 1e-2]), at([1e-4, 2e-3])], samples);
+        let (x, z, radius) = (at([-0.01, 0.01]), at([-0.05, 0.0]), at([0.0, 0.05]));
+        // Around the beginning of the lines, or a fan's middle one.
+        let (left, above) = if in_fan {
+            (x, z + radius)
+        } else {
+            (lines.first, 0.0)
+        };
+        let (x0, z0) = (
+            left + at([-5e-3, 1e-3]),
+            above + samples.first + at([-1e-3, 1e-3]),
+        );
+        let pixel = at([1e-4, 2e-3]);
+        let grid = match draw.byte() < 192 && !in_fan && !wild {
+            true => PixelGrid::of_lines(&lines, &samples, rows, columns),
+            false => PixelGrid {
+                rows,
+                columns,
+                x0,
+                z0,
+                pixel,
+            },
+        };
+        let parameters = BModeParameters {
+            lines,
+            samples,
+            grid,
+            dynamic_range: draw.number(wild, [1.0, 100.0]) as f32,
+            logarithm: draw.one_of(&[Logarithm::Exact, Logarithm::Polynomial]),
+            median: draw.flag(),
+        };
+        let stage = match in_fan {
+            true => BMode::of_fan(parameters, Fan { x, z, radius })?,
+            false => BMode::new(parameters)?,
+        };
+        let parts = draw.samples(2 * stage.envelopes_len());
+        let pairs = parts.as_chunks::<2>().0.iter();
+        let z = pairs.map(|&[re, im]| Complex::new(re, im)).collect();
+        Ok(Image { stage, in_fan, z })
+    }
+
+    fn need(&self, _: usize, _: usize) -> [Need; 2] {
+        [
+            Need::real(self.z.len()).and(self.stage.need()),
+            Need::default(),
+        ]
+    }
+
+    fn len(&self) -> usize {
+        self.stage.parameters().grid.pixels()
+    }
+
+    fn run<V: Vector>(
+        &self,
+        zero: V,
+        _: usize,
+        (mut work, _): (Scratch<'_>, Scratch<'_, V>),
+        out: &mut [f32],
+    ) -> Result<(), Error> {
+        let envelopes = work.take(Need::real(self.z.len()))?.real;
+        envelope(&self.z, envelopes)?;
+        self.stage.image(zero, envelopes, work.real, out)?;
+        // Interpolation rounds: a pixel between two of 255 may be a bit above.
+        let highest = 255.0 * (1.0 + 4.0 * f32::EPSILON);
+        assert!(
+            out.iter().all(|pixel| (0.0..=highest).contains(pixel)),
+            "a grey level beyond 0 to 255"
+        );
+        Ok(())
+    }
+}

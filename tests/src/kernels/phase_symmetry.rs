@@ -1,0 +1,169 @@
+//! The bone map of an image, in strips and in one memory.
+
+use std::vec;
+use std::vec::Vec;
+
+use bonebeam::Error;
+use bonebeam::memory::{Need, Scratch};
+use bonebeam::phase_symmetry::{
+    External, GainTables, Kernels, LaneFft, LogGabor, MAX_PIXEL, Parameters, PhaseSymmetry, Sizes,
+    StripSlices,
+};
+use bonebeam::simd::Vector;
+
+use crate::draw::Draw;
+use crate::kernel::Kernel;
+
+/// A map.
+#[derive(Clone, Debug)]
+pub struct Map {
+    /// Rows and columns.
+    pub shape: [usize; 2],
+    /// `r₀`, cycles per pixel.
+    pub scales: Vec<f64>,
+    /// `T_n`.
+    pub threshold: f32,
+    /// Height of a strip in the first way, and in the second.
+    pub strips: [usize; 2],
+    /// The image, `[row][column]`.
+    pub image: Vec<f32>,
+}
+
+/// The way in one memory; over one lane whatever the instruction set.
+const IN_ONE_MEMORY: usize = usize::MAX;
+
+impl Map {
+    fn bank(&self, strip: usize) -> Result<PhaseSymmetry, Error> {
+        let [rows, columns] = self.shape;
+        let sizes = Sizes {
+            rows,
+            columns,
+            strip,
+        };
+        PhaseSymmetry::new(&Parameters {
+            sizes,
+            scales: &self.scales,
+            threshold: self.threshold,
+        })
+    }
+
+    fn sizes(&self, way: usize) -> Sizes {
+        let [rows, columns] = self.shape;
+        Sizes {
+            rows,
+            columns,
+            strip: if way == 0 { self.strips[0] } else { way },
+        }
+    }
+}
+
+impl Kernel for Map {
+    type Number = f32;
+
+    fn draw(draw: &mut impl Draw) -> Result<Self, Error> {
+        let shape = draw.one_of(&[[64, 64], [64, 64], [64, 64], [64, 64], [64, 128], [128, 64]]);
+        let wild = draw.byte() % 4 == 0;
+        let scales = (0..1 + draw.below(3)).map(|_| draw.number(wild, [1.0 / 1024.0, 0.5]));
+        let scales = scales.collect();
+        let threshold = if draw.flag() {
+            0.0
+        } else {
+            draw.number(wild, [0.0, 30.0]) as f32
+        };
+        let strips = [(); 2].map(|()| draw.below(66));
+        let mut image = draw.samples(shape[0] * shape[1]);
+        for pixel in &mut image {
+            *pixel = if pixel.abs() > MAX_PIXEL { 0.0 } else { *pixel };
+        }
+        let map = Map {
+            shape,
+            scales,
+            threshold,
+            strips,
+            image,
+        };
+        map.bank(strips[0])?;
+        map.bank(strips[1])?;
+        Ok(map)
+    }
+
+    fn need(&self, _: usize, way: usize) -> [Need; 2] {
+        let sizes = self.sizes(way);
+        if way == IN_ONE_MEMORY {
+            return [sizes.map_need(), Need::default()];
+        }
+        [
+            Need::real(sizes.strip_len() + sizes.sums_len()),
+            Need {
+                real: sizes.gains_len(),
+                complex: sizes.line_len(),
+            },
+        ]
+    }
+
+    fn len(&self) -> usize {
+        self.image.len()
+    }
+
+    fn run<V: Vector>(
+        &self,
+        _: V,
+        way: usize,
+        (mut numbers, vectors): (Scratch<'_>, Scratch<'_, V>),
+        out: &mut [f32],
+    ) -> Result<(), Error> {
+        let sizes = self.sizes(way);
+        if way == IN_ONE_MEMORY {
+            let gains = LogGabor::fixed();
+            self.bank(1)?
+                .map(&gains, &self.image, numbers, out, &mut |_| {})?;
+        } else {
+            let bank = self.bank(sizes.strip)?;
+            // The second way has its gains in tables.
+            let filters = LogGabor::fixed();
+            let mut external = External {
+                image: &mut &self.image[..],
+                spectrum: &mut &mut vec![f32::NAN; sizes.spectrum_len()][..],
+                filtered: &mut &mut vec![f32::NAN; sizes.filtered_len()][..],
+                amplitude: &mut &mut vec![f32::NAN; sizes.amplitude_len()][..],
+                symmetry: &mut &mut *out,
+            };
+            let mut fast = StripSlices {
+                strip: numbers.take(Need::real(sizes.strip_len()))?.real,
+                sums: numbers.real,
+                line: vectors.complex,
+                gains: vectors.real,
+            };
+            let fft = &LaneFft::new();
+            if way == 0 {
+                bank.run(
+                    &Kernels {
+                        fft,
+                        gains: &filters,
+                    },
+                    &mut external,
+                    &mut fast,
+                    &mut |_| {},
+                )?;
+            } else {
+                let gains =
+                    &GainTables::new(&filters, &bank, vec![f32::NAN; bank.gain_tables_len()])?;
+                bank.run(
+                    &Kernels { fft, gains },
+                    &mut external,
+                    &mut fast,
+                    &mut |_| {},
+                )?;
+            }
+        }
+        assert!(
+            out.iter().all(|value| (0.0..1.0).contains(value)),
+            "beyond 0 to 1"
+        );
+        Ok(())
+    }
+
+    fn ways(&self) -> Vec<usize> {
+        vec![self.strips[1], IN_ONE_MEMORY]
+    }
+}

@@ -1,0 +1,25 @@
+//! A refusal as a line of text: kind, name and numbers.
+
+use bonebeam::Error;
+
+pub fn refused<T>(result: Result<T, Error>) -> String {
+    match result.err().expect("a refusal") {
+        Error::Parameter {
+            name,
+            value,
+            expected,
+        } => format!("parameter {name} {value}: {expected}"),
+        Error::Length {
+            name,
+            actual,
+            expected,
+        } => format!("length {name} {actual} for {expected}"),
+        Error::Capacity {
+            name,
+            actual,
+            capacity,
+        } => format!("capacity {name} {actual} over {capacity}"),
+        Error::NonFinite { name, index } => format!("non-finite {name} {index}"),
+        error => format!("{error:?}"),
+    }
+}
