@@ -2,9 +2,9 @@
 
 use super::sizes::{DirectionParts, Parts, Sizes};
 use crate::Error;
+use crate::covariance::{Averaging, ForwardBackward};
 #[cfg(feature = "forward")]
-use crate::covariance::Forward;
-use crate::covariance::{Averaging, Covariance, ForwardBackward};
+use crate::covariance::{Covariance, Forward};
 use crate::instructions::vectors;
 use crate::linalg::panels::PanelColumn;
 use crate::linalg::tridiagonal::Tridiagonal;

@@ -5,9 +5,9 @@ use super::output::Output;
 use super::{LinePipeline, Parts, Pipeline};
 
 use crate::beamform::{SUB_LINES, Sizes, View, Workspace, with_view};
+use crate::covariance::{Averaging, ForwardBackward};
 #[cfg(feature = "forward")]
-use crate::covariance::Forward;
-use crate::covariance::{Averaging, Covariance, ForwardBackward};
+use crate::covariance::{Covariance, Forward};
 use crate::delay::{Delay, Stage};
 use crate::error::check_length;
 use crate::geometry::{ApertureTable, Steering, SteeringTable, Transmit};
