@@ -10,6 +10,8 @@ use bonebeam_tests::for_each_kernel;
 use bonebeam_tests::kernel::{Kernel, judge};
 use libfuzzer_sys::fuzz_target;
 
+type Check = fn(&mut Bytes<'_>, Option<InstructionSet>);
+
 fn check<K: Kernel>(draw: &mut Bytes<'_>, set: Option<InstructionSet>) {
     if let Ok(kernel) = K::draw(draw) {
         // An error is the same for all instruction sets.
@@ -25,7 +27,7 @@ macro_rules! checks {
 
 fuzz_target!(|bytes: &[u8]| {
     let mut draw = Bytes(bytes);
-    let checks: &[fn(&mut Bytes<'_>, Option<InstructionSet>)] = &for_each_kernel!(checks);
+    let checks: &[Check] = &for_each_kernel!(checks);
     let check = draw.one_of(checks);
     let count = InstructionSet::available().count();
     let set = InstructionSet::available().nth(draw.below(count));

@@ -607,7 +607,8 @@ def layouts():
                 [],
                 {},
             ),
-            ("verasonics", verasonics, rf, [], dict(t0=start, lens_delay=0.5 / F0)),
+            # Half a millimetre of lens, and half a wavelength: Trans.units holds for lensCorrection too.
+            ("verasonics", verasonics, rf, [], dict(t0=start, lens_delay=0.5e-3 / C)),
             ("wavelengths", waves, rf, [], dict(t0=start, lens_delay=0.5 / F0)),
         ):
             path = folder / f"{name}_{write.__name__}.mat"
@@ -692,6 +693,68 @@ def unusual():
     np.savez(path, rf=rf[0], **dict(keys("rf"), element_x=30 * X))
     outcome = run("info", path)
     check("32 elements over 227" in outcome.stdout + outcome.stderr, f"wide: {outcome.stdout}{outcome.stderr}")
+
+
+def told():
+    """What else a file says, or its samples show, is used, refused or said."""
+    rf, track = scene("rf"), "tracks/track_0/scan/"
+
+    def zea(name, samples=rf, **values):
+        path = folder / f"{name}.hdf5"
+        write_zea(path, "rf", samples)
+        with h5py.File(path, "r+") as file:
+            for key, value in values.items():
+                place = ("probe/" if key.startswith("lens") else track) + key
+                if place in file:
+                    del file[place]
+                if value is not None:
+                    file[place] = np.float32(value)
+        return path
+
+    def says(words, *arguments, status=0):
+        outcome = run(*arguments)
+        fits = outcome.returncode == status and all(part in outcome.stdout + outcome.stderr for part in words)
+        check(fits, f"{arguments}: {words}: {outcome.stdout}{status_of(outcome)}")
+
+    # Sent at F0 with its peak a period later, received at 2 F0: zea's spec has the second in demodulation_frequency.
+    t = np.arange(SAMPLES) / FS
+    u = t - ((POINT[0] * np.sin(ANGLES) + POINT[1] * np.cos(ANGLES))[:, None, None] + np.hypot(POINT[0] - X, POINT[1])[:, None]) / C
+    harmonic = np.round(100 * np.exp(-((2e6 * u) ** 2)) * np.cos(4 * np.pi * F0 * u))[None].astype(np.float32)
+    received = zea("harmonic", harmonic, demodulation_frequency=2 * F0)
+    unsaid = zea("unsaid", harmonic, demodulation_frequency=None)
+    for path, flags in ((received, ()), (unsaid, ("--variable", f"f0={2 * F0}"))):
+        held = converted(path, *flags)
+        check(held is not None and held["f0"] == 2 * F0 and np.allclose(held["t0"], 0, atol=1e-11), f"{path.name}: {held}")
+        says(["f0 is the received frequency, 8.38861 MHz", "sent at 4.1943 MHz"], "info", path, *flags)
+    says(["times more power at 8.38861 MHz than at `f0`, 4.1943 MHz"], "info", unsaid)
+    # Codes: zea's spec has weights from -1 to 1.
+    code = np.ones((3, ELEMENTS))
+    code[1, 2] = -1
+    says(["`tx_apodizations` is negative at transmit 1, element 2"], "info", zea("code", tx_apodizations=code), status=1)
+    lens = zea("lens", lens_thickness=1e-3, lens_sound_speed=1000)
+    says(["the probe's lens is not added", "lens_delay=1.0000e-6 adds it"], "info", lens)
+    tracks = zea("tracks")
+    with h5py.File(tracks, "r+") as file:
+        file.copy("tracks/track_0", "tracks/track_1")
+    says(["raw data in 2 tracks; --track NAME chooses one: track_0 [2, 3, 900, 32, 1], track_1"], "info", tracks, status=1)
+    read_alike(tracks, "rf", rf, "--track", "track_1", exact=False, t0=np.zeros(3))
+    with h5py.File(tracks, "r+") as file:
+        del file["tracks/track_0/data"]
+    read_alike(tracks, "rf", rf, exact=False, t0=np.zeros(3))
+    # Samples that show what they are.
+    path = folder / "told.npz"
+    for dtype, zero in ((np.uint16, 2**15), (np.uint16, 2**11), (np.int16, 2**13)):
+        write_npz(path, "rf", (rf[:1] + zero).astype(dtype))
+        read_alike(path, "rf", rf[:1])
+        says([f"offset binary, by their mean: {zero} is 0"], "info", path)
+    write_npz(path, "rf", (rf[:1] + 700).astype(np.uint16))
+    says(["no sample of the first frame is below 0, and their mean is 700"], "info", path)
+    write_npz(path, "rf", rf[:1].swapaxes(2, 3), element_x=1e-4 * np.arange(SAMPLES))
+    says(["the records have 32 samples of 900 elements"], "info", path)
+    one = np.zeros_like(rf[:1])
+    one[:, [0, 1, 2], [3, 9, 15]] = rf[:1, [0, 1, 2], [3, 9, 15]]
+    write_npz(path, "rf", one)
+    says(["each transmit was recorded by at most 1 of 32 elements", "--method das"], "info", path)
 
 
 def at_most_two(path, flags):
@@ -1208,7 +1271,7 @@ methods = re.search(r"possible values: (.*?)]", unknown)[1].split(", ")
 with tempfile.TemporaryDirectory() as temporary:
     folder = Path(sys.argv[2] if len(sys.argv) > 2 else temporary).resolve()
     folder.mkdir(exist_ok=True)
-    for part in (formats, types, frames, many_frames, mapped, layouts, public_layouts, written, unusual, sonix, geometries, information, readme, messages, hostile):
+    for part in (formats, types, frames, many_frames, mapped, layouts, public_layouts, written, unusual, told, sonix, geometries, information, readme, messages, hostile):
         part()
 print("zea's own files" if zea_file else "zea is not here: its files were written by h5py in its layout")
 for reason in sorted(later):

@@ -114,6 +114,28 @@ fn the_surface_of_a_picture_is_written_in_every_format_and_drawn() {
         .unwrap();
     assert!((z - 1e3 * found[9][2]).abs() < 1e-3);
 
+    // VTK's programs show lines and confidence of a .vtp.
+    works(&folder, &format!("{common} -o a.vtp"));
+    let text = fs::read_to_string(folder.path().join("a.vtp")).unwrap();
+    let (points, edges) = (found.len(), found.len() - 1);
+    let head = format!("NumberOfPoints=\"{points}\" NumberOfVerts=\"0\" NumberOfLines=\"{edges}\"");
+    assert!(text.contains(&head), "{text}");
+    let array = |name: &str| {
+        let (_, after) = text.split_once(&format!("Name=\"{name}\"")).unwrap();
+        let values = after.split(['>', '<']).nth(1).unwrap();
+        values
+            .split_whitespace()
+            .map(|v| v.parse().unwrap())
+            .collect::<Vec<f64>>()
+    };
+    assert_eq!(
+        [array("Points").len(), array("confidence").len()],
+        [3 * points, points]
+    );
+    assert!((array("Points")[3 * 9 + 2] - 1e3 * found[9][2]).abs() < 1e-3);
+    assert_eq!(array("connectivity")[..4], [0.0, 1.0, 1.0, 2.0]);
+    assert_eq!(array("offsets")[..2], [2.0, 4.0]);
+
     // The same run from the written configuration.
     works(
         &folder,

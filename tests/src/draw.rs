@@ -15,6 +15,11 @@ pub trait Draw {
         self.byte() & 1 == 1
     }
 
+    /// One choice in `count`.
+    fn once_in(&mut self, count: u8) -> bool {
+        self.byte().is_multiple_of(count)
+    }
+
     /// A number of any bits or any magnitude if `wild`, or one in a usual range.
     fn number(&mut self, wild: bool, [least, most]: [f64; 2]) -> f64 {
         let bytes = [(); 8].map(|()| self.byte());
@@ -59,7 +64,7 @@ pub trait Draw {
     ///
     /// The small numbers make covariances as recordings do.
     fn samples(&mut self, count: usize) -> Vec<f32> {
-        let any_bits = self.byte() % 4 == 0;
+        let any_bits = self.once_in(4);
         let scale = f32::from(self.byte() as i8).exp2();
         let finite = |value: f32| if value.is_finite() { value } else { 0.0 };
         match any_bits {

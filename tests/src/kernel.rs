@@ -31,7 +31,7 @@ pub trait Kernel: Sized + Debug {
     fn need(&self, lanes: usize, way: usize) -> [Need; 2];
 
     /// Numbers of the result.
-    fn len(&self) -> usize;
+    fn numbers(&self) -> usize;
 
     /// Computes the result in memory of exactly [`Kernel::need`].
     ///
@@ -161,7 +161,7 @@ impl<K: Kernel> Task for Run<'_, K> {
         let (mut real, mut complex) = (vec![f32::NAN; lengths[0]], vec![Complex::DIRT; lengths[1]]);
         let mut reals = vec![nan; lengths[2]];
         let mut pairs = vec![Complex::new(nan, nan); lengths[3]];
-        let mut out = vec![K::Number::DIRT; kernel.len()];
+        let mut out = vec![K::Number::DIRT; kernel.numbers()];
         let mut once = |out: &mut [K::Number]| {
             let numbers = Scratch {
                 real: &mut real,

@@ -1,14 +1,15 @@
 //! Coherence of samples against f64 references: short-lag coherence, and the share of the largest eigenvalue.
 
 use bonebeam::Complex;
-use bonebeam::beamform::{AlignedLine, Beamformer, Parameters, ShortLagCoherence};
+use bonebeam::beamform::{AlignedLine, Parameters, ShortLagCoherence};
 use bonebeam::covariance::Covariance;
 use bonebeam::geometry::Active;
 use bonebeam::memory::Scratch;
-use bonebeam::simd::{InstructionSet, Task, Vector};
-use bonebeam_drive::beamform::Memory;
+use bonebeam::simd::InstructionSet;
 use bonebeam_oracle::reference::f64::beamform::Sample;
 use bonebeam_oracle::reference::f64::coherence::short_lag_coherence;
+use bonebeam_tests::kernel::judge;
+use bonebeam_tests::kernels::{beamform::Lines, coherence::Shares};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
@@ -58,42 +59,23 @@ fn agrees_with_the_f64_reference() {
     }
 }
 
-/// Shares of the largest eigenvalue over the lanes of an instruction set.
-struct Shares<'a> {
-    line: &'a Line,
-    parameters: Parameters,
-}
-
-impl Task for Shares<'_> {
-    type Output = Vec<f32>;
-
-    fn run<V: Vector>(self, zero: V) -> Vec<f32> {
-        let beamformer = Beamformer::new(self.parameters).unwrap();
-        let largest = self.line.active.iter().map(|set| set.count).max();
-        let sizes = beamformer.eigenvalue_sizes(largest.unwrap_or(0));
-        let mut memory = Memory::new(zero, sizes).unwrap();
-        let (samples, elements) = self.line.x.dim();
-        let x = AlignedLine::new(self.line.x.as_slice().unwrap(), elements).unwrap();
-        let mut shares = vec![f32::NAN; beamformer.line_samples(samples)];
-        let active = |n: usize| self.line.active[n];
-        beamformer
-            .eigenvalue_shares(&mut memory.view(), x, active, &mut shares)
-            .unwrap();
-        shares
-    }
-}
-
-fn shares(
-    set: InstructionSet,
-    line: &Line,
-    parameters: Parameters,
-    covariance: Covariance,
-) -> Vec<f32> {
+/// Shares of the largest eigenvalue, the same over any lanes.
+fn shares(line: &Line, parameters: Parameters, covariance: Covariance) -> Vec<f32> {
+    let (samples, elements) = line.x.dim();
     let parameters = Parameters {
         covariance,
         ..parameters
     };
-    set.dispatch(Shares { line, parameters })
+    let kernel = Shares(Lines {
+        parameters,
+        elements,
+        lines: vec![(line.x.iter().copied().collect(), 0)],
+        counts: line.active.iter().map(|set| set.count).collect(),
+        turn: samples,
+        within: 0..samples,
+        block: 1,
+    });
+    judge(&kernel, InstructionSet::available()).unwrap()
 }
 
 /// An echo across the array in noise of `noise` of its amplitude, and a growing aperture.
@@ -104,8 +86,7 @@ fn echo_in_noise(seed: u64, samples: usize, elements: usize, noise: f32) -> Line
     });
     for (n, active) in line.active.iter_mut().enumerate() {
         let count = elements.min(elements * (n + 2) / 20);
-        let first = (elements - count) / 2;
-        *active = Active { first, count };
+        *active = Active { first: 0, count };
     }
     line
 }
@@ -128,9 +109,7 @@ fn the_share_of_the_largest_eigenvalue_is_that_of_an_f64_eigensolver() {
             let delta = f64::from(parameters.diagonal_loading);
             for noise in [0.0, 0.1, 1.0, 30.0] {
                 let line = echo_in_noise(seed as u64, samples, elements, noise);
-                let found = shares(InstructionSet::detect(), &line, parameters, covariance);
-                let one_lane = shares(InstructionSet::Scalar, &line, parameters, covariance);
-                assert!(found == one_lane, "the lanes change bits");
+                let found = shares(&line, parameters, covariance);
                 for (&found, n) in found.iter().zip((0..).step_by(depth_step)) {
                     let Active { first, count } = line.active[n];
                     let x = line.x.view();
@@ -167,8 +146,7 @@ fn the_largest_eigenvalue_of_independent_noise_is_that_of_wishart_matrices() {
     let found: Vec<f64> = (0..20)
         .map(|seed| {
             let line = Line::noise(seed, 2 * half_window + 1, elements);
-            let set = InstructionSet::detect();
-            f64::from(shares(set, &line, parameters, Covariance::Forward)[half_window])
+            f64::from(shares(&line, parameters, Covariance::Forward)[half_window])
         })
         .collect();
     let mean = found.iter().sum::<f64>() / found.len() as f64;
@@ -187,8 +165,7 @@ fn equal_echoes_have_one_eigenvalue_and_silence_none() {
         active.count = n.min(24);
     }
     for covariance in [Covariance::Forward, Covariance::ForwardBackward] {
-        let set = InstructionSet::detect();
-        let found = shares(set, &line, Parameters::default(), covariance);
+        let found = shares(&line, Parameters::default(), covariance);
         for (n, share) in found.iter().enumerate() {
             let expected = if [0, 20].contains(&n) { 0.0 } else { 1.0 };
             assert!((share - expected).abs() < 1e-6, "{n}: {share}");

@@ -18,6 +18,10 @@ const GOOD: DelayParameters = DelayParameters {
 
 /// A size of the parameters: its name, the largest value, and its field.
 type Size = (&'static str, usize, fn(&mut DelayParameters) -> &mut usize);
+/// A number of the parameters: its name, and its field.
+type Number = (&'static str, fn(&mut DelayParameters) -> &mut f64);
+/// One field of the line changed, and the name that the error must give.
+type LineChange = (&'static str, fn(&mut ScanLine));
 /// One field of the parameters changed, and the name that the error must give.
 type Change = (&'static str, fn(&mut DelayParameters));
 
@@ -29,7 +33,7 @@ fn bad_parameters_are_named() {
         }
         other => panic!("{name}: {other:?}"),
     };
-    let numbers: [(&str, fn(&mut DelayParameters) -> &mut f64); 4] = [
+    let numbers: [Number; 4] = [
         ("sound_speed", |p| &mut p.sound_speed),
         ("sampling_rate", |p| &mut p.sampling_rate),
         ("output_rate", |p| &mut p.output_rate),
@@ -201,7 +205,7 @@ fn bad_calls_are_refused_before_anything_is_written() {
         Error::Parameter { name, .. } => name,
         other => panic!("{other:?}"),
     };
-    let changes: [(&str, fn(&mut ScanLine)); 7] = [
+    let changes: [LineChange; 7] = [
         ("t0", |l| l.transmit.t0 = f64::INFINITY),
         ("line position", |l| l.ray = Ray::down(f64::NAN)),
         ("element_x", |l| {

@@ -8,7 +8,7 @@ use bonebeam_oracle::reference::f32 as plain;
 use bonebeam_tests::kernel::{Kernel, bits, judge_seeds};
 use bonebeam_tests::kernels::delay::Input;
 use bonebeam_tests::kernels::{
-    beamform, delay, image, phase_symmetry, pipeline, scan, surface, upsampled,
+    beamform, coherence, delay, image, phase_symmetry, pipeline, scan, surface, upsampled,
 };
 
 /// A kernel with a reference in f32.
@@ -17,7 +17,9 @@ trait Plain: Kernel {
     const PLANS: u64;
 
     /// The result in plain loops; `None` where the reference has no such choice.
-    fn plain(&self) -> Option<Vec<Self::Number>>;
+    fn plain(&self) -> Option<Vec<Self::Number>> {
+        None
+    }
 }
 
 fn check<K: Plain>() {
@@ -50,6 +52,12 @@ fn beamformed_lines() {
 }
 
 #[test]
+fn coherence_of_lines() {
+    check::<coherence::Shares>();
+    check::<coherence::ShortLag>();
+}
+
+#[test]
 fn images() {
     check::<image::Image>();
 }
@@ -78,7 +86,7 @@ impl Plain for delay::Lines {
     const PLANS: u64 = 6000;
 
     fn plain(&self) -> Option<Vec<Complex<f32>>> {
-        let mut out = vec![Complex::new(7.0, 7.0); self.len()];
+        let mut out = vec![Complex::new(7.0, 7.0); self.numbers()];
         for line in self.lines() {
             match &self.input {
                 Input::Rf(stage, rf) => plain::delay::line(stage.parameters(), &line, rf, &mut out),
@@ -97,7 +105,7 @@ impl Plain for upsampled::Waves {
 
     fn plain(&self) -> Option<Vec<Complex<f32>>> {
         let lines: Vec<_> = self.lines().map(|line| (line, &self.rf[..])).collect();
-        let mut out = vec![Complex::new(7.0, 7.0); self.len()];
+        let mut out = vec![Complex::new(7.0, 7.0); self.numbers()];
         plain::delay::upsampled(self.delay.parameters(), &lines, &mut out);
         Some(out)
     }
@@ -201,16 +209,17 @@ impl Plain for surface::Frame {
 /// One of its ways is by the stages, which have their own references.
 impl Plain for pipeline::Line {
     const PLANS: u64 = 2000;
+}
 
-    fn plain(&self) -> Option<Vec<Complex<f32>>> {
-        None
-    }
+/// The references of coherence are in f64: `coherence.rs`.
+impl Plain for coherence::Shares {
+    const PLANS: u64 = 1000;
+}
+
+impl Plain for coherence::ShortLag {
+    const PLANS: u64 = 1000;
 }
 
 impl Plain for scan::Apertures {
     const PLANS: u64 = 4000;
-
-    fn plain(&self) -> Option<Vec<f32>> {
-        None
-    }
 }

@@ -247,6 +247,7 @@ fn any_settings(rng: &mut ChaCha8Rng) -> Settings {
         jump: rng.random_range(0.0..20.0),
         onset_weight: rng.random_range(0.0..2.0),
         depths: [rng.random_range(0.0..5e-3), rng.random_range(10e-3..40e-3)],
+        learnt: rng.random(),
         ..usual
     }
 }
@@ -278,6 +279,7 @@ fn scores_stay_within_their_bound_of_the_f64_reference() {
         let settings = Settings {
             cell: 0.06e-3,
             depths: [5e-3, f64::INFINITY],
+            learnt: false,
             ..any_settings(&mut rng)
         };
         let parameters = Parameters {
@@ -370,6 +372,7 @@ fn levels_are_percentiles_of_the_frame() {
     let expected = Levels {
         dark: 50 * 16,
         tissue: 100 * 16,
+        bright: 100 * 16,
     };
     assert_eq!(survey.levels(), expected);
     // Black beside the picture; a line with an echo in it counts.
@@ -382,7 +385,11 @@ fn levels_are_percentiles_of_the_frame() {
             .line(&std::array::from_fn::<u8, 600, _>(|n| u8::from(n == 40)))
             .unwrap();
     }
-    let darker = Levels { dark: 0, tissue: 0 };
+    let darker = Levels {
+        dark: 0,
+        tissue: 0,
+        bright: 0,
+    };
     assert_eq!(survey.levels(), darker);
 }
 
@@ -467,7 +474,11 @@ fn other_lengths_are_refused() {
     let of_frame =
         detector.frame_with_coherence(&frame, &frame[1..], scratch(&mut real), &mut [None; 2]);
     assert_eq!(length(of_frame), "coherence");
-    let levels = Levels { dark: 0, tissue: 0 };
+    let levels = Levels {
+        dark: 0,
+        tissue: 0,
+        bright: 0,
+    };
     let mut tracker = Tracker::new(&detector, scratch(&mut real)).unwrap();
     let short = tracker.line(&frame[1..600], levels);
     assert_eq!(length(short.map(drop)), "line");

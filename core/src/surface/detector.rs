@@ -1,5 +1,6 @@
 //! Plan of a detector: lengths in cells, prices as integers.
 
+use super::learnt::Learnt;
 use super::logarithm::NAT;
 use super::onset::{Line, RampPlan, SHIFT, Window};
 use super::parameters::{Parameters, Prices, Ramp, Settings, Sizes, WHITE, cells_of, window};
@@ -18,6 +19,7 @@ pub struct Detector {
     parameters: Parameters,
     pub(super) sizes: Sizes,
     pub(super) line: Line,
+    pub(super) learnt: Option<Learnt>,
     pub(super) prices: Prices,
 }
 
@@ -31,10 +33,15 @@ impl Detector {
         let settings = parameters.settings;
         let line = attempt!(line(&settings, &sizes, parameters.samples.step));
         let prices = attempt!(prices(&parameters, &sizes));
+        let learnt = match settings.learnt {
+            true => Some(Learnt::new(sizes.stride as f64 * parameters.samples.step)),
+            false => None,
+        };
         Ok(Detector {
             parameters,
             sizes,
             line,
+            learnt,
             prices,
         })
     }

@@ -77,11 +77,12 @@ impl<'p, 'm> Survey<'p, 'm> {
         Ok(())
     }
 
-    /// Levels of the lines so far. Without a line both are black.
+    /// Levels of the lines so far. Without a line all are black.
     pub fn levels(&self) -> Levels {
         Levels {
             dark: 16 * percentile(self.shadows, 2),
             tissue: 16 * percentile(self.grey, 60),
+            bright: 16 * percentile(self.grey, 98),
         }
     }
 }

@@ -38,11 +38,13 @@
 
 mod detector;
 mod frame;
+mod learnt;
 mod levels;
 mod logarithm;
 mod onset;
 mod parameters;
 mod track;
+pub mod weights;
 
 pub use detector::Detector;
 pub use levels::Survey;

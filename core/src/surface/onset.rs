@@ -5,7 +5,7 @@
 use super::logarithm::{NAT, ln};
 use super::parameters::{PARTS, Sizes, WHITE};
 
-/// Grey levels of a frame, in 1/16: its darkest shadows and its tissue.
+/// Grey levels of a frame, in 1/16: its darkest shadows, its tissue, its brightest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Levels {
@@ -13,6 +13,8 @@ pub struct Levels {
     pub dark: u16,
     /// The 60th percentile of grey.
     pub tissue: u16,
+    /// The 98th percentile of grey.
+    pub bright: u16,
 }
 
 /// A window around a cell.

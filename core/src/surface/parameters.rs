@@ -50,6 +50,10 @@ pub struct Ramp {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Settings {
+    /// Whether scores come from the model that was trained on drawn pictures, without the terms.
+    ///
+    /// Its lengths are fixed, for cells of 0.05 to 0.3 mm. The settings' windows and terms then have no effect.
+    pub learnt: bool,
     /// Minimum length of a cell, m. A cell has the fewest samples of this length.
     pub cell: f64,
     /// Half the window of the echo, m.
@@ -132,6 +136,7 @@ impl Settings {
     /// Tuned on simulated vertebrae in layers of tissue and in water, clean and disturbed, also with clutter that fills
     /// the shadow.
     pub const DEFAULT: Settings = Settings {
+        learnt: false,
         cell: 0.12e-3,
         echo: 0.15e-3,
         near: [0.5e-3, 2e-3],
@@ -239,6 +244,22 @@ impl Settings {
         jump: 10.9,
         slope: 2.7e3,
         confidence: [-0.6, 0.85],
+        ..Self::DEFAULT
+    };
+
+    /// Settings for scanner pictures, with the learnt model in place of the terms.
+    ///
+    /// The model and the prices were trained on drawn pictures of bone and of other tissue, displayed as on scanners.
+    pub const LEARNT: Settings = Settings {
+        learnt: true,
+        cell: 0.1e-3,
+        near: [0.5e-3, 1.5e-3],
+        far: [1e-3, 1.5e-3],
+        depths: [2e-3, f64::INFINITY],
+        absence: -1.0,
+        end: 10.0,
+        jump: 12.0,
+        confidence: [1.07, 0.8],
         ..Self::DEFAULT
     };
 }

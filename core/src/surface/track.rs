@@ -216,7 +216,12 @@ impl<'p, 'm> Tracker<'p, 'm> {
         coherence: Option<&[u8]>,
         levels: Levels,
     ) -> Result<Option<Option<Point>>, Error> {
-        let Detector { sizes, line, .. } = self.detector;
+        let Detector {
+            sizes,
+            line,
+            learnt,
+            ..
+        } = self.detector;
         let parameters = self.detector.parameters();
         check_length("line", grey.len(), parameters.samples.count)?;
         if let Some(coherence) = coherence {
@@ -224,7 +229,10 @@ impl<'p, 'm> Tracker<'p, 'm> {
         }
         let shape = [sizes.stride, sizes.above];
         Line::sums(grey, shape, self.sums);
-        line.scores(self.sums, sizes, levels, self.scores);
+        match learnt {
+            Some(learnt) => learnt.scores(self.sums, sizes, levels, self.below, self.scores),
+            None => line.scores(self.sums, sizes, levels, self.scores),
+        }
         if let Some(coherence) = coherence {
             Line::sums(coherence, shape, self.sums);
             line.add_coherence(self.sums, sizes, self.scores);

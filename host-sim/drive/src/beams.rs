@@ -1,5 +1,7 @@
 //! The lines of a recording: those that fit its array, or those requested.
 
+use std::ops::Range;
+
 use bonebeam::geometry::{Array, Element, Ray};
 
 use crate::config::{Beamform, LineKind};
@@ -22,8 +24,12 @@ pub struct Beams {
     pub rays: Vec<Ray>,
     /// Whether output lines, made of sub-lines, may be closer than these.
     pub divided: bool,
-    /// Whether each line has its own transmit; else all are compounded into each.
+    /// Whether each line has its own transmits; else all are compounded into each.
     pub own: bool,
+    /// The recording's transmits in the order of the lines, if they have another.
+    pub order: Option<Vec<usize>>,
+    /// Transmits of each line in that order, if it has its own; its samples are their mean.
+    pub of_lines: Vec<Range<usize>>,
 }
 
 /// The elements with their directions, if the array is not straight.
@@ -77,11 +83,8 @@ impl Beams {
                     "{flag} has no effect on focused transmits (`tx_x`), which make one line each"
                 )));
             }
-            return Ok(Beams {
-                rays: x.iter().map(|&x| Ray::down(x)).collect(),
-                divided: false,
-                own: true,
-            });
+            let (rays, places) = (x.iter().map(|&x| Ray::down(x)), x.clone());
+            return Ok(Beams::sorted(rays.collect(), &places));
         }
         let c = parameters.sound_speed.unwrap_or(data.c);
         let fitting = if !data.is_straight() {
@@ -92,13 +95,9 @@ impl Beams {
             LineKind::Down
         };
         if asked_for(parameters).is_none()
-            && let Some(rays) = through_foci(data, array, fitting)
+            && let Some((rays, places)) = through_foci(data, array, fitting)
         {
-            return Ok(Beams {
-                rays,
-                divided: false,
-                own: true,
-            });
+            return Ok(Beams::sorted(rays, &places));
         }
         let kind = parameters.lines.unwrap_or(fitting);
         let rays = grid(data, array, kind, parameters)?;
@@ -109,7 +108,36 @@ impl Beams {
             rays: rays.into_iter().step_by(step).collect(),
             divided,
             own: false,
+            order: None,
+            of_lines: Vec::new(),
         })
+    }
+
+    /// A line for each place, from left to right whatever the order of the transmits.
+    fn sorted(mut rays: Vec<Ray>, places: &[f64]) -> Self {
+        let mut order: Vec<usize> = (0..places.len()).collect();
+        order.sort_by(|&a, &b| places[a].total_cmp(&places[b]));
+        let mut of_lines: Vec<Range<usize>> = Vec::new();
+        for at in 0..order.len() {
+            match of_lines.last_mut() {
+                Some(last) if places[order[last.start]] == places[order[at]] => last.end = at + 1,
+                _ => of_lines.push(at..at + 1),
+            }
+        }
+        rays = of_lines.iter().map(|of| rays[order[of.start]]).collect();
+        Beams {
+            rays,
+            divided: false,
+            own: true,
+            order: (!order.is_sorted()).then_some(order),
+            of_lines,
+        }
+    }
+
+    /// Places in [`Beams::order`] of the transmits of some lines, if they have their own.
+    pub fn transmits_of(&self, lines: &Range<usize>) -> Option<Range<usize>> {
+        let own = self.of_lines.get(lines.clone()).filter(|_| self.own)?;
+        Some(own.first().map_or(0, |of| of.start)..own.last().map_or(0, |of| of.end))
     }
 }
 
@@ -236,10 +264,14 @@ fn lateral_lines(data: &ChannelData, parameters: &Beamform) -> Result<Vec<Ray>> 
     Ok((0..count).map(at).collect())
 }
 
-/// A line through each focus.
+/// A line through each focus, and its place among them.
 ///
-/// Only if all transmits converge, each at its own position, and come from left to right.
-fn through_foci(data: &ChannelData, array: &Array<'_>, kind: LineKind) -> Option<Vec<Ray>> {
+/// Only if all transmits converge, each at its own position.
+fn through_foci(
+    data: &ChannelData,
+    array: &Array<'_>,
+    kind: LineKind,
+) -> Option<(Vec<Ray>, Vec<f64>)> {
     let Transmits::VirtualSource { x, z } = &data.transmits else {
         return None;
     };
@@ -261,8 +293,11 @@ fn through_foci(data: &ChannelData, array: &Array<'_>, kind: LineKind) -> Option
         LineKind::Down => ray.x(),
         LineKind::Normals | LineKind::Sector => ray.angle(),
     };
-    rays.is_sorted_by(|a, b| along(a) < along(b))
-        .then_some(rays)
+    let places: Vec<f64> = rays.iter().map(along).collect();
+    let mut sorted = places.clone();
+    sorted.sort_by(f64::total_cmp);
+    let apart = sorted.is_sorted_by(|a, b| a < b);
+    apart.then_some((rays, places))
 }
 
 /// The array's normal through a position.

@@ -33,9 +33,10 @@ const CONVERTED: usize = 1 << 16;
 
 /// The delay stage of one set of channel data: beams, depths, elements.
 ///
-/// Focused transmits make one beam each, on their axis. So do virtual sources in front of the array if they are ordered
-/// from left to right. Other transmits are compounded coherently (their mean) into two beams per element (one if the
-/// recording decides the number of sub-lines), or into the requested beams.
+/// Focused transmits make one beam each, on their axis; those at one position are averaged. So do virtual sources in
+/// front of the array if none is behind another. Beams go from left to right, in any order of transmits. Other
+/// transmits are compounded coherently (their mean) into two beams per element (one if the recording decides the number
+/// of sub-lines), or into the requested beams.
 pub struct DelayStage<'a> {
     data: &'a ChannelData,
     /// `None` if the array is straight.
@@ -142,11 +143,15 @@ impl<'a> DelayStage<'a> {
             Some(weights) => Some(weights.factors(transmits, parameters.tukey_taper as f32)?),
             None => None,
         };
-        let transmits = (0..transmits).map(|t| Transmit {
+        let transmit = |t| Transmit {
             law: law(data, t),
             // A lens delays what is heard, there and back.
             t0: data.t0[t] - 2.0 * data.lens_delay,
-        });
+        };
+        let transmits: Vec<Transmit> = match &beams.order {
+            Some(order) => order.iter().copied().map(transmit).collect(),
+            None => (0..transmits).map(transmit).collect(),
+        };
         let sub_lines = SubLines::new(data, &beams, parameters);
         Ok(Self {
             beam_x: sub_lines.rays.iter().map(Ray::x).collect(),
@@ -160,7 +165,7 @@ impl<'a> DelayStage<'a> {
             samples: scan.samples(),
             parameters: own,
             stage,
-            transmits: transmits.collect(),
+            transmits,
             data,
             elements,
             beams,
@@ -204,7 +209,7 @@ impl<'a> DelayStage<'a> {
 
     /// Approximate largest loss of a point between two lines or sub-lines, dB.
     ///
-    /// `None` for DAS. The loss of the transmits, which focus on the beam, adds to it.
+    /// `None` for DAS. It counts the transmits that are compounded, whose delays are those of the line.
     pub fn loss_between(&self) -> Option<f64> {
         self.sub_lines.loss
     }
@@ -353,23 +358,22 @@ impl<'a> DelayStage<'a> {
         beamformer: Parameters,
         work: &mut dyn FnMut(&LineSource<'_>) -> Result<()>,
     ) -> Result<()> {
-        let own = match self.beams.own {
-            true => lines.clone(),
-            false => 0..self.transmits.len(),
-        };
+        let own = self.beams.transmits_of(&lines);
+        let own = own.unwrap_or(0..self.transmits.len());
         let by = (own.clone(), lines, beamformer);
-        let own = own.into();
+        let order = self.beams.order.as_ref().map(|order| &order[own.clone()]);
         match frame {
             FrameSamples::Rf(rf) => {
-                let rf = rf.slice_axis(ArrayAxis(0), own);
-                self.source_of(FrameSamples::Rf(rf), by, work)
+                let rf = picked(rf, order, own);
+                self.source_of(FrameSamples::Rf(rf.view()), by, work)
             }
             FrameSamples::Counts(counts) => {
-                let rf = in_float(counts.slice_axis(ArrayAxis(0), own));
+                let rf = in_float(picked(counts, order, own).view());
                 self.source_of(FrameSamples::Rf(rf.view()), by, work)
             }
             FrameSamples::Iq { iq, f_demod } => {
-                let iq = iq.slice_axis(ArrayAxis(0), own);
+                let iq = picked(iq, order, own);
+                let iq = iq.view();
                 self.source_of(FrameSamples::Iq { iq, f_demod }, by, work)
             }
         }
@@ -383,11 +387,11 @@ impl<'a> DelayStage<'a> {
         work: &mut dyn FnMut(&LineSource<'_>) -> Result<()>,
     ) -> Result<()> {
         let scan = self.scan()?;
-        let first = lines.start;
+        let first = transmits.start;
         let transmits = &self.transmits[transmits];
-        let of_line = |line: usize| match self.beams.own {
-            true => line - first..line - first + 1,
-            false => 0..transmits.len(),
+        let of_line = |line: usize| match self.beams.of_lines.get(line) {
+            Some(of) => of.start - first..of.end - first,
+            None => 0..transmits.len(),
         };
         // What is not in row-major order is put into it, and each transmit is checked, once.
         match (&self.stage, samples) {
@@ -447,6 +451,18 @@ impl<'a> DelayStage<'a> {
 
     fn array(&self) -> Array<'_> {
         beams::array_of(self.data, &self.elements)
+    }
+}
+
+/// The transmits of a range, or those of an order.
+fn picked<'s, T: Clone>(
+    samples: ArrayView3<'s, T>,
+    order: Option<&[usize]>,
+    own: Range<usize>,
+) -> CowArray<'s, T, Ix3> {
+    match order {
+        Some(order) => samples.select(ArrayAxis(0), order).into(),
+        None => samples.slice_axis_move(ArrayAxis(0), own.into()).into(),
     }
 }
 

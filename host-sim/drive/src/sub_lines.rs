@@ -11,7 +11,7 @@ use crate::beams::{Beams, array_of, elements_of};
 use crate::config::Beamform;
 use crate::limits::depths_of;
 use crate::methods::MethodName;
-use bonebeam_files::ChannelData;
+use bonebeam_files::{ChannelData, Transmits};
 
 /// Loss of a point between two sub-lines that sets their number, dB.
 ///
@@ -38,7 +38,7 @@ pub(crate) struct SubLines {
     pooled: Option<usize>,
     /// The output lines.
     pub(crate) rays: Vec<Ray>,
-    /// Approximate largest loss of a point between two sub-lines, dB; `None` for DAS.
+    /// Approximate largest loss of a point between two lines and their sub-lines, dB; `None` for DAS.
     pub(crate) loss: Option<f64>,
 }
 
@@ -73,7 +73,7 @@ impl SubLines {
             count,
             pooled,
             rays,
-            loss: adaptive.then(|| loss(count)),
+            loss: adaptive.then(|| loss(count) + transmit_loss(data, beams, parameters)),
         }
     }
 
@@ -160,6 +160,54 @@ fn parts(data: &ChannelData, rays: &[Ray], parameters: &Beamform, most: usize) -
     let needed = depths.map(|depth| widest(rays, depth) / (SHARE * depth).max(SPACING));
     let needed = needed.fold(1.0, f64::max).ceil() as usize;
     needed.next_power_of_two().min(most)
+}
+
+/// Approximate largest loss of transmits that are compounded on lines, half way between two of these, dB.
+///
+/// Sub-lines turn what is received; the transmit delays stay those of the line. It is `20·lg |mean e^{jkΔ}|` over the
+/// transmits, with the difference `Δ` of their paths to the line and to the point beside it, in the array's middle.
+fn transmit_loss(data: &ChannelData, beams: &Beams, parameters: &Beamform) -> f64 {
+    if beams.own {
+        return 0.0;
+    }
+    let wave = std::f64::consts::TAU * data.f0 / parameters.sound_speed.unwrap_or(data.c);
+    let ray = beams.rays[beams.rays.len() / 2];
+    let [first, last] = depths_of(data, parameters);
+    let at = |depth: f64| {
+        let [x, z] = ray.point(depth);
+        let beside = widest(&beams.rays, depth) / 2.0;
+        let to = [
+            x + beside * ray.angle().cos(),
+            z - beside * ray.angle().sin(),
+        ];
+        let further = |source: [f64; 2]| {
+            let path = |[x, z]: [f64; 2]| (x - source[0]).hypot(z - source[1]);
+            path(to) - path([x, z])
+        };
+        let differences: Vec<f64> = match &data.transmits {
+            Transmits::Plane { angle } => angle
+                .iter()
+                .map(|angle| (to[0] - x) * angle.sin() + (to[1] - z) * angle.cos())
+                .collect(),
+            Transmits::Element { index } => {
+                index.iter().map(|&m| further(data.element(m))).collect()
+            }
+            Transmits::VirtualSource { x, z } => {
+                x.iter().zip(z).map(|(&x, &z)| further([x, z])).collect()
+            }
+            Transmits::Focused { .. } | Transmits::Delays { .. } => return 0.0,
+        };
+        let sum: Complex<f64> = differences
+            .iter()
+            .map(|d| Complex::from_polar(1.0, wave * d))
+            .sum();
+        -20.0 * (sum.norm() / differences.len() as f64).max(0.1).log10()
+    };
+    let depths = [first, (first + last) / 2.0, last].into_iter();
+    depths
+        .filter(|&depth| depth > 0.0)
+        .map(at)
+        .fold(0.0, f64::max)
 }
 
 /// Approximate largest loss between two sub-lines of `count` per line, dB.

@@ -332,9 +332,55 @@ impl ChannelData {
                 digits(1e3 * width)
             ));
         }
+        let samples = self.samples.dim().3;
+        if samples < elements {
+            warnings.push(format!(
+                "the records have {samples} samples of {elements} elements; perhaps the axes of the samples are in \
+                 another order"
+            ));
+        }
+        if let Some(mean) = self.samples.mean_if_positive() {
+            warnings.push(format!(
+                "no sample of the first frame is below 0, and their mean is {}; RF oscillates about 0: subtract the \
+                 converter's zero",
+                digits(mean)
+            ));
+        }
+        warnings.extend(self.beside());
+        warnings.extend(self.few_receivers());
         warnings.extend(self.silent());
         warnings.extend(self.turned());
         warnings
+    }
+
+    /// Warns of RF at another multiple of `f0`, as of a harmonic that is received.
+    fn beside(&self) -> Option<String> {
+        let [twice, half] = self.samples.harmonics(self.f0, self.fs)?;
+        let (found, ratio) = if twice > half {
+            (2.0, twice)
+        } else {
+            (0.5, half)
+        };
+        (ratio > 4.0).then(|| {
+            format!(
+                "the RF has {} times more power at {} MHz than at `f0`, {} MHz; of a harmonic, `f0` is the received \
+                 frequency",
+                digits(ratio),
+                digits(found * self.f0 / 1e6),
+                digits(self.f0 / 1e6)
+            )
+        })
+    }
+
+    /// Warns of transmits that few elements recorded.
+    fn few_receivers(&self) -> Option<String> {
+        let (most, elements) = (self.samples.most_receivers(), self.element_x.len());
+        (most > 0 && 4 * most <= elements).then(|| {
+            format!(
+                "each transmit was recorded by at most {most} of {elements} elements; adaptive methods need an \
+                 aperture in each: take --method das"
+            )
+        })
     }
 
     /// Warns of elements that recorded nothing in the first frame.

@@ -12,6 +12,7 @@ use png::{
 use super::atomic::Outputs;
 use super::npy::{self, NpyError, or_type};
 use super::{cannot_be_opened, file_error, input, validate};
+use crate::terminal::digits;
 use crate::{Error, Result};
 
 /// Longest side of a PNG, pixels: the limit of written images.
@@ -28,6 +29,11 @@ const MAX_BYTES: usize = 512 << 20;
 /// The name ends in neither `.png` nor `.npy`, or the file is damaged, has another shape or type,
 /// is empty, or holds a NaN or infinite pixel.
 pub fn read(path: &Path) -> Result<Array2<f32>> {
+    Ok(decoded(path)?.0)
+}
+
+/// The image, and whether it is a PNG of 16 bits.
+fn decoded(path: &Path) -> Result<(Array2<f32>, bool)> {
     let format = Format::of(path)?;
     let bytes = input::read(path, u64::MAX).map_err(|e| file_error(path, cannot_be_opened(&e)))?;
     let pixels = match format {
@@ -37,7 +43,55 @@ pub fn read(path: &Path) -> Result<Array2<f32>> {
     let pixels = pixels.map_err(|message| file_error(path, message))?;
     validate::samples("image", &pixels, &["row", "column"])
         .map_err(|message| file_error(path, message))?;
+    // The bit depth of a PNG is at a fixed place of its header.
+    let wide = format == Format::Png && bytes.get(24) == Some(&16);
+    Ok((pixels, wide))
+}
+
+/// As [`read`], of grey levels.
+///
+/// # Errors
+/// As [`read`], and values of another range, such as 0 to 1 or decibels.
+pub fn read_levels(path: &Path) -> Result<Array2<f32>> {
+    let (pixels, wide) = decoded(path)?;
+    check_levels(&pixels, wide).map_err(|message| file_error(path, message))?;
     Ok(pixels)
+}
+
+/// Checks that the largest and the least value are those of grey levels, 0 to 255.
+///
+/// A picture of one value is accepted. 16-bit levels must use a quarter of their range.
+///
+/// # Errors
+/// The values of another range, and how to change them.
+fn check_levels(pixels: &Array2<f32>, wide: bool) -> std::result::Result<(), String> {
+    let least = pixels.iter().copied().fold(f32::INFINITY, f32::min);
+    let most = pixels.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+    let is = |range: std::ops::RangeInclusive<f32>| range.contains(&most);
+    let remedy = match () {
+        () if least == most || !(least.is_finite() && most.is_finite()) => return Ok(()),
+        () if least < 0.0 && is(f32::NEG_INFINITY..=0.0) => {
+            "of decibels take 255·(1 + dB/range), at least 0".to_owned()
+        }
+        () if least < -0.1 * most => {
+            "of an oscillating signal take the envelope in decibels".to_owned()
+        }
+        () if is(0.0..=1.0) => "multiply by 255".to_owned(),
+        () if most > 280.0 => format!(
+            "multiply by 255/{}",
+            (most + 1.0).log2().ceil().exp2() - 1.0
+        ),
+        () if wide && is(0.0..=64.0) => {
+            "a picture of fewer bits in 16, whose levels are to be multiplied before it is stored"
+                .to_owned()
+        }
+        () => return Ok(()),
+    };
+    Err(format!(
+        "has values from {} to {}; expected grey levels from 0 to 255: {remedy}",
+        digits(f64::from(least)),
+        digits(f64::from(most))
+    ))
 }
 
 /// Stages an image as `.npy` or `.png`, by the ending of the name.
@@ -238,6 +292,40 @@ mod tests {
         writer.write_image_data(samples).unwrap();
         writer.finish().unwrap();
         decode_png(&bytes).unwrap().into_raw_vec_and_offset().0
+    }
+
+    /// Values of another range would be a map of zeros, or of nothing but bone.
+    #[test]
+    fn values_that_are_no_grey_levels_are_refused_with_their_remedy() {
+        let check = |values: [f32; 2], wide| {
+            check_levels(
+                &Array2::from_shape_vec((1, 2), values.into()).unwrap(),
+                wide,
+            )
+        };
+        for (values, wide, remedy) in [
+            (
+                [0.0, 1.0],
+                false,
+                "from 0 to 1; expected grey levels from 0 to 255: multiply by 255",
+            ),
+            ([0.0, 4095.0], false, "multiply by 255/4095"),
+            ([-60.0, 0.0], false, "255·(1 + dB/range)"),
+            ([-0.5, 0.5], false, "envelope"),
+            ([0.0, 16.0], true, "fewer bits in 16"),
+        ] {
+            let message = check(values, wide).unwrap_err();
+            assert!(message.contains(remedy), "{message}");
+        }
+        for values in [
+            [0.0, 255.0],
+            [3.0, 3.0],
+            [-4.0, 262.0],
+            [0.0, 16.0],
+            [1.0, 80.0],
+        ] {
+            assert_eq!(check(values, false), Ok(()));
+        }
     }
 
     /// The expected levels are those of the crate `image` 0.25.10.

@@ -224,6 +224,111 @@ impl Samples {
         }
     }
 
+    /// Makes offset binary RF oscillate about 0; returns the value that was its zero.
+    ///
+    /// Offset binary has no sample below 0, and a mean within 3 % of 128, 256, …, 2²³ in each frame: half the range of
+    /// the converter.
+    pub fn centre(&mut self) -> Option<f32> {
+        let zero = self.zero_of_offset_binary()?;
+        match self {
+            Samples::Rf(rf) => rf.mapv_inplace(|sample| sample - zero),
+            Samples::Counts(counts) => {
+                counts.mapv_inplace(|count| count.wrapping_sub(zero as i32 as i16))
+            }
+            Samples::Iq { .. } => return None,
+        }
+        Some(zero)
+    }
+
+    fn zero_of_offset_binary(&self) -> Option<f32> {
+        let mean = self.mean_if_positive()?;
+        let zero = 2f64.powi(mean.log2().round() as i32);
+        let is_half = (128.0..=8_388_608.0).contains(&zero) && (mean - zero).abs() <= 0.03 * zero;
+        is_half.then_some(zero as f32)
+    }
+
+    /// The mean of the first frame of RF if no sample is below 0, and they deviate by less than half of it.
+    pub(super) fn mean_if_positive(&self) -> Option<f64> {
+        fn mean<T: Copy + Into<f64>>(frame: ArrayView3<'_, T>) -> Option<f64> {
+            let (mut sum, mut squares) = (0.0, 0.0);
+            for &sample in frame {
+                let sample = sample.into();
+                if sample < 0.0 {
+                    return None;
+                }
+                sum += sample;
+                squares += sample * sample;
+            }
+            let count = frame.len() as f64;
+            (squares * count < 1.25 * sum * sum).then_some(sum / count)
+        }
+        let mean = match self.frame(0)? {
+            FrameSamples::Rf(rf) => mean(rf),
+            FrameSamples::Counts(counts) => mean(counts),
+            FrameSamples::Iq { .. } => None,
+        };
+        mean.filter(|&mean| mean > 0.0)
+    }
+
+    /// Power of the first frame of RF at twice and at half a frequency, over that at the frequency itself.
+    ///
+    /// It is that of windows of four periods, in at most 64 records. `None` without RF in f32, or for a frequency
+    /// beyond half the rate.
+    pub(super) fn harmonics(&self, f0: f64, fs: f64) -> Option<[f64; 2]> {
+        let Some(FrameSamples::Rf(rf)) = self.frame(0) else {
+            return None;
+        };
+        let records = rf.dim().0 * rf.dim().1;
+        let window = (4.0 * fs / f0).ceil() as usize;
+        let power = |f: f64| -> f64 {
+            let step = std::f64::consts::TAU * f / fs;
+            let carrier: Vec<Complex<f64>> = (0..window)
+                .map(|n| Complex::from_polar(1.0, step * n as f64))
+                .collect();
+            let mut sum = 0.0;
+            for record in rf.rows().into_iter().step_by(records.div_ceil(64).max(1)) {
+                let record = record.to_vec();
+                for part in record.chunks_exact(window) {
+                    let mixed = part
+                        .iter()
+                        .zip(&carrier)
+                        .map(|(&sample, carrier)| carrier * f64::from(sample));
+                    sum += mixed.sum::<Complex<f64>>().norm_sqr();
+                }
+            }
+            sum
+        };
+        let own = power(f0);
+        let over = |f: f64| {
+            if f < 0.5 * fs && own > 0.0 {
+                power(f) / own
+            } else {
+                0.0
+            }
+        };
+        Some([over(2.0 * f0), over(0.5 * f0)])
+    }
+
+    /// Largest number of elements that recorded a transmit of the first frame.
+    pub(super) fn most_receivers(&self) -> usize {
+        fn most<T: Copy + PartialEq + Default>(frame: ArrayView3<'_, T>) -> usize {
+            let zero = T::default();
+            let live = |records: ndarray::ArrayView2<'_, T>| {
+                let records = records.outer_iter();
+                records
+                    .filter(|record| record.iter().any(|&v| v != zero))
+                    .count()
+            };
+            frame.outer_iter().map(live).max().unwrap_or(0)
+        }
+        match self.frame(0) {
+            Some(FrameSamples::Rf(rf)) => most(rf),
+            Some(FrameSamples::Counts(counts)) => most(counts),
+            Some(FrameSamples::Iq { iq, .. }) => most(iq),
+            None => 0,
+        }
+    }
+
     /// Elements of the first frame with only zeros.
     pub(super) fn dead(&self) -> Vec<usize> {
         let elements = 0..self.dim().2;

@@ -56,7 +56,11 @@ impl Source {
         let recording = match self.format {
             Format::Npz => {
                 let hash = self.hash.clone();
-                Recording::read_npz(&self.path, frames, spare, hash)?.0
+                let mut recording = Recording::read_npz(&self.path, frames, spare, hash)?.0;
+                if let Recording::Channel(data) = &mut recording {
+                    data.samples.centre();
+                }
+                recording
             }
             _ => {
                 drop(spare);

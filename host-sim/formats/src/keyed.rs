@@ -10,8 +10,8 @@ use ndarray::{ArrayD, IxDyn};
 
 use crate::aliases::{is_given, listed};
 use crate::values::{NamedArrays, Values};
-use crate::variables::{AXES, Given, LAWS, Variables};
-use crate::waves::Law;
+use crate::variables::{AXES, Given, LAWS, ORIGIN, TIMES, Variables};
+use crate::waves::{Law, first_fires};
 use axes::{Axes, ORDER};
 use bonebeam_files::{ChannelData, Error, Result, Samples, Transmits, check_plane};
 
@@ -38,6 +38,13 @@ const NEEDED: [Needed; 6] = [
     (&["t0"], "t0=SECONDS"),
     (&["element_x", "pitch"], "pitch=METRES"),
     (&LAWS, "tx_angle=RADIANS"),
+];
+
+/// Keys of a delay law besides its own.
+const OF_LAWS: [(&str, &[&str]); 3] = [
+    ("tx_x", &["tx_focus", "tx_fnumber"]),
+    ("tx_source_x", &["tx_source_z"]),
+    ("tx_delay", &["tx_active"]),
 ];
 
 impl Keyed<'_> {
@@ -100,18 +107,33 @@ impl Keyed<'_> {
                 )));
             }
         }
-        let t0 = match t0.as_slice() {
+        let mut t0 = match t0.as_slice() {
             [one] => vec![*one; transmits],
             _ => t0,
         };
+        let (element_z, c) = (self.optional("element_z")?, self.scalar("c")?);
+        let is_first =
+            matches!(self.variables.get(TIMES), Some(Given::Name(from)) if from != ORIGIN);
+        if is_first && self.law.is_none() {
+            let z = element_z
+                .iter()
+                .flatten()
+                .copied()
+                .chain(std::iter::repeat(0.0));
+            let positions: Vec<[f64; 2]> =
+                element_x.iter().copied().zip(z).map(Into::into).collect();
+            for (transmit, t0) in t0.iter_mut().enumerate() {
+                *t0 += first_fires(&law, transmit, &positions, c);
+            }
+        }
         let data = ChannelData {
             samples,
             fs: self.scalar("fs")?,
             t0,
             element_x,
-            element_z: self.optional("element_z")?,
+            element_z,
             element_angle: self.optional("element_angle")?,
-            c: self.scalar("c")?,
+            c,
             f0: self.scalar("f0")?,
             transmits: law,
             lens_delay: match self.optional("lens_delay")? {
@@ -209,6 +231,42 @@ impl Keyed<'_> {
             flags.collect::<String>(),
             listed(self.source)
         )))
+    }
+
+    /// Refuses keys of `given` that do not change the channel data: `unread`, and those beside another key.
+    ///
+    /// # Errors
+    /// The message names each of them, with the reason.
+    pub fn check_that_all_has_effect(&self, given: &Variables, unread: &[&str]) -> Result<()> {
+        let is_given = |key: &str| is_given(self.source, self.variables, key);
+        let law = LAWS
+            .into_iter()
+            .find(|key| is_given(key))
+            .unwrap_or("tx_angle");
+        let of_law = OF_LAWS.iter().find(|(name, _)| *name == law);
+        let of_law = of_law.map_or(&[][..], |(_, keys)| keys);
+        let wrong: Vec<String> = given
+            .keys()
+            .filter_map(|key| {
+                let reason = match key {
+                    _ if unread.contains(&key) => "this format does not have it".into(),
+                    "f_demod" if !is_given("iq") => "the samples are RF".into(),
+                    "pitch" if is_given("element_x") => "`element_x` gives the array".into(),
+                    _ if key.starts_with("tx_") && key != law && !of_law.contains(&key) => {
+                        format!("`{law}` gives the delay law")
+                    }
+                    _ => return None,
+                };
+                Some(format!("`{key}`, since {reason}"))
+            })
+            .collect();
+        match wrong.is_empty() {
+            true => Ok(()),
+            false => Err(self.source.error(format!(
+                "does not use these keys of [variables] (--variable): {}",
+                wrong.join("; ")
+            ))),
+        }
     }
 
     /// The array of a key, if there is one.

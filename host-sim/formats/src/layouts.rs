@@ -4,6 +4,8 @@
 
 mod completion;
 mod cubdl;
+#[cfg(test)]
+mod tests;
 mod verasonics;
 
 use std::ops::Range;
@@ -14,8 +16,10 @@ use crate::aliases::{complete, is_given};
 use crate::keyed::Keyed;
 use crate::layout::Layout;
 use crate::values::{NamedArrays, steps};
-use crate::variables::{AXES, Given, LAWS, LAYOUT, ORIGIN, TIMES, Variables};
-use crate::waves::{Fired, Law, Wave};
+use crate::variables::{
+    AXES, BUFFER, CHANNELS, Given, LAWS, LAYOUT, ORIGIN, TIMES, TRACK, Variables,
+};
+use crate::waves::{Fired, Law, Wave, inverted, silence};
 use bonebeam_files::{ChannelData, Result};
 use completion::Completion;
 
@@ -69,23 +73,24 @@ pub fn channel_data(
         return verasonics::read(source, variables, frames);
     }
     let (mut all, mut assumed) = complete(source, variables);
-    let mut law = None;
-    if let Some(layout) = layout {
-        let mut completion = Completion {
+    let law = match layout {
+        None => None,
+        Some(layout) => Completion {
             source,
             layout,
             given: variables,
             all: &mut all,
             assumed: &mut assumed,
-        };
-        law = completion.tell()?;
-    }
+        }
+        .tell()?,
+    };
     let keyed = Keyed {
         source,
         variables: &all,
         law,
     };
     let (data, held) = keyed.channel_data(frames)?;
+    keyed.check_that_all_has_effect(variables, &[BUFFER, CHANNELS, TRACK])?;
     Ok((data, held, assumed))
 }
 
@@ -129,6 +134,7 @@ impl Completion<'_> {
         {
             self.assume("fs", Given::Number(1.0 / dt), "fs is 1/dt");
         }
+        self.curve(elements)?;
         let law = self.law(elements)?;
         if self.layout != Layout::Cubdl && self.all.get(AXES).is_none() {
             let transmits = match &law {
@@ -175,6 +181,39 @@ impl Completion<'_> {
         })
     }
 
+    /// MUST's curved arrays: `radius` beside `pitch`, the edges of the array at z = 0.
+    fn curve(&mut self, elements: usize) -> Result<()> {
+        let beside = match self.all.get("pitch") {
+            Some(Given::Name(pitch)) => pitch
+                .strip_suffix("pitch")
+                .map(|path| format!("{path}radius")),
+            _ => None,
+        };
+        let (Some(name), Layout::Must) = (beside.filter(|name| self.source.has(name)), self.layout)
+        else {
+            return Ok(());
+        };
+        let (radius, Some(pitch)) = (self.source.scalar(&name)?, self.number("pitch")?) else {
+            return Ok(());
+        };
+        if !radius.is_finite() {
+            return Ok(());
+        }
+        let step = 2.0 * (pitch / 2.0 / radius).asin();
+        let angles = centred(elements, step);
+        let edge = radius * angles.first().map_or(1.0, |angle| angle.cos());
+        let of = |f: &dyn Fn(&f64) -> f64| Given::Numbers(angles.iter().map(f).collect());
+        let (x, z) = (of(&|a| radius * a.sin()), of(&|a| radius * a.cos() - edge));
+        self.all.insert("element_z", z);
+        self.all.insert("element_angle", of(&|a| *a));
+        self.assume(
+            "element_x",
+            x,
+            &format!("the array is curved, by the file's {name}"),
+        );
+        Ok(())
+    }
+
     /// k-Wave's time step `dt`, from any place in the file, s.
     fn step_in_time(&self) -> Result<Option<f64>> {
         let names = self.source.names();
@@ -184,72 +223,50 @@ impl Completion<'_> {
         name.map(|name| self.source.scalar(name)).transpose()
     }
 
-    /// The delay law.
+    /// The delay law if delays give it, as MUST's: a plane wave if they match one.
     ///
-    /// MUST's delays and angles count from the first element that fires; so do plane waves by default.
+    /// Any other law is left to its key, and so is the origin of times, by [`TIMES`].
     fn law(&mut self, elements: usize) -> Result<Option<Law>> {
-        let from_origin = match self.all.get(TIMES) {
-            Some(Given::Name(from)) => from == ORIGIN,
-            _ => {
-                let of_origin = |key: &&&str| self.given.get(key).is_some() || self.source.has(key);
-                match self.layout {
-                    Layout::Field2 => true,
-                    Layout::Cubdl => false,
-                    _ => LAWS.iter().any(|key| of_origin(&key)),
-                }
-            }
+        let is_first = match self.all.get(TIMES) {
+            Some(Given::Name(from)) => from != ORIGIN,
+            _ => self.layout != Layout::Field2,
         };
-        if from_origin {
+        if !is_first {
             return Ok(None);
         }
-        let (Some(c), Some(f0), Some(start)) =
-            (self.number("c")?, self.number("f0")?, self.numbers("t0")?)
-        else {
+        let why = "times count from the first element that fires";
+        self.assume(TIMES, Given::Name("first".into()), why);
+        let (Some(Given::Name(name)), Some(c), Some(f0), Some(mut start)) = (
+            self.all.get("tx_delay").cloned(),
+            self.number("c")?,
+            self.number("f0")?,
+            self.numbers("t0")?,
+        ) else {
             return Ok(None);
         };
         let x = match (self.numbers("element_x")?, self.number("pitch")?) {
             (Some(x), _) => x,
-            (None, Some(pitch)) => {
-                let centre = (elements.max(1) - 1) as f64 / 2.0;
-                (0..elements).map(|m| (m as f64 - centre) * pitch).collect()
-            }
+            (None, Some(pitch)) => centred(elements, pitch),
             (None, None) => return Ok(None),
         };
-        let (delay, angles) = match (self.all.get("tx_delay").cloned(), self.numbers("tx_angle")?) {
-            (Some(Given::Name(name)), _) => {
-                let delay = self.delays(&name, x.len())?;
-                let angles = delay
-                    .outer_iter()
-                    .map(|delay| steering(&x, delay.as_slice(), c))
-                    .collect();
-                (delay, angles)
-            }
-            (_, None) => return Ok(None),
-            (_, Some(angles)) => {
-                let from_centre =
-                    |angle: &f64| x.iter().map(|x| x * angle.sin() / c).collect::<Vec<f64>>();
-                let rows: Vec<Vec<f64>> = angles.iter().map(from_centre).collect();
-                let first = |row: &Vec<f64>| row.iter().copied().fold(f64::INFINITY, f64::min);
-                let delay = Array2::from_shape_fn((angles.len(), x.len()), |(k, m)| {
-                    rows[k][m] - first(&rows[k])
-                });
-                (delay, angles)
-            }
-        };
-        self.assumed
-            .push("times count from the first element that fires".into());
-        let transmits = delay.dim().0;
-        let start = match start.as_slice() {
-            [one] => vec![*one; transmits],
-            _ => start,
-        };
-        if start.len() != transmits {
+        let z = self
+            .numbers("element_z")?
+            .unwrap_or_else(|| vec![0.0; x.len()]);
+        let delay = self.delays(&name, x.len())?;
+        let plane =
+            |delay: ndarray::ArrayView1<'_, f64>| Wave::Plane(steering(&x, delay.as_slice(), c));
+        let waves: Vec<Wave> = delay.outer_iter().map(plane).collect();
+        if let [one] = start[..] {
+            start = vec![one; waves.len()];
+        }
+        if start.len() != waves.len() {
             return Err(self.source.error(format!(
-                "`t0` has length {}; expected {transmits}, one for each transmit",
-                start.len()
+                "`t0` has length {}; expected {}, one for each transmit",
+                start.len(),
+                waves.len()
             )));
         }
-        let elements: Vec<[f64; 2]> = x.iter().map(|&x| [x, 0.0]).collect();
+        let elements: Vec<[f64; 2]> = x.iter().zip(&z).map(|(&x, &z)| [x, z]).collect();
         let fired = Fired {
             elements: &elements,
             delay,
@@ -257,7 +274,6 @@ impl Completion<'_> {
             c,
             f0,
         };
-        let waves: Vec<Wave> = angles.into_iter().map(Wave::Plane).collect();
         Ok(Some(fired.law(&waves)))
     }
 
@@ -268,13 +284,37 @@ impl Completion<'_> {
         let values: Vec<f64> = delay.iter().copied().collect();
         let rows = values.len() / elements.max(1);
         let rows_of_elements = shape.last() == Some(&elements) || rows == 1;
-        let delay = Array2::from_shape_vec((rows, elements), values);
+        let mut delay = Array2::from_shape_vec((rows, elements), values);
+        let fields = self
+            .source
+            .entries(&name.replace("TXdelay", "TXapodization"));
+        if let (Ok(delay), [field]) = (&mut delay, &fields[..])
+            && field != name
+        {
+            let weights = self.source.vector(field)?;
+            if weights.len() != elements {
+                return Err(self.source.error(format!(
+                    "`{field}` has {} numbers; expected one for each of {elements} elements",
+                    weights.len()
+                )));
+            }
+            silence(delay.iter_mut(), weights.iter().copied().cycle()).map_err(|place| {
+                self.source
+                    .error(inverted(field, place / elements, place % elements))
+            })?;
+        }
         delay.ok().filter(|_| rows_of_elements && rows > 0).ok_or_else(|| {
             self.source.error(format!(
                 "`{name}` has shape {shape:?}; expected [transmit, element] with {elements} elements"
             ))
         })
     }
+}
+
+/// Positions of elements at a pitch, centred on 0.
+fn centred(elements: usize, pitch: f64) -> Vec<f64> {
+    let centre = (elements.max(1) - 1) as f64 / 2.0;
+    (0..elements).map(|m| (m as f64 - centre) * pitch).collect()
 }
 
 /// Angle of the plane wave that is closest to these delays, rad.

@@ -37,7 +37,7 @@ use bonebeam_files::{
 use hdf5::Store;
 use mat5::Mat5;
 use values::NamedArrays;
-use variables::IQ_CONJUGATE;
+use variables::{IQ_CONJUGATE, TRACK};
 
 /// Defines the formats, one per row, with the name in messages.
 ///
@@ -146,6 +146,13 @@ pub fn read(path: &Path, variables: &Variables, frames: Range<usize>) -> Result<
 fn read_as_stored(path: &Path, variables: &Variables, frames: Range<usize>) -> Result<Found> {
     variables.check().map_err(Error::Usage)?;
     let mut found = read_as_written(path, variables, frames)?;
+    if let Recording::Channel(data) = &mut found.recording
+        && let Some(zero) = data.samples.centre()
+    {
+        found.assumed.push(format!(
+            "the samples are offset binary, by their mean: {zero} is 0"
+        ));
+    }
     if variables.number(IQ_CONJUGATE) == Some(1.0) {
         match &mut found.recording {
             Recording::Channel(data) if matches!(data.samples, Samples::Iq { .. }) => {
@@ -243,8 +250,10 @@ fn read_hdf5(
         return channel(uff::read(&store, variables, frames), Format::Uff);
     }
     if !matlab && zea::is(&store) {
-        only(&["fs", "c", "f0", "lens_delay"])?;
-        return channel(zea::read(&store, variables, frames), Format::Zea);
+        only(&[TRACK, "fs", "c", "f0", "lens_delay"])?;
+        let (data, held, assumed) = zea::read(&store, variables, frames)?;
+        let found = channel(Ok((data, held)), Format::Zea)?;
+        return Ok(Found { assumed, ..found });
     }
     let format = if matlab { Format::Mat73 } else { Format::Hdf5 };
     keyed(&store, variables, frames, format)

@@ -13,7 +13,7 @@ use ndarray::{Array4, ArrayD};
 use crate::aliases::is_given;
 use crate::keyed::Keyed;
 use crate::values::{AxisRange, NamedArrays, Values};
-use crate::variables::{CHANNELS, Given, LAWS, Variables};
+use crate::variables::{AXES, BUFFER, CHANNELS, Given, LAWS, LAYOUT, TRACK, Variables};
 use bonebeam_files::memory::{self, product};
 use bonebeam_files::{ChannelData, Error, Result, Samples, cannot_be_opened, file_error, input};
 
@@ -121,15 +121,16 @@ pub fn read(
     };
     let channels = channels(path)?;
     let [records, samples] = header(&path.join(name(0)))?;
-    let (variables, assumed) = complete(&folder, variables, channels);
-    let variables = variables.spread(records, channels);
+    let (all, assumed) = complete(&folder, variables, channels);
+    let all = all.spread(records, channels);
     let keyed = Keyed {
         source: &folder,
-        variables: &variables,
+        variables: &all,
         law: None,
     };
+    keyed.check_that_all_has_effect(variables, &["rf", "iq", AXES, BUFFER, LAYOUT, TRACK])?;
     let transmits = keyed.transmits_given()?;
-    let element = order(&folder, channels, &variables)?;
+    let element = order(&folder, channels, &all)?;
     if transmits == 0 || records % transmits != 0 {
         return Err(folder.error(format!(
             "has {records} records per channel; expected a multiple of the {transmits} transmits of the \

@@ -141,6 +141,76 @@ pub trait NamedArrays {
     }
 }
 
+/// Arrays in memory, for tests.
+#[cfg(test)]
+#[derive(Default)]
+pub struct Arrays(pub Vec<(String, ArrayD<f64>)>);
+
+#[cfg(test)]
+impl Arrays {
+    /// Replaces an array, or adds it.
+    pub fn set(&mut self, name: &str, shape: &[usize], values: &[f64]) {
+        let values = array(shape, values.to_vec()).unwrap();
+        match self.0.iter_mut().find(|(known, _)| known == name) {
+            Some((_, own)) => *own = values,
+            None => self.0.push((name.to_owned(), values)),
+        }
+    }
+}
+
+#[cfg(test)]
+impl NamedArrays for Arrays {
+    fn error(&self, message: String) -> Error {
+        Error::Data(message)
+    }
+
+    fn names(&self) -> Vec<String> {
+        self.0.iter().map(|(name, _)| name.clone()).collect()
+    }
+
+    fn numbers(&self, name: &str) -> Result<ArrayD<f64>> {
+        let entries = self.entries(name);
+        let found = self.0.iter().find(|(known, _)| entries.contains(known));
+        found
+            .map(|(_, values)| values.clone())
+            .ok_or_else(|| self.error(format!("has no `{name}`")))
+    }
+
+    fn shape_for_parts(&self, name: &str) -> Result<Option<Vec<usize>>> {
+        Ok(self.sides(name))
+    }
+
+    fn samples(&self, name: &str, part: Option<AxisRange>) -> Result<Values> {
+        let mut all = self.numbers(name)?.mapv(|value| value as f32);
+        if let Some((axis, part)) = part {
+            let end = part.end.min(all.shape()[axis]);
+            all = all
+                .slice_axis(Axis(axis), (part.start.min(end)..end).into())
+                .to_owned();
+        }
+        Ok(Values::Real(all))
+    }
+
+    fn sides(&self, name: &str) -> Option<Vec<usize>> {
+        self.numbers(name)
+            .ok()
+            .map(|values| values.shape().to_vec())
+    }
+
+    fn entries(&self, name: &str) -> Vec<String> {
+        let wanted = steps(name);
+        let fits = |known: &String| {
+            let own = steps(known);
+            let pairs = own.iter().zip(&wanted);
+            own.len() == wanted.len()
+                && pairs.into_iter().all(|(own, wanted)| {
+                    own.0 == wanted.0 && wanted.1.is_none_or(|_| own.1 == wanted.1)
+                })
+        };
+        self.names().into_iter().filter(fits).collect()
+    }
+}
+
 /// An array of these numbers in row-major order.
 ///
 /// # Errors

@@ -46,8 +46,12 @@ pub const LAYOUT: &str = "layout";
 pub const TIMES: &str = "times";
 /// [`TIMES`] from the origin of the delay law.
 pub const ORIGIN: &str = "origin";
-/// Keys that stand for neither arrays nor numbers.
-const OTHERS: [&str; 5] = [AXES, CHANNELS, LAYOUT, TIMES, IQ_CONJUGATE];
+/// Number of the receive buffer of a Verasonics workspace, from 1.
+pub const BUFFER: &str = "buffer";
+/// Name of a track of zea's file.
+pub const TRACK: &str = "track";
+/// Keys that stand for neither arrays nor numbers of channel data.
+const OTHERS: [&str; 7] = [AXES, BUFFER, CHANNELS, LAYOUT, TIMES, TRACK, IQ_CONJUGATE];
 /// Whether I/Q has the opposite sign of the carrier; 1 conjugates it.
 pub const IQ_CONJUGATE: &str = "iq_conjugate";
 /// The order of the channels of a SonixDAQ folder.
@@ -115,6 +119,11 @@ impl Variables {
         self.0.is_empty()
     }
 
+    /// All keys.
+    pub fn keys(&self) -> impl Iterator<Item = &str> {
+        self.0.keys().map(String::as_str)
+    }
+
     /// Value of a key, if given.
     pub fn get(&self, key: &str) -> Option<&Given> {
         self.0.get(key)
@@ -168,19 +177,24 @@ impl Variables {
     /// A key that has no effect.
     pub fn only_numbers(&self, keys: &[&str]) -> Result<(), String> {
         let has_effect = |key: &str| {
-            let fits = key == LAYOUT || self.number(key).is_some();
+            let fits = [LAYOUT, TRACK].contains(&key) || self.number(key).is_some();
             key == IQ_CONJUGATE || keys.contains(&key) && fits
         };
         let Some(key) = self.0.keys().find(|key| !has_effect(key)) else {
             return Ok(());
         };
-        let numbers: Vec<&str> = keys.iter().copied().filter(|key| *key != LAYOUT).collect();
+        let numbers: Vec<&str> = keys
+            .iter()
+            .copied()
+            .filter(|key| ![LAYOUT, TRACK].contains(key))
+            .collect();
         let others = match &numbers[..] {
             [] => String::new(),
             numbers => format!("; numbers for {} have an effect", numbers.join(", ")),
         };
         let flag = match &key[..] {
             LAYOUT => "--layout",
+            TRACK => "--track",
             _ => "--variable",
         };
         Err(format!(
@@ -196,13 +210,14 @@ impl Variables {
     pub fn check(&self) -> Result<(), String> {
         for (key, given) in &self.0 {
             let fits = match (key.as_str(), given) {
-                (AXES, Given::Names(_)) | (CHANNELS, Given::Name(_)) => true,
+                (AXES, Given::Names(_)) | (CHANNELS | TRACK, Given::Name(_)) => true,
                 (LAYOUT, Given::Name(name)) => {
                     Layout::ALL.into_iter().any(|layout| layout.name() == name)
                 }
                 (IQ_CONJUGATE, Given::Number(turn)) => [0.0, 1.0].contains(turn),
+                (BUFFER, Given::Number(number)) => *number >= 1.0 && number.fract() == 0.0,
                 (TIMES, Given::Name(from)) => [ORIGIN, "first"].contains(&from.as_str()),
-                (AXES | CHANNELS | LAYOUT | TIMES | IQ_CONJUGATE, _) => false,
+                (AXES | BUFFER | CHANNELS | LAYOUT | TIMES | TRACK | IQ_CONJUGATE, _) => false,
                 ("rf" | "iq", given) => matches!(given, Given::Name(_) | Given::Names(_)),
                 (_, Given::Names(_)) => false,
                 (_, Given::Number(value)) => value.is_finite(),
@@ -218,7 +233,7 @@ impl Variables {
             }
             if !fits {
                 return Err(format!(
-                    "`{key}` in [variables] (--variable) has a wrong value; `{AXES}` takes names of axes, \
+                    "`{key}` in [variables] (--variable) has a wrong value; `{AXES}` takes names of axes, `{BUFFER}` a number from 1, \
                      `{LAYOUT}` one of {}, `{IQ_CONJUGATE}` 0 or 1, `{TIMES}` {ORIGIN} or first, `rf` and `iq` the name of an array, or one name \
                      per transmit with commas between them, the others a name or finite \
                      numbers",

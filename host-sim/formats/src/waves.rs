@@ -18,6 +18,33 @@ pub enum Wave {
     VirtualSource([f64; 2], [f64; 2]),
 }
 
+/// Marks the elements of weight 0 as not firing, by NaN.
+///
+/// # Errors
+/// The place of a negative weight: its element sends the inverted pulse.
+pub fn silence<'a>(
+    delays: impl Iterator<Item = &'a mut f64>,
+    weights: impl Iterator<Item = f64>,
+) -> Result<(), usize> {
+    for (place, (delay, weight)) in delays.zip(weights).enumerate() {
+        if weight < 0.0 {
+            return Err(place);
+        }
+        if weight == 0.0 {
+            *delay = f64::NAN;
+        }
+    }
+    Ok(())
+}
+
+/// The message about a negative weight.
+pub fn inverted(name: &str, transmit: usize, element: usize) -> String {
+    format!(
+        "`{name}` is negative at transmit {transmit}, element {element}: inverted pulses, as of Hadamard codes, are not \
+         decoded; expected weights of at least 0, of records decoded by the inverse of `{name}`"
+    )
+}
+
 /// Firing times of elements, and the beginning of the record, in the file's time.
 pub struct Fired<'a> {
     /// The positions (x, z) of the elements, m.
@@ -34,6 +61,58 @@ pub struct Fired<'a> {
 
 /// A delay law, and the time of sample 0 relative to its origin, s.
 pub type Law = (Transmits, Vec<f64>);
+
+/// Moment at which an element fires, from that at which the wave passes the origin of its law, s.
+///
+/// NaN if it does not fire.
+fn passes(law: &Transmits, transmit: usize, [x, z]: [f64; 2], c: f64) -> f64 {
+    let from_source = |sx: f64, sz: f64| {
+        let later = (x - sx).hypot(z - sz) - sx.hypot(sz);
+        // A wave that converges leaves the far elements first.
+        if sz > 0.0 { -later / c } else { later / c }
+    };
+    match law {
+        Transmits::Focused {
+            x: beams,
+            focus,
+            f_number,
+        } => {
+            let (from, depth) = (x - beams[transmit], focus[transmit]);
+            let is_active = f_number.is_none_or(|number| from.abs() <= depth / number / 2.0);
+            if is_active {
+                (depth - from.hypot(z - depth)) / c
+            } else {
+                f64::NAN
+            }
+        }
+        Transmits::Plane { angle } => {
+            let (sine, cosine) = angle[transmit].sin_cos();
+            (x * sine + z * cosine) / c
+        }
+        Transmits::VirtualSource { x, z } => from_source(x[transmit], z[transmit]),
+        Transmits::Element { .. } => 0.0,
+        Transmits::Delays { .. } => f64::NAN,
+    }
+}
+
+/// Moment at which the first element fires, from that at which the wave passes the origin of its law, s.
+pub fn first_fires(law: &Transmits, transmit: usize, elements: &[[f64; 2]], c: f64) -> f64 {
+    // `f64::min` leaves NaN out.
+    let first = match law {
+        Transmits::Delays { delay } => delay
+            .row(transmit)
+            .iter()
+            .copied()
+            .fold(f64::INFINITY, f64::min),
+        _ => {
+            let fires = elements
+                .iter()
+                .map(|&element| passes(law, transmit, element, c));
+            fires.fold(f64::INFINITY, f64::min)
+        }
+    };
+    if first.is_finite() { first } else { 0.0 }
+}
 
 impl Fired<'_> {
     /// The law of waves of one kind if it matches the delays, else the delays.
@@ -84,12 +163,8 @@ impl Fired<'_> {
         if x.len() < 2 || !apart(&x) {
             return None;
         }
-        let t0 = self.origins(|transmit, [ex, ez]| {
-            let depth = focus[transmit];
-            (depth - (ex - x[transmit]).hypot(ez - depth)) / self.c
-        })?;
         let f_number = None;
-        Some((Transmits::Focused { x, focus, f_number }, t0))
+        self.matched(Transmits::Focused { x, focus, f_number })
     }
 
     fn plane(&self, waves: &[Wave]) -> Option<Law> {
@@ -98,11 +173,7 @@ impl Fired<'_> {
             Wave::VirtualSource(..) => None,
         };
         let angle: Vec<f64> = waves.iter().map(angle).collect::<Option<_>>()?;
-        let t0 = self.origins(|transmit, [x, z]| {
-            let (sine, cosine) = angle[transmit].sin_cos();
-            (x * sine + z * cosine) / self.c
-        })?;
-        Some((Transmits::Plane { angle }, t0))
+        self.matched(Transmits::Plane { angle })
     }
 
     fn sources(&self, waves: &[Wave]) -> Option<Law> {
@@ -111,36 +182,27 @@ impl Fired<'_> {
             Wave::Plane(_) => None,
         };
         let sources: Vec<[f64; 2]> = waves.iter().map(source).collect::<Option<_>>()?;
-        let t0 = self.origins(|transmit, [x, z]| {
-            let [sx, sz] = sources[transmit];
-            let (from, to) = (sx.hypot(sz), (x - sx).hypot(z - sz));
-            // A wave that converges leaves the far elements first.
-            if sz > 0.0 {
-                (from - to) / self.c
-            } else {
-                (to - from) / self.c
-            }
-        })?;
         let (x, z) = sources.iter().map(|&[x, z]| (x, z)).unzip();
-        Some((Transmits::VirtualSource { x, z }, t0))
+        self.matched(Transmits::VirtualSource { x, z })
     }
 
-    /// Time of sample 0 from the moment when each wave passes the origin.
+    /// The law, with the time of sample 0 from the moment when each wave passes its origin.
     ///
-    /// `passes` is the moment when it passes an element. `None` if the elements fire otherwise.
-    fn origins(&self, passes: impl Fn(usize, [f64; 2]) -> f64) -> Option<Vec<f64>> {
+    /// `None` if the elements fire otherwise.
+    fn matched(&self, law: Transmits) -> Option<Law> {
         let tolerance = TOLERANCE / self.f0;
         let mut t0 = Vec::new();
         for (transmit, delay) in self.delay.outer_iter().enumerate() {
             let firing = delay.iter().zip(self.elements).filter(|(d, _)| !d.is_nan());
-            let origins: Vec<f64> = firing.map(|(d, &e)| d - passes(transmit, e)).collect();
+            let origins = firing.map(|(d, &e)| d - passes(&law, transmit, e, self.c));
+            let origins: Vec<f64> = origins.collect();
             let mean = origins.iter().sum::<f64>() / origins.len() as f64;
             if origins.is_empty() || origins.iter().any(|o| (o - mean).abs() > tolerance) {
                 return None;
             }
             t0.push(self.start[transmit] - mean);
         }
-        Some(t0)
+        Some((law, t0))
     }
 }
 

@@ -9,8 +9,9 @@ use num_complex::Complex;
 
 use crate::hdf5::Store;
 use crate::values::{NamedArrays, Values};
-use crate::variables::Variables;
-use crate::waves::{Fired, Wave};
+use crate::variables::{Given, TRACK, Variables};
+use crate::waves::{Fired, Wave, inverted, silence};
+use bonebeam_files::terminal::digits;
 use bonebeam_files::{ChannelData, Result, Samples};
 
 /// Sampling rate of zea's waveforms, Hz.
@@ -22,40 +23,64 @@ const SOUND_SPEED: f64 = 1540.0;
 /// Largest distance of an element from the image plane, m.
 const OUT_OF_PLANE: f64 = 1e-4;
 
-/// Group of the raw data: files of zea 0.1 have tracks, older ones do not.
-fn folder(store: &Store) -> Option<String> {
+/// Groups with raw data: files of zea 0.1 have tracks, older ones do not.
+fn folders(store: &Store) -> Vec<String> {
     let tracks = store.groups("tracks");
-    let first = tracks.first().map(|track| format!("tracks/{track}/"));
-    let folders = first.into_iter().chain([String::new()]);
+    let tracks = tracks.iter().map(|track| format!("tracks/{track}/"));
+    let holds = |folder: &String| store.has(&format!("{folder}data/raw_data"));
+    let mut folders: Vec<String> = tracks.filter(holds).collect();
+    if folders.is_empty() {
+        folders.extend([String::new()].into_iter().filter(holds));
+    }
     folders
-        .into_iter()
-        .find(|folder| store.has(&format!("{folder}data/raw_data")))
 }
 
 /// Whether a file is zea's.
 pub fn is(store: &Store) -> bool {
     let marked = ["zea_version", "us_machine", "probe"];
     let marked = marked.iter().any(|name| store.mark("", name).is_some());
-    folder(store).is_some() && (marked || store.has_group("scan"))
+    !folders(store).is_empty() && (marked || store.has_group("scan"))
 }
 
-/// Channel data of some frames of the first track, and the number of all frames.
+/// The group of the chosen track, or of the only one with raw data.
+fn folder(store: &Store, chosen: Option<&Given>) -> Result<String> {
+    let folders = folders(store);
+    let name = |folder: &String| {
+        folder
+            .trim_start_matches("tracks/")
+            .trim_end_matches('/')
+            .to_owned()
+    };
+    if let Some(Given::Name(track)) = chosen
+        && let Some(folder) = folders.iter().find(|folder| name(folder) == *track)
+    {
+        return Ok(folder.clone());
+    }
+    if let (None, [folder]) = (chosen, &folders[..]) {
+        return Ok(folder.clone());
+    }
+    let held = folders.iter().map(|folder| {
+        let shape = store.shape(&format!("{folder}data/raw_data"));
+        Ok(format!("{} {:?}", name(folder), shape?))
+    });
+    let held: Vec<String> = held.collect::<Result<_>>()?;
+    Err(store.error(format!(
+        "has raw data in {} tracks; --track NAME chooses one: {} [frame, transmit, sample, element, channel]",
+        held.len(),
+        held.join(", ")
+    )))
+}
+
+/// Channel data of some frames of a track, the number of all frames, and assumptions.
 ///
 /// # Errors
-/// An array is missing, of another type or shape, or not valid.
+/// An array is missing, of another type or shape, or not valid; several tracks of which none is chosen.
 pub fn read(
     store: &Store,
     variables: &Variables,
     frames: Range<usize>,
-) -> Result<(ChannelData, usize)> {
-    let Some(folder) = folder(store) else {
-        return Err(store.error("has no `data/raw_data`".into()));
-    };
-    if store.groups("tracks").len() > 1 {
-        return Err(
-            store.error("has several tracks, each with its own scan; expected one track".into())
-        );
-    }
+) -> Result<(ChannelData, usize, Vec<String>)> {
+    let folder = folder(store, variables.get(TRACK))?;
     let scan = |name: &str| format!("{folder}scan/{name}");
     if store.has(&scan("rx_aperture_indices")) {
         return Err(store.error(
@@ -79,15 +104,42 @@ pub fn read(
         None if store.has(&scan("sound_speed")) => number("sound_speed")?,
         None => SOUND_SPEED,
     };
-    let f0 = variables
-        .number("f0")
-        .map_or_else(|| number("center_frequency"), Ok)?;
+    // The pulse is sent at one frequency, and a harmonic is received at another.
+    let optional = |name: &str| store.has(&scan(name)).then(|| number(name)).transpose();
+    let (sent, received) = (
+        optional("center_frequency")?,
+        optional("demodulation_frequency")?,
+    );
+    let f0 = variables.number("f0").or(received).or(sent);
+    let Some((f0, sent)) = f0.map(|f0| (f0, sent.unwrap_or(f0))) else {
+        return Err(store.error("has no `center_frequency`; give it by --variable f0=HZ".into()));
+    };
+    let mut assumed = Vec::new();
+    if f0 != sent {
+        let from = if variables.number("f0").is_some() {
+            "as given"
+        } else {
+            "by demodulation_frequency"
+        };
+        assumed.push(format!(
+            "f0 is the received frequency, {} MHz, {from}; the pulse was sent at {} MHz, center_frequency",
+            digits(f0 / 1e6),
+            digits(sent / 1e6)
+        ));
+    }
+    if let Some(lens) = lens(store)?
+        && variables.number("lens_delay").is_none()
+    {
+        assumed.push(format!(
+            "the probe's lens is not added, since initial_times may hold it; --variable lens_delay={lens:.4e} adds it"
+        ));
+    }
     let fs = variables
         .number("fs")
         .map_or_else(|| number("sampling_frequency"), Ok)?;
     let delay = delays(store, &scan, elements.len())?;
     let transmits = delay.nrows();
-    let peaks = peaks(store, &scan, transmits, f0)?;
+    let peaks = peaks(store, &scan, transmits, sent)?;
     let start = each(store, &scan("initial_times"), transmits)?;
     let fired = Fired {
         elements: &elements,
@@ -97,10 +149,7 @@ pub fn read(
         f0,
     };
     let (law, t0) = fired.law(&waves(store, &scan, transmits)?);
-    let f_demod = || match store.has(&scan("demodulation_frequency")) {
-        true => number("demodulation_frequency"),
-        false => Ok(f0),
-    };
+    let f_demod = received.unwrap_or(f0);
     let name = format!("{folder}data/raw_data");
     let (samples, held) = samples(store, &name, frames, f_demod, &t0)?;
     let data = ChannelData {
@@ -119,7 +168,17 @@ pub fn read(
         lens_delay: variables.number("lens_delay").unwrap_or(0.0),
     };
     data.check().map_err(|message| store.error(message))?;
-    Ok((data, held))
+    Ok((data, held, assumed))
+}
+
+/// Time through the probe's lens, one way, s.
+fn lens(store: &Store) -> Result<Option<f64>> {
+    let names = ["probe/lens_thickness", "probe/lens_sound_speed"];
+    if !names.iter().all(|name| store.has(name)) {
+        return Ok(None);
+    }
+    let time = store.scalar(names[0])? / store.scalar(names[1])?;
+    Ok((time.is_finite() && time > 0.0).then_some(time))
 }
 
 /// The positions (x, z) of the elements.
@@ -168,11 +227,14 @@ fn delays(store: &Store, scan: &dyn Fn(&str) -> String, elements: usize) -> Resu
         if apodization.dim() != delay.dim() {
             return Err(store.error("`tx_apodizations` has another shape than `t0_delays`".into()));
         }
-        delay.zip_mut_with(&apodization, |delay, &weight| {
-            if weight == 0.0 {
-                *delay = f64::NAN;
-            }
-        });
+        silence(delay.iter_mut(), apodization.iter().copied()).map_err(|place| {
+            let name = "tx_apodizations";
+            store.error(inverted(
+                name,
+                place / elements.max(1),
+                place % elements.max(1),
+            ))
+        })?;
     }
     Ok(delay)
 }
@@ -288,7 +350,7 @@ fn samples(
     store: &Store,
     name: &str,
     frames: Range<usize>,
-    f_demod: impl Fn() -> Result<f64>,
+    f_demod: f64,
     t0: &[f64],
 ) -> Result<(Samples, usize)> {
     let shape = store.shape(name)?;
@@ -314,7 +376,6 @@ fn samples(
         let rf = Array4::from_shape_fn(order, |(f, t, e, n)| values[(f, t, n, e, 0)]);
         return Ok((Samples::Rf(rf), shape[0]));
     }
-    let f_demod = f_demod()?;
     let phasors: Vec<Complex<f64>> = t0
         .iter()
         .map(|t0| Complex::from_polar(1.0, -std::f64::consts::TAU * f_demod * t0))

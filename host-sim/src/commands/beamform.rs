@@ -37,8 +37,8 @@ use bonebeam_report::page::figure;
 /// Beamform channel data: one complex value per line and depth.
 ///
 /// FILE holds channel data, or aligned data (`x` …) as .npz, which are not delayed again. Focused transmits make
-/// one line each. So do virtual sources in front of the array if they are ordered from left to right. Other
-/// transmits are compounded into two lines per element: straight down, along the normals of a curved array, or in a
+/// one line each, from left to right; those at one position are averaged. So do virtual sources in front of the array
+/// if none is behind another. Other transmits are compounded into two lines per element: straight down, along the normals of a curved array, or in a
 /// sector. With an adaptive method, lines are up to 0.1 mm apart, and each is the largest of several directions
 /// (--sub-lines), so that echoes between two lines are kept.
 ///
@@ -93,7 +93,7 @@ pub struct Arguments {
     #[command(flatten, next_help_heading = "Bone map")]
     phase_symmetry: Flags<PhaseSymmetry>,
 
-    /// Also write the bone surface of the first frame: .csv, .json or .ply
+    /// Also write the bone surface of the first frame: .csv, .json, .ply or .vtp
     ///
     /// The file is as `host-sim surface` writes it. Parameters come from the section [surface] of --config.
     #[arg(long, value_name = "SURFACE.csv", help_heading = "Bone surface")]
@@ -211,7 +211,7 @@ impl Arguments {
     fn check_beams(&self, recording: &Recording) -> Result<()> {
         match given_beams(recording) {
             Some(beam_x) if self.pictured() || self.surface.is_some() => {
-                check_beams(beam_x).map_err(|e| about(&self.recording, e))
+                check_beams(&beam_x).map_err(|e| about(&self.recording, e))
             }
             _ => Ok(()),
         }
@@ -462,13 +462,18 @@ fn summary_of_lines(
     format!("{of_frames}{beams} lines from {first:.2} to {last:.2} mm at {rate} MHz{chosen}")
 }
 
-/// Positions of the beams if the recording has them; else they are evenly spaced.
-fn given_beams(recording: &Recording) -> Option<&[f64]> {
+/// Positions of the lines if the recording has them; else they are evenly spaced.
+fn given_beams(recording: &Recording) -> Option<Vec<f64>> {
     match recording {
         Recording::Channel(data) => match &data.transmits {
-            Transmits::Focused { x, .. } => Some(x),
+            Transmits::Focused { x, .. } => {
+                let mut x = x.clone();
+                x.sort_by(f64::total_cmp);
+                x.dedup();
+                Some(x)
+            }
             _ => None,
         },
-        Recording::Aligned(data) => data.beam_x.as_deref(),
+        Recording::Aligned(data) => data.beam_x.clone(),
     }
 }

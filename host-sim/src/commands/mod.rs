@@ -98,6 +98,10 @@ struct VariableArguments {
     #[arg(long, value_name = "PROGRAM", value_parser = layouts(), help_heading = "Recording")]
     layout: Option<String>,
 
+    /// Track of a zea file with several
+    #[arg(long, value_name = "NAME", help_heading = "Recording")]
+    track: Option<String>,
+
     /// Conjugate I/Q that has the opposite sign of the carrier
     #[arg(long, help_heading = "Recording")]
     iq_conjugate: bool,
@@ -112,12 +116,14 @@ impl VariableArguments {
     /// Replaces the section's values by those of the flags.
     fn apply(&self, variables: &mut Variables) -> Result<()> {
         let layout = self.layout.iter().map(|name| format!("layout={name}"));
+        let track = self.track.iter().map(|name| format!("track={name}"));
         let conjugate = self.iq_conjugate.then(|| "iq_conjugate=1".to_owned());
         let all = self
             .variables
             .iter()
             .cloned()
             .chain(layout)
+            .chain(track)
             .chain(conjugate);
         all.into_iter().try_for_each(|text| {
             let taken = variables.take(&text);

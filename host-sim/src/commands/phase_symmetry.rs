@@ -84,7 +84,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
 
     Format::of(&arguments.image)?;
     let snapshot = Snapshot::of(&arguments.image)?;
-    let pixels = image::read(&arguments.image)?;
+    let pixels = image::read_levels(&arguments.image)?;
     let bytes = phase_symmetry_memory(pixels.dim().into(), &config.phase_symmetry);
     memory::check(bytes, "phase symmetry").map_err(|e| about(&arguments.image, e))?;
     let chosen = config.phase_symmetry.scales_from_image;

@@ -32,7 +32,7 @@ pub struct Arguments {
     #[arg(value_name = "FILE")]
     input: PathBuf,
 
-    /// Points of the surface, written as .csv, .json or .ply
+    /// Points of the surface, written as .csv, .json, .ply or .vtp
     ///
     /// .csv: line, x and z in m, confidence, piece. .json: the same, grouped by piece. .ply: x, 0, z in mm with
     /// confidence, and edges between neighbours. For several frames, points have the frame as well. With --sweep-step,

@@ -1,4 +1,4 @@
-//! Files of a bone surface: CSV, JSON, PLY, and the surface drawn over the picture.
+//! Files of a bone surface: CSV, JSON, PLY, VTK's XML, and the surface drawn over the picture.
 
 use std::io::Write;
 use std::path::Path;
@@ -22,6 +22,8 @@ pub enum Kind {
     Json,
     /// Vertices and edges.
     Ply,
+    /// Points and lines, as VTK's programs show them: its reader of PLY drops edges and confidence.
+    Vtp,
 }
 
 impl Kind {
@@ -35,8 +37,9 @@ impl Kind {
             Some("csv") => Ok(Self::Csv),
             Some("json") => Ok(Self::Json),
             Some("ply") => Ok(Self::Ply),
+            Some("vtp") => Ok(Self::Vtp),
             _ => Err(Error::Usage(format!(
-                "{flag} is {}; expected a name that ends in .csv, .json or .ply",
+                "{flag} is {}; expected a name that ends in .csv, .json, .ply or .vtp",
                 path.display()
             ))),
         }
@@ -149,7 +152,8 @@ pub fn add_surfaces_to(
             let text = serde_json::to_string_pretty(&document);
             text.map_err(|e| Error::Data(format!("the surface cannot be written: {e}")))? + "\n"
         }
-        Kind::Ply => ply(frames, lines, sweep_step),
+        Kind::Ply => Mesh::of(frames, lines, sweep_step).ply(),
+        Kind::Vtp => Mesh::of(frames, lines, sweep_step).vtp(),
     };
     outputs.add(path, |sink| Ok(sink.write_all(text.as_bytes())?))
 }
@@ -181,45 +185,118 @@ fn csv(frames: &[FrameSurface], sweep_step: Option<f64>) -> String {
     text
 }
 
-/// A PLY in mm, as the simulator's meshes; without a sweep y is 0.
-fn ply(frames: &[FrameSurface], lines: usize, sweep_step: Option<f64>) -> String {
-    let several = frames.len() != 1;
-    let (mut vertices, mut edges, mut count) = (String::new(), vec![], 0usize);
-    for frame in frames {
-        let y = sweep_step.map_or("0".into(), |step| format!("{:.4}", 1e3 * frame.y(step)));
-        for (k, point) in frame.points.iter().enumerate() {
-            let (x, z) = (1e3 * point.x, 1e3 * point.z);
-            vertices += &format!("{x:.4} {y} {z:.4} {:.4}", point.confidence);
-            vertices += &if several {
-                format!(" {}\n", frame.frame)
-            } else {
-                "\n".into()
-            };
-            if k > 0 && frame.points[k - 1].piece == point.piece {
-                edges.push(format!("{} {count}\n", count - 1));
+/// Points in mm, as the simulator's meshes, and what joins them.
+struct Mesh {
+    /// x, y, z and confidence, one row a point; without a sweep y is 0.
+    rows: Vec<[String; 2]>,
+    /// Frame of each point, of several.
+    frames: Option<Vec<usize>>,
+    edges: Vec<[usize; 2]>,
+    /// Triangles of a sweep.
+    faces: Option<Vec<[usize; 3]>>,
+}
+
+impl Mesh {
+    fn of(frames: &[FrameSurface], lines: usize, sweep_step: Option<f64>) -> Self {
+        let (mut rows, mut edges, mut of_points) = (vec![], vec![], vec![]);
+        for frame in frames {
+            let y = sweep_step.map_or("0".into(), |step| format!("{:.4}", 1e3 * frame.y(step)));
+            for (k, point) in frame.points.iter().enumerate() {
+                let (x, z) = (1e3 * point.x, 1e3 * point.z);
+                if k > 0 && frame.points[k - 1].piece == point.piece {
+                    edges.push([rows.len() - 1, rows.len()]);
+                }
+                rows.push([
+                    format!("{x:.4} {y} {z:.4}"),
+                    format!("{:.4}", point.confidence),
+                ]);
+                of_points.push(frame.frame);
             }
-            count += 1;
+        }
+        let points: Vec<&[SurfacePoint]> = frames.iter().map(|frame| &frame.points[..]).collect();
+        Self {
+            rows,
+            frames: (frames.len() != 1).then_some(of_points),
+            edges,
+            faces: sweep_step.map(|step| triangles(&points, lines, step)),
         }
     }
-    let points: Vec<&[SurfacePoint]> = frames.iter().map(|frame| &frame.points[..]).collect();
-    let faces = sweep_step.map(|step| triangles(&points, lines, step));
-    let faces = faces.map(|faces| {
-        let head = format!(
-            "element face {}\nproperty list uchar int vertex_indices\n",
-            faces.len()
-        );
-        let rows = faces.iter().map(|[a, b, c]| format!("3 {a} {b} {c}\n"));
-        (head, rows.collect::<String>())
-    });
-    let (face_head, face_rows) = faces.unwrap_or_default();
-    format!(
-        "ply\nformat ascii 1.0\nelement vertex {count}\nproperty float x\nproperty float y\nproperty float z\n\
-         property float confidence\n{}{face_head}element edge {}\nproperty int vertex1\nproperty int vertex2\n\
-         end_header\n{vertices}{face_rows}{}",
-        if several { "property int frame\n" } else { "" },
-        edges.len(),
-        edges.concat()
-    )
+
+    fn ply(&self) -> String {
+        let frame = |k: usize| self.frames.as_ref().map(|frames| format!(" {}", frames[k]));
+        let vertices = self.rows.iter().enumerate();
+        let vertices: String = vertices
+            .map(|(k, row)| format!("{}{}\n", row.join(" "), frame(k).unwrap_or_default()))
+            .collect();
+        let faces = self.faces.as_ref().map(|faces| {
+            let head = format!(
+                "element face {}\nproperty list uchar int vertex_indices\n",
+                faces.len()
+            );
+            let rows = faces.iter().map(|[a, b, c]| format!("3 {a} {b} {c}\n"));
+            (head, rows.collect::<String>())
+        });
+        let (face_head, face_rows) = faces.unwrap_or_default();
+        let edges = self.edges.iter().map(|[a, b]| format!("{a} {b}\n"));
+        format!(
+            "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n\
+             property float confidence\n{}{face_head}element edge {}\nproperty int vertex1\nproperty int vertex2\n\
+             end_header\n{vertices}{face_rows}{}",
+            self.rows.len(),
+            if self.frames.is_some() {
+                "property int frame\n"
+            } else {
+                ""
+            },
+            self.edges.len(),
+            edges.collect::<String>()
+        )
+    }
+
+    /// PolyData of VTK's XML, version 0.1, in ASCII.
+    fn vtp(&self) -> String {
+        fn array(attributes: &str, values: impl Iterator<Item = String>) -> String {
+            let values: Vec<String> = values.collect();
+            format!(
+                "<DataArray {attributes} format=\"ascii\">\n{}\n</DataArray>\n",
+                values.join("\n")
+            )
+        }
+        fn cells<const N: usize>(name: &str, cells: &[[usize; N]]) -> String {
+            let corners = cells
+                .iter()
+                .map(|cell| cell.map(|corner| corner.to_string()).join(" "));
+            let ends = (1..=cells.len()).map(|k| (N * k).to_string());
+            format!(
+                "<{name}>\n{}{}</{name}>\n",
+                array("type=\"Int32\" Name=\"connectivity\"", corners),
+                array("type=\"Int32\" Name=\"offsets\"", ends)
+            )
+        }
+        let faces = self.faces.as_deref().unwrap_or_default();
+        let column = |k: usize| self.rows.iter().map(move |row| row[k].clone());
+        let frames = self.frames.iter().map(|frames| {
+            let frames = frames.iter().map(usize::to_string);
+            array("type=\"Int32\" Name=\"frame\"", frames)
+        });
+        format!(
+            "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"0.1\" byte_order=\"LittleEndian\">\n\
+             <PolyData>\n<Piece NumberOfPoints=\"{}\" NumberOfVerts=\"0\" NumberOfLines=\"{}\" NumberOfStrips=\"0\" \
+             NumberOfPolys=\"{}\">\n<PointData>\n{}{}</PointData>\n<Points>\n{}</Points>\n{}{}</Piece>\n</PolyData>\n\
+             </VTKFile>\n",
+            self.rows.len(),
+            self.edges.len(),
+            faces.len(),
+            array("type=\"Float32\" Name=\"confidence\"", column(1)),
+            frames.collect::<String>(),
+            array(
+                "type=\"Float32\" Name=\"Points\" NumberOfComponents=\"3\"",
+                column(0)
+            ),
+            cells("Lines", &self.edges),
+            cells("Polys", faces)
+        )
+    }
 }
 
 /// An RGB picture with a surface drawn over it.

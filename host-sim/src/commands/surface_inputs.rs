@@ -154,7 +154,7 @@ fn of_file_of_picture(source: &Source<'_>, config: &Config) -> Result<Found> {
             "--pixel-size is {pixel}; expected 1e-6 to 0.01 (m)"
         )));
     }
-    let pixels = image::read(path)?;
+    let pixels = image::read_levels(path)?;
     let (rows, columns) = pixels.dim();
     let Crop {
         x,

@@ -166,7 +166,8 @@ impl Lines {
         lines.map_while(of_line).collect()
     }
 
-    fn aligned(&self, line: usize) -> Result<AlignedLine<'_>, Error> {
+    /// The samples of a line.
+    pub(super) fn aligned(&self, line: usize) -> Result<AlignedLine<'_>, Error> {
         AlignedLine::new(&self.lines[line].0, self.elements)
     }
 
@@ -308,18 +309,18 @@ impl Kernel for Lines {
     type Number = Complex<f32>;
 
     fn draw(draw: &mut impl Draw) -> Result<Self, Error> {
-        let wild = draw.byte() % 8 == 0;
+        let wild = draw.once_in(8);
         let (elements, samples) = (draw.size(20, 72), draw.size(14, 40));
         let mut parameters = parameters(draw, wild);
         parameters.temporal_half_window %= samples + 1;
-        if draw.byte() % 4 == 0 {
+        if draw.once_in(4) {
             parameters.sub_lines = draw.one_of(&[2, 4, 8, 16]);
         }
         parameters.covariance = draw.one_of(&[Covariance::Forward, Covariance::ForwardBackward]);
         // An aperture that may be empty at first, and grows.
         let (most, steps) = (draw.below(elements + 1), 1 + draw.below(samples));
         let empty = draw.below(steps + 1) * usize::from(draw.flag());
-        let all = draw.byte() % 4 == 0;
+        let all = draw.once_in(4);
         let count = |n: usize| match (all, n / steps) {
             (true, _) => elements,
             (false, _) if n < empty => 0,
@@ -363,7 +364,7 @@ impl Kernel for Lines {
         [Need::default(), self.sizes().need()]
     }
 
-    fn len(&self) -> usize {
+    fn numbers(&self) -> usize {
         (0..self.lines.len()).map(|line| self.outputs(line)).sum()
     }
 

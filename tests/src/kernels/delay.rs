@@ -1,5 +1,6 @@
 //! The delay stage, from RF or I/Q: a line, and more added to it.
 
+use std::boxed::Box;
 use std::vec;
 use std::vec::Vec;
 
@@ -48,7 +49,7 @@ pub struct Lines {
 #[derive(Clone, Debug)]
 pub enum Input {
     /// RF, `[element][sample]`.
-    Rf(Delay, Vec<f32>),
+    Rf(Box<Delay>, Vec<f32>),
     /// I/Q.
     Iq(IqDelay, Iq),
 }
@@ -278,7 +279,7 @@ impl Kernel for Lines {
     type Number = Complex<f32>;
 
     fn draw(draw: &mut impl Draw) -> Result<Self, Error> {
-        let wild = draw.byte() % 4 == 0;
+        let wild = draw.once_in(4);
         let iq = draw.flag();
         let (elements, record_samples) = (draw.size(6, 40), draw.size(200, 2000));
         let output_samples = draw.size(40, 200);
@@ -334,7 +335,7 @@ impl Kernel for Lines {
                 })?;
                 let rf = draw.record(elements * record_samples);
                 Record::new(&rf, elements)?;
-                Input::Rf(stage, rf)
+                Input::Rf(Box::new(stage), rf)
             }
             true => {
                 let interpolation = draw.one_of(&[
@@ -391,13 +392,13 @@ impl Kernel for Lines {
     fn need(&self, lanes: usize, way: usize) -> [Need; 2] {
         let samples = if way == 0 { self.shape()[1] } else { way };
         let need = match &self.input {
-            Input::Rf(stage, _) => Stage::need(stage, lanes, samples),
+            Input::Rf(stage, _) => Stage::need(&**stage, lanes, samples),
             Input::Iq(stage, _) => Stage::need(stage, lanes, samples),
         };
         [need, Need::default()]
     }
 
-    fn len(&self) -> usize {
+    fn numbers(&self) -> usize {
         let [elements, samples] = self.shape();
         elements * samples
     }
@@ -413,7 +414,7 @@ impl Kernel for Lines {
         match &self.input {
             Input::Rf(stage, rf) => {
                 let record = Record::new(rf, elements)?;
-                run(zero, self, (stage, &record), way, scratch.real, out)
+                run(zero, self, (&**stage, &record), way, scratch.real, out)
             }
             Input::Iq(stage, iq) => with_iq(iq, elements, |record| {
                 run(zero, self, (stage, record), way, scratch.real, out)

@@ -26,7 +26,7 @@ impl Kernel for Image {
     type Number = f32;
 
     fn draw(draw: &mut impl Draw) -> Result<Self, Error> {
-        let wild = draw.byte() % 4 == 0;
+        let wild = draw.once_in(4);
         let in_fan = draw.flag();
         let counts = [(); 4].map(|()| {
             if draw.byte() < 192 {
@@ -90,7 +90,7 @@ impl Kernel for Image {
         ]
     }
 
-    fn len(&self) -> usize {
+    fn numbers(&self) -> usize {
         self.stage.parameters().grid.pixels()
     }
 

@@ -1,6 +1,7 @@
 //! The kernels of the core, each stated once.
 
 pub mod beamform;
+pub mod coherence;
 pub mod delay;
 pub mod image;
 pub mod phase_symmetry;
@@ -21,6 +22,8 @@ macro_rules! for_each_kernel {
             $crate::kernels::scan::Apertures,
             $crate::kernels::surface::Frame,
             $crate::kernels::pipeline::Line,
+            $crate::kernels::coherence::Shares,
+            $crate::kernels::coherence::ShortLag,
             $crate::kernels::phase_symmetry::Map;
             $($rest)*
         }

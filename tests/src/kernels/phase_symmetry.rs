@@ -62,7 +62,7 @@ impl Kernel for Map {
 
     fn draw(draw: &mut impl Draw) -> Result<Self, Error> {
         let shape = draw.one_of(&[[64, 64], [64, 64], [64, 64], [64, 64], [64, 128], [128, 64]]);
-        let wild = draw.byte() % 4 == 0;
+        let wild = draw.once_in(4);
         let scales = (0..1 + draw.below(3)).map(|_| draw.number(wild, [1.0 / 1024.0, 0.5]));
         let scales = scales.collect();
         let threshold = if draw.flag() {
@@ -101,7 +101,7 @@ impl Kernel for Map {
         ]
     }
 
-    fn len(&self) -> usize {
+    fn numbers(&self) -> usize {
         self.image.len()
     }
 

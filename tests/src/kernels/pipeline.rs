@@ -273,7 +273,7 @@ impl Kernel for Line {
         self.with(Needs { lanes, way }).unwrap_or_default()
     }
 
-    fn len(&self) -> usize {
+    fn numbers(&self) -> usize {
         self.beamformer.line_samples(self.samples()) * self.beamformer.sub_lines
     }
 

@@ -49,7 +49,7 @@ impl Kernel for Apertures {
     type Number = f32;
 
     fn draw(draw: &mut impl Draw) -> Result<Self, Error> {
-        let wild = draw.byte() % 4 == 0;
+        let wild = draw.once_in(4);
         let (elements, lines) = (draw.size(8, 200), draw.size(4, 40));
         let place = Place::draw(draw, wild, elements);
         let mut at = |usual| draw.number(wild, usual);
@@ -97,7 +97,7 @@ impl Kernel for Apertures {
         [Need::default(); 2]
     }
 
-    fn len(&self) -> usize {
+    fn numbers(&self) -> usize {
         12
     }
 

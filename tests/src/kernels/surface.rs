@@ -80,7 +80,7 @@ impl Kernel for Frame {
     type Number = Option<Point>;
 
     fn draw(draw: &mut impl Draw) -> Result<Self, Error> {
-        let wild = draw.byte() % 8 == 0;
+        let wild = draw.once_in(8);
         let (lines, count) = (draw.size(12, 40), draw.size(400, 2000));
         let mut at = |usual| draw.number(wild, usual);
         let samples = Axis {
@@ -131,7 +131,7 @@ impl Kernel for Frame {
         [need.unwrap_or_default(), Need::default()]
     }
 
-    fn len(&self) -> usize {
+    fn numbers(&self) -> usize {
         self.lines
     }
 

@@ -52,7 +52,7 @@ impl Kernel for Waves {
     type Number = Complex<f32>;
 
     fn draw(draw: &mut impl Draw) -> Result<Self, Error> {
-        let wild = draw.byte() % 4 == 0;
+        let wild = draw.once_in(4);
         let (elements, record_samples) = (draw.size(6, 40), draw.size(200, 700));
         let [sampling_rate, output_rate] = draw.one_of(&[[20e6, 20e6], [20e6, 40e6], [40e6, 20e6]]);
         let length = record_samples as f64 / sampling_rate;
@@ -104,7 +104,7 @@ impl Kernel for Waves {
         ]
     }
 
-    fn len(&self) -> usize {
+    fn numbers(&self) -> usize {
         let p = self.delay.parameters();
         p.elements * p.output_samples
     }

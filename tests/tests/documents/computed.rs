@@ -48,6 +48,7 @@ fn surface_settings() -> String {
     let mm = |v: f64| format!("{} mm", (v * 1e9).round() / 1e6);
     let window = |[from, to]: [f64; 2]| format!("{} to {}", (from * 1e9).round() / 1e6, mm(to));
     let ramp = |r: Ramp| format!("{}, {}, {}", r.weight, r.centre, r.width);
+    // Rows up to the prices, except for the cell, are of the terms.
     let rows: [(&str, &dyn Fn(Settings) -> String); 24] = [
         ("length of a cell, at least", &|s| mm(s.cell)),
         ("`B`, around the cell", &|s| format!("±{}", mm(s.echo))),
@@ -85,11 +86,21 @@ fn surface_settings() -> String {
             format!("{a}, {b}")
         }),
     ];
-    let mut table = String::from("| | lines | with coherence | pictures |\n|---|---|---|---|\n");
-    for (name, text) in rows {
-        let presets = [Settings::DEFAULT, Settings::COHERENCE, Settings::PICTURE];
-        let [lines, coherence, pictures] = presets.map(text);
-        table += &format!("| {name} | {lines} | {coherence} | {pictures} |\n");
+    let mut table = String::from(
+        "| | lines | with coherence | pictures, terms | pictures, learnt |\n|---|---|---|---|---|\n",
+    );
+    for (index, (name, text)) in rows.into_iter().enumerate() {
+        let presets = [
+            Settings::DEFAULT,
+            Settings::COHERENCE,
+            Settings::PICTURE,
+            Settings::LEARNT,
+        ];
+        let [lines, coherence, pictures, learnt] = presets.map(|settings| match settings.learnt {
+            true if (1..19).contains(&index) => "–".into(),
+            _ => text(settings),
+        });
+        table += &format!("| {name} | {lines} | {coherence} | {pictures} | {learnt} |\n");
     }
     table
 }

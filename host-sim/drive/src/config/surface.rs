@@ -26,8 +26,9 @@ section! {
             /// Black is this far below the largest envelope. A picture has its own grey levels.
             grey_range: f64 = 60.0, row("DB").within([0.1, 1000.0], " dB");
             /// Depth at which the search begins, m
-            search_start: f64 = Settings::DEFAULT.depths[0], row("M").within([0.0, LENGTHS[1]], " (m)");
-            /// Depth at which the search ends, m [default: 6 mm above the end of the lines]
+            search_start: Option<f64> = None,
+                row("M").within([0.0, LENGTHS[1]], " (m)").usual(|| usual(|s| s.depths[0]));
+            /// Depth at which the search ends, m [default: 6 mm above the end of the lines; 1.5 mm for a picture]
             search_end: Option<f64> = None, row("M").positive(LENGTHS, " (m)");
             /// Score of a line without bone, nats; a larger score finds less bone
             absence: Option<f64> = None,
@@ -43,19 +44,19 @@ section! {
                 row("NATS").within([0.01, 500.0], " nats per mm").usual(|| usual(|s| 1e-3 * s.slope));
             /// Weight of the contrast of the echo to the tissue above, nats
             contrast: Option<f64> = None,
-                row("NATS").within([0.0, MAX_WEIGHT], " nats").usual(|| usual(|s| s.contrast.weight));
+                row("NATS").within([0.0, MAX_WEIGHT], " nats").usual(|| of_lines(|s| s.contrast.weight));
             /// Weight of the drop in level from tissue above to shadow below, nats
             level: Option<f64> = None,
-                row("NATS").within([0.0, MAX_WEIGHT], " nats").usual(|| usual(|s| s.level.weight));
+                row("NATS").within([0.0, MAX_WEIGHT], " nats").usual(|| of_lines(|s| s.level.weight));
             /// Weight of the brightest level below, relative to the tissue above, nats
             rest: Option<f64> = None,
-                row("NATS").within([0.0, MAX_WEIGHT], " nats").usual(|| usual(|s| s.rest.weight));
+                row("NATS").within([0.0, MAX_WEIGHT], " nats").usual(|| of_lines(|s| s.rest.weight));
             /// Weight of the shadow to the end of the line, nats
             shadow: Option<f64> = None,
-                row("NATS").within([0.0, MAX_WEIGHT], " nats").usual(|| usual(|s| -s.shadow.weight));
+                row("NATS").within([0.0, MAX_WEIGHT], " nats").usual(|| of_lines(|s| -s.shadow.weight));
             /// Shadow reference below an echo brighter than the tissue, as a share of white; 1: the tissue alone
             margin: Option<f64> = None,
-                row("X").within([0.0, 1.0], " of white").usual(|| usual(|s| s.margin));
+                row("X").within([0.0, 1.0], " of white").usual(|| of_lines(|s| s.margin));
             /// Minimum confidence of a point, 0 to 1
             min_confidence: f64 = 0.0, row("P").within([0.0, 1.0], "");
             /// Distance in elevation between the frames of a sweep, m
@@ -65,6 +66,8 @@ section! {
             sweep_step: Option<f64> = None, row("M").positive([1e-6, 0.01], " (m)");
         }
         "Picture" {
+            /// Score pictures by the terms, in place of the learnt model
+            terms: bool = false, row("");
             /// Use columns as lines, even if the picture looks like a fan
             columns_as_lines: bool = false, row("");
             /// Fan of the beams of a curved array or a sector [default: found by black corners]
@@ -79,8 +82,16 @@ section! {
 
 /// The core's defaults for lines and for a picture.
 fn usual(of: fn(&Settings) -> f64) -> String {
-    let [lines, picture] = [Settings::DEFAULT, Settings::PICTURE].map(|s| short(of(&s)));
+    let [lines, picture] = [Settings::DEFAULT, Settings::LEARNT].map(|s| short(of(&s)));
     format!("{lines}; {picture} for a picture")
+}
+
+/// The core's default for lines, of a key that has no effect on a picture without `terms`.
+fn of_lines(of: fn(&Settings) -> f64) -> String {
+    format!(
+        "{}; on a picture only with --terms",
+        short(of(&Settings::DEFAULT))
+    )
 }
 
 impl Value for PictureFan {
@@ -106,7 +117,10 @@ impl Surface {
     /// The core's settings: the section's values, and `usual` for missing ones.
     pub fn settings(&self, usual: Settings) -> Settings {
         let mut settings = Settings {
-            depths: [self.search_start, self.search_end.unwrap_or(f64::INFINITY)],
+            depths: [
+                self.search_start.unwrap_or(usual.depths[0]),
+                self.search_end.unwrap_or(usual.depths[1]),
+            ],
             absence: self.absence.unwrap_or(usual.absence),
             end: self.end_price.unwrap_or(usual.end),
             jump: self.jump_price.unwrap_or(usual.jump),
@@ -122,15 +136,39 @@ impl Surface {
         settings
     }
 
+    /// The settings of pictures: the learnt model, or the terms.
+    ///
+    /// # Errors
+    /// [`crate::Error::Usage`] naming the flag of a term that has no effect.
+    pub fn settings_of_picture(&self) -> Result<Settings> {
+        if self.terms {
+            return Ok(self.settings(Settings::PICTURE));
+        }
+        let terms = [
+            ("contrast", self.contrast),
+            ("level", self.level),
+            ("rest", self.rest),
+            ("shadow", self.shadow),
+            ("margin", self.margin),
+        ];
+        match terms.iter().find(|(_, value)| value.is_some()) {
+            Some((name, _)) => Err(Error::Usage(format!(
+                "--{name} has no effect on a picture without --terms"
+            ))),
+            None => Ok(self.settings(Settings::LEARNT)),
+        }
+    }
+
     /// Checks every value.
     ///
     /// # Errors
     /// [`crate::Error::Usage`] naming the flag, the key, the value and the range.
     pub fn validate(&self) -> Result<()> {
         self.check_ranges()?;
+        let start = self.search_start.unwrap_or(Settings::DEFAULT.depths[0]);
         match self.search_end {
-            Some(end) if end <= self.search_start => {
-                let expected = format!("more than --search-start, {} m", self.search_start);
+            Some(end) if end <= start => {
+                let expected = format!("more than --search-start, {start} m");
                 return Err(out_of_range(SECTION, "search_end", end, &expected));
             }
             _ => {}

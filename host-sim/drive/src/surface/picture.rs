@@ -1,7 +1,7 @@
 //! The surface in a picture, whose lines are its columns or the beams of its fan.
 
 use bonebeam::geometry::Axis;
-use bonebeam::surface::{Settings, grey};
+use bonebeam::surface::grey;
 use ndarray::ArrayView2;
 use rayon::prelude::*;
 
@@ -77,13 +77,7 @@ fn of_columns(picture: &Picture<'_>, section: &config::Surface) -> Result<Pictur
         step: pixel,
         count: pixels.nrows(),
     };
-    let points = detect(
-        &levels,
-        None,
-        rows,
-        pixel,
-        section.settings(Settings::PICTURE),
-    )?;
+    let points = detect(&levels, None, rows, pixel, section.settings_of_picture()?)?;
     let at = |column: usize, r: f64| [x0 + column as f64 * pixel, z0 - depth + r];
     Ok(PictureSurface {
         points: placed(points, section.min_confidence, at),
@@ -128,7 +122,7 @@ fn of_fan(
         step: picture.pixel,
         count: samples,
     };
-    let settings = section.settings(Settings::PICTURE);
+    let settings = section.settings_of_picture()?;
     let mut points = detect(&grey_levels, None, depths, step * middle, settings)?;
     for (point, seen) in points.iter_mut().zip(seen) {
         // Where the picture is cut, there is too little shadow to judge.

@@ -1,15 +1,16 @@
 //! Workspaces of Verasonics' research scanners.
 //!
 //! By the public descriptions of their fields: lengths in wavelengths of `Trans.frequency` (MHz) at
-//! `Resource.Parameters.speedOfSound`, times from the first element that fires.
+//! `Resource.Parameters.speedOfSound`, of `Trans` in mm if `Trans.units` says so; times from the first element that
+//! fires. An acquisition (`Receive`) belongs to a frame of a buffer, and an `Event` joins it with a `TX`.
 
 use std::ops::Range;
 
-use ndarray::{Array2, Array4};
+use ndarray::{Array2, Array4, Axis};
 
 use crate::values::{NamedArrays, Values};
-use crate::variables::{LAYOUT, Variables};
-use crate::waves::{Fired, Wave};
+use crate::variables::{BUFFER, LAYOUT, Variables};
+use crate::waves::{Fired, Wave, inverted, silence};
 use bonebeam_files::memory::{self, product};
 use bonebeam_files::{ChannelData, Result, Samples};
 
@@ -30,7 +31,20 @@ struct Workspace<'a> {
     source: &'a dyn NamedArrays,
     /// `Trans.frequency`, Hz.
     frequency: f64,
+    /// The unit of lengths, at the workspace's speed of sound, m.
+    wavelength: f64,
     assumed: Vec<String>,
+}
+
+/// An acquisition of a frame.
+struct Acquisition {
+    /// Its number among all `Receive`, from 0.
+    receive: usize,
+    rows: Range<usize>,
+    /// Depth of the first row, wavelengths.
+    depth: f64,
+    /// Whether it is added to what is in its rows.
+    accumulates: bool,
 }
 
 impl Workspace<'_> {
@@ -51,8 +65,39 @@ impl Workspace<'_> {
         Err(self.source.error(message))
     }
 
+    /// A number from each of `count` structs, or the default where the field is missing.
+    fn column(&self, name: &str, count: usize, default: f64) -> Result<Vec<f64>> {
+        if !self.source.has(name) {
+            return Ok(vec![default; count]);
+        }
+        let values = self.each(name)?;
+        match values.len() == count {
+            true => Ok(values),
+            false => self.refuse(format!(
+                "`{name}` has {} numbers; expected one for each of {count} entries",
+                values.len()
+            )),
+        }
+    }
+
+    /// The unit of lengths in `Trans`, m.
+    fn unit(&mut self) -> Result<f64> {
+        if !self.source.has("Trans.units") {
+            let why = "lengths in Trans are in wavelengths, since Trans.units is missing";
+            self.assumed.push(why.into());
+            return Ok(self.wavelength);
+        }
+        match self.source.text("Trans.units")?.as_str() {
+            "mm" => Ok(1e-3),
+            "wavelengths" => Ok(self.wavelength),
+            other => self.refuse(format!(
+                "`Trans.units` is {other}; expected mm or wavelengths"
+            )),
+        }
+    }
+
     /// The positions (x, z), m, and the angles of the elements.
-    fn elements(&mut self, wavelength: f64) -> Result<(Vec<[f64; 2]>, Vec<f64>)> {
+    fn elements(&self, unit: f64) -> Result<(Vec<[f64; 2]>, Vec<f64>)> {
         let positions = self.source.numbers("Trans.ElementPos")?;
         let shape = positions.shape().to_vec();
         if shape.len() != 2 || shape[1] < 3 {
@@ -60,24 +105,6 @@ impl Workspace<'_> {
                 "`Trans.ElementPos` has shape {shape:?}; expected [element, 4 or 5]"
             ));
         }
-        let units = match self.source.has("Trans.units") {
-            true => self.source.text("Trans.units")?,
-            false => {
-                self.assumed.push(
-                    "Trans.ElementPos is in wavelengths, since Trans.units is missing".into(),
-                );
-                "wavelengths".into()
-            }
-        };
-        let unit = match units.as_str() {
-            "mm" => 1e-3,
-            "wavelengths" => wavelength,
-            other => {
-                return self.refuse(format!(
-                    "`Trans.units` is {other}; expected mm or wavelengths"
-                ));
-            }
-        };
         let at = |element: usize, column: usize| unit * positions[[element, column]];
         if (0..shape[0]).any(|m| at(m, 1) != 0.0) {
             return self
@@ -154,64 +181,120 @@ impl Workspace<'_> {
         Ok(rate * self.frequency)
     }
 
-    /// Rows of each acquisition of a frame, and the depth of their first, wavelengths.
-    ///
-    /// All have the same length.
-    fn acquisitions(&self) -> Result<(Vec<Range<usize>>, f64)> {
-        let (start, end) = (
-            self.each("Receive.startSample")?,
-            self.each("Receive.endSample")?,
+    /// Number of the receive buffer, from 1: the chosen one, or the first that has acquisitions.
+    fn buffer(&mut self, bufnum: &[f64], chosen: Option<f64>) -> Result<f64> {
+        let mut numbers = bufnum.to_vec();
+        numbers.sort_by(f64::total_cmp);
+        numbers.dedup();
+        let listed = numbers.iter().map(f64::to_string).collect::<Vec<_>>();
+        let listed = listed.join(", ");
+        match chosen {
+            Some(number) if numbers.contains(&number) => Ok(number),
+            Some(number) => self.refuse(format!(
+                "`buffer` is {number} (--variable); `Receive.bufnum` has {listed}"
+            )),
+            None => {
+                if numbers.len() > 1 {
+                    self.assumed.push(format!(
+                        "receive buffer {} of {listed}; --variable buffer=N reads another",
+                        numbers[0]
+                    ));
+                }
+                Ok(numbers.first().copied().unwrap_or(1.0))
+            }
+        }
+    }
+
+    /// The acquisitions of each frame of a buffer, which are the same for all.
+    fn acquisitions(&mut self, chosen: Option<f64>) -> Result<(Vec<Acquisition>, usize)> {
+        let start = self.each("Receive.startSample")?;
+        let column =
+            |field: &str, default| self.column(&format!("Receive.{field}"), start.len(), default);
+        let (end, frame, bufnum) = (
+            column("endSample", 0.0)?,
+            column("framenum", 1.0)?,
+            column("bufnum", 1.0)?,
         );
-        let frame = match self.source.has("Receive.framenum") {
-            true => self.each("Receive.framenum")?,
-            false => vec![1.0; start.len()],
-        };
-        let depth = match self.source.has("Receive.startDepth") {
-            true => self.first("Receive.startDepth")?,
-            false => 0.0,
-        };
-        let of_first = start
-            .iter()
-            .zip(&end)
-            .zip(&frame)
-            .filter(|(_, of)| Some(*of) == frame.first());
+        let (depth, mode) = (column("startDepth", 0.0)?, column("mode", 0.0)?);
+        let buffer = self.buffer(&bufnum, chosen)?;
+        let own: Vec<usize> = (0..start.len()).filter(|&k| bufnum[k] == buffer).collect();
+        let first = own.first().map(|&k| frame[k]);
         // The casts saturate.
-        let rows = of_first
-            .map(|((start, end), _)| (start.max(1.0) - 1.0) as usize..end.max(0.0) as usize);
-        let rows: Vec<Range<usize>> = rows.collect();
-        let length = rows.first().map_or(0, ExactSizeIterator::len);
-        if length == 0 || rows.iter().any(|rows| rows.len() != length) {
+        let rows = |k: usize| (start[k].max(1.0) - 1.0) as usize..end[k].max(0.0) as usize;
+        let (own, frame) = (&own, &frame);
+        let of = |number: f64| own.iter().copied().filter(move |&k| frame[k] == number);
+        let all: Vec<Acquisition> = first
+            .into_iter()
+            .flat_map(of)
+            .map(|k| Acquisition {
+                receive: k,
+                rows: rows(k),
+                depth: depth[k],
+                accumulates: mode[k] != 0.0,
+            })
+            .collect();
+        let length = all.first().map_or(0, |first| first.rows.len());
+        if length == 0 || all.iter().any(|one| one.rows.len() != length) {
             let wrong = "has acquisitions of several lengths, or of none, by `Receive.startSample` and `endSample`";
             return self.refuse(wrong.into());
         }
-        Ok((rows, depth))
+        let is_alike = |&k: &usize| {
+            of(frame[k])
+                .map(rows)
+                .eq(all.iter().map(|one| one.rows.clone()))
+        };
+        if let Some(&k) = own.iter().find(|k| !is_alike(k)) {
+            return self.refuse(format!(
+                "has other acquisitions in frame {} than in frame {}, by `Receive.framenum`; expected the same rows",
+                frame[k], frame[own[0]]
+            ));
+        }
+        Ok((all, buffer as usize))
     }
 
-    /// Firing time of each element per acquisition, s, and the waves that result.
+    /// The `TX` of each acquisition, from 0, of `count` ones.
+    fn transmit_of(&mut self, acquisitions: &[Acquisition], count: usize) -> Result<Vec<usize>> {
+        if count == 1 {
+            return Ok(vec![0; acquisitions.len()]);
+        }
+        if self.source.has("Event.rcv") && self.source.has("Event.tx") {
+            let received = self.each("Event.rcv")?;
+            let sent = self.column("Event.tx", received.len(), 0.0)?;
+            let of = |one: &Acquisition| {
+                let number = (one.receive + 1) as f64;
+                let event = received.iter().position(|&rcv| rcv == number);
+                let tx = event.map(|event| sent[event]);
+                match tx.filter(|&tx| tx >= 1.0 && tx <= count as f64) {
+                    Some(tx) => Ok(tx as usize - 1),
+                    None => self.refuse(format!(
+                        "has no `Event` with one of the {count} `TX` for `Receive({number})`"
+                    )),
+                }
+            };
+            return acquisitions.iter().map(of).collect();
+        }
+        if count < acquisitions.len() {
+            return self.refuse(format!(
+                "has {count} `TX` for {} acquisitions per frame, and no `Event` that names the `TX` of each; save \
+                 `Event` too",
+                acquisitions.len()
+            ));
+        }
+        self.assumed.push(format!(
+            "acquisitions have the first {} of {count} TX in their order, since Event is missing",
+            acquisitions.len()
+        ));
+        Ok((0..acquisitions.len()).collect())
+    }
+
+    /// Firing time of each element per acquisition, s, the waves that result, and the peaks of their pulses, s.
     fn transmits(
         &mut self,
-        acquisitions: usize,
+        all: &[Acquisition],
         elements: usize,
-        c: f64,
-    ) -> Result<(Array2<f64>, Vec<Wave>)> {
+    ) -> Result<(Array2<f64>, Vec<Wave>, Vec<f64>)> {
         let names = self.source.entries("TX.Delay");
-        let of: Vec<usize> = match names.len() {
-            1 => vec![0; acquisitions],
-            n if n < acquisitions => {
-                return self.refuse(format!(
-                    "has {n} `TX` for {acquisitions} acquisitions per frame; expected one for each, or one for all"
-                ));
-            }
-            n => {
-                if n > acquisitions {
-                    let first = format!("the first {acquisitions} of {n} TX");
-                    self.assumed.push(format!(
-                        "{first} are those of the acquisitions, in their order"
-                    ));
-                }
-                (0..acquisitions).collect()
-            }
-        };
+        let of = self.transmit_of(all, names.len())?;
         let [apodizations, steers, foci, origins] = ["Apod", "Steer", "focus", "Origin"]
             .map(|field| self.source.entries(&format!("TX.{field}")));
         let field = |names: &[String], k: usize| -> Result<Vec<f64>> {
@@ -221,9 +304,18 @@ impl Workspace<'_> {
                 .transpose()?;
             Ok(numbers.unwrap_or_default())
         };
-        let metres = c / self.frequency;
-        let mut delay = Array2::zeros((acquisitions, elements));
-        let mut waves = Vec::new();
+        let waveform = self.column("TX.waveform", names.len(), 1.0)?;
+        let peak = match self.source.has("TW.peak") {
+            true => self.each("TW.peak")?,
+            false => {
+                let why =
+                    "the pulse's peak leaves an element when it fires, since TW.peak is missing";
+                self.assumed.push(why.into());
+                vec![0.0]
+            }
+        };
+        let mut delay = Array2::zeros((all.len(), elements));
+        let (mut waves, mut peaks) = (Vec::new(), Vec::new());
         for (mut row, &k) in delay.outer_iter_mut().zip(&of) {
             let wavelengths = self.source.vector(&names[k])?;
             let apodization = field(&apodizations, k)?;
@@ -236,19 +328,27 @@ impl Workspace<'_> {
                     apodization.len()
                 ));
             }
-            for (m, (delay, wavelengths)) in row.iter_mut().zip(wavelengths).enumerate() {
-                let fires = apodization.get(m).is_none_or(|weight| *weight != 0.0);
-                *delay = if fires {
-                    wavelengths / self.frequency
-                } else {
-                    f64::NAN
-                };
+            for (delay, wavelengths) in row.iter_mut().zip(wavelengths) {
+                *delay = wavelengths / self.frequency;
             }
+            let weights = apodization.iter().copied();
+            silence(row.iter_mut(), weights)
+                .map_err(|place| self.source.error(inverted("TX.Apod", k, place)))?;
+            // The cast saturates.
+            let number = waveform[k] as usize;
+            let Some(&peak) = peak.get(number.wrapping_sub(1)) else {
+                return self.refuse(format!(
+                    "`TX({}).waveform` is {number}; expected one of {} `TW`",
+                    k + 1,
+                    peak.len()
+                ));
+            };
+            peaks.push(peak / self.frequency);
             let first = |numbers: Vec<f64>, axis: usize| numbers.get(axis).copied().unwrap_or(0.0);
             let steer = first(field(&steers, k)?, 0);
-            let focus = metres * first(field(&foci, k)?, 0);
+            let focus = self.wavelength * first(field(&foci, k)?, 0);
             let origin = field(&origins, k)?;
-            let origin = [0, 2].map(|axis| metres * first(origin.clone(), axis));
+            let origin = [0, 2].map(|axis| self.wavelength * first(origin.clone(), axis));
             let source = [
                 origin[0] + focus * steer.sin(),
                 origin[1] + focus * steer.cos(),
@@ -258,7 +358,34 @@ impl Workspace<'_> {
                 false => Wave::VirtualSource(source, origin),
             });
         }
-        Ok((delay, waves))
+        Ok((delay, waves, peaks))
+    }
+
+    /// Checks that acquisitions that accumulate repeat the transmit of their rows; the others remain.
+    fn accumulated(&self, all: &[Acquisition], delay: &Array2<f64>) -> Result<Vec<usize>> {
+        let mut kept: Vec<usize> = Vec::new();
+        for (k, one) in all.iter().enumerate() {
+            let same = kept.iter().find(|&&other| all[other].rows == one.rows);
+            let alike = |other: usize| {
+                let pairs = delay.row(k).into_iter().zip(delay.row(other));
+                pairs
+                    .into_iter()
+                    .all(|(a, b)| a == b || a.is_nan() && b.is_nan())
+            };
+            match same {
+                None => kept.push(k),
+                Some(&other) if one.accumulates && alike(other) => {}
+                Some(other) => {
+                    return self.refuse(format!(
+                        "has the sum of several transmits in the rows of `Receive({})` and `Receive({})`; expected \
+                         one transmit, or repetitions of one (`Receive.mode` 1)",
+                        all[*other].receive + 1,
+                        one.receive + 1
+                    ));
+                }
+            }
+        }
+        Ok(kept)
     }
 
     /// Samples of the acquisitions, and the number of frames in the buffer.
@@ -266,16 +393,15 @@ impl Workspace<'_> {
         &mut self,
         rows: &[Range<usize>],
         elements: usize,
-        frames: Range<usize>,
+        (number, frames): (usize, Range<usize>),
     ) -> Result<(Array4<f32>, usize)> {
         let buffers = self.source.entries("RcvData");
-        let buffer = buffers.first().map_or("RcvData", |name| name);
-        if buffers.len() > 1 {
-            self.assumed.push(format!(
-                "the first of {} receive buffers is read",
+        let Some(buffer) = buffers.get(number.wrapping_sub(1)) else {
+            return self.refuse(format!(
+                "has {} buffers in `RcvData`; `Receive.bufnum` is {number}",
                 buffers.len()
             ));
-        }
+        };
         let in_parts = self
             .source
             .shape_for_parts(buffer)?
@@ -285,9 +411,28 @@ impl Workspace<'_> {
             .sides(buffer)
             .and_then(|sides| sides.get(2).copied())
             .unwrap_or(1);
-        let Values::Real(data) = self.source.samples(buffer, in_parts.map(|_| (2, frames)))? else {
-            return self.refuse("`RcvData` is complex; expected RF".into());
-        };
+        let oldest = self.oldest(number, held)?;
+        let mut parts = Vec::new();
+        for frames in match in_parts {
+            Some(_) => in_memory(frames, oldest, held),
+            None => vec![0..held],
+        } {
+            let part = in_parts.is_some().then_some((2, frames));
+            match self.source.samples(buffer, part)? {
+                Values::Real(data) => parts.push(data),
+                Values::Complex(_) => {
+                    return self.refuse("`RcvData` is complex; expected RF".into());
+                }
+            }
+        }
+        let views: Vec<_> = parts.iter().map(|part| part.view()).collect();
+        let axis = Axis(
+            views
+                .first()
+                .map_or(0, |view| view.ndim().min(3).saturating_sub(1)),
+        );
+        let data = ndarray::concatenate(axis, &views)
+            .map_err(|e| self.source.error(format!("`RcvData`: {e}")))?;
         let there = data.shape().to_vec();
         let last = rows.iter().map(|rows| rows.end).max().unwrap_or(0);
         if !(2..=3).contains(&there.len()) || there[0] < last {
@@ -307,12 +452,47 @@ impl Workspace<'_> {
         memory::check(bytes, "the samples").map_err(|e| self.source.error(e.to_string()))?;
         let rf = Array4::from_shape_fn(shape, |(frame, transmit, m, n)| {
             let (row, channel) = (rows[transmit].start + n, channels[m]);
+            let frame = match in_parts {
+                Some(_) => frame,
+                None => (frame + oldest) % held,
+            };
             match data.ndim() {
                 2 => data[[row, channel]],
                 _ => data[[row, channel, frame]],
             }
         });
         Ok((rf, held))
+    }
+
+    /// Place of the oldest frame in a buffer, which is a ring: that after the last one written.
+    fn oldest(&mut self, number: usize, held: usize) -> Result<usize> {
+        let last = self.source.entries("Resource.RcvBuffer.lastFrame");
+        let Some(name) = last.get(number.wrapping_sub(1)) else {
+            return Ok(0);
+        };
+        // The cast saturates.
+        let last = self.source.scalar(name)? as usize;
+        if last == 0 || last >= held {
+            return Ok(0);
+        }
+        self.assumed.push(format!(
+            "frames are in the order of time: the first is {} in memory, after Resource.RcvBuffer.lastFrame",
+            last + 1
+        ));
+        Ok(last)
+    }
+}
+
+/// Places in memory of some frames of a ring of `held`, of which the first in time is `oldest`.
+fn in_memory(frames: Range<usize>, oldest: usize, held: usize) -> Vec<Range<usize>> {
+    let (start, end) = (
+        frames.start.min(held) + oldest,
+        frames.end.min(held) + oldest,
+    );
+    match (start >= held, end > held) {
+        (true, _) => vec![start - held..end.max(start) - held],
+        (false, true) => vec![start..held, 0..end - held],
+        (false, false) => vec![start..end],
     }
 }
 
@@ -325,53 +505,61 @@ pub fn read(
     variables: &Variables,
     frames: Range<usize>,
 ) -> Result<(ChannelData, usize, Vec<String>)> {
-    let only = variables.only_numbers(&[LAYOUT, "fs", "c", "f0", "lens_delay"]);
+    let only = variables.only_numbers(&[LAYOUT, BUFFER, "fs", "c", "f0", "lens_delay"]);
     only.map_err(|e| source.error(e))?;
     let frequency = 1e6 * source.scalar("Trans.frequency")?;
     let mut w = Workspace {
         source,
         frequency,
+        wavelength: 0.0,
         assumed: vec![
             "a Verasonics workspace: times count from the first element that fires".into(),
         ],
     };
-    let c = match variables.number("c") {
-        Some(c) => c,
-        None => w.or(
-            "Resource.Parameters.speedOfSound",
-            1540.0,
-            "c is 1540 m/s, since Resource.Parameters.speedOfSound is missing",
-        )?,
+    let speed = w.or(
+        "Resource.Parameters.speedOfSound",
+        1540.0,
+        "c is 1540 m/s, since Resource.Parameters.speedOfSound is missing",
+    )?;
+    w.wavelength = speed / frequency;
+    let c = variables.number("c").unwrap_or(speed);
+    let f0 = match variables.number("f0") {
+        Some(f0) => f0,
+        None if source.has("Receive.demodFrequency") => 1e6 * w.first("Receive.demodFrequency")?,
+        None => frequency,
     };
-    let f0 = variables.number("f0").unwrap_or(frequency);
+    if (f0 - frequency).abs() > 0.01 * frequency && variables.number("f0").is_none() {
+        let why = "f0 is the received frequency, Receive.demodFrequency, not Trans.frequency";
+        w.assumed.push(why.into());
+    }
     let fs = match variables.number("fs") {
         Some(fs) => fs,
         None => w.sampling_rate()?,
     };
-    let (elements, angles) = w.elements(c / frequency)?;
-    let (rows, depth) = w.acquisitions()?;
-    let (delay, waves) = w.transmits(rows.len(), elements.len(), c)?;
-    let peak = w.or(
-        "TW.peak",
-        0.0,
-        "the pulse's peak leaves an element when it fires, since TW.peak is missing",
-    )?;
+    let unit = w.unit()?;
+    let (elements, angles) = w.elements(unit)?;
+    let (all, buffer) = w.acquisitions(variables.number(BUFFER))?;
+    let (delay, waves, peaks) = w.transmits(&all, elements.len())?;
+    let kept = w.accumulated(&all, &delay)?;
+    let start = |k: &usize| 2.0 * all[*k].depth / frequency - peaks[*k];
     let fired = Fired {
         elements: &elements,
-        delay,
-        start: vec![(2.0 * depth - peak) / frequency; rows.len()],
+        delay: delay.select(Axis(0), &kept),
+        start: kept.iter().map(start).collect(),
         c,
         f0,
     };
+    let waves: Vec<Wave> = kept.iter().map(|&k| waves[k]).collect();
+    let rows: Vec<Range<usize>> = kept.iter().map(|&k| all[k].rows.clone()).collect();
     let (transmits, t0) = fired.law(&waves);
     let lens_delay = match variables.number("lens_delay") {
         Some(delay) => delay,
         None => {
             let why = "no lens, since Trans.lensCorrection is missing";
-            w.or("Trans.lensCorrection", 0.0, why)? / frequency
+            w.or("Trans.lensCorrection", 0.0, why)? * unit / speed
         }
     };
-    let (rf, held) = w.samples(&rows, elements.len(), frames)?;
+    let (rf, held) = w.samples(&rows, elements.len(), (buffer, frames))?;
     let is_flat = |values: &Vec<f64>| values.iter().all(|&value| value == 0.0);
     let element_z: Vec<f64> = elements.iter().map(|e| e[1]).collect();
     let data = ChannelData {

@@ -133,7 +133,7 @@ impl<'a> Frame<'a> {
     /// The surface of the core, with the command's defaults.
     fn surface(&self, coherence: Option<&Array2<f32>>) -> Result<Vec<Answer>> {
         let section = config::Surface {
-            search_start: DEPTHS[0],
+            search_start: Some(DEPTHS[0]),
             search_end: Some(DEPTHS[1]),
             ..config::Surface::default()
         };

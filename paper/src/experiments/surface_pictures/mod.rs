@@ -59,7 +59,10 @@ impl Default for SurfacePictures {
             bones: 12,
             pictures: 2,
             seed: 1,
-            surface: config::Surface::default(),
+            surface: config::Surface {
+                terms: true,
+                ..config::Surface::default()
+            },
         }
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! Every mean is a separate sum, and every path is found by trying all preceding cells.
 
-use bonebeam::surface::{Levels, Parameters, Point, Ramp};
+use bonebeam::surface::{Levels, Parameters, Point, Ramp, weights};
 
 /// The searched cells of a line, and their positions.
 struct Cells {
@@ -63,8 +63,116 @@ fn nats(value: f64) -> i64 {
     (1024.0 * value).round() as i64
 }
 
+/// The score of an echo by the network, in 1/1024 nat, from the means around it.
+fn network(means: &[i64], [dark, tissue, bright]: [i64; 3]) -> i64 {
+    let log = |level: i64| ln(level + 64);
+    let logs = means.iter().map(|&mean| log(mean) - log(means[0]));
+    let range = (bright - dark).max(320);
+    let shares = means
+        .iter()
+        .map(|mean| (1024 * (mean - dark).max(0) / range).min(2048));
+    let of_frame = [log(dark) - log(bright), log(tissue) - log(bright)];
+    let mut inputs: Vec<i64> = logs.chain(shares).chain(of_frame).collect();
+    inputs[0] = log(means[0]) - log(bright);
+    let inputs: Vec<i64> = (0..inputs.len())
+        .map(|k| {
+            ((inputs[k] - i64::from(weights::CENTRES[k])) * i64::from(weights::GAINS[k])) >> 12
+        })
+        .map(|input| input.clamp(-192, 192))
+        .collect();
+    let hidden = weights::WEIGHTS
+        .iter()
+        .zip(weights::BIASES)
+        .map(|(unit, bias)| {
+            let sum: i64 = unit
+                .iter()
+                .zip(&inputs)
+                .map(|(&w, x)| i64::from(w) * x)
+                .sum();
+            (sum + i64::from(bias)).max(0) >> 8
+        });
+    let output: i64 = hidden
+        .zip(weights::OUTPUT)
+        .map(|(unit, w)| unit * i64::from(w))
+        .sum();
+    ((output + i64::from(weights::OUTPUT_BIAS)) >> 8).clamp(-4096, 6040)
+}
+
+/// The scores of the learnt model.
+fn learnt(p: &Parameters, line: &[u8], levels: Levels) -> Vec<i64> {
+    let cells = cells(p);
+    let (first, count) = (cells.first as i64, cells.searched as i64);
+    let of = |length: f64| ((1e-3 * length / cells.length + 0.5) as i64).min(1 << 20);
+    let least = |length: f64| of(length).max(1);
+    let mean = |from: i64, end: i64| {
+        let from = from.clamp(0, cells.count as i64 - 1);
+        let end = end.min(cells.count as i64).max(from + 1);
+        let (sum, samples) = sum(line, &cells, from, end);
+        16 * sum / samples
+    };
+    let echo = |cell: i64| mean(cell - least(0.2), cell + least(0.2) + 1);
+    let echoes: Vec<i64> = (first..first + count).map(echo).collect();
+    let brightest = |cells: std::ops::Range<i64>| {
+        let cells = cells.start.max(0)..cells.end.min(count);
+        cells.map(|k| echoes[k as usize]).max().unwrap_or(0)
+    };
+    let below = [
+        (0.3, 0.6),
+        (0.5, 1.0),
+        (1.0, 2.0),
+        (2.0, 4.0),
+        (4.0, 8.0),
+        (8.0, 16.0),
+    ];
+    let [dark, tissue, bright] = [levels.dark, levels.tissue, levels.bright].map(i64::from);
+    let dark = dark.min((tissue - 16 * 56).max(16 * 13));
+    let score = |k: i64| {
+        let (level, cell) = (echoes[k as usize], first + k);
+        let neighbours = least(0.4);
+        let is_echo = level >= dark + 48
+            && brightest(k - neighbours..k) <= level
+            && (k + 1 >= count || brightest(k + 1..k + 1 + neighbours) < level);
+        if !is_echo {
+            return None;
+        }
+        let around = |from: i64, end: i64| mean(cell + from, cell + end);
+        let mut means = vec![level];
+        means.push(around(-of(0.1), of(0.1) + 1));
+        means.push(around(-least(0.5), least(0.5) + 1));
+        means.extend(below.map(|(near, far)| around(of(near), of(far))));
+        means.extend(
+            below[..5]
+                .iter()
+                .map(|&(near, far)| around(1 - of(far), 1 - of(near))),
+        );
+        means.push(mean(cell + least(1.5), i64::MAX / 2));
+        means.push(mean(0, cell + 1 - least(0.5)));
+        let block = least(1.0);
+        let blocks = cell + least(1.5)..=cells.count as i64 - block;
+        means.push(blocks.map(|at| mean(at, at + block)).max().unwrap_or(0));
+        means.push(brightest(k + block..count));
+        means.push(brightest(0..k - block + 1));
+        means.push(brightest(0..count));
+        Some(network(&means, [dark, tissue, bright]))
+    };
+    let own: Vec<Option<i64>> = (0..count).map(score).collect();
+    let at = |k: i64| usize::try_from(k).ok().and_then(|k| *own.get(k)?);
+    let best = |k: i64| {
+        let beside = [at(k - 1), at(k + 1)].map(|score| score.map(|score| score - 717));
+        beside
+            .into_iter()
+            .chain([at(k)])
+            .flatten()
+            .fold(-4096, i64::max)
+    };
+    (0..count).map(best).collect()
+}
+
 /// The scores of a line's cells from the first searched one, in 1/1024 nat.
 pub fn scores(p: &Parameters, line: &[u8], levels: Levels) -> Vec<i64> {
+    if p.settings.learnt {
+        return learnt(p, line, levels);
+    }
     let s = &p.settings;
     let cells = cells(p);
     let of = |length: f64| (length / cells.length + 0.5) as i64;
@@ -181,7 +289,8 @@ pub fn levels(p: &Parameters, frame: &[u8]) -> Levels {
     };
     Levels {
         dark: percentile(shadows, 2),
-        tissue: percentile(grey, 60),
+        tissue: percentile(grey.clone(), 60),
+        bright: percentile(grey, 98),
     }
 }
 
