@@ -148,7 +148,10 @@ def rust(network, note):
 //!
 //! {note}
 
-use super::learnt::{{HIDDEN, INPUTS}};
+/// Inputs of the network.
+pub const INPUTS: usize = {INPUTS};
+/// Units of its hidden layer.
+pub const HIDDEN: usize = {HIDDEN};
 
 /// Subtracted from the inputs.
 #[rustfmt::skip]

@@ -34,20 +34,22 @@ impl BeamformParameters {
     }
 }
 
-/// Validates section `[image]`, given as JSON.
-pub fn image(section: &str) -> PyResult<Image> {
-    let given: Map<String, Value> = serde_json::from_str(section).map_err(refused)?;
-    let section: Image = of_keys(given)?;
-    section.validate().map_err(refused)?;
-    Ok(section)
+/// Functions that validate a section, given as JSON.
+macro_rules! validated {
+    ($($section:ident: $type:ty;)*) => {$(
+        pub fn $section(section: &str) -> PyResult<$type> {
+            let given: Map<String, Value> = serde_json::from_str(section).map_err(refused)?;
+            let section: $type = of_keys(given)?;
+            section.validate().map_err(refused)?;
+            Ok(section)
+        }
+    )*};
 }
 
-/// Validates section `[surface]`, given as JSON.
-pub fn surface(section: &str) -> PyResult<Surface> {
-    let given: Map<String, Value> = serde_json::from_str(section).map_err(refused)?;
-    let section: Surface = of_keys(given)?;
-    section.validate().map_err(refused)?;
-    Ok(section)
+validated! {
+    image: Image;
+    surface: Surface;
+    phase_symmetry: PhaseSymmetry;
 }
 
 /// Reads a section key by key, so that an error names the key.
@@ -65,14 +67,6 @@ fn of_keys<T: DeserializeOwned>(given: Map<String, Value>) -> PyResult<T> {
         }
     }
     serde_json::from_value(Value::Object(given)).map_err(refused)
-}
-
-/// Validates section `[phase_symmetry]`, given as JSON.
-pub fn phase_symmetry(section: &str) -> PyResult<PhaseSymmetry> {
-    let given: Map<String, Value> = serde_json::from_str(section).map_err(refused)?;
-    let section: PhaseSymmetry = of_keys(given)?;
-    section.validate().map_err(refused)?;
-    Ok(section)
 }
 
 /// The command's defaults as JSON, section by section.

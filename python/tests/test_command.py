@@ -201,6 +201,7 @@ def keywords():
     """The text of ``_keywords.py`` from the command's keys."""
     keys = {key["name"]: key for key in TABLES["keys"]}
     both = ["adaptive_depth_start", "adaptive_depth_end", "sub_lines"]
+    aligned = ["sound_speed", "beam_spacing"]
     beamformer, delay = (
         [name for name, key in keys.items() if key["heading"] == heading and name not in both]
         for heading in ["Beamformer", "Delay (channel data only)"]
@@ -209,7 +210,7 @@ def keywords():
         ("BeamformerParameters", "", "Keywords of the beamformer.", beamformer),
         ("DelayParameters", "", "Keywords of the delay stage.", [*delay, "sound_speed"]),
         ("ChannelDataParameters", "BeamformerParameters, DelayParameters, ", "Keywords for channel data.", both),
-        ("AlignedDataParameters", "BeamformerParameters, ", "Keywords for aligned data.", ["sound_speed", "beam_spacing"]),
+        ("AlignedDataParameters", "BeamformerParameters, ", "Keywords for aligned data.", aligned),
     ]
     lines = [
         '"""Keywords, written by `KEYWORDS=write pytest tests/test_command.py` from the keys of the command."""',

@@ -7,14 +7,10 @@
 use super::logarithm::ln;
 use super::onset::Levels;
 use super::parameters::{PARTS, Sizes, cells_of};
-use super::weights::{BIASES, CENTRES, GAINS, OUTPUT, OUTPUT_BIAS, WEIGHTS};
+use super::weights::{BIASES, CENTRES, GAINS, INPUTS, OUTPUT, OUTPUT_BIAS, WEIGHTS};
 
 /// Mean levels of an echo.
 const LEVELS: usize = 20;
-/// Inputs of the network: logarithms and shares of the frame's range for each level, and two of the frame.
-pub(super) const INPUTS: usize = 2 * LEVELS + 2;
-/// Units of the hidden layer.
-pub(super) const HIDDEN: usize = 16;
 /// Score of a cell that is no echo.
 const LOWEST: i32 = -4 << 10;
 /// Largest score; back pointers hold less than 6 nats.
@@ -246,6 +242,8 @@ impl Frame {
     }
 
     /// The network's score of an echo.
+    ///
+    /// Its inputs are the levels' logarithms, their shares of the frame's range, and two of the frame.
     #[inline(never)]
     fn score(&self, means: &[i32; LEVELS]) -> i32 {
         let echo = ln_of(means.first().copied().unwrap_or_default());

@@ -2,7 +2,10 @@
 //!
 //! 1260 pictures of seed 11 by the fourth version of `bonebeam-draw`, before the limit of the frame's dark.
 
-use super::learnt::{HIDDEN, INPUTS};
+/// Inputs of the network.
+pub const INPUTS: usize = 42;
+/// Units of its hidden layer.
+pub const HIDDEN: usize = 16;
 
 /// Subtracted from the inputs.
 #[rustfmt::skip]

@@ -1,7 +1,7 @@
 //! Outlines of bone, and the lines' first hits on them.
 
-use super::random::{Curve, Draw};
-use super::view::View;
+use super::random::{Curve, Draw, mix};
+use super::view::{View, crossed};
 
 /// Points (x, z) of a surface from left to right, mm.
 pub type Outline = Vec<[f32; 2]>;
@@ -37,9 +37,8 @@ pub fn hits(outline: &[[f32; 2]], view: &View) -> Vec<Option<Hit>> {
     let mut hits: Vec<Option<Hit>> = vec![None; view.lines];
     for pair in outline.windows(2) {
         let ([l0, s0], [l1, s1]) = (view.place(pair[0]), view.place(pair[1]));
-        let (first, last) = (l0.min(l1).ceil().max(0.0), l0.max(l1).ceil());
-        for line in first as usize..(last.max(0.0) as usize).min(view.lines) {
-            let sample = s0 + (line as f32 - l0) / (l1 - l0) * (s1 - s0);
+        for (line, share) in crossed(l0, l1, view.lines) {
+            let sample = mix(s0, s1, share);
             let slope = (s1 - s0) * view.step() / ((l1 - l0) * view.pitch(sample));
             let nearer = hits[line].is_none_or(|old| sample < old.sample);
             if nearer && sample > 1.0 && sample < view.samples as f32 {
@@ -53,9 +52,8 @@ pub fn hits(outline: &[[f32; 2]], view: &View) -> Vec<Option<Hit>> {
 
 /// An arch: half an ellipse of an exponent, 2 for round and less for a ridge, with a tilt.
 pub fn arch(draw: &mut Draw, [x, top]: [f32; 2], [wide, high]: [f32; 2]) -> Outline {
-    let exponent = draw.within(1.15, 2.6);
-    let tilt = draw.within(-0.4, 0.4) * (high / wide).min(1.0);
-    let [left, right] = [draw.within(0.6, 0.98), draw.within(0.6, 0.98)];
+    let [exponent, tilt, left, right] = draw.row("arch");
+    let tilt = tilt * (high / wide).min(1.0);
     let rough = draw.curve(0.02 * wide.min(8.0), wide, 0.2 * wide);
     let points = (-60..=60).map(|k| {
         let t = k as f32 / 60.0 * if k < 0 { left } else { right };
@@ -68,14 +66,12 @@ pub fn arch(draw: &mut Draw, [x, top]: [f32; 2], [wide, high]: [f32; 2]) -> Outl
 
 /// A surface along a curve from `start` to `end`, whose ends bend down by up to `bend` mm.
 pub fn span(curve: &Curve, [start, end]: [f32; 2], bend: [f32; 2]) -> Outline {
+    let near = |far: f32| (1.0 - far / 3.0).max(0.0);
+    let down = |far, bend: f32| bend * near(far) * near(far);
     let points = (0..=160).map(|k| {
         let x = start + (end - start) * k as f32 / 160.0;
-        let down =
-            |far: f32, bend: f32| bend * (1.0 - far / 3.0).max(0.0) * (1.0 - far / 3.0).max(0.0);
-        [
-            x,
-            curve.at(x) + down(x - start, bend[0]) + down(end - x, bend[1]),
-        ]
+        let down = [down(x - start, bend[0]), down(end - x, bend[1])];
+        [x, curve.at(x) + down[0] + down[1]]
     });
     points.collect()
 }

@@ -1,11 +1,13 @@
 //! The bone's echo and its repetitions, the beam and noise.
 
-use ndarray::{Array2, Axis, Slice};
+use std::f32::consts::FRAC_1_SQRT_2;
+
+use ndarray::{Array1, Array2, Axis, Slice};
 
 use super::Look;
 use super::bone::{Bone, Hit};
 use super::medium::Medium;
-use super::random::{Curve, Draw, Patches, amplitude};
+use super::random::{Curve, Draw, Patches, amplitude, mix};
 use super::view::View;
 
 /// Sound, array and receiver. Lengths in mm, levels in dB over the tissue's speckle.
@@ -32,27 +34,34 @@ pub struct Sound {
 
 impl Sound {
     pub fn drawn(draw: &mut Draw, view: &View, look: &Look) -> Self {
-        let frequency = (draw.log(180.0, 700.0) / view.depth).clamp(2.0, 16.0);
-        let wavelength = 1.54 / frequency;
+        let [
+            frequency,
+            axial,
+            lateral,
+            focus,
+            range,
+            noise,
+            rise,
+            fall,
+            looks,
+            ghost,
+            haze,
+            far,
+            lobes,
+            spread,
+        ] = draw.row("sound");
+        let wavelength = 1.54 / (frequency / view.depth).clamp(2.0, 16.0);
+        let within = |[low, high]: [f32; 2], share| mix(low, high, share);
         Sound {
-            point: [
-                wavelength * draw.log(0.6, 1.8),
-                wavelength * draw.log(1.0, 3.5),
-            ],
-            focus: [
-                draw.within(0.15, 0.8) * view.depth,
-                draw.log(0.5, 3.0) * view.depth,
-            ],
-            noise: [
-                draw.within(look.noise[0], look.noise[1]),
-                draw.within(0.0, 12.0) / view.depth,
-            ],
-            fall: draw.within(look.fall[0], look.fall[1]) / view.depth,
-            looks: draw.count(1, 6),
-            ghost: draw.within(-70.0, -28.0),
-            haze: [draw.within(-48.0, -16.0), draw.log(0.7, 10.0)],
-            lobes: draw.within(-50.0, -24.0),
-            spread: draw.log(0.006, 0.25),
+            point: [wavelength * axial, wavelength * lateral],
+            focus: [focus * view.depth, range * view.depth],
+            noise: [within(look.noise, noise), rise / view.depth],
+            fall: within(look.fall, fall) / view.depth,
+            looks: looks as usize,
+            ghost,
+            haze: [haze, far],
+            lobes,
+            spread,
         }
     }
 
@@ -78,10 +87,12 @@ impl Sound {
             (0..60).map(part).sum()
         };
         let depths = (0..100).map(|k| 0.02 * k as f32 * (sigma + tail));
-        depths
-            .fold((0.0, 0.0), |best, z| {
-                if echo(z) > best.1 { (z, echo(z)) } else { best }
-            })
+        let echoes = depths.map(|z| (z, echo(z)));
+        echoes
+            .fold(
+                (0.0, 0.0),
+                |best, now| if now.1 > best.1 { now } else { best },
+            )
             .0
     }
 }
@@ -90,11 +101,10 @@ impl Sound {
 fn kernel(sigma: f32) -> Vec<f32> {
     let sigma = sigma.max(0.3);
     let reach = (2.6 * sigma).ceil() as i32;
-    let weights =
-        (-reach..=reach).map(|k| libm::expf(-0.5 * (k as f32 / sigma) * (k as f32 / sigma)));
-    let weights: Vec<f32> = weights.collect();
-    let norm = weights.iter().map(|w| w * w).sum::<f32>().sqrt();
-    weights.into_iter().map(|w| w / norm).collect()
+    let places = (-reach..=reach).map(|k| k as f32 / sigma);
+    let weights = places.map(|far| libm::expf(-0.5 * far * far));
+    let norm = weights.clone().map(|w| w * w).sum::<f32>().sqrt();
+    weights.map(|w| w / norm).collect()
 }
 
 /// The level of the echoes, dB: `[sample, line]`.
@@ -112,16 +122,11 @@ pub fn echoes(
     let axial = sound.axial(view);
     // The peak of a thin line's echo.
     let gain = axial.iter().copied().fold(0.0, f32::max) * middle.iter().sum::<f32>();
-    let mut rough = Array2::zeros(light.raw_dim());
-    let mut lines = Array2::zeros(light.raw_dim());
-    for sample in 0..view.samples {
-        let fall = amplitude(-sound.fall * sample as f32 * step);
-        for line in 0..view.lines {
-            let at = [sample, line];
-            rough[at] = amplitude(medium.level[at]) * light[at] * fall;
-            lines[at] = medium.lines[at] / gain * light[at] * fall;
-        }
-    }
+    let fall = |sample: f32| amplitude(-sound.fall * sample * step);
+    let falls = Array1::from_shape_fn(view.samples, |sample| fall(sample as f32));
+    let falls = falls.insert_axis(Axis(1));
+    let mut rough = medium.level.mapv(amplitude) * light * &falls;
+    let mut lines = &medium.lines / gain * light * &falls;
     for bone in bones {
         let uneven = draw.curve(2.0, 15.0, 1.0);
         let patches = Patches::new(draw, [5.0, 1.5 * sound.haze[1]], 0.0);
@@ -134,7 +139,7 @@ pub fn echoes(
             let first = sample.ceil() as usize;
             let turned = tilt.abs() / 0.785;
             let decibels = bone.level + uneven.at(x) - bone.fall * turned.powf(1.5);
-            let fall = amplitude(-sound.fall * sample * step);
+            let fall = fall(sample);
             let size = amplitude(decibels) * light[[sample as usize, line]] * fall;
             let sum = (1.0 + bone.tail / sound.point[0]).sqrt();
             let repeated = amplitude(sound.ghost - 0.5 * bone.fall * turned * turned);
@@ -143,10 +148,9 @@ pub fn echoes(
                 let far = (k as f32 - sample) * step;
                 let at = [k, line];
                 let echo = size * libm::expf(-far / bone.tail);
-                let share = if k == first {
-                    1.0
-                } else {
-                    2.0 * step / bone.tail.max(step)
+                let share = match k - first {
+                    0 => 1.0,
+                    _ => 2.0 * step / bone.tail.max(step),
                 };
                 lines[at] += echo * (1.0 - bone.rough) / gain / sum * share;
                 let mut power = rough[at] * rough[at] + echo * echo * bone.rough * bone.rough;
@@ -166,8 +170,10 @@ pub fn echoes(
     let mut power = Array2::zeros(light.raw_dim());
     for _ in 0..sound.looks {
         for part in 0..2 {
-            let field = rough.mapv(|level| level * draw.normal() * std::f32::consts::FRAC_1_SQRT_2);
-            let field = if part == 0 { field + &lines } else { field };
+            let mut field = rough.mapv(|level| level * draw.normal() * FRAC_1_SQRT_2);
+            if part == 0 {
+                field += &lines;
+            }
             let field = blurred(draw, sound, view, &field, &axial);
             power.zip_mut_with(&field, |sum: &mut f32, value| *sum += value * value);
         }
@@ -206,18 +212,16 @@ fn blurred(
         let half = lines / 8;
         let (mut sum, mut side) = (0.0, vec![0.0; lines]);
         for line in 0..lines + half {
-            sum += row.get(line).copied().unwrap_or(0.0);
-            sum -= row
-                .get(line.wrapping_sub(2 * half + 1))
-                .copied()
-                .unwrap_or(0.0);
+            let at = |line| row.get(line).copied().unwrap_or(0.0);
+            sum += at(line);
+            sum -= at(line.wrapping_sub(2 * half + 1));
             if line >= half {
                 side[line - half] = sum;
             }
         }
         let noise = amplitude(sound.noise[0] + sound.noise[1] * sample as f32 * view.step());
         for (value, side) in row.iter_mut().zip(side) {
-            *value += lobes * side + noise * draw.normal() * std::f32::consts::FRAC_1_SQRT_2;
+            *value += lobes * side + noise * draw.normal() * FRAC_1_SQRT_2;
         }
     }
     let reach = axial.len() / 2;

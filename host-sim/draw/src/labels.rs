@@ -3,9 +3,9 @@
 use ndarray::Array2;
 use serde::Serialize;
 
-use super::Picture;
 use super::bone::Bone;
 use super::echo::Sound;
+use super::random::mix;
 use super::view::{Array, View};
 
 /// Points (column, row) in pixels.
@@ -26,49 +26,34 @@ pub(crate) fn polylines(
     let mut all = [Vec::new(), Vec::new()];
     for bone in bones {
         let crest = sound.crest(bone.tail) / view.step();
-        let samples = bone
-            .hits
-            .iter()
-            .map(|hit| hit.map(|hit| hit.sample + crest));
+        let samples = bone.hits.iter().map(|hit| Some((*hit)?.sample + crest));
         let samples: Vec<_> = samples.collect();
         let clear = (0..view.lines).map(|line| seen(grey, view, &samples, line));
         let clear: Vec<bool> = clear.collect();
         // The majority of neighbours.
-        let clear = (0..view.lines).map(|line| {
+        let clear = |line: usize| {
             let near = &clear[line.saturating_sub(7)..(line + 8).min(view.lines)];
             2 * near.iter().filter(|clear| **clear).count() > near.len()
-        });
-        let clear: Vec<bool> = clear.collect();
-        let mut start = 0;
-        while start < view.lines {
-            let Some(mut before) = samples[start] else {
-                start += 1;
-                continue;
-            };
-            let mut end = start + 1;
-            while end < view.lines && clear[end] == clear[start] {
-                let Some(next) = samples[end] else { break };
-                if (next - before).abs() * view.step() > 4.0 * view.pitch(next).max(0.15) {
-                    break;
-                }
-                before = next;
-                end += 1;
-            }
-            let long = (end - start) as f32 * view.pitch(before) >= SHORTEST;
-            let points =
-                (start..end).filter(|line| (line - start).is_multiple_of(3) || line + 1 == end);
-            let points = points.filter_map(|line| {
-                let [x, y] = view.to_pixel(view.point(line as f32, samples[line]?));
-                let [columns, rows] = view.size.map(|side| side as f32 - 1.0);
-                let within = (0.0..=rows).contains(&y) && (0.0..=columns).contains(&x);
-                let round = |v: f32| (10.0 * v).round() / 10.0;
-                within.then(|| [round(x), round(y)])
-            });
+        };
+        let hits = samples.iter().enumerate();
+        let hits = hits.filter_map(|(line, sample)| Some((line, (*sample)?, clear(line))));
+        let together = |a: &(usize, f32, bool), b: &(usize, f32, bool)| {
+            let near = (b.1 - a.1).abs() * view.step() <= 4.0 * view.pitch(b.1).max(0.15);
+            b.0 == a.0 + 1 && b.2 == a.2 && near
+        };
+        for piece in hits.collect::<Vec<_>>().chunk_by(together) {
+            let last = piece.len() - 1;
+            let long = piece.len() as f32 * view.pitch(piece[last].1) >= SHORTEST;
+            let points = piece.iter().enumerate();
+            let points = points.filter(|(k, _)| k.is_multiple_of(3) || *k == last);
+            let points = points.map(|(_, at)| view.to_pixel(view.point(at.0 as f32, at.1)));
+            let [columns, rows] = view.size.map(|side| 0.0..=side as f32 - 1.0);
+            let points = points.filter(|[x, y]| columns.contains(x) && rows.contains(y));
+            let points = points.map(|at| at.map(|v| (10.0 * v).round() / 10.0));
             let points: Polyline = points.collect();
             if points.len() > 1 {
-                all[usize::from(!(clear[start] && long))].push(points);
+                all[usize::from(!(piece[0].2 && long))].push(points);
             }
-            start = end;
         }
     }
     all
@@ -97,82 +82,54 @@ fn seen(grey: &Array2<f32>, view: &View, samples: &[Option<f32>], line: usize) -
 }
 
 /// An entry of `labels.json`.
-#[derive(Serialize)]
-pub struct Entry {
-    image: String,
-    kind: &'static str,
-    source: String,
-    specimen: String,
-    pixel_mm: f32,
-    geometry: String,
-    crop: String,
-    size: [usize; 2],
-    bone: Vec<Polyline>,
-    maybe: Vec<Polyline>,
-    note: &'static str,
+#[derive(Default, Serialize)]
+pub struct Label {
+    /// File of the picture.
+    pub image: String,
+    pub(crate) kind: &'static str,
+    pub(crate) source: String,
+    pub(crate) specimen: String,
+    /// Side of a pixel, mm.
+    pub pixel_mm: f32,
+    pub(crate) geometry: String,
+    pub(crate) crop: String,
+    pub(crate) size: [usize; 2],
+    /// Crests of bone that is seen.
+    pub bone: Vec<Polyline>,
+    /// Crests of bone that is hardly seen, or not.
+    pub maybe: Vec<Polyline>,
+    pub(crate) note: &'static str,
 }
 
-impl Picture {
-    /// The entry of the picture in a file of a name.
-    pub fn entry(&self, image: String, seed: u64, number: u64) -> Entry {
-        let (rows, columns) = self.pixels.dim();
-        Entry {
-            image,
-            kind: if self.subject.has_bone() {
-                "bone"
-            } else {
-                "no bone"
-            },
-            source: format!("bonebeam-draw, seed {seed}, picture {number}"),
-            specimen: format!("{:?}", self.subject),
-            pixel_mm: self.view.pixel,
-            geometry: self.geometry(),
-            crop: self.crop.clone(),
-            size: [columns, rows],
-            bone: self.bone.clone(),
-            maybe: self.maybe.clone(),
-            note: "",
-        }
-    }
-
-    /// The row at which each column first meets a label.
+impl Label {
+    /// The row at which each column first meets a crest.
     pub fn first(&self) -> Vec<Option<f32>> {
-        let mut rows: Vec<Option<f32>> = vec![None; self.pixels.dim().1];
-        for pair in self
-            .bone
-            .iter()
-            .chain(&self.maybe)
-            .flat_map(|line| line.windows(2))
-        {
+        let mut rows: Vec<Option<f32>> = vec![None; self.size[0]];
+        let lines = self.bone.iter().chain(&self.maybe);
+        for pair in lines.flat_map(|line| line.windows(2)) {
             let [[x0, y0], [x1, y1]] = [pair[0], pair[1]];
             for column in x0.ceil() as usize..=x1 as usize {
-                let row = y0 + (column as f32 - x0) / (x1 - x0) * (y1 - y0);
+                let row = mix(y0, y1, (column as f32 - x0) / (x1 - x0));
                 rows[column] = Some(rows[column].map_or(row, |old| old.min(row)));
             }
         }
         rows
     }
+}
 
-    fn geometry(&self) -> String {
-        let view = &self.view;
-        let [x, y] = self.corner.map(|corner| corner as f32);
-        let fan = |name: &str, apex: f32, half: f32| {
-            let [column, row] = view.to_pixel([0.0, -apex]);
-            format!(
-                "fan ({name}): lines meet at x {:.1}, y {:.1}, half angle {half:.4}, radius {:.1} px",
-                column + x,
-                row + y,
-                apex / view.pixel
-            )
-        };
-        match view.array {
-            Array::Linear => "rectangle (linear array)".into(),
-            Array::Trapezoid { apex } => fan(
-                "linear array, trapezoid",
-                apex,
-                libm::atanf(view.half / apex),
-            ),
-            Array::Convex { radius } => fan("curved array", radius, view.half),
-        }
+/// The form of a field whose first pixel is at a column and row.
+pub(crate) fn geometry(view: &View, corner: [f32; 2]) -> String {
+    let fan = |name: &str, apex: f32, half: f32| {
+        let [x, y] = view.to_pixel([0.0, -apex]);
+        let (x, y, radius) = (x + corner[0], y + corner[1], apex / view.pixel);
+        format!(
+            "fan ({name}): lines meet at x {x:.1}, y {y:.1}, half angle {half:.4}, radius {radius:.1} px"
+        )
+    };
+    let trapezoid = "linear array, trapezoid";
+    match view.array {
+        Array::Linear => "rectangle (linear array)".into(),
+        Array::Trapezoid { apex } => fan(trapezoid, apex, libm::atanf(view.half / apex)),
+        Array::Convex { radius } => fan("curved array", radius, view.half),
     }
 }

@@ -7,7 +7,7 @@
 mod bone;
 mod display;
 mod echo;
-pub mod labels;
+mod labels;
 mod medium;
 mod random;
 mod screen;
@@ -20,25 +20,17 @@ use ndarray::Array2;
 
 use bone::{Bone, Outline};
 use echo::Sound;
-use labels::Polyline;
+pub use labels::Label;
 use random::{Curve, Draw};
 pub use subject::Subject;
 use view::{Array, View};
 
-/// A picture and its bone.
+/// A picture and its label.
 pub struct Picture {
     /// Grey levels, `[row, column]`.
     pub pixels: Array2<u8>,
-    /// What was drawn.
-    pub subject: Subject,
-    view: View,
-    corner: [usize; 2],
-    /// Where marks of the screen are.
-    pub crop: String,
-    /// Crests of bone that is seen, in pixels.
-    pub bone: Vec<Polyline>,
-    /// Crests of bone that is hardly seen, or not.
-    pub maybe: Vec<Polyline>,
+    /// What was drawn, and its bone.
+    pub label: Label,
 }
 
 /// Ranges that make bone clear or faint, dB.
@@ -79,14 +71,18 @@ impl Picture {
         let draw = &mut Draw::new(seed, number);
         let view = View::drawn(draw, subject.deep());
         let outlines = subject.outlines(draw, &view);
-        let (field, mut picture) = Picture::field(draw, subject, view, &outlines, &Look::ANY);
-        let (screen, corner, crop) = screen::framed(draw, &field, &picture.view);
-        (picture.pixels, picture.corner, picture.crop) = (rounded(&screen), corner, crop);
-        let shift = corner.map(|corner| corner as f32);
-        for [x, y] in picture.bone.iter_mut().chain(&mut picture.maybe).flatten() {
-            (*x, *y) = (*x + shift[0], *y + shift[1]);
+        let (field, mut label) = field(draw, subject, &view, &outlines, &Look::ANY);
+        let (screen, corner, crop) = screen::framed(draw, &field, &view);
+        let corner = corner.map(|corner| corner as f32);
+        for [x, y] in label.bone.iter_mut().chain(&mut label.maybe).flatten() {
+            (*x, *y) = (*x + corner[0], *y + corner[1]);
         }
-        picture
+        label.image = format!("{number:05}.png");
+        label.source = format!("bonebeam-draw, seed {seed}, picture {number}");
+        label.geometry = labels::geometry(&view, corner);
+        (label.crop, label.size) = (crop, [screen.ncols(), screen.nrows()]);
+        let pixels = rounded(&screen);
+        Picture { pixels, label }
     }
 
     /// The vertebra of a number, or layers alone, in a rectangle without a screen around it.
@@ -103,33 +99,35 @@ impl Picture {
         let view = View::new(Array::Linear, 0.5 * width, depth, [256, 500], pixel);
         let outlines = bone.map(|bone| Subject::Vertebra.outlines(&mut Draw::new(bone, 1), &view));
         let (draw, outlines) = (&mut Draw::new(seed, 2), outlines.unwrap_or_default());
-        Picture::field(draw, Subject::Vertebra, view, &outlines, look).1
+        let (field, label) = field(draw, Subject::Vertebra, &view, &outlines, look);
+        let pixels = rounded(&field);
+        Picture { pixels, label }
     }
+}
 
-    /// The field alone, NaN outside a fan, and as a picture.
-    fn field(
-        draw: &mut Draw,
-        subject: Subject,
-        view: View,
-        outlines: &[Outline],
-        look: &Look,
-    ) -> (Array2<f32>, Self) {
-        let (levels, bones, sound) = scanned(draw, subject, &view, outlines, look);
-        let grey = display::grey(draw, &levels, &view);
-        let mut field = display::pixels(&grey, &view);
-        display::stored(draw, &mut field);
-        let [bone, maybe] = labels::polylines(&grey, &view, &bones, &sound);
-        let picture = Picture {
-            pixels: rounded(&field),
-            subject,
-            view,
-            corner: [0, 0],
-            crop: "none".into(),
-            bone,
-            maybe,
-        };
-        (field, picture)
-    }
+/// The field alone, NaN outside a fan, and its label.
+fn field(
+    draw: &mut Draw,
+    subject: Subject,
+    view: &View,
+    outlines: &[Outline],
+    look: &Look,
+) -> (Array2<f32>, Label) {
+    let (levels, bones, sound) = scanned(draw, subject, view, outlines, look);
+    let grey = display::grey(draw, &levels, view);
+    let mut field = display::pixels(&grey, view);
+    display::stored(draw, &mut field);
+    let [bone, maybe] = labels::polylines(&grey, view, &bones, &sound);
+    let label = Label {
+        kind: ["no bone", "bone"][usize::from(subject.has_bone())],
+        specimen: format!("{subject:?}"),
+        pixel_mm: view.pixel,
+        size: view.size,
+        bone,
+        maybe,
+        ..Label::default()
+    };
+    (field, label)
 }
 
 /// Grey levels; black where there are none.
@@ -147,22 +145,25 @@ fn scanned(
 ) -> (Array2<f32>, Vec<Bone>, Sound) {
     let points = outlines.iter().flatten().map(|point| point[1]);
     let highest = points.fold(view.depth, f32::min).max(2.0);
-    let most = if draw.chance(0.6) { 0.05 } else { 0.2 };
-    let standoff = draw.within(0.0, most) * highest;
-    let height = draw.within(0.0, 3.0);
+    let [most, share, height] = draw.row("skin");
+    let standoff = most * share * highest;
     let bow = draw.curve(height, 120.0, 25.0);
     let skin = Curve::of(|x| (standoff + bow.at(x)).clamp(0.0, 0.6 * highest));
     let mut medium = subject.tissue(draw, view, &skin, outlines);
     let enters = shadow::contact(draw, &mut medium, &skin);
     let sound = Sound::drawn(draw, view, look);
     let level = draw.within(look.bone[0], look.bone[1]);
-    let bones = outlines.iter().map(|outline| Bone {
-        hits: bone::hits(outline, view),
-        level: level + draw.within(-4.0, 4.0),
-        tail: draw.log(0.1, 0.8),
-        rough: draw.within(0.1, 1.0),
-        fall: draw.within(3.0, 26.0),
-        through: -draw.within(20.0, 90.0),
+    let bones = outlines.iter().map(|outline| {
+        let [uneven, tail, rough, fall, through] = draw.row("bone");
+        let (hits, level) = (bone::hits(outline, view), level + uneven);
+        Bone {
+            hits,
+            level,
+            tail,
+            rough,
+            fall,
+            through,
+        }
     });
     let bones: Vec<_> = bones.collect();
     let light = shadow::light(&medium, &enters, &bones, sound.spread);
@@ -186,55 +187,41 @@ mod tests {
     #[test]
     fn labels_lie_on_a_crest_above_a_shadow_and_pictures_without_bone_have_none() {
         let (mut distances, mut crest, mut below) = (Vec::new(), Vec::new(), Vec::new());
-        for subject in Subject::MIX {
-            for number in 0..3 {
-                let picture = Picture::of(subject, 5, number);
-                assert!(subject.has_bone() || picture.bone.len() + picture.maybe.len() == 0);
-                let mm = 1.0 / picture.view.pixel;
-                let (rows, columns) = picture.pixels.dim();
-                for [x, y] in picture.bone.iter().flatten() {
-                    let (x, y) = (x.round() as usize, y.round());
-                    assert!(x < columns && y >= 0.0 && (y as usize) < rows);
-                    let at =
-                        |row: f32| picture.pixels.get([row as usize, x]).map(|v| f32::from(*v));
-                    let near =
-                        (-(mm as i32)..=mm as i32).filter_map(|k| Some((at(y + k as f32)?, k)));
-                    let best = near.max_by(|a, b| a.0.total_cmp(&b.0)).expect("a pixel");
-                    distances.push(best.1.abs() as f32 / mm);
-                    crest.extend(at(y));
-                    below.extend((2 * mm as i32..4 * mm as i32).filter_map(|k| at(y + k as f32)));
-                }
+        for (subject, number) in Subject::MIX
+            .into_iter()
+            .flat_map(|all| [0, 1, 2].map(|k| (all, k)))
+        {
+            let Picture { pixels, label } = Picture::of(subject, 5, number);
+            assert!(subject.has_bone() || label.bone.len() + label.maybe.len() == 0);
+            let mm = (1.0 / label.pixel_mm) as i32;
+            for [x, y] in label.bone.iter().flatten() {
+                assert!(x.round() >= 0.0 && y.round() >= 0.0);
+                let [x, y] = [x, y].map(|v| v.round() as usize);
+                assert!(x < pixels.ncols() && y < pixels.nrows());
+                let at = |k: i32| pixels.get([y.checked_add_signed(k as isize)?, x]).copied();
+                let near = (-mm..=mm).filter_map(|k| Some((at(k)?, k)));
+                let best = near.max().expect("a pixel");
+                distances.push(best.1.abs() as f32 * label.pixel_mm);
+                crest.push(f32::from(pixels[[y, x]]));
+                below.extend((2 * mm..4 * mm).filter_map(at).map(f32::from));
             }
         }
         distances.sort_by(f32::total_cmp);
         let mean = |values: &[f32]| values.iter().sum::<f32>() / values.len() as f32;
+        let (median, crest, below) = (distances[distances.len() / 2], mean(&crest), mean(&below));
         assert!(distances.len() > 500);
-        assert!(
-            distances[distances.len() / 2] < 0.2,
-            "{}",
-            distances[distances.len() / 2]
-        );
-        assert!(
-            mean(&below) < 0.5 * mean(&crest),
-            "{} {}",
-            mean(&below),
-            mean(&crest)
-        );
+        assert!(median < 0.2, "{median}");
+        assert!(below < 0.5 * crest, "{below} {crest}");
     }
 
     #[test]
     fn a_place_is_the_inverse_of_a_point() {
         let arrays = [
-            Array::Linear,
-            Array::Trapezoid { apex: 60.0 },
-            Array::Convex { radius: 40.0 },
+            (Array::Linear, 20.0),
+            (Array::Trapezoid { apex: 60.0 }, 20.0),
+            (Array::Convex { radius: 40.0 }, 0.6),
         ];
-        for array in arrays {
-            let half = if matches!(array, Array::Convex { .. }) {
-                0.6
-            } else {
-                20.0
-            };
+        for (array, half) in arrays {
             let view = View::new(array, half, 50.0, [128, 400], 0.1);
             for (line, sample) in [(0.0, 0.0), (31.5, 100.0), (127.0, 399.0)] {
                 let [x, z] = view.point(line, sample);
@@ -253,10 +240,9 @@ mod tests {
         let [first, second] = [draw(Some(1), 1), draw(Some(1), 2)];
         assert_eq!(first.pixels.dim(), (461, 381));
         assert_ne!(first.pixels, second.pixels);
-        let pairs = first.first().into_iter().zip(second.first());
-        let apart = pairs.filter_map(|(a, b)| Some((a? - b?).abs()));
-        let apart: Vec<f32> = apart.collect();
+        let pairs = first.label.first().into_iter().zip(second.label.first());
+        let apart: Vec<f32> = pairs.filter_map(|(a, b)| Some((a? - b?).abs())).collect();
         assert!(apart.len() > 100 && apart.iter().all(|apart| *apart < 10.0));
-        assert!(draw(None, 1).first().iter().all(Option::is_none));
+        assert!(draw(None, 1).label.first().iter().all(Option::is_none));
     }
 }

@@ -5,9 +5,11 @@ use std::fs::{File, create_dir_all};
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
-use bonebeam_draw::{Picture, Subject, labels::Entry};
+use bonebeam_draw::{Picture, Subject};
 use clap::Parser;
 use rayon::prelude::*;
+
+type Failure = Box<dyn Error + Send + Sync>;
 
 /// Draws B-mode pictures as grey PNG, with `labels.json`
 #[derive(Parser)]
@@ -26,7 +28,7 @@ struct Arguments {
     kind: Vec<Subject>,
 }
 
-fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
+fn main() -> Result<(), Failure> {
     let arguments = Arguments::parse();
     create_dir_all(&arguments.out)?;
     let subjects = if arguments.kind.is_empty() {
@@ -35,25 +37,21 @@ fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
         arguments.kind
     };
     let pictures = (0..arguments.count).into_par_iter();
-    let entries = pictures.map(|number| {
+    let labels = pictures.map(|number| {
         let subject = subjects[number as usize % subjects.len()];
         let picture = Picture::of(subject, arguments.seed, number);
-        let name = format!("{number:05}.png");
-        write(&arguments.out.join(&name), &picture)?;
-        Ok(picture.entry(name, arguments.seed, number))
+        write(&arguments.out.join(&picture.label.image), &picture)?;
+        Ok(picture.label)
     });
-    let entries = entries.collect::<Result<Vec<Entry>, Box<dyn Error + Send + Sync>>>()?;
+    let labels = labels.collect::<Result<Vec<_>, Failure>>()?;
     let file = BufWriter::new(File::create(arguments.out.join("labels.json"))?);
-    Ok(serde_json::to_writer(file, &entries)?)
+    Ok(serde_json::to_writer(file, &labels)?)
 }
 
-fn write(path: &Path, picture: &Picture) -> Result<(), Box<dyn Error + Send + Sync>> {
+fn write(path: &Path, picture: &Picture) -> Result<(), Failure> {
     let (rows, columns) = picture.pixels.dim();
-    let mut encoder = png::Encoder::new(
-        BufWriter::new(File::create(path)?),
-        columns as u32,
-        rows as u32,
-    );
+    let file = BufWriter::new(File::create(path)?);
+    let mut encoder = png::Encoder::new(file, columns as u32, rows as u32);
     encoder.set_color(png::ColorType::Grayscale);
     encoder.set_compression(png::Compression::Fast);
     let pixels = picture.pixels.as_slice().expect("standard layout");

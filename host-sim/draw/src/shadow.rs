@@ -12,21 +12,21 @@ use super::random::{Curve, Draw, amplitude};
 pub fn contact(draw: &mut Draw, medium: &mut Medium, skin: &Curve) -> Array1<f32> {
     let view = medium.view.clone();
     let (lines, step) = (view.lines as f32, view.step());
-    let (bang, deep) = (amplitude(draw.within(-10.0, 22.0)), draw.log(0.15, 1.2));
-    // Sound through thick gel, and in a strip: its middle, half its width, lines.
-    let (gel, thick) = (draw.within(-70.0, -25.0), draw.within(0.6, 2.5));
-    let air = draw.sometimes(0.35, -50.0, -12.0);
-    let gap = draw.sometimes(0.25, -45.0, -8.0);
-    let at_edge = draw.chance(0.6);
-    let middle = lines
-        * if at_edge {
-            draw.count(0, 1) as f32
-        } else {
-            draw.within(0.0, 1.0)
-        };
-    let half = 0.5 * lines * draw.log(0.03, 0.5);
-    let again = draw.chance(0.7).then(|| draw.within(-14.0, -3.0));
-    let (period, ringing) = (draw.log(0.6, 5.0), draw.within(-20.0, 8.0));
+    let row = draw.row("contact");
+    let [
+        bang,
+        deep,
+        gel,
+        thick,
+        air,
+        gap,
+        middle,
+        width,
+        fade,
+        period,
+        ringing,
+    ] = row;
+    let (bang, middle, half) = (amplitude(bang), lines * middle, 0.5 * lines * width);
     let enters = (0..view.lines).map(|line| {
         let [x, z] = view.point(line as f32, 0.0);
         let depth = skin.at(x) - z.max(0.0);
@@ -46,7 +46,7 @@ pub fn contact(draw: &mut Draw, medium: &mut Medium, skin: &Curve) -> Array1<f32
         }
         // The array repeats the skin's line that it sees through gel.
         let first = (depth / step) as usize + 1;
-        if let (Some(fade), true) = (again, depth > 0.8 && first < view.samples) {
+        if fade < 0.0 && depth > 0.8 && first < view.samples {
             let size = medium.lines[[first, line]].min(20.0);
             for times in 2..7 {
                 let level = amplitude(fade * (times - 1) as f32 - 0.5 * sound);
@@ -69,30 +69,20 @@ pub fn light(medium: &Medium, enters: &Array1<f32>, bones: &[Bone], spread: f32)
     let view = &medium.view;
     let mut light = Array2::zeros((view.samples, view.lines));
     let mut now = enters.clone();
-    let mut passes = vec![Vec::new(); view.samples];
-    for bone in bones {
-        let through = amplitude(bone.through);
-        let hits = bone.hits.iter().enumerate();
-        for (line, hit) in hits.filter_map(|(line, hit)| Some((line, (*hit)?))) {
-            passes[hit.sample as usize].push((line, through));
-        }
-    }
     for sample in 0..view.samples {
         light.row_mut(sample).assign(&now);
-        for (line, through) in &passes[sample] {
-            now[*line] *= through;
+        for bone in bones {
+            for (now, hit) in now.iter_mut().zip(&bone.hits) {
+                if hit.is_some_and(|hit| hit.sample as usize == sample) {
+                    *now *= amplitude(bone.through);
+                }
+            }
         }
-        let last = view.lines - 1;
-        let old = now.clone();
-        for line in 0..view.lines {
+        let (old, last) = (now.clone(), view.lines - 1);
+        for (line, (now, loss)) in now.iter_mut().zip(medium.loss.row(sample)).enumerate() {
             let (left, right) = (old[line.saturating_sub(1)], old[(line + 1).min(last)]);
-            let loss = medium.loss[[sample, line]];
-            let passed = old[line] + spread * (left + right - 2.0 * old[line]);
-            now[line] = if loss == 0.0 {
-                passed
-            } else {
-                passed * amplitude(-loss)
-            };
+            *now += spread * (left + right - 2.0 * *now);
+            *now *= amplitude(-loss);
         }
     }
     light

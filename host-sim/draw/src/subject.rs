@@ -60,106 +60,88 @@ impl Subject {
 
     /// The outlines of its bones, within a view.
     pub fn outlines(self, draw: &mut Draw, view: &View) -> Vec<Outline> {
-        let depth = draw.log(0.1, 0.55) * view.depth;
-        let x = draw.within(-0.7, 0.7) * view.reach();
+        let [depth, x] = draw.row("place");
+        let at @ [x, depth] = [x * view.reach(), depth * view.depth];
         match self {
-            Shafts => shafts(draw, view, [x, depth]),
-            Along => vec![along(draw, view, [x, depth])],
-            Joint => joint(draw, view, [x, depth]),
-            Row | Ribs => row(draw, view, [x, depth], self == Ribs),
+            Shafts => shafts(draw, view, at),
+            Along => vec![along(draw, view, at)],
+            Joint => joint(draw, view, at),
+            Row | Ribs => row(draw, view, at, self == Ribs),
             Vertebra if draw.chance(0.6) => vertebra(draw, [0.6 * x, depth]),
-            Vertebra => laminae(draw, [x, depth]),
+            Vertebra => laminae(draw, at),
             _ => Vec::new(),
         }
     }
 }
 
 fn shafts(draw: &mut Draw, view: &View, [x, depth]: [f32; 2]) -> Vec<Outline> {
-    let wide = draw.log(3.0, 18.0);
-    let high = wide * draw.within(0.35, 1.3);
-    let mut all = vec![arch(draw, [x, depth], [wide, high])];
+    let [wide, flat] = draw.row("shaft");
+    let mut all = vec![arch(draw, [x, depth], [wide, wide * flat])];
     if draw.chance(0.55) {
-        let wide = draw.log(4.0, 18.0);
-        let high = wide * draw.within(0.3, 1.1);
-        let beside = x + draw.sign() * draw.within(0.3, 1.4) * (wide + 6.0);
-        let below = depth + draw.within(-0.1, 0.45) * view.depth;
-        all.push(arch(draw, [beside, below.max(4.0)], [wide, high]));
+        let [wide, flat, side, apart, below] = draw.row("second");
+        let x = x + side * apart * (wide + 6.0);
+        let depth = depth + below * view.depth;
+        all.push(arch(draw, [x, depth.max(4.0)], [wide, wide * flat]));
     }
     all
 }
 
 fn along(draw: &mut Draw, view: &View, [x, depth]: [f32; 2]) -> Outline {
-    let slope = draw.normal() * 0.2;
-    let height = draw.log(0.1, 2.5);
+    let [slope, height] = draw.row("along");
     let wave = draw.curve(height, 60.0, 9.0);
-    let step = if draw.chance(0.3) {
-        draw.within(-1.5, 1.5)
-    } else {
-        0.0
-    };
-    let flare = if draw.chance(0.4) {
-        draw.within(-5.0, 6.0)
-    } else {
-        0.0
-    };
+    let [step, flare, left, right, bends @ ..] = draw.row::<6>("along-ends");
     let curve = Curve::of(|t| {
         let edge = 1.0 / (1.0 + libm::expf(-(t - x) / 0.25));
         let wide = ((t - x) / 14.0).clamp(-2.0, 2.0);
         let flare = flare * (1.0 - libm::expf(-wide * wide));
         depth + slope * t + wave.at(t) + step * edge + flare
     });
-    let mut end = || if draw.chance(0.6) { 1.1 } else { draw.within(0.2, 0.9) } * view.reach();
-    let ends = [-end(), end()];
-    span(&curve, ends, [draw.within(0.0, 6.0), draw.within(0.0, 6.0)])
+    let ends = [-left, right].map(|end| end * view.reach());
+    span(&curve, ends, bends)
 }
 
 fn joint(draw: &mut Draw, view: &View, [x, depth]: [f32; 2]) -> Vec<Outline> {
-    let (gap, end) = (0.5 * draw.log(0.6, 6.0), 1.1 * view.reach());
-    let sides = [([-end, x - gap], 0), ([x + gap, end], 1)];
-    let sides = sides.into_iter().map(|(ends, side)| {
-        let (slope, cup) = (draw.normal() * 0.25, draw.within(-0.02, 0.03));
+    let [gap] = draw.row("gap");
+    let (gap, end) = (0.5 * gap, 1.1 * view.reach());
+    let sides = [[-end, x - gap], [x + gap, end]].into_iter().enumerate();
+    let sides = sides.map(|(side, ends)| {
+        let [slope, cup] = draw.row("side");
         let wave = draw.curve(0.3, 40.0, 6.0);
-        let depth = depth + draw.within(-0.06, 0.06) * view.depth;
+        let [below, bend] = draw.row("side-end");
+        let depth = depth + below * view.depth;
         let bow = |t: f32| (cup * (t - x) * (t - x)).clamp(-15.0, 15.0);
         let curve = Curve::of(|t| depth + slope * (t - x) + bow(t) + wave.at(t));
         let mut bends = [0.0; 2];
-        bends[1 - side] = draw.log(0.4, 9.0);
+        bends[1 - side] = bend;
         span(&curve, ends, bends)
     });
     sides.collect()
 }
 
 fn row(draw: &mut Draw, view: &View, [x, depth]: [f32; 2], ribs: bool) -> Vec<Outline> {
-    let reach = view.reach();
-    let bow = draw.within(-0.004, 0.012);
-    let (number, wide, apart) = match ribs {
-        true => (9, draw.within(3.0, 8.0), draw.within(13.0, 25.0)),
-        false => {
-            let number = draw.count(2, 5);
-            let wide = draw.log(2.0, 7.0).min(0.8 * reach / number as f32);
-            (number, wide, 2.0 * wide * draw.within(1.05, 1.9))
-        }
-    };
-    let bones = (0..number).map(|k| {
-        let x = x + apart * (k as f32 - 0.5 * (number - 1) as f32);
-        let uneven = if ribs { 0.0 } else { draw.within(-2.0, 2.0) };
-        let size = [wide * draw.within(0.7, 1.2), wide * draw.within(0.2, 1.0)];
-        arch(draw, [x, depth + bow * x * x + uneven], size)
+    let [bow, number, mut wide, mut apart] = draw.row(if ribs { "ribs" } else { "row" });
+    if !ribs {
+        wide = wide.min(0.8 * view.reach() / number);
+        apart *= 2.0 * wide;
+    }
+    let bones = (0..number as usize).map(|k| {
+        let x = x + apart * (k as f32 - 0.5 * (number - 1.0));
+        let [uneven, across, high] = draw.row(if ribs { "rib" } else { "small" });
+        let top = depth + bow * x * x + uneven;
+        arch(draw, [x, top], [wide * across, wide * high])
     });
     bones.collect()
 }
 
 fn laminae(draw: &mut Draw, [x, depth]: [f32; 2]) -> Vec<Outline> {
-    let (apart, slope) = (
-        draw.within(18.0, 34.0),
-        draw.sign() * draw.within(0.05, 0.5),
-    );
+    let [apart, side, slope] = draw.row("laminae");
     let laminae = (-3..=3).map(|k| {
-        let (x, long) = (x + apart * k as f32, apart * draw.within(0.3, 0.46));
-        let (bow, wave) = (draw.within(0.0, 0.03), draw.curve(0.2, 20.0, 4.0));
-        let top = depth + draw.within(-1.0, 1.0);
-        let curve = Curve::of(|t| top + slope * (t - x) + bow * (t - x) * (t - x) + wave.at(t));
-        let bends = [draw.within(0.0, 3.0), draw.within(0.0, 3.0)];
+        let [long, bow] = draw.row("lamina");
+        let (x, long) = (x + apart * k as f32, apart * long);
+        let wave = draw.curve(0.2, 20.0, 4.0);
+        let [top, bends @ ..] = draw.row::<3>("lamina-end");
+        let straight = |t: f32| depth + top + side * slope * (t - x);
+        let curve = Curve::of(|t| straight(t) + bow * (t - x) * (t - x) + wave.at(t));
         span(&curve, [x - long, x + long], bends)
     });
     laminae.collect()
@@ -167,26 +149,24 @@ fn laminae(draw: &mut Draw, [x, depth]: [f32; 2]) -> Vec<Outline> {
 
 /// A spinous process, laminae at its sides, and facets or transverse processes.
 fn vertebra(draw: &mut Draw, [x, depth]: [f32; 2]) -> Vec<Outline> {
-    let deep = depth + draw.within(4.0, 16.0);
-    let process = [draw.within(1.5, 5.0), draw.within(1.0, 6.0)];
+    let [deep, process @ ..] = draw.row::<3>("vertebra");
+    let deep = depth + deep;
     let mut all = vec![arch(draw, [x, depth], process)];
     for side in [-1.0, 1.0] {
-        let (near, far) = (draw.within(1.0, 5.0), draw.within(11.0, 20.0));
-        let (slope, bow) = (draw.within(-0.1, 0.7), draw.within(-0.03, 0.02));
+        let [near, far, slope, bow] = draw.row("half");
         let wave = draw.curve(0.3, 20.0, 5.0);
         let curve = Curve::of(|t| {
             let out = side * (t - x) - near;
             deep + slope * out + bow * out * out + wave.at(t)
         });
-        let ends = [x + side * near, x + side * far];
-        let ends = [ends[0].min(ends[1]), ends[0].max(ends[1])];
-        let bends = [draw.within(0.0, 2.0), draw.within(0.0, 2.0)];
-        all.push(span(&curve, ends, bends));
-        if draw.chance(0.7) {
-            let x = x + side * (far + draw.within(2.0, 14.0));
-            let size = [draw.within(3.0, 9.0), draw.within(1.0, 6.0)];
-            let top = deep + draw.within(-5.0, 8.0);
-            all.push(arch(draw, [x, top], size));
+        let mut ends = [x + side * near, x + side * far];
+        ends.sort_by(f32::total_cmp);
+        let [left, right, with_facet] = draw.row("half-end");
+        all.push(span(&curve, ends, [left, right]));
+        if with_facet > 0.0 {
+            let [out, wide, high, top] = draw.row("facet");
+            let x = x + side * (far + out);
+            all.push(arch(draw, [x, deep + top], [wide, high]));
         }
     }
     all

@@ -39,28 +39,23 @@ impl View {
     pub fn drawn(draw: &mut Draw, deep: f32) -> Self {
         let (array, half, depth) = match draw.within(0.0, 1.0) {
             p if p < deep => {
-                let sector = draw.chance(0.2);
-                let radius = if sector {
-                    draw.within(1.0, 12.0)
-                } else {
-                    draw.within(20.0, 65.0)
-                };
-                let half = draw.within(0.4, 0.75);
-                (Array::Convex { radius }, half, draw.log(50.0, 170.0))
+                let [radius, half, depth] = draw.row("convex");
+                (Array::Convex { radius }, half, depth)
             }
             p if p < deep + 0.08 => {
-                let half = draw.within(14.0, 26.0);
-                let apex = half / libm::tanf(draw.within(0.12, 0.4));
-                (Array::Trapezoid { apex }, half, draw.log(25.0, 75.0))
+                let [half, angle, depth] = draw.row("trapezoid");
+                let apex = half / libm::tanf(angle);
+                (Array::Trapezoid { apex }, half, depth)
             }
-            _ => (Array::Linear, draw.within(12.0, 28.0), draw.log(22.0, 80.0)),
+            _ => {
+                let [half, depth] = draw.row("linear");
+                (Array::Linear, half, depth)
+            }
         };
-        let pixel = draw
-            .log(0.04, 0.25)
-            .clamp(depth / 1000.0, (depth / 200.0).min(0.25));
-        let lines = draw.count(144, 352);
-        let samples = draw.count(420, 680);
-        View::new(array, half, depth, [lines, samples], pixel)
+        let [pixel, lines, samples] = draw.row("grid");
+        let pixel = pixel.clamp(depth / 1000.0, (depth / 200.0).min(0.25));
+        let grid = [lines, samples].map(|number| number as usize);
+        View::new(array, half, depth, grid, pixel)
     }
 
     /// A view whose pixels are at most 1,150 on each side.
@@ -164,4 +159,10 @@ impl View {
             (z - self.top()) / self.pixel - 0.5,
         ]
     }
+}
+
+/// Whole numbers below `end` that a segment crosses, and the shares of its way there.
+pub fn crossed(from: f32, to: f32, end: usize) -> impl Iterator<Item = (usize, f32)> {
+    let [first, last] = [from.min(to), from.max(to)].map(|at| at.ceil().max(0.0) as usize);
+    (first..last.min(end)).map(move |k| (k, (k as f32 - from) / (to - from)))
 }

@@ -1,23 +1,12 @@
 //! Beamformers by name: those for the command line, and those that are compared.
 //!
-//! A method of the core needs a [`MethodName`] with [`Options`] for the command line and the configuration, which
+//! A method of the core needs a [`MethodName`], with its keys, for the command line and the configuration, which
 //! the compiler enforces, and a row of [`COMPARED`] to be in figures, tables and checks.
 
 use bonebeam::beamform::Method;
 use bonebeam_files::choice;
 
-/// Extra parameters of some methods: configuration keys and flags.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Options {
-    /// β of the cross-spectral rank rule (Eq. 8).
-    pub beta: Option<f64>,
-    /// A fixed rank of the signal subspace.
-    pub rank: Option<usize>,
-    /// All eigenvectors but the first (Fig. 2c).
-    pub exclude_first: bool,
-    /// Steps of power iteration, in place of an eigenvector accurate to f32.
-    pub power_steps: Option<usize>,
-}
+use crate::config::{Beamform, plain};
 
 choice! {
     /// Name of a beamformer: the value of `--method` and of the key `method`.
@@ -81,7 +70,7 @@ const fn compared(key: &'static str, name: &'static str, method: Method) -> Comp
 }
 
 impl MethodName {
-    /// Keys of [`Options`] that the method accepts.
+    /// Keys of a [`Beamform`] that only this method accepts.
     pub fn takes(self) -> &'static [&'static str] {
         match self {
             MethodName::Das | MethodName::Mv => &[],
@@ -89,56 +78,41 @@ impl MethodName {
             MethodName::EsmvRank1 => &["exclude_first", "power_steps"],
         }
     }
+}
 
+impl Beamform {
     /// The core's method.
-    pub fn method(self, options: &Options) -> Method {
-        match (self, *options) {
-            (MethodName::Das, _) => Method::Das,
-            (MethodName::Mv, _) => Method::Mv,
-            (
-                MethodName::Esmv,
-                Options {
-                    rank: Some(rank), ..
-                },
-            ) => Method::EsmvRank(rank),
-            (MethodName::Esmv, Options { beta, .. }) => {
-                Method::EsmvBeta(beta.unwrap_or(default_beta()) as f32)
+    pub fn core_method(&self) -> Method {
+        match (self.method, self.rank, self.power_steps) {
+            (MethodName::Das, ..) => Method::Das,
+            (MethodName::Mv, ..) => Method::Mv,
+            (MethodName::Esmv, Some(rank), _) => Method::EsmvRank(rank),
+            (MethodName::Esmv, None, _) => {
+                Method::EsmvBeta(self.beta.unwrap_or(default_beta()) as f32)
             }
-            (MethodName::EsmvRank1, options) => {
-                match (options.exclude_first, options.power_steps) {
-                    (true, _) => Method::EsmvExcludeFirst,
-                    (false, Some(steps)) => Method::EsmvRank1Steps(steps),
-                    (false, None) => Method::EsmvRank1,
-                }
-            }
+            (MethodName::EsmvRank1, ..) if self.exclude_first => Method::EsmvExcludeFirst,
+            (MethodName::EsmvRank1, _, Some(steps)) => Method::EsmvRank1Steps(steps),
+            (MethodName::EsmvRank1, _, None) => Method::EsmvRank1,
         }
     }
 
-    /// Name and options of a method of the core.
-    pub fn of(method: Method) -> (Self, Options) {
-        let mut options = Options::default();
-        let choice = match method {
+    /// The default with a method of the core.
+    pub fn of_method(method: Method) -> Self {
+        let mut section = Beamform::default();
+        section.method = match method {
             Method::Das => MethodName::Das,
             Method::Mv => MethodName::Mv,
-            Method::EsmvBeta(beta) => {
-                options.beta = Some(crate::config::plain(beta));
-                MethodName::Esmv
-            }
-            Method::EsmvRank(rank) => {
-                options.rank = Some(rank);
-                MethodName::Esmv
-            }
-            Method::EsmvRank1 => MethodName::EsmvRank1,
-            Method::EsmvRank1Steps(steps) => {
-                options.power_steps = Some(steps);
-                MethodName::EsmvRank1
-            }
-            Method::EsmvExcludeFirst => {
-                options.exclude_first = true;
-                MethodName::EsmvRank1
-            }
+            Method::EsmvBeta(_) | Method::EsmvRank(_) => MethodName::Esmv,
+            _ => MethodName::EsmvRank1,
         };
-        (choice, options)
+        match method {
+            Method::EsmvBeta(beta) => section.beta = Some(plain(beta)),
+            Method::EsmvRank(rank) => section.rank = Some(rank),
+            Method::EsmvRank1Steps(steps) => section.power_steps = Some(steps),
+            Method::EsmvExcludeFirst => section.exclude_first = true,
+            Method::Das | Method::Mv | Method::EsmvRank1 => {}
+        }
+        section
     }
 }
 
@@ -155,9 +129,7 @@ mod tests {
     #[test]
     fn every_method_of_the_core_can_be_asked_for() {
         for method in Method::EXAMPLES {
-            let (choice, options) = MethodName::of(method);
-            assert_eq!(choice.method(&options), method);
-            assert!(MethodName::ALL.contains(&choice));
+            assert_eq!(Beamform::of_method(method).core_method(), method);
         }
     }
 }

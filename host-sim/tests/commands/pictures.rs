@@ -233,7 +233,7 @@ fn a_bone_map_with_scales_from_the_image() {
     let config = folder.path().join("ps.npy.config.toml");
     let config: toml::Value = toml::from_str(&fs::read_to_string(config).unwrap()).unwrap();
     let section = &config["phase_symmetry"];
-    assert!(section.get("scales_from_image").is_none());
+    assert_eq!(section["scales_from_image"].as_bool(), Some(false));
     let scales = section["scales"].as_array().unwrap();
     let scales: Vec<f64> = scales
         .iter()

@@ -193,6 +193,7 @@ impl Scene {
         Scene {
             pixels: drawn.pixels.mapv(f32::from),
             surface: drawn
+                .label
                 .first()
                 .into_iter()
                 .map(|row| row.map(depth))

@@ -1,6 +1,6 @@
 //! The scenes: random vertebrae under layers of tissue, clean and disturbed.
 
-use bonebeam::surface::Settings;
+use bonebeam::surface;
 use ndarray::Array2;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -108,7 +108,9 @@ impl Recorded {
         let frame = |(condition, data): &(Condition, ChannelData)| {
             let lines = beamform_channel_data(data, beamform, &|_| ())?;
             let end = lines.c / 2.0 * (lines.t0 + (lines.z.ncols() as f64 - 1.0) / lines.fs) - END;
-            let start = searched.search_start.unwrap_or(Settings::DEFAULT.depths[0]);
+            let start = searched
+                .search_start
+                .unwrap_or(surface::Settings::DEFAULT.depths[0]);
             let depths = start..=searched.search_end.unwrap_or(end);
             let hit = |x: &f64| self.bone.first_hit(*x).filter(|z| depths.contains(z));
             let surface = lines.beam_x.iter().map(hit).collect();

@@ -12,7 +12,7 @@ use bonebeam::pipeline::DepthGate;
 use serde::{Deserialize, Serialize};
 
 use super::core::plain;
-use crate::methods::{MethodName, Options, default_beta};
+use crate::methods::{MethodName, default_beta};
 use crate::{Error, Result};
 use bonebeam_files::section::{Value, row};
 use bonebeam_files::settings::{COUNTS, LENGTHS};
@@ -362,13 +362,7 @@ impl Beamform {
     ///
     /// With one sub-line, the recording decides their number.
     pub fn of(core: Parameters) -> Self {
-        let (method, options) = MethodName::of(core.method);
         Beamform {
-            method,
-            beta: options.beta,
-            rank: options.rank,
-            exclude_first: options.exclude_first,
-            power_steps: options.power_steps,
             sub_lines: (core.sub_lines > 1).then_some(core.sub_lines),
             covariance: core.covariance,
             temporal_half_window: core.temporal_half_window,
@@ -379,7 +373,7 @@ impl Beamform {
             depth_step: (core.depth_step > 1).then_some(core.depth_step),
             postfilter: core.postfilter,
             apodization: core.apodization,
-            ..Beamform::default()
+            ..Beamform::of_method(core.method)
         }
     }
 
@@ -396,12 +390,7 @@ impl Beamform {
     /// The core's parameters, with one sub-line if the recording decides their number.
     pub fn parameters(&self) -> Parameters {
         Parameters {
-            method: self.method.method(&Options {
-                beta: self.beta,
-                rank: self.rank,
-                exclude_first: self.exclude_first,
-                power_steps: self.power_steps,
-            }),
+            method: self.core_method(),
             covariance: self.covariance,
             sub_lines: self.sub_lines.unwrap_or(1),
             temporal_half_window: self.temporal_half_window,

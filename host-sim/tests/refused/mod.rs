@@ -1,4 +1,4 @@
-//! Refusals of the command, from the tables in `refused/`: one line with these words, this status, and no new file.
+//! Refusals of the command, from the tables in this folder: one line with these words, this status, and no new file.
 //!
 //! A group has files and a command. A row is a list: text for the command's `{}`, then words of the message. Or it is a
 //! table with `spoilt`, the contents of the file that the group `spoils`. With status 0, the line is a warning; without
@@ -354,7 +354,9 @@ macro_rules! tables {
         #[test]
         fn every_table_is_read() {
             let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/refused");
-            assert_eq!(names(&folder), [$(concat!(stringify!($name), ".toml")),*]);
+            let tables = names(&folder).into_iter().filter(|name| name != "mod.rs");
+            let read = [$(concat!(stringify!($name), ".toml")),*];
+            assert_eq!(tables.collect::<Vec<_>>(), read);
         }
     };
 }
