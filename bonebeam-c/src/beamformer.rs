@@ -3,9 +3,12 @@
 use crate::image::product;
 use crate::memory::{Output, array, bytes_of, complex, new, one, one_mut, sum};
 use crate::status::{Status, status};
-use crate::workspace::{Workspace, with_view, workspace_bytes};
+use crate::vectors::V;
+use crate::workspace::{workspace, workspace_bytes};
 use crate::{Complex, Range};
-use bonebeam::beamform::{self, AlignedLine, Apodization, Beamformer, Method, Postfilter, Sizes};
+use bonebeam::beamform::{
+    self, AlignedLine, Apodization, Beamformer, Method, Postfilter, Sizes, Workspace,
+};
 use bonebeam::geometry::{self, Aperture, ApertureParameters};
 use core::ffi::{CStr, c_char, c_void};
 
@@ -95,6 +98,7 @@ impl BeamformParameters {
         }
         let mut parameters = beamform::Parameters {
             method: method.with_argument(self.argument),
+            covariance: self.covariance()?,
             postfilter,
             apodization,
             sub_lines: self.sub_lines.max(1),
@@ -109,7 +113,7 @@ impl BeamformParameters {
         Ok(parameters)
     }
 
-    pub(crate) fn covariance(&self) -> Result<bonebeam::covariance::Covariance, Status> {
+    fn covariance(&self) -> Result<bonebeam::covariance::Covariance, Status> {
         use bonebeam::covariance::Covariance as Core;
         match self.covariance {
             by if by == Covariance::ForwardBackward as i32 => Ok(Core::ForwardBackward),
@@ -196,7 +200,7 @@ pub unsafe extern "C" fn bonebeam_active_elements(
 /// A beamformer of aligned samples.
 pub struct BeamformerObject {
     beamformer: Beamformer,
-    workspace: Workspace,
+    workspace: Workspace<'static, V>,
 }
 
 /// Returns the bytes of a beamformer for up to `elements` active elements.
@@ -207,9 +211,8 @@ pub unsafe extern "C" fn bonebeam_beamformer_bytes(
 ) -> usize {
     // SAFETY: by the caller's promise.
     let bytes = || unsafe {
-        let parameters = one(parameters)?;
-        let (_, sizes) = parameters.plan(elements)?;
-        let workspace = workspace_bytes(sizes.need(parameters.covariance()?));
+        let (_, sizes) = one(parameters)?.plan(elements)?;
+        let workspace = workspace_bytes(sizes.need());
         Ok::<_, Status>(sum(&[bytes_of::<BeamformerObject>(1), workspace]))
     };
     bytes().unwrap_or(0)
@@ -227,11 +230,10 @@ pub unsafe extern "C" fn bonebeam_beamformer_new(
     // SAFETY: by the caller's promise.
     unsafe {
         new(memory, bytes, beamformer, |bytes| {
-            let parameters = one(parameters)?;
-            let (beamformer, sizes) = parameters.plan(elements)?;
+            let (beamformer, sizes) = one(parameters)?.plan(elements)?;
             Ok(BeamformerObject {
                 beamformer,
-                workspace: Workspace::new(bytes, sizes, parameters.covariance()?)?,
+                workspace: workspace(bytes, sizes)?,
             })
         })
     }
@@ -304,8 +306,7 @@ pub unsafe extern "C" fn bonebeam_beamformer_partial_line(
             false => one(adaptive)?.samples(),
         };
         let (done, z) = (one_mut(done)?, z.values());
-        let line = (active, adaptive);
-        *done = with_view!(workspace, view => by.partial_line(view, x, *done, line, z)?);
+        *done = by.partial_line(workspace, x, *done, (active, adaptive), z)?;
         Ok(())
     })
 }

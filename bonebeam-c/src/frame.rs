@@ -90,15 +90,14 @@ impl FrameParameters {
     unsafe fn bytes(&self, input: Input) -> Result<usize, Status> {
         // SAFETY: by the caller's promise.
         let core = unsafe { self.core(input)? };
-        let covariance = self.beamformer.covariance()?;
         let (plan, need) = match input {
             Input::Rf => {
                 let plan = bytes_of::<Pipeline<'_, &Delay>>(1);
-                let need = core.need_over(LANES, covariance)?;
+                let need = core.need_over(LANES)?;
                 (sum(&[bytes_of::<Delay>(1), plan]), need)
             }
             Input::Iq => {
-                let need = core.need_over_of_iq(LANES, covariance)?;
+                let need = core.need_over_of_iq(LANES)?;
                 (bytes_of::<Pipeline<'_, IqDelay>>(1), need)
             }
         };
@@ -128,7 +127,7 @@ impl FrameParameters {
         Ok(sum(&[
             bytes_of::<FrameObject>(1),
             plan,
-            Over::bytes(beamformer, covariance, sizes),
+            Over::bytes(beamformer, sizes),
             need_bytes(need),
             bytes_of::<f32>(tables),
             bytes_of::<f32>(coherence),

@@ -5,10 +5,10 @@ use crate::image::product;
 use crate::memory::{Output, bytes_of, new, one, one_mut, sum};
 use crate::scan::{IqWave, Scan, each};
 use crate::status::{Status, status};
-use crate::vectors::LANES;
-use crate::workspace::{Workspace, need_bytes, scratch, with_view, workspace_bytes};
+use crate::vectors::{LANES, V};
+use crate::workspace::{need_bytes, scratch, workspace, workspace_bytes};
 use crate::{Complex, SUB_LINES};
-use bonebeam::beamform::Sizes;
+use bonebeam::beamform::{Sizes, Workspace};
 use bonebeam::delay::IqDelay;
 use bonebeam::geometry::{self, SteeringTable};
 use bonebeam::memory::{Need, Scratch};
@@ -19,7 +19,7 @@ use core::ffi::c_void;
 pub struct IqLines {
     pipeline: LinePipeline<'static, IqDelay>,
     scratch: Scratch<'static>,
-    workspace: Workspace,
+    workspace: Workspace<'static, V>,
     /// Directions of sub-lines, if there are any.
     steering: Option<SteeringTable<'static>>,
 }
@@ -82,7 +82,7 @@ pub unsafe extern "C" fn bonebeam_iq_lines_bytes(
         Ok::<_, Status>(sum(&[
             bytes_of::<IqLines>(1),
             need_bytes(plan.need),
-            workspace_bytes(plan.sizes.need(beamformer.covariance()?)),
+            workspace_bytes(plan.sizes.need()),
             plan.directions_bytes(),
         ]))
     };
@@ -116,7 +116,7 @@ pub unsafe extern "C" fn bonebeam_iq_lines_new(
                 steering,
                 pipeline: plan.pipeline,
                 scratch: scratch(bytes, plan.need)?,
-                workspace: Workspace::new(bytes, plan.sizes, beamformer.covariance()?)?,
+                workspace: workspace(bytes, plan.sizes)?,
             })
         })
     }
@@ -142,14 +142,12 @@ pub unsafe extern "C" fn bonebeam_iq_lines_line(
         let records = IqWave::core(waves, count, own.pipeline.delay().parameters(), &z)?;
         let waves = each(&records);
         let scratch = own.scratch.reborrow();
-        let (pipeline, z) = (&own.pipeline, z.values());
+        let (pipeline, workspace, z) = (&own.pipeline, &mut own.workspace, z.values());
         match own.steering.as_ref().filter(|_| SUB_LINES) {
-            None => {
-                with_view!(&mut own.workspace, view => pipeline.line(index, waves, scratch, view, z)?);
-            }
+            None => pipeline.line(index, waves, scratch, workspace, z)?,
             Some(table) => {
                 let output = (table.line(index).ok_or(Status::Capacity)?, z);
-                with_view!(&mut own.workspace, view => pipeline.sub_lines(index, waves, scratch, view, output)?);
+                pipeline.sub_lines(index, waves, scratch, workspace, output)?;
             }
         }
         Ok(())

@@ -7,12 +7,9 @@ use crate::image::product;
 use crate::memory::{Bytes, Output, bytes_of, sum};
 use crate::status::Status;
 use crate::vectors::{LANES, V, zero};
-use crate::workspace::{Workspace, scratch, workspace_bytes};
+use crate::workspace::{scratch, workspace, workspace_bytes};
 use crate::{Complex, scan};
-use bonebeam::beamform::ShortLagCoherence;
-#[cfg(feature = "forward")]
-use bonebeam::covariance::Forward;
-use bonebeam::covariance::{Averaging, Covariance};
+use bonebeam::beamform::Workspace;
 use bonebeam::delay::Stage;
 use bonebeam::image::Pooling;
 use bonebeam::memory::Scratch;
@@ -23,33 +20,16 @@ use bonebeam::{Error, Frame, Parameters, Pipeline, beamform};
 /// A core's frame and its pipeline.
 pub(crate) struct Planned<D: Stage + 'static> {
     pub(crate) pipeline: &'static Pipeline<'static, D>,
-    frame: Averaged<D>,
+    frame: Frame<'static, 'static, D>,
     over: Option<&'static mut Over>,
-}
-
-enum Averaged<D: Stage + 'static> {
-    #[cfg(feature = "forward")]
-    Forward(Frame<'static, 'static, D, Forward>),
-    ForwardBackward(Frame<'static, 'static, D>),
 }
 
 /// Memory of vectors, beside the frame's own.
 pub(crate) struct Over {
-    workspace: Workspace,
+    workspace: Workspace<'static, V>,
     fft: &'static LaneFft,
     strips: StripSlices<'static, V>,
     gains: Option<GainTables<&'static mut [f32]>>,
-}
-
-/// Evaluates an expression of the core's frame.
-macro_rules! with_frame {
-    ($averaged:expr, $frame:ident => $work:expr) => {
-        match $averaged {
-            #[cfg(feature = "forward")]
-            Averaged::Forward($frame) => $work,
-            Averaged::ForwardBackward($frame) => $work,
-        }
-    };
 }
 
 impl<D: Stage> Planned<D> {
@@ -60,13 +40,12 @@ impl<D: Stage> Planned<D> {
         core: &Parameters<'_>,
         bytes: &mut Bytes,
     ) -> Result<Self, Status> {
-        let covariance = parameters.beamformer.covariance()?;
         let pipeline = match parameters.scan.gate() {
             None => pipeline,
             Some(gate) => pipeline.with_gate(gate)?,
         };
         let pipeline: &'static _ = bytes.copy(&pipeline)?;
-        let scratch = scratch(bytes, pipeline.need_over(LANES, covariance))?;
+        let scratch = scratch(bytes, pipeline.need_over(LANES))?;
         let bank = pipeline.phase_symmetry();
         let tables = match parameters.gain_tables {
             0 => None,
@@ -81,7 +60,7 @@ impl<D: Stage> Planned<D> {
                     None => None,
                     Some(tables) => Some(GainTables::new(&LogGabor::fixed(), bank, tables)?),
                 };
-                let over = Over::new(bytes, sizes, covariance, bank.sizes(), gains)?;
+                let over = Over::new(bytes, sizes, bank.sizes(), gains)?;
                 (Some(bytes.copy(&over)?), None)
             }
         };
@@ -89,22 +68,17 @@ impl<D: Stage> Planned<D> {
             None => None,
             Some(of) => Some((of, bytes.fill(pipeline.coherence_len(of), 0.0)?)),
         };
-        let options = Options {
-            tables,
-            coherence,
-            pooling: match parameters.pool_by_rms {
-                0 => Pooling::Largest,
-                _ => Pooling::Rms,
-            },
+        let frame = Frame::new(pipeline, scratch)?.with_pooling(match parameters.pool_by_rms {
+            0 => Pooling::Largest,
+            _ => Pooling::Rms,
+        });
+        let frame = match coherence {
+            None => frame,
+            Some((coherence, memory)) => frame.with_coherence(coherence, memory)?,
         };
-        let frame = match covariance {
-            #[cfg(feature = "forward")]
-            Covariance::Forward => Averaged::Forward(frame(pipeline, scratch, options)?),
-            #[cfg(not(feature = "forward"))]
-            Covariance::Forward => return Err(Status::Parameter),
-            Covariance::ForwardBackward => {
-                Averaged::ForwardBackward(frame(pipeline, scratch, options)?)
-            }
+        let frame = match tables {
+            None => frame,
+            Some(tables) => frame.with_gain_tables(tables)?,
         };
         Ok(Planned {
             pipeline,
@@ -132,18 +106,9 @@ impl<D: Stage> Planned<D> {
         z: &mut [bonebeam::Complex<f32>],
     ) -> Result<(), Status> {
         let waves = scan::each(records);
-        let workspace = self.over.as_mut().map(|over| &mut over.workspace);
-        let line = match (&mut self.frame, workspace) {
-            #[cfg(feature = "forward")]
-            (Averaged::Forward(frame), Some(Workspace::Forward(by))) if LANES > 1 => {
-                frame.line_over(by, index, waves)?
-            }
-            (Averaged::ForwardBackward(frame), Some(Workspace::ForwardBackward(by)))
-                if LANES > 1 =>
-            {
-                frame.line_over(by, index, waves)?
-            }
-            (frame, _) => with_frame!(frame, frame => frame.line(index, waves)?),
+        let line = match &mut self.over {
+            Some(over) if LANES > 1 => self.frame.line_over(&mut over.workspace, index, waves)?,
+            _ => self.frame.line(index, waves)?,
         };
         for (z, line) in z.iter_mut().zip(line) {
             *z = *line;
@@ -152,27 +117,24 @@ impl<D: Stage> Planned<D> {
     }
 
     pub(crate) fn image(&mut self, progress: &mut dyn FnMut(usize)) -> Result<&[f32], Status> {
-        Ok(with_frame!(&mut self.frame, frame => frame.image_in_steps(progress)?))
+        Ok(self.frame.image_in_steps(progress)?)
     }
 
     pub(crate) fn map(&mut self, progress: &mut dyn FnMut(usize)) -> Result<&[f32], Status> {
-        let (frame, over) = match &mut self.over {
-            Some(over) if LANES > 1 => (&mut self.frame, over),
-            _ => {
-                let map = with_frame!(&mut self.frame, frame => frame.bone_map_in_steps(progress)?);
-                return Ok(map);
-            }
+        let over = match &mut self.over {
+            Some(over) if LANES > 1 => over,
+            _ => return Ok(self.frame.bone_map_in_steps(progress)?),
         };
         let (fft, strips) = (over.fft, &mut over.strips);
         let map = match &over.gains {
             Some(gains) => {
                 let kernels = &Kernels { fft, gains };
-                with_frame!(frame, frame => frame.bone_map_over(kernels, strips, progress)?)
+                self.frame.bone_map_over(kernels, strips, progress)?
             }
             None => {
                 let gains = &LogGabor::fixed();
                 let kernels = &Kernels { fft, gains };
-                with_frame!(frame, frame => frame.bone_map_over(kernels, strips, progress)?)
+                self.frame.bone_map_over(kernels, strips, progress)?
             }
         };
         Ok(map)
@@ -184,33 +146,7 @@ impl<D: Stage> Planned<D> {
         memory: Scratch<'_>,
         points: &mut [Option<Point>],
     ) -> Result<(), Error> {
-        with_frame!(&mut self.frame, frame => frame.surface(detector, memory, points))
-    }
-}
-
-/// What a frame has besides.
-struct Options {
-    /// Memory of gains in tables.
-    tables: Option<&'static mut [f32]>,
-    /// The coherence and its memory.
-    coherence: Option<(ShortLagCoherence, &'static mut [f32])>,
-    pooling: Pooling,
-}
-
-/// The core's frame with its options.
-fn frame<D: Stage, A: Averaging<f32>>(
-    pipeline: &'static Pipeline<'static, D>,
-    scratch: Scratch<'static>,
-    options: Options,
-) -> Result<Frame<'static, 'static, D, A>, Error> {
-    let frame = Frame::with_averaging(pipeline, scratch)?.with_pooling(options.pooling);
-    let frame = match options.coherence {
-        None => frame,
-        Some((coherence, memory)) => frame.with_coherence(coherence, memory)?,
-    };
-    match options.tables {
-        None => Ok(frame),
-        Some(tables) => frame.with_gain_tables(tables),
+        self.frame.surface(detector, memory, points)
     }
 }
 
@@ -218,13 +154,12 @@ impl Over {
     fn new(
         bytes: &mut Bytes,
         beamformer: beamform::Sizes,
-        covariance: Covariance,
         image: Sizes,
         gains: Option<GainTables<&'static mut [f32]>>,
     ) -> Result<Self, Status> {
         let lanes = bonebeam::Complex::new(zero(), zero());
         Ok(Over {
-            workspace: Workspace::new(bytes, beamformer, covariance)?,
+            workspace: workspace(bytes, beamformer)?,
             fft: bytes.copy(&LaneFft::new())?,
             strips: StripSlices {
                 strip: bytes.fill(image.strip_len(), 0.0)?,
@@ -239,14 +174,13 @@ impl Over {
     /// Bytes of vectors' memory, without the gains in tables.
     pub(crate) fn bytes(
         beamformer: beamform::Sizes,
-        covariance: Covariance,
         image: Sizes,
     ) -> usize {
         if LANES == 1 {
             return 0;
         }
         sum(&[
-            workspace_bytes(beamformer.need(covariance)),
+            workspace_bytes(beamformer.need()),
             bytes_of::<LaneFft>(1),
             bytes_of::<Over>(1),
             bytes_of::<f32>(image.strip_len()),

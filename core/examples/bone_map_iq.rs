@@ -33,7 +33,7 @@ const INPUT: IqInput = IqInput {
     demodulation_frequency: 5e6,
     interpolation: None,
 };
-const NEED: Need = match PARAMETERS.need_of_iq(Covariance::ForwardBackward) {
+const NEED: Need = match PARAMETERS.need_of_iq() {
     Ok(need) => need,
     Err(_) => panic!("the scan is not valid"),
 };

@@ -1,7 +1,6 @@
 //! `defmt::Format` of memory types: their sizes, not their contents.
 
 use crate::beamform::{SteeredSegments, Workspace};
-use crate::covariance::Averaging;
 use crate::delay::IqSamples;
 use crate::geometry::{Steering, SteeringTable};
 use crate::memory::{Memory, Scratch};
@@ -44,15 +43,15 @@ bytes! {
     };
 }
 
-impl<A: Averaging<V>, V: Vector> Format for Workspace<'_, A, V> {
+impl<V: Vector> Format for Workspace<'_, V> {
     fn format(&self, f: Formatter<'_>) {
         defmt::write!(f, "Workspace({})", self.sizes());
     }
 }
 
-impl<D: crate::delay::Stage, A: Averaging<f32>> Format for Frame<'_, '_, D, A> {
+impl<D: crate::delay::Stage> Format for Frame<'_, '_, D> {
     fn format(&self, f: Formatter<'_>) {
-        defmt::write!(f, "Frame({})", self.pipeline.need(A::COVARIANCE));
+        defmt::write!(f, "Frame({})", self.pipeline.need());
     }
 }
 

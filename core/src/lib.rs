@@ -48,7 +48,7 @@
 //!     strip: 8,
 //!     block: 64,
 //! };
-//! const NEED: Need = match PARAMETERS.need(Covariance::ForwardBackward) {
+//! const NEED: Need = match PARAMETERS.need() {
 //!     Ok(need) => need,
 //!     Err(_) => panic!("the parameters are not valid"),
 //! };
@@ -114,6 +114,7 @@
 //! | feature | |
 //! |---|---|
 //! | `eigenspace` | the eigenspace methods; on by default |
+//! | `forward` | the forward covariance beside forward-backward; on by default |
 //! | `apodization`, `postfilters` | windows and postfilters of the beamformers; on by default |
 //! | `sub-lines` | several directions from a line's covariance; on by default. Frames without it have less code |
 //! | `constants` | kernels of one lane for some constant sizes: faster, more code; on by default |

@@ -5,15 +5,14 @@
 //! numbers. A [`Memory`] owns both for sizes that are known at compile time, for instance in a `static`.
 //!
 //! ```
-//! use bonebeam::beamform::{Sizes, Workspace};
-//! use bonebeam::covariance::{Covariance, ForwardBackward};
+//! use bonebeam::beamform::{Parameters, Sizes, Workspace};
 //! use bonebeam::memory::{Memory, Need};
 //!
-//! const SIZES: Sizes = Sizes { elements: 16, subaperture: 8, temporal_half_window: 2, sub_lines: 1 };
-//! const NEED: Need = SIZES.need(Covariance::ForwardBackward);
+//! const SIZES: Sizes = Parameters { temporal_half_window: 2, ..Parameters::DEFAULT }.sizes(16);
+//! const NEED: Need = SIZES.need();
 //! // On a target, this is a `static`.
 //! let mut memory = Memory::<{ NEED.real }, { NEED.complex }>::new();
-//! let workspace = Workspace::<ForwardBackward>::new(0.0, SIZES, memory.scratch())?;
+//! let workspace = Workspace::new(0.0f32, SIZES, memory.scratch())?;
 //! assert_eq!(workspace.sizes(), SIZES);
 //! # Ok::<(), bonebeam::Error>(())
 //! ```
@@ -21,13 +20,12 @@
 //! If the sizes are known only at run time, a `Scratch` borrows any two slices:
 //!
 //! ```
-//! # use bonebeam::beamform::Sizes;
-//! # use bonebeam::covariance::Covariance;
+//! # use bonebeam::beamform::Parameters;
 //! use bonebeam::Complex;
 //! use bonebeam::memory::Scratch;
 //!
-//! # let sizes = Sizes { elements: 48, subaperture: 23, temporal_half_window: 1, sub_lines: 1 };
-//! let need = sizes.need(Covariance::Forward);
+//! # let sizes = Parameters::DEFAULT.sizes(48);
+//! let need = sizes.need();
 //! let mut real = vec![0.0f32; need.real];
 //! let mut complex = vec![Complex::new(0.0, 0.0); need.complex];
 //! let scratch = Scratch { real: &mut real, complex: &mut complex };

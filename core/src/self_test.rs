@@ -5,7 +5,6 @@
 use crate::beamform::{
     AlignedLine, Beamformer, Method, Parameters as BeamformerParameters, Sizes, Workspace,
 };
-use crate::covariance::Covariance;
 use crate::geometry::Active;
 use crate::image::{largest, log_compression};
 use crate::memory::{Memory, Need};
@@ -13,13 +12,12 @@ use crate::{Complex, Error};
 
 const ELEMENTS: usize = 16;
 const SAMPLES: usize = 8;
-const SIZES: Sizes = Sizes {
-    elements: ELEMENTS,
-    subaperture: ELEMENTS / 2,
+const SIZES: Sizes = BeamformerParameters {
     temporal_half_window: 1,
-    sub_lines: 1,
-};
-const NEED: Need = SIZES.need(Covariance::ForwardBackward);
+    ..BeamformerParameters::DEFAULT
+}
+.sizes(ELEMENTS);
+const NEED: Need = SIZES.need();
 
 /// Method, power of two of the samples, and hashes.
 ///

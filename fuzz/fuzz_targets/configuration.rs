@@ -9,7 +9,6 @@ use std::sync::LazyLock;
 
 use bonebeam::Complex;
 use bonebeam::beamform::{AlignedLine, Beamformer};
-use bonebeam::covariance::{Covariance, Forward, ForwardBackward};
 use bonebeam_drive::beamform::Memory;
 use bonebeam_drive::config::{Beamform, Image, PhaseSymmetry};
 use bonebeam_drive::delay::DelayStage;
@@ -127,12 +126,8 @@ fn run(mut config: Config) {
     let line = AlignedLine::new(x, elements).expect("finite samples of whole rows");
     let active = |sample| stage.active(0, sample);
     let mut z = vec![Complex::ZERO; stage.samples()];
-    let done = match parameters.covariance {
-        Covariance::Forward => Memory::<Forward, f32>::new(0.0, sizes)
-            .map(|mut m| beamformer.line_within(&mut m.view(), line, active, adaptive, &mut z)),
-        Covariance::ForwardBackward => Memory::<ForwardBackward, f32>::new(0.0, sizes)
-            .map(|mut m| beamformer.line_within(&mut m.view(), line, active, adaptive, &mut z)),
-    };
+    let done = Memory::new(0.0, sizes)
+        .map(|mut m| beamformer.line_within(&mut m.view(), line, active, adaptive, &mut z));
     if let Ok(Ok(())) = done {
         bits(&z);
     }

@@ -3,7 +3,6 @@
 //! Earlier contents of the memory have no effect.
 
 use bonebeam::beamform::{Method, Parameters};
-use bonebeam::covariance::Covariance;
 use bonebeam::geometry::Active;
 use bonebeam::simd::InstructionSet;
 use bonebeam_drive::beamform::Plan;
@@ -31,8 +30,7 @@ fn lines_go_into_memory_of_the_caller() {
         temporal_half_window: 1,
         ..Parameters::default()
     };
-    let (set, covariance) = (InstructionSet::detect(), Covariance::ForwardBackward);
-    let plan = Plan::new(set, parameters, covariance, elements).unwrap();
+    let plan = Plan::new(InstructionSet::detect(), parameters, elements).unwrap();
     let expected = plan.run(x.view(), &active, &|_| {}).unwrap();
 
     let nan = Complex::new(f32::NAN, f32::NAN);

@@ -40,7 +40,7 @@ impl Beamformer {
         let section = &parameters.0;
         let plan = py.detach(|| {
             let set = InstructionSet::detect();
-            pool.install(|| Plan::new(set, section.parameters(), section.covariance, elements))
+            pool.install(|| Plan::new(set, section.parameters(), elements))
         });
         Ok(Self {
             plan: plan.map_err(refused)?,

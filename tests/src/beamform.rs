@@ -3,7 +3,7 @@
 use bonebeam::beamform::{
     AlignedLine, Apodization, Beamformer, Method, Parameters, Postfilter, Sizes, Workspace,
 };
-use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
+use bonebeam::covariance::Covariance;
 use bonebeam::geometry::{
     Active, Aperture, ApertureParameters, Array, Axis, Depth, Lines, Scan, ScanParameters, Steering,
 };
@@ -78,12 +78,21 @@ pub const FORWARD_BACKWARD: [Case; 7] = [
 
 /// The cases with the forward covariance, all elements active.
 pub const FORWARD: [Case; 5] = [
-    case("mv-forward", Method::Mv),
-    case("esmv-rank1-forward", Method::EsmvRank1),
-    case("esmv-beta-forward", Method::EsmvBeta(0.1)),
-    case("esmv-exclude-first-forward", Method::EsmvExcludeFirst),
-    case("esmv-rank1-steps-forward", Method::EsmvRank1Steps(STEPS)),
+    forward(case("mv-forward", Method::Mv)),
+    forward(case("esmv-rank1-forward", Method::EsmvRank1)),
+    forward(case("esmv-beta-forward", Method::EsmvBeta(0.1))),
+    forward(case("esmv-exclude-first-forward", Method::EsmvExcludeFirst)),
+    forward(case(
+        "esmv-rank1-steps-forward",
+        Method::EsmvRank1Steps(STEPS),
+    )),
 ];
+
+const fn forward(case: Case) -> Case {
+    let mut case = case;
+    case.parameters.covariance = Covariance::Forward;
+    case
+}
 
 /// The case whose aperture grows with depth ([`growing`]), forward-backward.
 pub const GROWING: Case = case("mv-growing-aperture", Method::Mv);
@@ -158,9 +167,12 @@ pub const SUB_LINES_FORWARD_BACKWARD: [Case; 7] = [
 
 /// The cases of sub-lines with the forward covariance, all elements active.
 pub const SUB_LINES_FORWARD: [Case; 3] = [
-    sub_lines("sub-lines-mv-forward", Method::Mv),
-    sub_lines("sub-lines-esmv-rank1-forward", Method::EsmvRank1),
-    sub_lines("sub-lines-esmv-beta-forward", Method::EsmvBeta(0.1)),
+    forward(sub_lines("sub-lines-mv-forward", Method::Mv)),
+    forward(sub_lines("sub-lines-esmv-rank1-forward", Method::EsmvRank1)),
+    forward(sub_lines(
+        "sub-lines-esmv-beta-forward",
+        Method::EsmvBeta(0.1),
+    )),
 ];
 
 /// The case of two sub-lines and a coherence factor, forward-backward.
@@ -207,19 +219,23 @@ pub fn growing() -> Result<impl Fn(usize) -> Active, Error> {
     Ok(move |n| aperture.active(9.5, 2e-3 + n as f64 * 0.3e-3))
 }
 
-const SIZES: Sizes = Sizes {
-    elements: ELEMENTS,
-    subaperture: SUBAPERTURE,
-    temporal_half_window: TEMPORAL,
-    sub_lines: SUB_LINES,
+const fn sizes(covariance: Covariance) -> Sizes {
+    Sizes {
+        covariance,
+        elements: ELEMENTS,
+        subaperture: SUBAPERTURE,
+        temporal_half_window: TEMPORAL,
+        sub_lines: SUB_LINES,
+    }
+}
+const NEED: Need = {
+    let forward = sizes(Covariance::Forward).need();
+    forward.or(sizes(Covariance::ForwardBackward).need())
 };
-const FORWARD_NEED: Need = SIZES.need(Covariance::Forward);
-const BACKWARD_NEED: Need = SIZES.need(Covariance::ForwardBackward);
 
 /// The memory of the cases.
 pub struct Memory {
-    forward: memory::Memory<{ FORWARD_NEED.real }, { FORWARD_NEED.complex }>,
-    forward_backward: memory::Memory<{ BACKWARD_NEED.real }, { BACKWARD_NEED.complex }>,
+    scratch: CaseScratch,
     z: [Complex<f32>; SAMPLES * SUB_LINES],
     steering: [Complex<f32>; STEERING],
 }
@@ -229,8 +245,7 @@ const STEERING: usize = Steering::need(SAMPLES, SUB_LINES).complex;
 impl Memory {
     pub(crate) const fn new() -> Self {
         Memory {
-            forward: memory::Memory::new(),
-            forward_backward: memory::Memory::new(),
+            scratch: memory::Memory::new(),
             z: [Complex::new(0.0, 0.0); SAMPLES * SUB_LINES],
             steering: [Complex::new(0.0, 0.0); STEERING],
         }
@@ -239,66 +254,61 @@ impl Memory {
 
 pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Result<(), Error> {
     let Memory {
-        forward,
-        forward_backward,
+        scratch,
         z: all_z,
         steering,
     } = memory;
     let (z, _) = all_z.split_at_mut(SAMPLES);
-    let forward = &mut Workspace::<Forward>::new(0.0, SIZES, forward.scratch())?;
-    let forward_backward =
-        &mut Workspace::<ForwardBackward>::new(0.0, SIZES, forward_backward.scratch())?;
     let all = |_| Active {
         first: 0,
         count: ELEMENTS,
     };
-    for case in FORWARD_BACKWARD {
-        beamform(case, forward_backward, all, z, report)?;
+    for case in FORWARD_BACKWARD.into_iter().chain(FORWARD) {
+        beamform(case, scratch, all, z, report)?;
     }
-    for case in FORWARD {
-        beamform(case, forward, all, z, report)?;
-    }
-    beamform(GROWING, forward_backward, growing()?, z, report)?;
-    beamform(GROWING_DEPTH_STEP, forward_backward, growing()?, z, report)?;
+    beamform(GROWING, scratch, growing()?, z, report)?;
+    beamform(GROWING_DEPTH_STEP, scratch, growing()?, z, report)?;
     let line = AlignedLine::new(&SNAPSHOTS, ELEMENTS)?;
     let beamformer = Beamformer::new(GATED.parameters)?;
-    beamformer.line_within(forward_backward, line, growing()?, GATE, z)?;
+    let workspace = &mut workspace_of(&GATED, scratch)?;
+    beamformer.line_within(workspace, line, growing()?, GATE, z)?;
     report(GATED.name, hash::complex(z));
     let line = AlignedLine::new(&PERIODIC, ELEMENTS)?;
     let beamformer = Beamformer::new(SINGULAR.parameters)?;
-    beamformer.line(forward_backward, line, all, z)?;
+    let workspace = &mut workspace_of(&SINGULAR, scratch)?;
+    beamformer.line(workspace, line, all, z)?;
     report(SINGULAR.name, hash::complex(z));
     for case in POSTFILTERS.into_iter().chain(APODIZED) {
-        beamform(case, forward_backward, all, z, report)?;
+        beamform(case, scratch, all, z, report)?;
     }
     let z = &mut all_z[..];
     for case in DEPTH_STEPS {
         match case.parameters.sub_lines {
-            1 => beamform(case, forward_backward, all, z, report)?,
-            _ => beamform_sub_lines(case, forward_backward, all, (steering, z), report)?,
+            1 => beamform(case, scratch, all, z, report)?,
+            _ => beamform_sub_lines(case, scratch, all, (steering, z), report)?,
         }
     }
-    for case in SUB_LINES_FORWARD_BACKWARD {
-        beamform_sub_lines(case, forward_backward, all, (steering, z), report)?;
-    }
-    for case in SUB_LINES_FORWARD {
-        beamform_sub_lines(case, forward, all, (steering, z), report)?;
+    for case in SUB_LINES_FORWARD_BACKWARD
+        .into_iter()
+        .chain(SUB_LINES_FORWARD)
+    {
+        beamform_sub_lines(case, scratch, all, (steering, z), report)?;
     }
     let growing = growing()?;
-    beamform_sub_lines(
-        SUB_LINES_GROWING,
-        forward_backward,
-        growing,
-        (steering, z),
-        report,
-    )?;
+    beamform_sub_lines(SUB_LINES_GROWING, scratch, growing, (steering, z), report)?;
     report("steering", hash::complex(steering));
     Ok(())
 }
 
-fn beamform_sub_lines<A: Averaging<f32>>(
+type CaseScratch = memory::Memory<{ NEED.real }, { NEED.complex }>;
+
+fn workspace_of<'a>(case: &Case, scratch: &'a mut CaseScratch) -> Result<Workspace<'a>, Error> {
+    Workspace::new(0.0, sizes(case.parameters.covariance), scratch.scratch())
+}
+
+fn beamform_sub_lines(
     case: Case,
-    workspace: &mut Workspace<'_, A>,
+    scratch: &mut CaseScratch,
     active: impl Fn(usize) -> Active,
     (steering, z): (&mut [Complex<f32>], &mut [Complex<f32>]),
     report: &mut impl FnMut(&str, u64),
@@ -309,14 +319,15 @@ fn beamform_sub_lines<A: Averaging<f32>>(
     let line = AlignedLine::new(&SNAPSHOTS, ELEMENTS)?;
     let beamformer = Beamformer::new(case.parameters)?;
     let (z, _) = z.split_at_mut(beamformer.line_samples(SAMPLES) * count);
+    let workspace = &mut workspace_of(&case, scratch)?;
     beamformer.sub_lines(workspace, (line, steering), active, z)?;
     report(case.name, hash::complex(z));
     Ok(())
 }
 
-fn beamform<A: Averaging<f32>>(
+fn beamform(
     case: Case,
-    workspace: &mut Workspace<'_, A>,
+    scratch: &mut CaseScratch,
     active: impl Fn(usize) -> Active,
     z: &mut [Complex<f32>],
     report: &mut impl FnMut(&str, u64),
@@ -324,6 +335,7 @@ fn beamform<A: Averaging<f32>>(
     let line = AlignedLine::new(&SNAPSHOTS, ELEMENTS)?;
     let beamformer = Beamformer::new(case.parameters)?;
     let (z, _) = z.split_at_mut(beamformer.line_samples(SAMPLES));
+    let workspace = &mut workspace_of(&case, scratch)?;
     beamformer.line(workspace, line, active, z)?;
     report(case.name, hash::complex(z));
     Ok(())

@@ -5,7 +5,6 @@ use std::vec;
 use std::vec::Vec;
 
 use bonebeam::beamform::{AlignedLine, Beamformer, Segment, SteeredSegments, Workspace};
-use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
 use bonebeam::geometry::Steering;
 use bonebeam::image::median;
 use bonebeam::memory::Scratch;
@@ -42,14 +41,12 @@ impl Task for Cases<'_> {
         let cases = cases.chain(beamform::SUB_LINES_FORWARD_BACKWARD);
         let cases = cases.chain(beamform::POSTFILTERS);
         let cases = cases.chain(beamform::DEPTH_STEPS);
-        for case in cases.chain(beamform::APODIZED) {
-            beamformer::<ForwardBackward, V>(zero, case, &SNAPSHOTS, report)?;
+        let cases = cases.chain(beamform::APODIZED);
+        let cases = cases.chain(beamform::FORWARD);
+        for case in cases.chain(beamform::SUB_LINES_FORWARD) {
+            beamformer(zero, case, &SNAPSHOTS, report)?;
         }
-        let forward = beamform::FORWARD.into_iter();
-        for case in forward.chain(beamform::SUB_LINES_FORWARD) {
-            beamformer::<Forward, V>(zero, case, &SNAPSHOTS, report)?;
-        }
-        beamformer::<ForwardBackward, V>(zero, beamform::SINGULAR, &PERIODIC, report)?;
+        beamformer(zero, beamform::SINGULAR, &PERIODIC, report)?;
         smooth(zero, report)?;
         strips(zero, report)
     }
@@ -69,7 +66,7 @@ fn delay_lines<V: Vector>(zero: V, report: &mut dyn FnMut(&str, u64)) -> Result<
 }
 
 /// The other lanes start elsewhere in the sequence, so that all lanes differ.
-fn beamformer<A: Averaging<V>, V: Vector>(
+fn beamformer<V: Vector>(
     zero: V,
     case: beamform::Case,
     x: &[Complex<f32>],
@@ -77,12 +74,12 @@ fn beamformer<A: Averaging<V>, V: Vector>(
 ) -> Result<(), Error> {
     let beamformer = Beamformer::new(case.parameters)?;
     let sizes = beamformer.sizes(ELEMENTS);
-    let need = sizes.need(A::COVARIANCE);
+    let need = sizes.need();
     let scratch = Scratch {
         real: &mut vec![zero; need.real],
         complex: &mut vec![Complex { re: zero, im: zero }; need.complex],
     };
-    let mut workspace = Workspace::<A, V>::new(zero, sizes, scratch)?;
+    let mut workspace = Workspace::new(zero, sizes, scratch)?;
     let line = AlignedLine::new(x, ELEMENTS)?;
     let sub_lines = case.parameters.sub_lines;
     let mut steering = vec![Complex::new(0.0, 0.0); Steering::need(SAMPLES, sub_lines).complex];

@@ -1,7 +1,6 @@
 //! Lines of a pipeline from I/Q counts, in blocks shorter than the aperture's growth, and sub-lines of one.
 
 use bonebeam::beamform::{self, Method, Sizes, Workspace};
-use bonebeam::covariance::{Covariance, ForwardBackward};
 use bonebeam::delay::{IqLayout, IqRecord, IqSamples};
 use bonebeam::geometry::{
     Array, Axis, Depth, Lines, Scan, ScanParameters, Steering, Transmit, TransmitLaw,
@@ -50,7 +49,7 @@ const LINE: Need = Need {
     real: 7 * ELEMENTS,
     complex: HELD * ELEMENTS,
 };
-const NEED: Need = LINE.and(SIZES.need(Covariance::ForwardBackward));
+const NEED: Need = LINE.and(SIZES.need());
 
 /// The memory of the case.
 pub struct Memory {
@@ -95,7 +94,7 @@ pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Re
     ] {
         let mut scratch = memory.scratch.scratch();
         let own = scratch.take(lines.need(1, STRETCH))?;
-        let mut workspace = Workspace::<ForwardBackward>::new(0.0, SIZES, scratch)?;
+        let mut workspace = Workspace::new(0.0, SIZES, scratch)?;
         let sub_lines = lines.beamformer().parameters().sub_lines;
         let z = &mut z[..LENGTH * sub_lines];
         match sub_lines {

@@ -52,7 +52,15 @@ fn frame_after_frame_on_any_number_of_threads() {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
                 let pool = pool.build().expect("threads");
                 let set = InstructionSet::detect();
-                let plan = Plan::new(set, parameters, covariance, 40).expect("a size that fits");
+                let plan = Plan::new(
+                    set,
+                    Parameters {
+                        covariance,
+                        ..parameters
+                    },
+                    40,
+                )
+                .expect("a size that fits");
                 // One frame's contents of the plan's memory must not reach the next frame.
                 for lines in &frames {
                     let x = stacked(lines);
@@ -100,8 +108,15 @@ fn adaptive_within_and_das_elsewhere() {
                     let active = |beam: usize, sample: usize| lines[beam].active[sample];
                     let parameters = of(method);
                     let set = InstructionSet::detect();
-                    let plan =
-                        Plan::new(set, parameters, covariance, 40).expect("a size that fits");
+                    let plan = Plan::new(
+                        set,
+                        Parameters {
+                            covariance,
+                            ..parameters
+                        },
+                        40,
+                    )
+                    .expect("a size that fits");
                     let plan = plan.within(within.clone());
                     let count = AtomicUsize::new(0);
                     let progress = |n: usize| _ = count.fetch_add(n, Ordering::Relaxed);
@@ -139,11 +154,7 @@ fn memory_for_what_is_adaptive() {
     assert!(largest(0..10) < largest(0..30));
     let beamformer = Beamformer::new(Parameters::default()).expect("valid parameters");
     let sizes = beamformer.sizes(largest(within.clone()).unwrap_or(0));
-    let mut memory =
-        bonebeam_drive::beamform::Memory::<bonebeam::covariance::ForwardBackward, f32>::new(
-            0.0, sizes,
-        )
-        .expect("memory");
+    let mut memory = bonebeam_drive::beamform::Memory::new(0.0, sizes).expect("memory");
     let x = line.x.as_slice().expect("standard layout");
     let x = bonebeam::beamform::AlignedLine::new(x, line.x.ncols()).expect("finite samples");
     let mut z = vec![Complex::ZERO; 30];

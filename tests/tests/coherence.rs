@@ -62,9 +62,12 @@ fn agrees_with_the_f64_reference() {
 /// Shares of the largest eigenvalue, the same over any lanes.
 fn shares(line: &Line, parameters: Parameters, covariance: Covariance) -> Vec<f32> {
     let (samples, elements) = line.x.dim();
+    let parameters = Parameters {
+        covariance,
+        ..parameters
+    };
     let kernel = Shares(Lines {
         parameters,
-        covariance,
         elements,
         lines: vec![(line.x.iter().copied().collect(), 0)],
         counts: line.active.iter().map(|set| set.count).collect(),

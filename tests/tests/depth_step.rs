@@ -68,7 +68,7 @@ fn a_range_of_samples_of_a_frame_has_the_samples_of_each_line() {
             };
             let covariance = Covariance::ForwardBackward;
             for within in [0..57, 13..31, 20..21, 50..57] {
-                let plan = Plan::new(InstructionSet::detect(), parameters, covariance, 20).unwrap();
+                let plan = Plan::new(InstructionSet::detect(), parameters, 20).unwrap();
                 let plan = plan.within(within.clone());
                 let z = plan.run(x.view(), &active, &|_| {}).unwrap();
                 for (line, z) in lines.iter().zip(z.rows()) {
@@ -89,8 +89,8 @@ fn framed(parameters: pipeline::Parameters<'static>, gate: Option<DepthGate>) ->
     if let Some(gate) = gate {
         pipeline = pipeline.with_gate(gate).unwrap();
     }
-    let need = pipeline.need(Covariance::ForwardBackward);
-    assert_eq!(need, parameters.need(Covariance::ForwardBackward).unwrap());
+    let need = pipeline.need();
+    assert_eq!(need, parameters.need().unwrap());
     let (mut real, mut complex) = (vec![0.0; need.real], vec![Complex::ZERO; need.complex]);
     let scratch = Scratch {
         real: &mut real,
@@ -152,7 +152,7 @@ fn frames_have_the_same_image() {
         let parameters = stepped(depth_step, sub_lines, usize::MAX);
         let (_, image) = framed(parameters, None);
         let pipeline = Pipeline::new(parameters).unwrap();
-        let frames = Frames::new(&pipeline, Covariance::ForwardBackward).unwrap();
+        let frames = Frames::new(&pipeline).unwrap();
         let z = with_source(&pipeline, |source| frames.lines(source).unwrap());
         assert_eq!(z.ncols(), pipeline.lines().line_samples());
         let pixels = frames.image(z.view()).unwrap();
@@ -169,10 +169,7 @@ fn frames_have_the_same_image() {
 fn lines_with_a_depth_step_take_less_memory() {
     let need = |depth_step, sub_lines| {
         let parameters = stepped(depth_step, sub_lines, 16);
-        parameters
-            .need(Covariance::ForwardBackward)
-            .unwrap()
-            .complex
+        parameters.need().unwrap().complex
     };
     let samples = Pipeline::new(PARAMETERS).unwrap().lines().scan().samples();
     for depth_step in 2..=8 {

@@ -116,7 +116,7 @@ impl Plain for beamform::Lines {
     const PLANS: u64 = 6000;
 
     fn plain(&self) -> Option<Vec<Complex<f32>>> {
-        let (parameters, covariance) = (self.parameters, self.covariance);
+        let (parameters, covariance) = (self.parameters, self.parameters.covariance);
         let mut all = Vec::new();
         for (line, (x, _)) in self.lines.iter().enumerate() {
             let x: Vec<_> = x.chunks(self.elements).map(<[_]>::to_vec).collect();

@@ -2,7 +2,6 @@
 
 use crate::common::lines::Line;
 use bonebeam::beamform::{AlignedLine, Beamformer, Parameters};
-use bonebeam::covariance::ForwardBackward;
 use bonebeam::geometry::Active;
 use bonebeam::{Complex, Error};
 use bonebeam_drive::beamform::Memory;
@@ -30,7 +29,7 @@ fn blocks_that_lack_samples_are_refused() {
     });
     let beamformer = beamformer.unwrap();
     let sizes = beamformer.sizes(ELEMENTS);
-    let mut memory = Memory::<ForwardBackward, f32>::new(0.0, sizes).unwrap();
+    let mut memory = Memory::new(0.0, sizes).unwrap();
     let active = |n: usize| line.active[n];
     let x = &line.x.as_slice().unwrap()[29 * ELEMENTS..60 * ELEMENTS];
     let held = AlignedLine::new(x, ELEMENTS).unwrap();

@@ -3,7 +3,6 @@
 use crate::common;
 
 use bonebeam::beamform::{Beamformer, Workspace};
-use bonebeam::covariance::{Covariance, ForwardBackward};
 use bonebeam::delay::{
     Compounding, Delay, DelayParameters, IqDelay, IqLayout, IqParameters, IqRecord, IqSamples,
     Record, ScanLine, Stage,
@@ -42,12 +41,9 @@ fn line_of<'r, D: Stage>(
     z
 }
 
-fn with_workspace<T>(
-    beamformer: &Beamformer,
-    work: impl FnOnce(&mut Workspace<'_, ForwardBackward>) -> T,
-) -> T {
+fn with_workspace<T>(beamformer: &Beamformer, work: impl FnOnce(&mut Workspace<'_>) -> T) -> T {
     let sizes = beamformer.sizes(ELEMENTS);
-    let need = sizes.need(Covariance::ForwardBackward);
+    let need = sizes.need();
     let scratch = Scratch {
         real: &mut vec![0.0f32; need.real],
         complex: &mut vec![Complex::ZERO; need.complex],

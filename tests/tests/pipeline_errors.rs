@@ -2,7 +2,6 @@
 
 use crate::common;
 
-use bonebeam::covariance::Covariance;
 use bonebeam::delay::Record;
 use bonebeam::geometry::{Depth, Lines, Scan};
 use bonebeam::memory::Scratch;
@@ -35,7 +34,7 @@ fn a_gate_that_is_none_is_refused() {
 #[test]
 fn sizes_follow_from_the_parameters_and_others_are_refused() {
     let pipeline = Pipeline::new(PARAMETERS).unwrap();
-    assert_eq!(pipeline.need(Covariance::ForwardBackward), NEED);
+    assert_eq!(pipeline.need(), NEED);
     let (mut real, mut complex) = (vec![0.0; NEED.real], vec![Complex::ZERO; NEED.complex]);
     for (shorter, name) in [(0, "real memory"), (1, "complex memory")] {
         let memory = Scratch {

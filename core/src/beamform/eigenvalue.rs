@@ -6,7 +6,7 @@ use super::methods::{Method, first_eigenpair};
 use super::parameters::{Beamformer, Parameters};
 use super::pushes::Pushes;
 use super::segment::{Segment, constant_segments};
-use super::workspace::Workspace;
+use super::workspace::{View, Workspace, with_view};
 use super::{AlignedLine, Sizes};
 use crate::Error;
 use crate::covariance::Averaging;
@@ -27,7 +27,7 @@ impl Beamformer {
     ///
     /// Equal echoes on all elements give 1, independent noise about `(1 + √(L/n))²/L` with `n` independent snapshots,
     /// and the least share is `1/L`. Silence, and a sample without an active element, give 0. `R` is the covariance of
-    /// the parameters: subapertures, `A` and time window, without diagonal loading. Method, apodization and postfilter
+    /// the parameters: subapertures, covariance and time window, without diagonal loading. Method, apodization and postfilter
     /// have no effect. `active` is called twice for each sample.
     ///
     /// Cost: that of rank 1 without its factorisation.
@@ -38,7 +38,6 @@ impl Beamformer {
     ///
     /// ```
     /// use bonebeam::beamform::{AlignedLine, Beamformer, Parameters, Workspace};
-    /// use bonebeam::covariance::ForwardBackward;
     /// use bonebeam::memory::Memory;
     /// use bonebeam::{Complex, geometry::Active};
     ///
@@ -52,7 +51,7 @@ impl Beamformer {
     /// let beamformer = Beamformer::new(Parameters::default())?;
     /// let sizes = beamformer.eigenvalue_sizes(4);
     /// let mut memory = Memory::<100, 100>::new();
-    /// let mut workspace = Workspace::<ForwardBackward>::new(0.0, sizes, memory.scratch())?;
+    /// let mut workspace = Workspace::new(0.0f32, sizes, memory.scratch())?;
     /// let mut shares = [0.0; 3];
     /// beamformer.eigenvalue_shares(&mut workspace, line, all, &mut shares)?;
     /// // Subapertures (0, 1), (1, 1) and (1, 0): R has 2 on its diagonal and 1 beside it.
@@ -61,9 +60,9 @@ impl Beamformer {
     /// }
     /// # Ok::<(), bonebeam::Error>(())
     /// ```
-    pub fn eigenvalue_shares<A: Averaging<V>, V: Vector>(
+    pub fn eigenvalue_shares<V: Vector>(
         &self,
-        workspace: &mut Workspace<'_, A, V>,
+        workspace: &mut Workspace<'_, V>,
         line: AlignedLine<'_>,
         active: impl Fn(usize) -> Active,
         shares: &mut [f32],
@@ -78,19 +77,21 @@ impl Beamformer {
             active,
             adaptive: 0..line.samples(),
         };
-        of.check_block(workspace.sizes, &block)?;
-        for run in constant_segments(block.samples, |n| block.active(n)) {
-            let samples = run.0..run.0 + run.1;
-            let shares = shares.get_mut(block.outputs(of.parameters().step(), samples));
-            of.shares_of_run(workspace, (&block, run), shares.unwrap_or_default());
-        }
+        of.check_block(workspace.sizes(), &block)?;
+        with_view!(workspace, view => {
+            for run in constant_segments(block.samples, |n| block.active(n)) {
+                let samples = run.0..run.0 + run.1;
+                let shares = shares.get_mut(block.outputs(of.parameters().step(), samples));
+                of.shares_of_run(view, (&block, run), shares.unwrap_or_default());
+            }
+        });
         Ok(())
     }
 
     /// Samples with one active set, a part of them in each lane.
     fn shares_of_run<A: Averaging<V>, V: Vector>(
         &self,
-        workspace: &mut Workspace<'_, A, V>,
+        view: &mut View<'_, A, V>,
         (block, run): (&LineBlock<'_, impl Fn(usize) -> Active>, Run),
         shares: &mut [f32],
     ) {
@@ -103,13 +104,13 @@ impl Beamformer {
         let mut parts = self.parts(V::LANES, (block, run), 1, shares);
         let (segments, shares) = parts.used();
         // A lane without a segment keeps its zeros.
-        let zero = workspace.zero;
-        workspace.snapshot.fill(ComplexVector::from_real(zero));
+        let zero = view.zero;
+        view.snapshot.fill(ComplexVector::from_real(zero));
         zero.vectorize(
             #[inline(always)]
             || {
                 let extent = Given::<true> { count, subaperture };
-                self.shares_of_lanes(workspace, segments, extent, shares);
+                self.shares_of_lanes(view, segments, extent, shares);
             },
         );
     }
@@ -117,7 +118,7 @@ impl Beamformer {
     #[inline(always)]
     fn shares_of_lanes<A: Averaging<V>, V: Vector>(
         &self,
-        workspace: &mut Workspace<'_, A, V>,
+        view: &mut View<'_, A, V>,
         segments: &[Segment<'_>],
         extent: Given<true>,
         shares: &mut [&mut [f32]],
@@ -127,11 +128,10 @@ impl Beamformer {
         let counts = segments.iter().zip(shares.iter());
         let counts = counts.map(|(segment, shares)| pushes.count(segment, shares.len()));
         for push in 0..counts.max().unwrap_or(0) {
-            let Some(zero_power) = self.push::<A, V, false>(workspace, segments, extent, push)
-            else {
+            let Some(zero_power) = self.push::<A, V, false>(view, segments, extent, push) else {
                 continue;
             };
-            let share = share::<A, V>(workspace, extent.subaperture, zero_power);
+            let share = share::<A, V>(view, extent.subaperture, zero_power);
             for ((segment, shares), &share) in
                 segments.iter().zip(shares.iter_mut()).zip(share.lanes())
             {
@@ -157,12 +157,12 @@ const fn of_covariance(parameters: Parameters) -> Parameters {
 /// `λ₁` over the trace of the matrix in the solver's panels, `1/L` to 1; 0 in the `zero_power` lanes.
 #[inline(always)]
 fn share<A: Averaging<V>, V: Vector>(
-    workspace: &mut Workspace<'_, A, V>,
+    view: &mut View<'_, A, V>,
     subaperture: usize,
     zero_power: V::Mask,
 ) -> V {
-    let zero = workspace.zero.zero();
-    let solver = &mut workspace.solver;
+    let zero = view.zero.zero();
+    let solver = &mut view.solver;
     let mut trace = zero;
     for i in 0..subaperture {
         let column = solver.matrix.get(panel(i / TILE) + i);

@@ -6,7 +6,7 @@ use super::parameters::{Beamformer, Parameters};
 use super::postfilter::Postfilter;
 use super::segment::{Segment, SegmentGroup, constant_segments, segments_within};
 use super::sizes::Sizes;
-use super::workspace::Workspace;
+use super::workspace::{View, Workspace, with_view};
 use crate::Error;
 use crate::covariance::Averaging;
 use crate::error::check_length;
@@ -87,9 +87,9 @@ impl Beamformer {
     /// # Errors
     /// As [`Beamformer::segments`]; [`Error::Length`] unless `z` has [`Beamformer::line_samples`] numbers.
     #[inline]
-    pub fn line<A: Averaging<V>, V: Vector>(
+    pub fn line<V: Vector>(
         &self,
-        workspace: &mut Workspace<'_, A, V>,
+        workspace: &mut Workspace<'_, V>,
         line: AlignedLine<'_>,
         active: impl Fn(usize) -> Active,
         z: &mut [Complex<f32>],
@@ -102,9 +102,9 @@ impl Beamformer {
             samples: line.samples(),
             adaptive: 0..line.samples(),
         };
-        let sizes = workspace.sizes;
+        let sizes = workspace.sizes();
         self.check_block(sizes, &block)?;
-        self.block(workspace, sizes, &block, z)
+        with_view!(workspace, view => self.block(view, sizes, &block, z))
     }
 
     /// Checks all segments of a block, before any output.
@@ -134,15 +134,15 @@ impl Beamformer {
     #[inline(always)]
     pub(crate) fn block<A: Averaging<V>, V: Vector>(
         &self,
-        workspace: &mut Workspace<'_, A, V>,
+        view: &mut View<'_, A, V>,
         sizes: Sizes,
         block: &LineBlock<'_, impl Fn(usize) -> Active>,
         z: &mut [Complex<f32>],
     ) -> Result<(), Error> {
         if block.adaptive == (0..block.samples) {
-            self.adaptive_block(workspace, sizes, block, z)
+            self.adaptive_block(view, sizes, block, z)
         } else {
-            self.gated_block(workspace, sizes, block, z)
+            self.gated_block(view, sizes, block, z)
         }
     }
 
@@ -150,7 +150,7 @@ impl Beamformer {
     #[inline(always)]
     fn adaptive_block<A: Averaging<V>, V: Vector>(
         &self,
-        workspace: &mut Workspace<'_, A, V>,
+        view: &mut View<'_, A, V>,
         sizes: Sizes,
         block: &LineBlock<'_, impl Fn(usize) -> Active>,
         z: &mut [Complex<f32>],
@@ -160,7 +160,7 @@ impl Beamformer {
         for (first_sample, samples, set) in constant_segments(block.samples, &active) {
             let out = z.get_mut(block.outputs(step, first_sample..first_sample + samples));
             let run = (first_sample, samples, set);
-            self.run(workspace, sizes, (block, run), out.unwrap_or_default())?;
+            self.run(view, sizes, (block, run), out.unwrap_or_default())?;
         }
         Ok(())
     }
@@ -171,7 +171,7 @@ impl Beamformer {
     #[cfg_attr(feature = "constants", inline(always))]
     fn run<A: Averaging<V>, V: Vector>(
         &self,
-        workspace: &mut Workspace<'_, A, V>,
+        view: &mut View<'_, A, V>,
         sizes: Sizes,
         (block, run): (&LineBlock<'_, impl Fn(usize) -> Active>, Run),
         z: &mut [Complex<f32>],
@@ -185,11 +185,11 @@ impl Beamformer {
         if V::LANES == 1 || method.direct().is_some() && *postfilter == Postfilter::None {
             let segments = &[block.segment(first, set)];
             let group = SegmentGroup { segments, count };
-            return self.segments_within(workspace, sizes, group, &mut [z]);
+            return self.segments_within(view, sizes, group, &mut [z]);
         }
         let mut parts = self.parts(V::LANES, (block, run), 1, z);
         let (segments, z) = parts.used();
-        self.segments_within(workspace, sizes, SegmentGroup { segments, count }, z)
+        self.segments_within(view, sizes, SegmentGroup { segments, count }, z)
     }
 
     /// Cuts a run into a part for each lane, with `numbers` of `z` for each computed sample.
@@ -231,9 +231,9 @@ impl Beamformer {
     /// # Errors
     /// As [`Beamformer::line`].
     #[inline]
-    pub fn line_within<A: Averaging<V>, V: Vector>(
+    pub fn line_within<V: Vector>(
         &self,
-        workspace: &mut Workspace<'_, A, V>,
+        workspace: &mut Workspace<'_, V>,
         line: AlignedLine<'_>,
         active: impl Fn(usize) -> Active,
         adaptive: Range<usize>,
@@ -247,16 +247,16 @@ impl Beamformer {
             active,
             adaptive,
         };
-        let sizes = workspace.sizes;
+        let sizes = workspace.sizes();
         self.check_block(sizes, &block)?;
-        self.block(workspace, sizes, &block, z)
+        with_view!(workspace, view => self.block(view, sizes, &block, z))
     }
 
     /// A block in which some samples are adaptive and the others are DAS.
     #[inline(always)]
     fn gated_block<A: Averaging<V>, V: Vector>(
         &self,
-        workspace: &mut Workspace<'_, A, V>,
+        view: &mut View<'_, A, V>,
         sizes: Sizes,
         block: &LineBlock<'_, impl Fn(usize) -> Active>,
         z: &mut [Complex<f32>],
@@ -268,7 +268,7 @@ impl Beamformer {
         {
             let out = z.get_mut(block.outputs(step, first..first + length));
             let run = (first, length, set);
-            self.run(workspace, sizes, (block, run), out.unwrap_or_default())?;
+            self.run(view, sizes, (block, run), out.unwrap_or_default())?;
         }
         // DAS also overwrites the unwanted samples above a segment.
         let Some(das) = Method::Das.direct() else {
@@ -286,7 +286,7 @@ impl Beamformer {
                 };
                 match set.count {
                     0 => out.fill(Complex::new(0.0, 0.0)),
-                    _ => self.direct_segments(&das, workspace.zero, group, &mut [out]),
+                    _ => self.direct_segments(&das, view.zero, group, &mut [out]),
                 }
             }
         }

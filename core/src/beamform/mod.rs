@@ -27,6 +27,7 @@ mod workspace;
 pub(crate) use coherence::CoherenceOfLine;
 pub(crate) use compiled::SUB_LINES;
 pub(crate) use line::LineBlock;
+pub(crate) use workspace::{Buffers, View, with_view};
 
 pub use aligned_line::AlignedLine;
 pub use apodization::Apodization;

@@ -1,12 +1,13 @@
 //! Parameters of a beamformer.
 
 use super::apodization::{Apodization, Window};
-use super::compiled::{APODIZATION, POSTFILTERS, SUB_LINES};
+use super::compiled::{APODIZATION, FORWARD, POSTFILTERS, SUB_LINES};
 use super::methods::Method;
 use super::postfilter::{Applied, Postfilter};
 use super::sizes::Sizes;
 use super::table::{Parameter, Range, range};
 use crate::Error;
+use crate::covariance::Covariance;
 use crate::geometry::DepthStep;
 
 /// The fields of [`Parameters`] that are numbers. A row: the documentation, which is the help text; the field
@@ -26,6 +27,8 @@ macro_rules! parameters {
         pub struct Parameters {
             /// The beamforming method.
             pub method: Method,
+            /// The covariance of all methods but DAS.
+            pub covariance: Covariance,
             /// The postfilter, a factor on the output.
             pub postfilter: Postfilter,
             /// The apodization, weights across the active aperture.
@@ -41,6 +44,7 @@ macro_rules! parameters {
             /// The default as a constant.
             pub const DEFAULT: Self = Parameters {
                 method: Method::Mv,
+                covariance: Covariance::ForwardBackward,
                 postfilter: Postfilter::None,
                 apodization: Apodization::None,
                 sub_lines: 1,
@@ -172,12 +176,14 @@ impl Parameters {
     pub const fn sizes(&self, elements: usize) -> Sizes {
         match self.method.direct() {
             Some(_) => Sizes {
+                covariance: self.covariance,
                 elements: 0,
                 subaperture: 0,
                 temporal_half_window: 0,
                 sub_lines: 1,
             },
             None => Sizes {
+                covariance: self.covariance,
                 elements,
                 subaperture: self.subaperture(elements),
                 temporal_half_window: self.temporal_half_window,
@@ -209,7 +215,7 @@ impl Beamformer {
     /// [`Error::Parameter`] for a value outside the range of its row in [`Parameters::TABLE`], or for an argument
     /// of the method outside that of [`Method::parameter`]; for sub-lines beyond [`Parameters::SUB_LINES`]. Without
     /// the feature `eigenspace`, for its methods, and for MV with a diagonal loading below 10⁻⁴. Without the feature
-    /// `apodization`, `postfilters` or `sub-lines`, for any of these.
+    /// `apodization`, `forward`, `postfilters` or `sub-lines`, for any of these.
     pub fn new(parameters: Parameters) -> Result<Self, Error> {
         let method = parameters.method;
         if let (Some(row), Some(argument)) = (method.parameter(), method.argument()) {
@@ -218,6 +224,11 @@ impl Beamformer {
         method.check_compiled(parameters.diagonal_loading)?;
         let (apodization, postfilter) = (parameters.apodization, parameters.postfilter);
         let of_features = [
+            (
+                FORWARD || parameters.covariance != Covariance::Forward,
+                "forward",
+                "the feature forward",
+            ),
             (
                 APODIZATION || apodization == Apodization::None,
                 apodization.name(),

@@ -3,9 +3,8 @@
 use super::aligned_line::AlignedLine;
 use super::line::LineBlock;
 use super::parameters::Beamformer;
-use super::workspace::Workspace;
+use super::workspace::{Workspace, with_view};
 use crate::Error;
-use crate::covariance::Averaging;
 use crate::error::check_length;
 use crate::geometry::Active;
 use crate::simd::Vector;
@@ -26,7 +25,6 @@ impl Beamformer {
     ///
     /// ```
     /// use bonebeam::beamform::{AlignedLine, Beamformer, Parameters, Workspace};
-    /// use bonebeam::covariance::ForwardBackward;
     /// use bonebeam::geometry::Active;
     /// use bonebeam::memory::Memory;
     /// use bonebeam::{Complex, Error};
@@ -35,7 +33,7 @@ impl Beamformer {
     /// let beamformer = Beamformer::new(parameters)?;
     /// let mut memory = Memory::<200, 200>::new();
     /// let sizes = beamformer.sizes(4);
-    /// let mut workspace = Workspace::<ForwardBackward>::new(0.0, sizes, memory.scratch())?;
+    /// let mut workspace = Workspace::new(0.0f32, sizes, memory.scratch())?;
     ///
     /// let x = [Complex::new(1.0, 0.0); 4 * 20]; // 20 samples of four elements
     /// let active = |_| Active { first: 0, count: 4 };
@@ -51,9 +49,9 @@ impl Beamformer {
     /// # Errors
     /// As [`Beamformer::line_within`]; [`Error::Parameter`] for a block that begins too late.
     #[inline]
-    pub fn partial_line<A: Averaging<V>, V: Vector>(
+    pub fn partial_line<V: Vector>(
         &self,
-        workspace: &mut Workspace<'_, A, V>,
+        workspace: &mut Workspace<'_, V>,
         line: AlignedLine<'_>,
         done: usize,
         (active, adaptive): (impl Fn(usize) -> Active, Range<usize>),
@@ -73,10 +71,11 @@ impl Beamformer {
             active,
             adaptive: within(adaptive.start)..within(adaptive.end),
         };
-        let sizes = workspace.sizes;
+        let sizes = workspace.sizes();
         self.check_block(sizes, &block)?;
         let z = z.get_mut(self.line_samples(done)..);
-        self.block(workspace, sizes, &block, z.unwrap_or_default())?;
+        let z = z.unwrap_or_default();
+        with_view!(workspace, view => self.block(view, sizes, &block, z))?;
         Ok(end)
     }
 

@@ -12,7 +12,7 @@ use super::pushes::Pushes;
 use super::segment::{Segment, SegmentGroup};
 use super::sizes::Sizes;
 use super::snapshot::{elements, snapshot};
-use super::workspace::Workspace;
+use super::workspace::{View, Workspace, with_view};
 use crate::Error;
 use crate::covariance::diagonal_loading::DiagonalLoading;
 use crate::covariance::lag_sums::lag_sums;
@@ -55,15 +55,16 @@ impl Beamformer {
     /// [`Error::Length`] if `z` and `segments` differ in length; [`Error::Parameter`] if a line has no more than `K`
     /// samples or a segment is outside its line.
     #[inline]
-    pub fn segments<A: Averaging<V>, V: Vector>(
+    pub fn segments<V: Vector>(
         &self,
-        workspace: &mut Workspace<'_, A, V>,
+        workspace: &mut Workspace<'_, V>,
         segments: &[Segment<'_>],
         count: usize,
         z: &mut [&mut [Complex<f32>]],
     ) -> Result<(), Error> {
         let group = SegmentGroup { segments, count };
-        self.segments_within(workspace, workspace.sizes, group, z)
+        let sizes = workspace.sizes();
+        with_view!(workspace, view => self.segments_within(view, sizes, group, z))
     }
 
     /// [`Beamformer::segments`] with the workspace's sizes as an argument.
@@ -72,7 +73,7 @@ impl Beamformer {
     #[inline(always)]
     pub(super) fn segments_within<A: Averaging<V>, V: Vector>(
         &self,
-        workspace: &mut Workspace<'_, A, V>,
+        view: &mut View<'_, A, V>,
         sizes: Sizes,
         group: SegmentGroup<'_, '_>,
         z: &mut [&mut [Complex<f32>]],
@@ -97,7 +98,7 @@ impl Beamformer {
             return Ok(());
         }
         if let Some(direct) = self.parameters().method.direct() {
-            self.direct_segments(&direct, workspace.zero, group, z);
+            self.direct_segments(&direct, view.zero, group, z);
             return Ok(());
         }
         let subaperture = self.check_sizes(count, sizes)?;
@@ -106,18 +107,18 @@ impl Beamformer {
         // A constant, so that vectors are compiled for one shape only.
         if const { V::LANES == 1 } && half_window == 0 {
             if CONSTANTS && (count, subaperture) == (16, 8) && parameters.window().is_none() {
-                self.fitting_segments(workspace, segments, Constant::<16, 8>, z);
+                self.fitting_segments(view, segments, Constant::<16, 8>, z);
             } else {
                 let extent = Given::<false> { count, subaperture };
-                self.fitting_segments(workspace, segments, extent, z);
+                self.fitting_segments(view, segments, extent, z);
             }
         } else {
             let extent = Given::<true> { count, subaperture };
-            self.fitting_segments(workspace, segments, extent, z);
+            self.fitting_segments(view, segments, extent, z);
         }
         postfilter(
             (parameters.postfilter_of_lines(), parameters.step()),
-            workspace.zero,
+            view.zero,
             group,
             z,
         );
@@ -148,24 +149,24 @@ impl Beamformer {
     #[inline(never)]
     fn fitting_segments<A: Averaging<V>, V: Vector>(
         &self,
-        workspace: &mut Workspace<'_, A, V>,
+        view: &mut View<'_, A, V>,
         segments: &[Segment<'_>],
         extent: impl Extent,
         z: &mut [&mut [Complex<f32>]],
     ) {
         // A lane without a segment keeps its zeros.
-        let zero = workspace.zero;
-        workspace.snapshot.fill(ComplexVector::from_real(zero));
+        let zero = view.zero;
+        view.snapshot.fill(ComplexVector::from_real(zero));
         zero.vectorize(
             #[inline(always)]
-            || self.lanes(workspace, segments, extent, z),
+            || self.lanes(view, segments, extent, z),
         );
     }
 
     #[inline(always)]
     fn lanes<A: Averaging<V>, V: Vector>(
         &self,
-        workspace: &mut Workspace<'_, A, V>,
+        view: &mut View<'_, A, V>,
         segments: &[Segment<'_>],
         extent: impl Extent,
         z: &mut [&mut [Complex<f32>]],
@@ -183,15 +184,15 @@ impl Beamformer {
         let subapertures = extent.count().get() - subaperture.get() + 1;
         let gain = self.gain::<A, V>(subapertures);
         for push in 0..most {
-            if let Some(zero_power) = self.push::<A, V, true>(workspace, segments, extent, push) {
+            if let Some(zero_power) = self.push::<A, V, true>(view, segments, extent, push) {
                 // The sample in the middle of the time window.
                 let data = slot_of(push - half_window, half_window, subaperture.get());
-                let data = workspace.ring.get(data).unwrap_or_default();
-                let (zero, solver) = (workspace.zero, &mut workspace.solver);
+                let data = view.ring.get(data).unwrap_or_default();
+                let (zero, solver) = (view.zero, &mut view.solver);
                 let method = self.parameters().method;
                 let sum = weighted_sum::<A, V>(zero, method, solver, subaperture, data, zero_power);
-                let gain = workspace.zero.splat(gain);
-                let nothing = ComplexVector::from_real(workspace.zero);
+                let gain = view.zero.splat(gain);
+                let nothing = ComplexVector::from_real(view.zero);
                 let value = ComplexVector::select(zero_power, nothing, sum.divide(gain));
                 emit(segments, z, |of| pushes.output(of, push), value);
             }
@@ -214,21 +215,21 @@ impl Beamformer {
     #[inline(always)]
     pub(super) fn push<A: Averaging<V>, V: Vector, const DATA: bool>(
         &self,
-        workspace: &mut Workspace<'_, A, V>,
+        view: &mut View<'_, A, V>,
         segments: &[Segment<'_>],
         extent: impl Extent,
         push: usize,
     ) -> Option<V::Mask> {
         let half_window = extent.half_window(self.parameters());
         let (count, subaperture) = (extent.count(), extent.subaperture());
-        let Workspace {
+        let View {
             zero,
             snapshot: active,
             ring,
             lags: window,
             solver,
             ..
-        } = workspace;
+        } = view;
         let zero = *zero;
         let data = slot_of(push, half_window, subaperture.get());
         let work = &mut *solver.work;
@@ -313,7 +314,7 @@ impl Beamformer {
 
     /// The subaperture of `count ≥ 1` active elements.
     ///
-    /// Elements, subaperture and time window must be within `sizes`.
+    /// Elements, subaperture and time window must be within `sizes`, of the same covariance.
     #[inline(always)]
     pub(super) fn check_sizes(&self, count: usize, sizes: Sizes) -> Result<usize, Error> {
         let within = |name, actual, capacity| {
@@ -326,6 +327,14 @@ impl Beamformer {
                 capacity,
             })
         };
+        let covariance = self.parameters().covariance;
+        if covariance != sizes.covariance {
+            return Err(Error::Parameter {
+                name: "covariance",
+                value: covariance as u8 as f64,
+                expected: "that of the workspace",
+            });
+        }
         let subaperture = self.subaperture(count);
         within("active elements", count, sizes.elements)?;
         within("subaperture", subaperture, sizes.subaperture)?;

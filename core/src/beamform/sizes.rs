@@ -8,18 +8,19 @@ use crate::memory::Need;
 /// The largest shapes that a beamformer works on; they determine its memory.
 ///
 /// ```
-/// use bonebeam::beamform::Sizes;
-/// use bonebeam::covariance::Covariance;
+/// use bonebeam::beamform::{Parameters, Sizes};
 /// use bonebeam::memory::Need;
 ///
-/// const SIZES: Sizes = Sizes { elements: 32, subaperture: 16, temporal_half_window: 2, sub_lines: 1 };
+/// const SIZES: Sizes = Parameters { temporal_half_window: 2, ..Parameters::DEFAULT }.sizes(32);
 /// // A constant, so that arrays can have the lengths.
-/// const NEED: Need = SIZES.need(Covariance::ForwardBackward);
+/// const NEED: Need = SIZES.need();
 /// assert_eq!(NEED.complex, 576);
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Sizes {
+    /// The covariance, which sets the number of its sums and the numbers of its matrix.
+    pub covariance: Covariance,
     /// `M`, the maximum number of active elements.
     pub elements: usize,
     /// `L`, the maximum subaperture length.
@@ -39,9 +40,9 @@ impl Sizes {
     /// `N > 1` sub-lines add `1.5·M + (1+N)·L + 2N` complex vectors, `2·L + N` real ones and about `(2N+1)·L` numbers
     /// of the matrix.
     #[inline(always)]
-    pub const fn need(self, covariance: Covariance) -> Need {
+    pub const fn need(self) -> Need {
+        let parts = Parts::new(self);
         let length = self.subaperture;
-        let parts = Parts::new(length, self.temporal_half_window, covariance);
         let need = Need {
             real: length.saturating_mul(5),
             complex: self
@@ -58,7 +59,7 @@ impl Sizes {
         let directions = DirectionParts::new(self);
         let scalars = scalars.saturating_add(directions.scalars());
         let need = need.and(directions.need());
-        need.and(match covariance {
+        need.and(match self.covariance {
             Covariance::Forward => Need {
                 real: 0,
                 complex: scalars,
@@ -142,11 +143,13 @@ pub(super) struct Parts {
 
 impl Parts {
     #[inline(always)]
-    pub(super) const fn new(
-        subaperture: usize,
-        temporal_half_window: usize,
-        covariance: Covariance,
-    ) -> Self {
+    pub(super) const fn new(sizes: Sizes) -> Self {
+        let Sizes {
+            covariance,
+            subaperture,
+            temporal_half_window,
+            ..
+        } = sizes;
         let tiles = subaperture.div_ceil(TILE);
         let padded = tiles.saturating_mul(TILE);
         // As `panel(tiles)` columns, but saturating for impossible sizes.

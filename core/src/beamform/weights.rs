@@ -4,7 +4,7 @@ use super::extent::Given;
 use super::methods::{Method, Subspace, at_least_floor, rank_order, weighted_sum};
 use super::parameters::{Beamformer, Parameters};
 use super::segment::Segment;
-use super::workspace::{Solver, Workspace};
+use super::workspace::{Solver, View, Workspace, with_view};
 use crate::Error;
 use crate::covariance::Averaging;
 use crate::linalg::eigen::eigen;
@@ -25,9 +25,11 @@ impl Beamformer {
     /// # Errors
     /// As [`Beamformer::segments`]; [`Error::Length`] if `weights` is too short; [`Error::Parameter`] for a sample
     /// outside the line or an empty active set.
-    pub fn weights<A: Averaging<f32>>(
+    // Inline, as the self-test is.
+    #[inline]
+    pub fn weights(
         &self,
-        workspace: &mut Workspace<'_, A>,
+        workspace: &mut Workspace<'_>,
         segment: &Segment<'_>,
         count: usize,
         weights: &mut [Complex<f32>],
@@ -44,7 +46,7 @@ impl Beamformer {
         let direct = method.direct();
         let length = match direct {
             Some(_) => count,
-            None => self.check_sizes(count, workspace.sizes)?,
+            None => self.check_sizes(count, workspace.sizes())?,
         };
         let available = weights.len();
         let Some(weights) = weights.get_mut(..length) else {
@@ -63,24 +65,23 @@ impl Beamformer {
             count,
             subaperture: length,
         };
-        let mut zero_power = true;
         // For any sample, computed in a line or not.
         let every = Beamformer::unchecked(Parameters {
             depth_step: 1,
             ..*self.parameters()
         });
-        for push in 0..=2 * self.parameters().temporal_half_window {
-            let pushed = every.push::<A, f32, true>(workspace, segments, extent, push);
-            zero_power = pushed.unwrap_or(true);
-        }
-        if zero_power {
-            weights.fill(Complex::new(0.0, 0.0));
-        } else {
-            match method {
-                Method::EsmvRank1Steps(_) => kernel_weights(method, workspace, weights),
-                _ => eigenspace_weights(method.subspace(), workspace, weights),
+        with_view!(workspace, view => {
+            let mut zero_power = true;
+            for push in 0..=2 * self.parameters().temporal_half_window {
+                let pushed = every.push::<_, f32, true>(view, segments, extent, push);
+                zero_power = pushed.unwrap_or(true);
             }
-        }
+            match method {
+                _ if zero_power => weights.fill(Complex::new(0.0, 0.0)),
+                Method::EsmvRank1Steps(_) => kernel_weights(method, view, weights),
+                _ => eigenspace_weights(method.subspace(), view, weights),
+            }
+        });
         Ok(length)
     }
 }
@@ -91,11 +92,11 @@ impl Beamformer {
 /// solver's panels.
 fn kernel_weights<A: Averaging<f32>>(
     method: Method,
-    workspace: &mut Workspace<'_, A>,
+    view: &mut View<'_, A, f32>,
     weights: &mut [Complex<f32>],
 ) {
     let n = weights.len();
-    let Workspace { ring, solver, .. } = workspace;
+    let View { ring, solver, .. } = view;
     let Some(unit) = ring.get_mut(..n) else {
         return;
     };
@@ -153,7 +154,7 @@ fn keep_subspace(
 /// two of them at a time, the first among the matrix's own numbers.
 fn eigenspace_weights<A: Averaging<f32>>(
     subspace: Subspace,
-    workspace: &mut Workspace<'_, A>,
+    view: &mut View<'_, A, f32>,
     weights: &mut [Complex<f32>],
 ) {
     let n = weights.len();
@@ -167,7 +168,7 @@ fn eigenspace_weights<A: Averaging<f32>>(
         vector,
         work,
         ..
-    } = &mut workspace.solver;
+    } = &mut view.solver;
     let nothing = ComplexVector { re: 0.0, im: 0.0 };
     let (filtered, result) = work.split_at_mut(work.len() / 2);
     let (Some((filtered, unit)), Some((result, next))) = (

@@ -3,6 +3,8 @@
 use super::sizes::{DirectionParts, Parts, Sizes};
 use crate::Error;
 use crate::covariance::{Averaging, ForwardBackward};
+#[cfg(feature = "forward")]
+use crate::covariance::{Covariance, Forward};
 use crate::instructions::vectors;
 use crate::linalg::panels::PanelColumn;
 use crate::linalg::tridiagonal::Tridiagonal;
@@ -11,33 +13,45 @@ use crate::simd::{ComplexVector, Vector, split_front};
 
 /// Memory of a beamformer, divided by its shapes.
 ///
-/// `A` is [`Forward`](crate::covariance::Forward) or [`ForwardBackward`]. `V` is a vector: `f32` for one output at a
-/// time, a processor's registers for one output per lane. The kernels are compiled once for all sizes.
+/// `V` is a vector: `f32` for one output at a time, a processor's registers for one output per lane. The kernels are
+/// compiled once for all sizes.
 ///
 /// ```
 /// use bonebeam::beamform::{AlignedLine, Beamformer, Parameters, Sizes, Workspace};
-/// use bonebeam::covariance::{Covariance, ForwardBackward};
 /// use bonebeam::memory::{Memory, Need};
 /// use bonebeam::{Complex, geometry::Active};
 ///
-/// const SIZES: Sizes = Sizes { elements: 16, subaperture: 8, temporal_half_window: 2, sub_lines: 1 };
-/// const NEED: Need = SIZES.need(Covariance::ForwardBackward);
+/// const PARAMETERS: Parameters = Parameters { temporal_half_window: 2, ..Parameters::DEFAULT };
+/// const SIZES: Sizes = PARAMETERS.sizes(16);
+/// const NEED: Need = SIZES.need();
 /// // On a target, this is a `static`.
 /// let mut memory = Memory::<{ NEED.real }, { NEED.complex }>::new();
-/// let mut workspace = Workspace::<ForwardBackward>::new(0.0, SIZES, memory.scratch())?;
+/// let mut workspace = Workspace::new(0.0f32, SIZES, memory.scratch())?;
 ///
 /// let samples = [Complex::new(1.0, 0.0); 100 * 16];
 /// let mut z = [Complex::default(); 100];
-/// let beamformer = Beamformer::new(Parameters { temporal_half_window: 2, ..Default::default() })?;
+/// let beamformer = Beamformer::new(PARAMETERS)?;
 /// let line = AlignedLine::new(&samples, 16)?;
 /// let all = |_| Active { first: 0, count: 16 };
 /// beamformer.line(&mut workspace, line, all, &mut z)?;
 /// # Ok::<(), bonebeam::Error>(())
 /// ```
-pub struct Workspace<'a, A: Averaging<V> = ForwardBackward, V: Vector = f32> {
+pub struct Workspace<'a, V: Vector = f32> {
+    sizes: Sizes,
+    pub(crate) buffers: Buffers<'a, V>,
+}
+
+/// The buffers of a workspace, by its covariance.
+pub(crate) enum Buffers<'a, V: Vector> {
+    #[cfg(feature = "forward")]
+    Forward(View<'a, Forward, V>),
+    ForwardBackward(View<'a, ForwardBackward, V>),
+}
+
+/// The buffers of a workspace, for the kernels of one covariance.
+pub(crate) struct View<'a, A: Averaging<V>, V: Vector> {
     /// Source of new vectors.
     pub(crate) zero: V,
-    pub(super) sizes: Sizes,
     /// The active elements of one sample.
     pub(super) snapshot: &'a mut [ComplexVector<V>],
     /// The last `K + 1` samples' subaperture sums, in turn.
@@ -92,7 +106,7 @@ pub(super) struct Solver<'a, S, V> {
     pub(super) work: &'a mut [ComplexVector<V>],
 }
 
-impl<'a, A: Averaging<V>, V: Vector> Workspace<'a, A, V> {
+impl<'a, V: Vector> Workspace<'a, V> {
     /// A workspace for shapes up to `sizes`, in memory of size [`Sizes::need`].
     ///
     /// `zero` is a vector of zeros that sets the lanes. The function is inlined, so that the compiler knows
@@ -102,10 +116,32 @@ impl<'a, A: Averaging<V>, V: Vector> Workspace<'a, A, V> {
     /// [`Error::Length`] if the memory is shorter.
     #[inline(always)]
     pub fn new(zero: V, sizes: Sizes, scratch: Scratch<'a, V>) -> Result<Self, Error> {
-        let length = sizes.subaperture;
-        let parts = Parts::new(length, sizes.temporal_half_window, A::COVARIANCE);
         let mut scratch = scratch;
-        let Scratch { mut real, complex } = scratch.take(sizes.need(A::COVARIANCE))?;
+        let scratch = scratch.take(sizes.need())?;
+        let buffers = match sizes.covariance {
+            #[cfg(feature = "forward")]
+            Covariance::Forward => Buffers::Forward(View::new(zero, sizes, scratch)),
+            _ => Buffers::ForwardBackward(View::new(zero, sizes, scratch)),
+        };
+        Ok(Workspace { sizes, buffers })
+    }
+
+    /// The shapes that fit into the workspace.
+    pub fn sizes(&self) -> Sizes {
+        self.sizes
+    }
+}
+
+impl<'a, A: Averaging<V>, V: Vector> View<'a, A, V> {
+    /// The buffers for shapes up to `sizes`, in memory of that need.
+    #[inline(always)]
+    pub(crate) fn new(zero: V, sizes: Sizes, scratch: Scratch<'a, V>) -> Self {
+        let sizes = Sizes {
+            covariance: A::COVARIANCE,
+            ..sizes
+        };
+        let (length, parts) = (sizes.subaperture, Parts::new(sizes));
+        let Scratch { mut real, complex } = scratch;
         let mut complex = vectors(complex);
         let mut scalars = |length| A::scalars(&mut real, &mut complex, length);
         let (matrix, factor, rows) = (
@@ -120,9 +156,8 @@ impl<'a, A: Averaging<V>, V: Vector> Workspace<'a, A, V> {
             scalars(of.steering),
             scalars(of.product),
         );
-        Ok(Workspace {
+        View {
             zero,
-            sizes,
             snapshot: split_front(&mut complex, sizes.elements),
             ring: split_front(&mut complex, parts.ring),
             lags: split_front(&mut complex, parts.lags),
@@ -149,11 +184,18 @@ impl<'a, A: Averaging<V>, V: Vector> Workspace<'a, A, V> {
                 phases: split_front(&mut complex, of.sub_lines),
                 answers: split_front(&mut complex, of.sub_lines),
             },
-        })
-    }
-
-    /// The shapes that fit into the workspace.
-    pub fn sizes(&self) -> Sizes {
-        self.sizes
+        }
     }
 }
+
+/// Evaluates an expression with the buffers of a workspace, whatever its covariance.
+macro_rules! with_view {
+    ($workspace:expr, $view:ident => $work:expr) => {
+        match &mut $workspace.buffers {
+            #[cfg(feature = "forward")]
+            $crate::beamform::Buffers::Forward($view) => $work,
+            $crate::beamform::Buffers::ForwardBackward($view) => $work,
+        }
+    };
+}
+pub(crate) use with_view;

@@ -1,7 +1,7 @@
 //! Spatially smoothed, time-averaged covariance (Eq. 2, 3).
 //!
-//! `lag_sums` sums the subapertures of one sample. `time_window` sums neighbouring samples. [`Averaging`] turns the
-//! sums into the matrix in use: [`Forward`], or [`ForwardBackward`] as an exactly equivalent real symmetric matrix.
+//! `lag_sums` sums the subapertures of one sample. `time_window` sums neighbouring samples. `Averaging` turns the
+//! sums into the matrix in use, for each [`Covariance`].
 //! `diagonal_loading` conditions it for the solvers.
 //!
 //! The matrices are sums, not means: weights do not change when a covariance is multiplied by a
@@ -14,20 +14,19 @@ mod forward_backward;
 pub(crate) mod lag_sums;
 pub(crate) mod time_window;
 
-pub use averaging::Averaging;
-pub(crate) use averaging::RIGHT_SIDES;
-pub use forward::Forward;
-pub use forward_backward::ForwardBackward;
+pub(crate) use averaging::{Averaging, RIGHT_SIDES};
+pub(crate) use forward::Forward;
+pub(crate) use forward_backward::ForwardBackward;
 
-/// The covariance estimate as data, for a configuration.
+/// The covariance estimate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum Covariance {
-    /// `R` of Eq. 2, as in the paper's figures: [`Forward`].
+    /// `R` of Eq. 2, complex Hermitian, as in the paper's figures.
     Forward,
-    /// `R_FB` of Eq. 3: [`ForwardBackward`].
+    /// `R_FB` of Eq. 3, as an exactly equivalent real symmetric matrix.
     #[default]
     ForwardBackward,
 }

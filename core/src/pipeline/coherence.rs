@@ -4,10 +4,9 @@ use super::Frame;
 use super::coherence_map::CoherenceMap;
 use crate::Error;
 use crate::beamform::ShortLagCoherence;
-use crate::covariance::Averaging;
 use crate::delay::Stage;
 
-impl<'m, D: Stage, A: Averaging<f32>> Frame<'_, 'm, D, A> {
+impl<'m, D: Stage> Frame<'_, 'm, D> {
     /// Computes the coherence of each line, too, for [`Frame::surface`].
     ///
     /// `memory` has [`Pipeline::coherence_len`] numbers: 67 kB for 64 lines of 1024 samples. A detector needs settings

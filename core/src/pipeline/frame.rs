@@ -4,8 +4,10 @@ use super::coherence_map::{CoherenceMap, CoherenceRow};
 use super::output::Output;
 use super::{LinePipeline, Parts, Pipeline};
 
-use crate::beamform::{SUB_LINES, Sizes, Workspace};
+use crate::beamform::{SUB_LINES, Sizes, View, Workspace, with_view};
 use crate::covariance::{Averaging, ForwardBackward};
+#[cfg(feature = "forward")]
+use crate::covariance::{Covariance, Forward};
 use crate::delay::{Delay, Stage};
 use crate::error::check_length;
 use crate::geometry::{ApertureTable, Steering, SteeringTable, Transmit};
@@ -16,7 +18,6 @@ use crate::phase_symmetry::{AnyGains, GainTables, LogGabor};
 use crate::simd::{Vector, split_front};
 use crate::surface::{Detector, Point, grey};
 use crate::{Complex, Error};
-use core::marker::PhantomData;
 
 /// A [`Pipeline`] with its memory, which processes frame after frame.
 ///
@@ -26,7 +27,6 @@ use core::marker::PhantomData;
 /// # use bonebeam::beamform;
 /// # use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
 /// use bonebeam::Complex;
-/// use bonebeam::covariance::Covariance;
 /// use bonebeam::delay::Record;
 /// use bonebeam::geometry::{Transmit, TransmitLaw};
 /// use bonebeam::memory::Scratch;
@@ -57,7 +57,7 @@ use core::marker::PhantomData;
 /// #     block: 32,
 /// # };
 /// let pipeline = Pipeline::new(parameters)?;
-/// let need = pipeline.need(Covariance::ForwardBackward);
+/// let need = pipeline.need();
 /// let mut real = vec![0.0; need.real];
 /// let mut complex = vec![Complex::new(0.0, 0.0); need.complex];
 /// let scratch = Scratch { real: &mut real, complex: &mut complex };
@@ -72,10 +72,7 @@ use core::marker::PhantomData;
 /// assert_eq!(frame.bone_map()?.len(), 64 * 64);
 /// # Ok::<(), bonebeam::Error>(())
 /// ```
-///
-/// `A` is the beamformer's averaging: [`ForwardBackward`], or [`Forward`](crate::covariance::Forward) by
-/// [`Frame::with_averaging`].
-pub struct Frame<'p, 'm, D = Delay, A = ForwardBackward> {
+pub struct Frame<'p, 'm, D = Delay> {
     pub(crate) pipeline: &'p Pipeline<'p, D>,
     gains: AnyGains<'m>,
     apertures: ApertureTable<'m>,
@@ -87,32 +84,18 @@ pub struct Frame<'p, 'm, D = Delay, A = ForwardBackward> {
     pub(super) image: &'m mut [f32],
     pub(super) map: &'m mut [f32],
     pub(super) scratch: Scratch<'m>,
-    averaging: PhantomData<A>,
 }
 
 impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
-    /// A frame of `pipeline` with forward-backward averaging.
+    /// A frame of `pipeline`.
     ///
     /// Its memory has [`Pipeline::need`] numbers. The table of apertures is computed here, once for all frames.
     ///
     /// # Errors
     /// [`Error::Length`] if the memory is shorter; as [`ApertureTable::new`].
     pub fn new(pipeline: &'p Pipeline<'p, D>, scratch: Scratch<'m>) -> Result<Self, Error> {
-        Self::with_averaging(pipeline, scratch)
-    }
-}
-
-impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
-    /// [`Frame::new`] with any averaging of the covariance.
-    ///
-    /// # Errors
-    /// As [`Frame::new`].
-    pub fn with_averaging(
-        pipeline: &'p Pipeline<'p, D>,
-        scratch: Scratch<'m>,
-    ) -> Result<Self, Error> {
         let parts = &pipeline.parts;
-        scratch.check(parts.need(A::COVARIANCE))?;
+        scratch.check(parts.need())?;
         let mut scratch = scratch;
         let envelopes = split_front(&mut scratch.real, parts.envelopes);
         let widths = split_front(&mut scratch.real, parts.samples);
@@ -141,7 +124,6 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
             image,
             map,
             scratch,
-            averaging: PhantomData,
         })
     }
 
@@ -209,8 +191,26 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
     ///
     /// # Errors
     /// As [`Frame::line`]; [`Error::Length`] or [`Error::Capacity`] for shapes of another beamformer.
-    #[inline]
+    #[inline(always)]
     pub fn line_by<'r>(
+        &mut self,
+        sizes: Sizes,
+        line: usize,
+        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>), IntoIter: Clone>,
+    ) -> Result<&[Complex<f32>], Error>
+    where
+        D::Record<'r>: 'r,
+    {
+        // Here, so that a constant covariance leaves the other's kernels out.
+        match sizes.covariance {
+            #[cfg(feature = "forward")]
+            Covariance::Forward => self.line_of::<Forward>(sizes, line, transmits),
+            _ => self.line_of::<ForwardBackward>(sizes, line, transmits),
+        }
+    }
+
+    #[inline]
+    fn line_of<'r, A: Averaging<f32>>(
         &mut self,
         sizes: Sizes,
         line: usize,
@@ -222,8 +222,9 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
         let own = self.pipeline.parts.line;
         let beamform = |of: OfLine<'_, '_, D>, mut scratch: Scratch<'_>, z: &mut _| {
             let memory = scratch.take(own)?;
-            let mut workspace = Workspace::<A>::new(0.0, sizes, scratch)?;
-            of.beamform(transmits, memory, &mut workspace, z)
+            let scratch = scratch.take(sizes.need())?;
+            let mut view = View::<A, f32>::new(0.0, sizes, scratch);
+            of.beamform(transmits, memory, (&mut view, sizes), z)
         };
         self.line_in(line, beamform)
     }
@@ -237,7 +238,6 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
     /// # use bonebeam::beamform;
     /// # use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
     /// use bonebeam::beamform::Workspace;
-    /// use bonebeam::covariance::{Covariance, ForwardBackward};
     /// use bonebeam::delay::Record;
     /// use bonebeam::geometry::{Transmit, TransmitLaw};
     /// use bonebeam::memory::Scratch;
@@ -271,17 +271,17 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
     /// # };
     /// /// By the vectors of `zero`: see `InstructionSet::dispatch`.
     /// fn top_left<V: Vector>(zero: V, pipeline: &Pipeline) -> Result<f32, Error> {
-    ///     let need = pipeline.need_over(V::LANES, Covariance::ForwardBackward);
+    ///     let need = pipeline.need_over(V::LANES);
     ///     let (mut real, mut complex) = (vec![0.0; need.real], vec![Complex::ZERO; need.complex]);
     ///     let scratch = Scratch { real: &mut real, complex: &mut complex };
     ///     let mut frame = Frame::new(pipeline, scratch)?;
     ///
     ///     let sizes = pipeline.lines().beamformer().sizes(16); // elements
-    ///     let need = sizes.need(Covariance::ForwardBackward);
+    ///     let need = sizes.need();
     ///     let mut real = vec![zero; need.real];
     ///     let mut complex = vec![Complex::new(zero, zero); need.complex];
     ///     let scratch = Scratch { real: &mut real, complex: &mut complex };
-    ///     let mut workspace = Workspace::<ForwardBackward, V>::new(zero, sizes, scratch)?;
+    ///     let mut workspace = Workspace::new(zero, sizes, scratch)?;
     ///
     ///     let rf = vec![0.0; 16 * 512]; // the record of one transmit
     ///     let transmit = Transmit::new(TransmitLaw::Focused, 0.0);
@@ -302,18 +302,20 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
     /// [`Beamformer::sizes`]: crate::beamform::Beamformer::sizes
     pub fn line_over<'r, V: Vector>(
         &mut self,
-        workspace: &mut Workspace<'_, A, V>,
+        workspace: &mut Workspace<'_, V>,
         line: usize,
         transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>), IntoIter: Clone>,
     ) -> Result<&[Complex<f32>], Error>
     where
         D::Record<'r>: 'r,
-        A: Averaging<V>,
     {
-        let beamform = |of: OfLine<'_, '_, D>, scratch: Scratch<'_>, z: &mut _| {
-            of.beamform(transmits, scratch, workspace, z)
-        };
-        self.line_in(line, beamform)
+        let sizes = workspace.sizes();
+        with_view!(workspace, view => {
+            let beamform = |of: OfLine<'_, '_, D>, scratch: Scratch<'_>, z: &mut _| {
+                of.beamform(transmits, scratch, (view, sizes), z)
+            };
+            self.line_in(line, beamform)
+        })
     }
 
     /// Beamforms a line by a function of its scratch and output, and keeps the envelope.
@@ -460,7 +462,7 @@ impl<D: Stage> OfLine<'_, '_, D> {
         self,
         transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>), IntoIter: Clone>,
         memory: Scratch<'_>,
-        workspace: &mut Workspace<'_, A, V>,
+        by: (&mut View<'_, A, V>, Sizes),
         z: &mut [Complex<f32>],
     ) -> Result<(), Error>
     where
@@ -474,6 +476,6 @@ impl<D: Stage> OfLine<'_, '_, D> {
             coherence: self.coherence,
         };
         self.lines
-            .line_with(self.line, transmits, memory, workspace, (active, output))
+            .blocks(self.line, transmits, memory, by, (active, output))
     }
 }

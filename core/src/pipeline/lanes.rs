@@ -2,12 +2,11 @@
 
 use super::Frame;
 use crate::Error;
-use crate::covariance::Averaging;
 use crate::delay::Stage;
 use crate::phase_symmetry::{External, Fft, Gains, Kernels, ReadAt, StripSlices, WriteAt};
 use crate::simd::{Vector, split_front};
 
-impl<D: Stage, A: Averaging<f32>> Frame<'_, '_, D, A> {
+impl<D: Stage> Frame<'_, '_, D> {
     /// [`Frame::bone_map`] by vectors, with the same pixels.
     ///
     /// `kernels` has the transform of vectors ([`LaneFft`]) and gains for [`Pipeline::phase_symmetry`], `memory` the

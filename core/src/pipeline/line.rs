@@ -4,7 +4,9 @@ use super::cuts::Cuts;
 use super::memory::buffered;
 use super::output::Output;
 use super::{Block, DepthGate};
-use crate::beamform::{AlignedLine, Beamformer, LineBlock, Parameters, SUB_LINES, Workspace};
+use crate::beamform::{
+    AlignedLine, Beamformer, LineBlock, Parameters, SUB_LINES, Sizes, View, Workspace, with_view,
+};
 use crate::covariance::Averaging;
 use crate::delay::stage::{Outputs, Rest};
 use crate::delay::{
@@ -348,12 +350,12 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
     /// # Errors
     /// As these two; [`Error::Length`] unless `z` has [`LinePipeline::line_samples`] numbers, and the memory one of
     /// [`LinePipeline::need`]. `z` may be changed in part.
-    pub fn line<'r, A: Averaging<V>, V: Vector>(
+    pub fn line<'r, V: Vector>(
         &self,
         line: usize,
         transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>), IntoIter: Clone>,
         scratch: Scratch<'_>,
-        workspace: &mut Workspace<'_, A, V>,
+        workspace: &mut Workspace<'_, V>,
         z: &mut [Complex<f32>],
     ) -> Result<(), Error>
     where
@@ -370,12 +372,12 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
     ///
     /// # Errors
     /// As these two.
-    pub fn sub_lines<'r, A: Averaging<V>, V: Vector>(
+    pub fn sub_lines<'r, V: Vector>(
         &self,
         line: usize,
         transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>), IntoIter: Clone>,
         scratch: Scratch<'_>,
-        workspace: &mut Workspace<'_, A, V>,
+        workspace: &mut Workspace<'_, V>,
         (steering, z): (Steering<'_>, &mut [Complex<f32>]),
     ) -> Result<(), Error>
     where
@@ -386,13 +388,30 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         self.line_with(line, transmits, scratch, workspace, (active, output))
     }
 
-    /// [`LinePipeline::line`] with the active sets from elsewhere.
-    pub(super) fn line_with<'r, A: Averaging<V>, V: Vector>(
+    /// [`LinePipeline::line`] to an output.
+    #[inline(always)]
+    fn line_with<'r, V: Vector>(
         &self,
         line: usize,
         transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>), IntoIter: Clone>,
         scratch: Scratch<'_>,
-        workspace: &mut Workspace<'_, A, V>,
+        workspace: &mut Workspace<'_, V>,
+        by: (impl Fn(usize) -> Active, Output<'_>),
+    ) -> Result<(), Error>
+    where
+        D::Record<'r>: 'r,
+    {
+        let sizes = workspace.sizes();
+        with_view!(workspace, view => self.blocks(line, transmits, scratch, (view, sizes), by))
+    }
+
+    /// A line, block by block.
+    pub(super) fn blocks<'r, A: Averaging<V>, V: Vector>(
+        &self,
+        line: usize,
+        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>), IntoIter: Clone>,
+        scratch: Scratch<'_>,
+        (view, sizes): (&mut View<'_, A, V>, Sizes),
         (active, output): (impl Fn(usize) -> Active, Output<'_>),
     ) -> Result<(), Error>
     where
@@ -418,7 +437,6 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
             real: scratch,
             complex: aligned,
         } = scratch;
-        let sizes = workspace.sizes();
         let half_window = self.beamformer.parameters().temporal_half_window;
         let block = self.block(aligned.len(), elements)?;
         let step = self.beamformer.parameters().step();
@@ -447,7 +465,7 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
                 active: active(self.deepest(needed.end)),
             };
             let block = (block, wanted, Rest::Undefined);
-            let largest = self.compound(workspace.zero, block, transmits.clone(), scratch, new)?;
+            let largest = self.compound(view.zero, block, transmits.clone(), scratch, new)?;
             let x = AlignedLine::block(x, elements, (needed.start, samples), largest);
             let outputs = step.outputs_of(own.clone());
             let out = z.get_mut(outputs.start * count..outputs.end * count);
@@ -464,10 +482,9 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
             match steering {
                 Some(steering) if SUB_LINES => {
                     let block = (&block, steering);
-                    self.beamformer
-                        .sub_line_block(workspace, sizes, block, out)?;
+                    self.beamformer.sub_line_block(view, sizes, block, out)?;
                 }
-                _ => self.beamformer.block(workspace, sizes, &block, out)?,
+                _ => self.beamformer.block(view, sizes, &block, out)?,
             }
             if let Some(coherence) = &mut coherence {
                 coherence.block(x, &active);

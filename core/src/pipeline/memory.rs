@@ -3,7 +3,6 @@
 use super::{Parameters, coherence_map, even};
 use crate::Error;
 use crate::beamform::{self, ShortLagCoherence};
-use crate::covariance::Covariance;
 use crate::delay::{DelayParameters, IqParameters};
 use crate::geometry::{Scan, SteeringTable};
 use crate::image::DepthInterpolation;
@@ -43,7 +42,6 @@ impl Parameters<'_> {
     /// ```
     /// # use bonebeam::beamform;
     /// # use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
-    /// use bonebeam::covariance::Covariance;
     /// use bonebeam::memory::{Memory, Need};
     /// use bonebeam::pipeline::Parameters;
     ///
@@ -75,7 +73,7 @@ impl Parameters<'_> {
     /// #   strip: 8,
     /// #   block: usize::MAX,
     /// };
-    /// const NEED: Need = match PARAMETERS.need(Covariance::ForwardBackward) {
+    /// const NEED: Need = match PARAMETERS.need() {
     ///     Ok(need) => need,
     ///     Err(_) => panic!("the scan is not valid"),
     /// };
@@ -84,9 +82,9 @@ impl Parameters<'_> {
     ///
     /// # Errors
     /// As [`Scan::new`].
-    pub const fn need(&self, covariance: Covariance) -> Result<Need, Error> {
+    pub const fn need(&self) -> Result<Need, Error> {
         match self.parts() {
-            Ok(parts) => Ok(parts.need(covariance)),
+            Ok(parts) => Ok(parts.need()),
             Err(error) => Err(error),
         }
     }
@@ -95,9 +93,9 @@ impl Parameters<'_> {
     ///
     /// # Errors
     /// As [`Scan::of_iq`].
-    pub const fn need_of_iq(&self, covariance: Covariance) -> Result<Need, Error> {
+    pub const fn need_of_iq(&self) -> Result<Need, Error> {
         match self.parts_of_iq() {
-            Ok(parts) => Ok(parts.need(covariance)),
+            Ok(parts) => Ok(parts.need()),
             Err(error) => Err(error),
         }
     }
@@ -110,9 +108,9 @@ impl Parameters<'_> {
     /// As [`Scan::new`].
     ///
     /// [`Pipeline::need_over`]: super::Pipeline::need_over
-    pub const fn need_over(&self, lanes: usize, covariance: Covariance) -> Result<Need, Error> {
+    pub const fn need_over(&self, lanes: usize) -> Result<Need, Error> {
         match (self.parts(), self.parts_over(lanes)) {
-            (Ok(parts), Ok(over)) => Ok(parts.need_over(over.line, covariance)),
+            (Ok(parts), Ok(over)) => Ok(parts.need_over(over.line)),
             (Err(error), _) | (_, Err(error)) => Err(error),
         }
     }
@@ -121,13 +119,9 @@ impl Parameters<'_> {
     ///
     /// # Errors
     /// As [`Scan::of_iq`].
-    pub const fn need_over_of_iq(
-        &self,
-        lanes: usize,
-        covariance: Covariance,
-    ) -> Result<Need, Error> {
+    pub const fn need_over_of_iq(&self, lanes: usize) -> Result<Need, Error> {
         match (self.parts_of_iq(), self.parts_of_iq_over(lanes)) {
-            (Ok(parts), Ok(over)) => Ok(parts.need_over(over.line, covariance)),
+            (Ok(parts), Ok(over)) => Ok(parts.need_over(over.line)),
             (Err(error), _) | (_, Err(error)) => Err(error),
         }
     }
@@ -246,8 +240,9 @@ impl Parameters<'_> {
 
 impl Parts {
     /// [`Parts::need`], or that of lines by vectors, whose workspace is apart.
-    pub(super) const fn need_over(self, line: Need, covariance: Covariance) -> Need {
+    pub(super) const fn need_over(self, line: Need) -> Need {
         let beamformer = beamform::Sizes {
+            covariance: self.beamformer.covariance,
             elements: 0,
             subaperture: 0,
             temporal_half_window: 0,
@@ -258,10 +253,10 @@ impl Parts {
             beamformer,
             ..self
         };
-        of_lines.need(covariance).or(self.need(covariance))
+        of_lines.need().or(self.need())
     }
 
-    pub(super) const fn need(&self, covariance: Covariance) -> Need {
+    pub(super) const fn need(&self) -> Need {
         // Apertures; envelopes, image and map, which pass from stage to stage.
         let images = self.strips.image_len().saturating_mul(2);
         let lines = self.envelopes.saturating_add(self.samples);
@@ -273,7 +268,7 @@ impl Parts {
             real: 0,
             complex: self.line_samples.saturating_mul(self.sub_lines),
         };
-        let beamformed = self.line.and(self.beamformer.need(covariance));
+        let beamformed = self.line.and(self.beamformer.need());
         let line = line.and(beamformed.or(self.interpolation));
         let work = line.or(Need::real(self.b_mode)).or(self.strips.map_need());
         kept.and(work.or(Need::real(self.grey())))

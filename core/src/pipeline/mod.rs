@@ -31,7 +31,6 @@ pub use line::{IqInput, LinePipeline};
 
 use crate::Error;
 use crate::beamform::{self, ShortLagCoherence};
-use crate::covariance::Covariance;
 use crate::delay::{Delay, IqDelay, Stage};
 use crate::geometry::{Axis, Lines, Scan, ScanParameters};
 use crate::image::{BMode, BModeParameters, DepthInterpolation, Logarithm, PixelGrid};
@@ -200,7 +199,6 @@ impl<'a> Pipeline<'a, IqDelay> {
     /// ```
     /// # use bonebeam::Error;
     /// use bonebeam::beamform;
-    /// use bonebeam::covariance::Covariance;
     /// use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
     /// use bonebeam::pipeline::{IqInput, Parameters, Pipeline};
     ///
@@ -231,8 +229,7 @@ impl<'a> Pipeline<'a, IqDelay> {
     /// let iq = IqInput { demodulation_frequency: 5e6, interpolation: None };
     /// let pipeline = Pipeline::of_iq(parameters, iq)?;
     /// assert_eq!(pipeline.lines().scan().samples(), 104);
-    /// let covariance = Covariance::ForwardBackward;
-    /// assert_eq!(pipeline.need(covariance), parameters.need_of_iq(covariance)?);
+    /// assert_eq!(pipeline.need(), parameters.need_of_iq()?);
     /// # Ok::<(), Error>(())
     /// ```
     ///
@@ -307,17 +304,17 @@ impl<'a, D: Stage> Pipeline<'a, D> {
         &self.phase_symmetry
     }
 
-    /// Memory of a [`Frame`], for the covariance of its beamformer.
-    pub fn need(&self, covariance: Covariance) -> Need {
-        self.parts.need(covariance)
+    /// Memory of a [`Frame`].
+    pub fn need(&self) -> Need {
+        self.parts.need()
     }
 
     /// Memory of a [`Frame`] with lines by vectors, [`Frame::line_over`].
     ///
     /// The vectors have `lanes` lanes. The beamformer's workspace is not included.
-    pub fn need_over(&self, lanes: usize, covariance: Covariance) -> Need {
+    pub fn need_over(&self, lanes: usize) -> Need {
         let line = self.lines.need(lanes, self.block);
-        self.parts.need_over(line, covariance)
+        self.parts.need_over(line)
     }
 
     /// Length of the memory of [`Frame::with_coherence`]: [`Parameters::coherence_len`].

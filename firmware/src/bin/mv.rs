@@ -10,7 +10,6 @@ use core::hint::black_box;
 use core::panic::PanicInfo;
 
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Sizes, Workspace};
-use bonebeam::covariance::{Covariance, ForwardBackward};
 use bonebeam::geometry::Active;
 use bonebeam::memory::{Memory, Need};
 use bonebeam::{Complex, Error};
@@ -25,7 +24,7 @@ const PARAMETERS: Parameters = Parameters {
     ..Parameters::DEFAULT
 };
 const SIZES: Sizes = PARAMETERS.sizes(ELEMENTS);
-const NEED: Need = SIZES.need(Covariance::ForwardBackward);
+const NEED: Need = SIZES.need();
 /// FNV-1a over the words of the line, with and without the feature `eigenspace`.
 const HASH: u32 = 0x6c74_36b2;
 
@@ -57,7 +56,7 @@ fn line(arrays: &mut Arrays) -> Result<u32, Error> {
         *x = Complex::new(next(), next());
     }
     let beamformer = Beamformer::new(PARAMETERS)?;
-    let mut workspace = Workspace::<ForwardBackward>::new(0.0, SIZES, arrays.memory.scratch())?;
+    let mut workspace = Workspace::new(0.0, SIZES, arrays.memory.scratch())?;
     let line = AlignedLine::new(&arrays.x, ELEMENTS)?;
     let all = |_| Active {
         first: 0,

@@ -20,7 +20,7 @@ use core::fmt::Display;
 use core::hint::black_box;
 
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Sizes, Workspace};
-use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
+use bonebeam::covariance::Covariance;
 use bonebeam::delay::{
     Compounding, Delay, DelayParameters, IqDelay, IqInterpolation, IqLayout, IqParameters,
     IqRecord, IqSamples, Record, ScanLine, Stage,
@@ -88,14 +88,17 @@ const SCRATCH: usize = {
 };
 
 const SIZES: Sizes = Sizes {
+    covariance: Covariance::ForwardBackward,
     elements: ELEMENTS,
     subaperture: 8,
     temporal_half_window: 2,
     sub_lines: 1,
 };
-const NEED: Need = SIZES
-    .need(Covariance::Forward)
-    .or(SIZES.need(Covariance::ForwardBackward));
+const FORWARD: Sizes = Sizes {
+    covariance: Covariance::Forward,
+    ..SIZES
+};
+const NEED: Need = FORWARD.need().or(SIZES.need());
 
 /// Memory for strips, or for a map in one memory.
 const FAST: Need = STRIPS.need().or(STRIPS.map_need());
@@ -277,21 +280,24 @@ fn beamform(arrays: &mut Arrays) -> Result<(), Error> {
         ("ESMV without the first", Method::EsmvExcludeFirst),
     ] {
         let workspace = &mut arrays.workspace;
-        beamformed::<ForwardBackward>(workspace.scratch(), (name, method), x, z)?;
-        beamformed::<Forward>(workspace.scratch(), (name, method), x, z)?;
+        for sizes in [SIZES, FORWARD] {
+            beamformed(sizes, workspace.scratch(), (name, method), x, z)?;
+        }
     }
     Ok(())
 }
 
-fn beamformed<A: Averaging<f32>>(
+fn beamformed(
+    sizes: Sizes,
     scratch: Scratch<'_>,
     (name, method): (&str, Method),
     x: &[Complex<f32>],
     z: &mut [Complex<f32>],
 ) -> Result<(), Error> {
-    let mut workspace = Workspace::<A>::new(0.0, SIZES, scratch)?;
+    let mut workspace = Workspace::new(0.0, sizes, scratch)?;
     let beamformer = Beamformer::new(Parameters {
         method,
+        covariance: sizes.covariance,
         temporal_half_window: 2,
         ..Parameters::DEFAULT
     })?;
@@ -301,7 +307,7 @@ fn beamformed<A: Averaging<f32>>(
         first: 0,
         count: (8 + n / 8).min(ELEMENTS),
     };
-    let averaging = match A::COVARIANCE {
+    let averaging = match sizes.covariance {
         Covariance::Forward => "forward",
         Covariance::ForwardBackward => "forward-backward",
     };

@@ -5,7 +5,6 @@
 
 use bonebeam::Error;
 use bonebeam::beamform::{self, Method};
-use bonebeam::covariance::Covariance;
 use bonebeam::delay::{IqDelay, IqInterpolation, IqLayout, IqRecord, IqSamples};
 use bonebeam::geometry::{Array, Axis, Depth, Lines, Scan, ScanParameters, Transmit, TransmitLaw};
 use bonebeam::memory::{Memory, Need};
@@ -84,7 +83,7 @@ pub enum Reference {}
 impl Probe for Reference {
     type Stage = IqDelay;
     const PARAMETERS: Parameters<'static> = PARAMETERS;
-    const NEED: Need = match PARAMETERS.need_of_iq(Covariance::ForwardBackward) {
+    const NEED: Need = match PARAMETERS.need_of_iq() {
         Ok(need) => need,
         Err(_) => panic!("the scan is not valid"),
     };
@@ -109,7 +108,7 @@ impl Probe for Shallow {
         block: LENGTH / 2,
         ..PARAMETERS
     };
-    const NEED: Need = match Self::PARAMETERS.need_of_iq(Covariance::ForwardBackward) {
+    const NEED: Need = match Self::PARAMETERS.need_of_iq() {
         Ok(need) => need,
         Err(_) => panic!("the scan is not valid"),
     };

@@ -5,7 +5,6 @@ mod common;
 
 use bonebeam::Error;
 use bonebeam::beamform;
-use bonebeam::covariance::Covariance;
 use bonebeam::delay::{Delay, IqLayout};
 use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters, Transmit, TransmitLaw};
 use bonebeam::memory::{Memory, Need};
@@ -193,7 +192,7 @@ impl Probe for Rf {
         beamformer: beamform::Parameters::DEFAULT,
         ..scan::PARAMETERS
     };
-    const NEED: Need = match Self::PARAMETERS.need(Covariance::ForwardBackward) {
+    const NEED: Need = match Self::PARAMETERS.need() {
         Ok(need) => need,
         Err(_) => panic!("the scan is not valid"),
     };

@@ -187,8 +187,10 @@ impl Comparison {
         for &method in self.methods {
             with_core(
                 set,
-                parameters(method, shape.temporal_half_window),
-                shape.covariance,
+                Parameters {
+                    covariance: shape.covariance,
+                    ..parameters(method, shape.temporal_half_window)
+                },
                 &x,
                 &mut |core| {
                     let row = compare(settings, shape, method, &name, &x, core)?;

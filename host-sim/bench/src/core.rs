@@ -1,14 +1,13 @@
 //! The core's beamformer in the sections: one beam per lane, one thread.
 
 use bonebeam::beamform::{AlignedLine, Beamformer, Parameters, Segment, SteeredSegments};
-use bonebeam::covariance::Covariance;
 use bonebeam::geometry::Steering;
 use bonebeam::simd::InstructionSet;
 use ndarray::{Array2, Array3, Axis};
 use num_complex::Complex;
 
 use crate::Result;
-use bonebeam_drive::beamform::Needs;
+use bonebeam_drive::beamform::memory;
 
 /// Beamforms all lines into `z`, `[beam, sample]` or `[beam, sample and sub-line]`.
 pub type Core<'a> = dyn FnMut(&mut Array2<Complex<f32>>) -> Result<()> + 'a;
@@ -25,17 +24,12 @@ pub type Then<'a> = dyn FnMut(&mut Core<'_>) -> Result<()> + 'a;
 pub fn with_core(
     set: InstructionSet,
     parameters: Parameters,
-    covariance: Covariance,
     lines: &Array3<Complex<f32>>,
     then: &mut Then<'_>,
 ) -> Result<()> {
     let beamformer = Beamformer::new(parameters)?;
     let elements = lines.dim().2;
-    let needs = Needs {
-        covariance,
-        sizes: beamformer.sizes(elements),
-    };
-    let mut memory = needs.memory(set)?;
+    let mut memory = memory(set, beamformer.sizes(elements))?;
     let mut segments = Vec::new();
     for line in lines.axis_iter(Axis(0)) {
         let line = line.to_slice().expect("a standard layout");

@@ -3,7 +3,6 @@
 use std::hint::black_box;
 
 use bonebeam::beamform::{Method, Parameters};
-use bonebeam::covariance::Covariance;
 use ndarray::{Array2, Array3, Array4, Axis};
 use num_complex::Complex;
 use rand::rngs::ChaCha8Rng;
@@ -208,17 +207,11 @@ fn beamforming(
 ) -> Result<f64> {
     let mut z = Array2::zeros((x.dim().0, x.dim().1));
     let mut seconds = f64::NAN;
-    with_core(
-        settings.instruction_set,
-        parameters,
-        Covariance::ForwardBackward,
-        x,
-        &mut |core| {
-            core(&mut z)?;
-            seconds = fastest(settings.budget, || drop(black_box(core(&mut z))));
-            Ok(())
-        },
-    )?;
+    with_core(settings.instruction_set, parameters, x, &mut |core| {
+        core(&mut z)?;
+        seconds = fastest(settings.budget, || drop(black_box(core(&mut z))));
+        Ok(())
+    })?;
     Ok(seconds / z.len() as f64)
 }
 

@@ -4,7 +4,6 @@ use std::hint::black_box;
 use std::ops::Range;
 
 use bonebeam::beamform::{Method, Parameters};
-use bonebeam::covariance::Covariance;
 use bonebeam::delay::{IqLayout, IqRecord, IqSamples, Record, Stage};
 use bonebeam::geometry::{Active, Transmit, TransmitLaw};
 use bonebeam::pipeline::Pipeline;
@@ -82,9 +81,8 @@ fn gpu_frame(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result
     step("the GPU's frame");
     let threads = |threads: usize| -> Result<_> {
         let pool = pool(threads)?;
-        let covariance = Covariance::ForwardBackward;
         let set = settings.instruction_set;
-        let plan = || beamform::Plan::new(set, parameters, covariance, elements);
+        let plan = || beamform::Plan::new(set, parameters, elements);
         let plan = pool.install(plan)?;
         Ok((pool, plan))
     };
@@ -261,7 +259,7 @@ fn with_frames<D: Stage + Sync, T: Send>(
 ) -> Result<T> {
     pool(kind.threads)?.install(|| {
         let set = settings.instruction_set;
-        let mut frames = Frames::with_instruction_set(set, pipeline, Covariance::ForwardBackward)?;
+        let mut frames = Frames::with_instruction_set(set, pipeline)?;
         then(&mut frames)
     })
 }
@@ -299,7 +297,6 @@ fn stages(
     let plan = beamform::Plan::new(
         settings.instruction_set,
         *pipeline.lines().beamformer().parameters(),
-        Covariance::ForwardBackward,
         scan.elements(),
     )?;
     let active = |line: usize, sample: usize| scan.active(line, sample);

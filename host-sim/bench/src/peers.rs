@@ -158,11 +158,12 @@ impl Peer {
         };
         let parameters = Parameters {
             method: Method::Mv,
+            covariance,
             temporal_half_window: 1,
             diagonal_loading: 0.05,
             ..Parameters::default()
         };
-        let plan = Plan::new(InstructionSet::detect(), parameters, covariance, FRAME.2)?;
+        let plan = Plan::new(InstructionSet::detect(), parameters, FRAME.2)?;
         Ok(Box::new(move || plan.run(x.view(), &|_, _| all, &|_| {})))
     }
 

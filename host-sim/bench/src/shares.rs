@@ -3,7 +3,6 @@
 use std::hint::black_box;
 
 use bonebeam::beamform::{Method, Parameters};
-use bonebeam::covariance::Covariance;
 use bonebeam::simd::InstructionSet;
 use ndarray::{Array2, Array3};
 use num_complex::Complex;
@@ -27,7 +26,7 @@ fn alone(
     then: &mut Then<'_>,
 ) -> Result<()> {
     let parameters = parameters(method, temporal_half_window);
-    with_core(set, parameters, Covariance::ForwardBackward, lines, then)
+    with_core(set, parameters, lines, then)
 }
 
 /// MV's useful operations per second over the peak of the same instruction set.
@@ -154,8 +153,7 @@ pub fn sub_lines(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Re
                     ..parameters(method, half_window)
                 };
                 let core = |sub_lines, then: &mut Then<'_>| {
-                    let rule = Covariance::ForwardBackward;
-                    with_core(settings.instruction_set, of(sub_lines), rule, &x, then)
+                    with_core(settings.instruction_set, of(sub_lines), &x, then)
                 };
                 let [mut one, mut all] =
                     [1, count].map(|count| Array2::zeros((BEAMS, settings.samples * count)));

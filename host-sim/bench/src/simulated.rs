@@ -5,7 +5,6 @@
 use std::hint::black_box;
 
 use bonebeam::beamform::{Method, Parameters};
-use bonebeam::covariance::Covariance;
 use bonebeam::geometry::Active;
 use ndarray::Array3;
 use num_complex::Complex;
@@ -162,12 +161,7 @@ fn plan(settings: &Settings, method: Method) -> Result<Plan> {
         method,
         ..InVivo::PARAMETERS
     };
-    Plan::new(
-        settings.instruction_set,
-        parameters,
-        Covariance::ForwardBackward,
-        InVivo::ELEMENTS,
-    )
+    Plan::new(settings.instruction_set, parameters, InVivo::ELEMENTS)
 }
 
 /// Active elements of beams near the array's ends, below the depth of full aperture.

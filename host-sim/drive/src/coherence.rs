@@ -1,6 +1,6 @@
 //! Maps of the coherence of the samples, beside the lines of a frame.
 
-use bonebeam::beamform::{AlignedLine, Beamformer, Parameters, ShortLagCoherence};
+use bonebeam::beamform::{AlignedLine, Beamformer, Parameters, ShortLagCoherence, Sizes};
 use bonebeam::geometry::{self, Active};
 use bonebeam::memory::Scratch;
 use bonebeam::pipeline::Block;
@@ -9,7 +9,7 @@ use ndarray::{Array2, Axis, Slice};
 use num_complex::Complex;
 use rayon::prelude::*;
 
-use super::beamform::{Needs, check_window};
+use super::beamform::{check_window, memory};
 use super::frame::{DEFAULT_SOUND_SPEED, RecordingFrames, no_frame, other_kind};
 use super::{config::Beamform, delay::DelayStage};
 use crate::Result;
@@ -34,7 +34,7 @@ choice! {
 /// A measure with its parameters.
 enum Kernel {
     ShortLag(ShortLagCoherence),
-    LargestEigenvalue(Beamformer, Needs),
+    LargestEigenvalue(Beamformer, Sizes),
 }
 
 impl Kernel {
@@ -53,11 +53,8 @@ impl Kernel {
             ..parameters.parameters()
         })?;
         check_window(beamformer.parameters(), samples.count)?;
-        let needs = Needs {
-            covariance: parameters.covariance,
-            sizes: beamformer.eigenvalue_sizes(largest),
-        };
-        Ok(Kernel::LargestEigenvalue(beamformer, needs))
+        let sizes = beamformer.eigenvalue_sizes(largest);
+        Ok(Kernel::LargestEigenvalue(beamformer, sizes))
     }
 
     /// Short-lag coherence over [`HALF_WINDOW`].
@@ -81,8 +78,8 @@ impl Kernel {
                 };
                 Ok(coherence.line(line, active, scratch, row)?)
             }
-            Kernel::LargestEigenvalue(beamformer, needs) => {
-                let mut memory = needs.memory(InstructionSet::detect())?;
+            Kernel::LargestEigenvalue(beamformer, sizes) => {
+                let mut memory = memory(InstructionSet::detect(), *sizes)?;
                 Ok(memory.eigenvalue_shares(beamformer, line, &active, row)?)
             }
         }

@@ -5,7 +5,6 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use bonebeam::beamform::Parameters;
-use bonebeam::covariance::Covariance;
 use bonebeam::geometry::{Active, Axis as Depths};
 use bonebeam::simd::InstructionSet;
 use ndarray::{Array2, ArrayViewMut2, Axis};
@@ -63,7 +62,7 @@ impl<'a> RecordingFrames<'a> {
             sub_lines: stage.sub_lines(),
             ..parameters.parameters()
         };
-        let plan = plan(core, parameters.covariance, widest.unwrap_or(0))?.within(adaptive);
+        let plan = plan(core, widest.unwrap_or(0))?.within(adaptive);
         let plan = plan.steered(&stage.scan()?)?;
         let passes = stage.passes().map(|lines| {
             let shape = (samples, stage.elements());
@@ -96,7 +95,7 @@ impl<'a> RecordingFrames<'a> {
             count: samples,
         })?;
         Ok(RecordingFrames {
-            plan: plan(parameters.parameters(), parameters.covariance, elements)?.within(adaptive),
+            plan: plan(parameters.parameters(), elements)?.within(adaptive),
             all: Mutex::new(Array2::zeros((0, 0))),
             of: Of::Aligned,
             parameters,
@@ -241,8 +240,8 @@ pub fn beamform_channel_data(
     Ok(lines.remove(0))
 }
 
-fn plan(parameters: Parameters, covariance: Covariance, largest: usize) -> Result<Plan> {
-    Plan::new(InstructionSet::detect(), parameters, covariance, largest)
+fn plan(parameters: Parameters, largest: usize) -> Result<Plan> {
+    Plan::new(InstructionSet::detect(), parameters, largest)
 }
 
 fn z_len(stage: &DelayStage<'_>) -> usize {

@@ -2,7 +2,6 @@
 //!
 //! RF or I/Q → lines → image → bone map.
 
-use bonebeam::covariance::Covariance;
 use bonebeam::delay::Stage;
 use bonebeam::geometry::Scan;
 use bonebeam::image::{BMode, DepthInterpolation, Pooling};
@@ -36,8 +35,8 @@ impl<'p> Frames<'p> {
     ///
     /// # Errors
     /// [`Error::Usage`](crate::Error::Usage) if the sizes need more memory than is allowed.
-    pub fn new<D: Stage>(pipeline: &'p Pipeline<'p, D>, covariance: Covariance) -> Result<Self> {
-        Self::with_instruction_set(InstructionSet::detect(), pipeline, covariance)
+    pub fn new<D: Stage>(pipeline: &'p Pipeline<'p, D>) -> Result<Self> {
+        Self::with_instruction_set(InstructionSet::detect(), pipeline)
     }
 
     /// As [`Frames::new`], with a given instruction set; the result is the same.
@@ -47,11 +46,10 @@ impl<'p> Frames<'p> {
     pub fn with_instruction_set<D: Stage>(
         set: InstructionSet,
         pipeline: &'p Pipeline<'p, D>,
-        covariance: Covariance,
     ) -> Result<Self> {
         let (lines, scan) = (pipeline.lines(), *pipeline.lines().scan());
         let parameters = *lines.beamformer().parameters();
-        let beamformer = Plan::new(set, parameters, covariance, scan.elements())?;
+        let beamformer = Plan::new(set, parameters, scan.elements())?;
         let beamformer = beamformer.within(lines.adaptive()).steered(&scan)?;
         let centres: Vec<f64> = (0..scan.lines())
             .map(|line| scan.aperture_centre(line))

@@ -1,6 +1,6 @@
 //! The core's kernels as machine code.
 //!
-//! Their functions are generic over vectors, covariance and input. Here each is compiled for every instruction set and
+//! Their functions are generic over vectors and input. Here each is compiled for every instruction set and
 //! chosen at run time, so that `bonebeam-drive` contains logic alone and compiles quickly.
 
 mod compound;

@@ -1,12 +1,10 @@
 //! Memory of a thread for the core's beamformer, for sizes known at run time.
 
 use bonebeam::beamform::{AlignedLine, Beamformer, Segment, Sizes, SteeredSegments, Workspace};
-use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::geometry::Active;
 use bonebeam::memory::Scratch;
 use bonebeam::simd::{InstructionSet, Task, Vector};
 use num_complex::Complex;
-use std::marker::PhantomData;
 
 use crate::{Error, Result};
 
@@ -14,21 +12,20 @@ use crate::{Error, Result};
 const MOST: usize = 1 << 30;
 
 /// Memory over the lanes of `V`, on the heap.
-pub struct Memory<A: Averaging<V>, V: Vector> {
+pub struct Memory<V> {
     zero: V,
     sizes: Sizes,
     real: Vec<V>,
     complex: Vec<Complex<V>>,
-    averaging: PhantomData<fn() -> A>,
 }
 
-impl<A: Averaging<V>, V: Vector> Memory<A, V> {
+impl<V: Vector> Memory<V> {
     /// Allocates memory for shapes of up to `sizes`, over the lanes of `zero`.
     ///
     /// # Errors
     /// [`Error::Usage`] if that is more than 1 GiB, or more than the machine has.
     pub fn new(zero: V, sizes: Sizes) -> Result<Self> {
-        let need = sizes.need(A::COVARIANCE);
+        let need = sizes.need();
         let real = need.real.saturating_mul(size_of::<V>());
         let bytes = real.saturating_add(need.complex.saturating_mul(size_of::<Complex<V>>()));
         if bytes > MOST {
@@ -40,12 +37,11 @@ impl<A: Averaging<V>, V: Vector> Memory<A, V> {
             sizes,
             real: filled(zero, need.real).map_err(no_room)?,
             complex: filled(Complex::new(zero, zero), need.complex).map_err(no_room)?,
-            averaging: PhantomData,
         })
     }
 
     /// The workspace for the core.
-    pub fn view(&mut self) -> Workspace<'_, A, V> {
+    pub fn view(&mut self) -> Workspace<'_, V> {
         let scratch = Scratch {
             real: &mut self.real,
             complex: &mut self.complex,
@@ -75,7 +71,7 @@ fn too_much(sizes: Sizes, bytes: usize) -> Error {
     ))
 }
 
-/// A [`Memory`] whose lanes and covariance are chosen at run time.
+/// A [`Memory`] whose lanes are chosen at run time.
 pub trait AnyMemory: Send {
     /// Number of segments processed at a time.
     fn lanes(&self) -> usize;
@@ -117,7 +113,7 @@ pub trait AnyMemory: Send {
     ) -> std::result::Result<(), bonebeam::Error>;
 }
 
-impl<A: Averaging<V>, V: Vector> AnyMemory for Memory<A, V> {
+impl<V: Vector> AnyMemory for Memory<V> {
     fn lanes(&self) -> usize {
         V::LANES
     }
@@ -153,34 +149,20 @@ impl<A: Averaging<V>, V: Vector> AnyMemory for Memory<A, V> {
     }
 }
 
-/// Covariance and sizes that a memory is made for.
-#[derive(Clone, Copy, Debug)]
-pub struct Needs {
-    /// Forward or forward-backward.
-    pub covariance: Covariance,
-    /// The largest shapes.
-    pub sizes: Sizes,
+/// A memory for `sizes`, over the lanes of `set`.
+///
+/// # Errors
+/// As [`Memory::new`].
+pub fn memory(set: InstructionSet, sizes: Sizes) -> Result<Box<dyn AnyMemory>> {
+    set.dispatch(Lanes(sizes))
 }
 
-impl Needs {
-    /// The memory, over the lanes of `set`.
-    ///
-    /// # Errors
-    /// As [`Memory::new`].
-    pub fn memory(self, set: InstructionSet) -> Result<Box<dyn AnyMemory>> {
-        set.dispatch(self)
-    }
-}
+struct Lanes(Sizes);
 
-impl Task for Needs {
+impl Task for Lanes {
     type Output = Result<Box<dyn AnyMemory>>;
 
     fn run<V: Vector>(self, zero: V) -> Self::Output {
-        Ok(match self.covariance {
-            Covariance::Forward => Box::new(Memory::<Forward, V>::new(zero, self.sizes)?),
-            Covariance::ForwardBackward => {
-                Box::new(Memory::<ForwardBackward, V>::new(zero, self.sizes)?)
-            }
-        })
+        Ok(Box::new(Memory::new(zero, self.0)?))
     }
 }

@@ -7,7 +7,7 @@ use bonebeam::beamform::{
     AlignedLine, Apodization, Beamformer, Method, Parameter, Parameters, Postfilter, Segment,
     SteeredSegments, Workspace, constant_segments,
 };
-use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
+use bonebeam::covariance::Covariance;
 use bonebeam::geometry::{
     Active, Array, Axis, Depth, Lines as Positions, Scan, ScanParameters, Steering,
 };
@@ -24,8 +24,6 @@ use crate::kernel::Kernel;
 pub struct Lines {
     /// The parameters of the beamformer.
     pub parameters: Parameters,
-    /// The covariance estimate.
-    pub covariance: Covariance,
     /// Elements of the array.
     pub elements: usize,
     /// Samples `[sample][element]` of each line, and the first active element.
@@ -173,7 +171,7 @@ impl Lines {
         AlignedLine::new(&self.lines[line].0, self.elements)
     }
 
-    fn averaged<A: Averaging<V>, V: Vector>(
+    fn of_way<V: Vector>(
         &self,
         zero: V,
         way: usize,
@@ -181,7 +179,7 @@ impl Lines {
         z: &mut [Complex<f32>],
     ) -> Result<(), Error> {
         let beamformer = Beamformer::new(self.parameters)?;
-        let mut workspace = Workspace::<A, V>::new(zero, self.sizes(), memory)?;
+        let mut workspace = Workspace::new(zero, self.sizes(), memory)?;
         let mut z = self.cut(z);
         let lines = 0..self.lines.len();
         let directions: Vec<_> = lines
@@ -239,9 +237,9 @@ impl Lines {
     }
 
     /// A line for each lane, by segments of constant aperture.
-    fn segments<A: Averaging<V>, V: Vector>(
+    fn segments<V: Vector>(
         &self,
-        workspace: &mut Workspace<'_, A, V>,
+        workspace: &mut Workspace<'_, V>,
         lines: &[usize],
         steering: &[Steering<'_>],
         z: &mut [&mut [Complex<f32>]],
@@ -318,7 +316,7 @@ impl Kernel for Lines {
         if draw.once_in(4) {
             parameters.sub_lines = draw.one_of(&[2, 4, 8, 16]);
         }
-        let covariance = draw.one_of(&[Covariance::Forward, Covariance::ForwardBackward]);
+        parameters.covariance = draw.one_of(&[Covariance::Forward, Covariance::ForwardBackward]);
         // An aperture that may be empty at first, and grows.
         let (most, steps) = (draw.below(elements + 1), 1 + draw.below(samples));
         let empty = draw.below(steps + 1) * usize::from(draw.flag());
@@ -353,7 +351,6 @@ impl Kernel for Lines {
         let block = 1 + draw.below(samples);
         Ok(Lines {
             parameters,
-            covariance,
             elements,
             lines,
             counts,
@@ -364,7 +361,7 @@ impl Kernel for Lines {
     }
 
     fn need(&self, _: usize, _: usize) -> [Need; 2] {
-        [Need::default(), self.sizes().need(self.covariance)]
+        [Need::default(), self.sizes().need()]
     }
 
     fn numbers(&self) -> usize {
@@ -378,12 +375,7 @@ impl Kernel for Lines {
         (_, memory): (Scratch<'_>, Scratch<'_, V>),
         z: &mut [Complex<f32>],
     ) -> Result<(), Error> {
-        match self.covariance {
-            Covariance::Forward => self.averaged::<Forward, V>(zero, way, memory, z),
-            Covariance::ForwardBackward => {
-                self.averaged::<ForwardBackward, V>(zero, way, memory, z)
-            }
-        }
+        self.of_way(zero, way, memory, z)
     }
 
     fn ways(&self) -> Vec<usize> {

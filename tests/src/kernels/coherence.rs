@@ -2,7 +2,6 @@
 
 use bonebeam::Error;
 use bonebeam::beamform::{Beamformer, ShortLagCoherence, Sizes, Workspace};
-use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::memory::{Need, Scratch};
 use bonebeam::simd::Vector;
 
@@ -19,21 +18,6 @@ impl Shares {
         let most = self.0.counts.iter().copied().max();
         Ok(Beamformer::new(self.0.parameters)?.eigenvalue_sizes(most.unwrap_or(0)))
     }
-
-    fn averaged<A: Averaging<V>, V: Vector>(
-        &self,
-        zero: V,
-        memory: Scratch<'_, V>,
-        out: &mut [f32],
-    ) -> Result<(), Error> {
-        let beamformer = Beamformer::new(self.0.parameters)?;
-        let mut workspace = Workspace::<A, V>::new(zero, self.sizes()?, memory)?;
-        for (line, out) in self.0.cut(out).into_iter().enumerate() {
-            let active = |n| self.0.active(line, n);
-            beamformer.eigenvalue_shares(&mut workspace, self.0.aligned(line)?, active, out)?;
-        }
-        Ok(())
-    }
 }
 
 impl Kernel for Shares {
@@ -48,8 +32,7 @@ impl Kernel for Shares {
     fn need(&self, _: usize, _: usize) -> [Need; 2] {
         [
             Need::default(),
-            self.sizes()
-                .map_or(Need::default(), |sizes| sizes.need(self.0.covariance)),
+            self.sizes().map_or(Need::default(), Sizes::need),
         ]
     }
 
@@ -64,10 +47,13 @@ impl Kernel for Shares {
         (_, memory): (Scratch<'_>, Scratch<'_, V>),
         out: &mut [f32],
     ) -> Result<(), Error> {
-        match self.0.covariance {
-            Covariance::Forward => self.averaged::<Forward, V>(zero, memory, out),
-            Covariance::ForwardBackward => self.averaged::<ForwardBackward, V>(zero, memory, out),
+        let beamformer = Beamformer::new(self.0.parameters)?;
+        let mut workspace = Workspace::new(zero, self.sizes()?, memory)?;
+        for (line, out) in self.0.cut(out).into_iter().enumerate() {
+            let active = |n| self.0.active(line, n);
+            beamformer.eigenvalue_shares(&mut workspace, self.0.aligned(line)?, active, out)?;
         }
+        Ok(())
     }
 }
 

@@ -4,7 +4,7 @@ use std::vec;
 use std::vec::Vec;
 
 use bonebeam::beamform::{Parameters, Workspace};
-use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
+use bonebeam::covariance::Covariance;
 use bonebeam::delay::{IqInterpolation, IqLayout, IqRecord, IqSamples, Record, Stage};
 use bonebeam::geometry::{
     Array, Axis, Depth, Lines, Scan, ScanParameters, Steering, Transmit, TransmitLaw,
@@ -25,10 +25,8 @@ pub struct Line {
     pub scan: ScanParameters<'static>,
     /// The interpolation of I/Q; `None` for RF.
     pub iq: Option<IqInterpolation>,
-    /// The beamformer, and its covariance.
+    /// The beamformer.
     pub beamformer: Parameters,
-    /// The covariance estimate.
-    pub covariance: Covariance,
     /// The depths that are adaptive.
     pub gate: Option<DepthGate>,
     /// The line's index.
@@ -133,7 +131,7 @@ impl Work for Needs {
             },
             block => pipeline.need(self.lanes, block),
         };
-        Ok([numbers, sizes.need(line.covariance)])
+        Ok([numbers, sizes.need()])
     }
 }
 
@@ -155,24 +153,8 @@ impl<V: Vector> Work for Compute<'_, V> {
         pipeline: &LinePipeline<'_, D>,
         record: &'r D::Record<'r>,
     ) -> Result<(), Error> {
-        match line.covariance {
-            Covariance::Forward => self.averaged::<D, Forward>(line, pipeline, record),
-            Covariance::ForwardBackward => {
-                self.averaged::<D, ForwardBackward>(line, pipeline, record)
-            }
-        }
-    }
-}
-
-impl<V: Vector> Compute<'_, V> {
-    fn averaged<'r, D: Stage, A: Averaging<V>>(
-        self,
-        line: &Line,
-        pipeline: &LinePipeline<'_, D>,
-        record: &'r D::Record<'r>,
-    ) -> Result<(), Error> {
         let sizes = pipeline.beamformer().sizes(line.scan.array.elements());
-        let mut workspace = Workspace::<A, V>::new(self.zero, sizes, self.vectors)?;
+        let mut workspace = Workspace::new(self.zero, sizes, self.vectors)?;
         let transmits = line
             .transmits
             .iter()
@@ -255,8 +237,10 @@ impl Kernel for Line {
             } else {
                 None
             },
-            beamformer,
-            covariance: draw.one_of(&[Covariance::Forward, Covariance::ForwardBackward]),
+            beamformer: Parameters {
+                covariance: draw.one_of(&[Covariance::Forward, Covariance::ForwardBackward]),
+                ..beamformer
+            },
             gate: draw.flag().then_some(DepthGate {
                 from: gate[0],
                 to: gate[1],

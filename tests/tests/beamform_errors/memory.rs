@@ -15,7 +15,11 @@ fn assert_need(sizes: [usize; 3], covariance: Covariance, lag_sums: usize, basis
         Covariance::Forward => expected.complex += scalars,
         Covariance::ForwardBackward => expected.real += scalars,
     }
-    assert_eq!(of(sizes).need(covariance), expected);
+    let sizes = Sizes {
+        covariance,
+        ..of(sizes)
+    };
+    assert_eq!(sizes.need(), expected);
 }
 
 #[test]
@@ -33,16 +37,21 @@ fn memory_is_what_the_documentation_says() {
 
 /// A line through slices for 6 elements, L = 3 and K = 1, each shorter by `by`.
 fn short(by: [usize; 2]) -> Result<(), Error> {
-    let sizes = of([6, 3, 1]);
-    let need = sizes.need(Covariance::Forward);
+    let covariance = Covariance::Forward;
+    let sizes = Sizes {
+        covariance,
+        ..of([6, 3, 1])
+    };
+    let need = sizes.need();
     let scratch = Scratch {
         real: &mut vec![0.0; need.real - by[0]],
         complex: &mut vec![Complex::ZERO; need.complex - by[1]],
     };
-    let mut view = Workspace::<Forward>::new(0.0, sizes, scratch)?;
+    let mut view = Workspace::new(0.0, sizes, scratch)?;
     assert_eq!(view.sizes(), sizes);
     let x = [Complex::ONE; 40];
     let parameters = Parameters {
+        covariance,
         temporal_half_window: 1,
         ..Parameters::default()
     };
@@ -75,18 +84,60 @@ fn sizes_that_no_memory_has() {
         [usize::MAX; 3],
         [1 << 40, 1 << 40, 1 << 40],
     ] {
-        let sizes = of(sizes);
-        for covariance in [Covariance::Forward, Covariance::ForwardBackward] {
-            let need = sizes.need(covariance);
+        for covariance in COVARIANCES {
+            let sizes = Sizes {
+                covariance,
+                ..of(sizes)
+            };
+            let need = sizes.need();
             assert!(need.complex >= 1 << 40, "{sizes:?}: {need:?}");
+            let refused = Memory::new(0.0, sizes);
+            let error = refused.err().expect("more than there is");
+            assert_eq!(error.exit_status(), 2, "{error}");
+            assert!(
+                error.to_string().contains("temporal_half_window"),
+                "{error}"
+            );
         }
-        let refused = Memory::<Forward, f32>::new(0.0, sizes);
-        let error = refused.err().expect("more than there is");
-        assert_eq!(error.exit_status(), 2, "{error}");
-        assert!(
-            error.to_string().contains("temporal_half_window"),
-            "{error}"
-        );
+    }
+}
+
+#[test]
+fn a_workspace_of_another_covariance_is_refused() {
+    let x = [Complex::ONE; 40];
+    let line = AlignedLine::new(&x, 8).expect("finite");
+    let all = |_| Active { first: 0, count: 8 };
+    for covariance in COVARIANCES {
+        let parameters = Parameters {
+            covariance,
+            ..Parameters::default()
+        };
+        let beamformer = Beamformer::new(parameters).expect("valid");
+        for other in COVARIANCES {
+            let sizes = Sizes {
+                covariance: other,
+                ..of([8, 4, 0])
+            };
+            let mut memory = Memory::new(0.0, sizes).expect("little memory");
+            let mut z = [Complex::I; 5];
+            let done = beamformer.line(&mut memory.view(), line, all, &mut z);
+            if other == covariance {
+                assert_eq!(done, Ok(()));
+                continue;
+            }
+            let expected = "that of the workspace";
+            let name = "covariance";
+            let value = f64::from(covariance as u8);
+            assert_eq!(
+                done,
+                Err(Error::Parameter {
+                    name,
+                    value,
+                    expected
+                })
+            );
+            assert_eq!(z, [Complex::I; 5]);
+        }
     }
 }
 

@@ -5,7 +5,7 @@ mod memory;
 use crate::common;
 use bonebeam::Error;
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Segment, Sizes, Workspace};
-use bonebeam::covariance::{Covariance, Forward, ForwardBackward};
+use bonebeam::covariance::Covariance;
 use bonebeam::geometry::Active;
 use bonebeam::memory::{Need, Scratch};
 use bonebeam_drive::beamform::Memory;
@@ -99,6 +99,7 @@ fn a_subaperture_is_never_longer_than_its_aperture() {
 /// `[M, L, K]`.
 fn of([elements, subaperture, temporal_half_window]: [usize; 3]) -> Sizes {
     Sizes {
+        covariance: Covariance::ForwardBackward,
         elements,
         subaperture,
         temporal_half_window,
@@ -106,7 +107,7 @@ fn of([elements, subaperture, temporal_half_window]: [usize; 3]) -> Sizes {
     }
 }
 
-fn memory(sizes: [usize; 3]) -> Memory<ForwardBackward, f32> {
+fn memory(sizes: [usize; 3]) -> Memory<f32> {
     Memory::new(0.0, of(sizes)).expect("little memory")
 }
 
@@ -225,8 +226,10 @@ fn the_host_names_beam_sample_and_element() {
         let refused = bonebeam_drive::beamform::beamform(
             x.view(),
             &|_, _| all,
-            Parameters::default(),
-            covariance,
+            Parameters {
+                covariance,
+                ..Parameters::default()
+            },
             &|_| {},
         );
         let error = refused.expect_err("a NaN sample");

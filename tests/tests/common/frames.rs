@@ -1,7 +1,6 @@
 //! The scan, the records and the lines of a small frame, by RF and by I/Q.
 
 use bonebeam::beamform::{self, Method};
-use bonebeam::covariance::Covariance;
 use bonebeam::delay::{IqInterpolation, IqLayout, IqRecord, IqSamples, Record};
 use bonebeam::geometry::{
     Array, Axis as Positions, Depth, Lines, ScanParameters, Transmit, TransmitLaw,
@@ -41,7 +40,7 @@ pub const PARAMETERS: Parameters = Parameters {
     block: usize::MAX,
 };
 /// Its memory.
-pub const NEED: Need = match PARAMETERS.need(Covariance::ForwardBackward) {
+pub const NEED: Need = match PARAMETERS.need() {
     Ok(need) => need,
     Err(_) => panic!("the scan is not valid"),
 };

@@ -5,7 +5,7 @@
 use bonebeam::beamform::{
     AlignedLine, Apodization, Beamformer, Method, Parameter, Parameters, Postfilter, Segment,
 };
-use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
+use bonebeam::covariance::Covariance;
 use bonebeam::geometry::{Active, Steering};
 use bonebeam::simd::Vector;
 use bonebeam_drive::beamform::Memory;
@@ -121,28 +121,26 @@ pub fn widen(z: Complex<f32>) -> Complex<f64> {
     Complex::new(f64::from(z.re), f64::from(z.im))
 }
 
-/// The core, one line at a time.
-pub fn core(line: &Line, parameters: Parameters, covariance: Covariance) -> Vec<Complex<f32>> {
-    match covariance {
-        Covariance::Forward => core_line::<Forward>(line, parameters),
-        Covariance::ForwardBackward => core_line::<ForwardBackward>(line, parameters),
-    }
+/// A beamformer of this covariance.
+fn beamformer(parameters: Parameters, covariance: Covariance) -> Beamformer {
+    Beamformer::new(Parameters {
+        covariance,
+        ..parameters
+    })
+    .expect("valid parameters")
 }
 
 /// Memory of exactly the size that a line needs.
-fn line_memory<A: Averaging<V>, V: Vector>(
-    zero: V,
-    beamformer: &Beamformer,
-    line: &Line,
-) -> Memory<A, V> {
+fn line_memory<V: Vector>(zero: V, beamformer: &Beamformer, line: &Line) -> Memory<V> {
     let counts = line.active.iter().map(|set| set.count);
     let sizes = beamformer.sizes(counts.max().unwrap_or(0));
     Memory::new(zero, sizes).expect("memory")
 }
 
-fn core_line<A: Averaging<f32>>(line: &Line, parameters: Parameters) -> Vec<Complex<f32>> {
-    let beamformer = Beamformer::new(parameters).expect("valid parameters");
-    let mut memory = line_memory::<A, f32>(0.0, &beamformer, line);
+/// The core, one line at a time.
+pub fn core(line: &Line, parameters: Parameters, covariance: Covariance) -> Vec<Complex<f32>> {
+    let beamformer = beamformer(parameters, covariance);
+    let mut memory = line_memory(0.0, &beamformer, line);
     let mut z = vec![Complex::ZERO; beamformer.line_samples(line.active.len())];
     beamformer
         .line(
@@ -162,21 +160,8 @@ pub fn core_within(
     parameters: Parameters,
     covariance: Covariance,
 ) -> Vec<Complex<f32>> {
-    match covariance {
-        Covariance::Forward => core_line_within::<Forward>(line, within, parameters),
-        Covariance::ForwardBackward => {
-            core_line_within::<ForwardBackward>(line, within, parameters)
-        }
-    }
-}
-
-fn core_line_within<A: Averaging<f32>>(
-    line: &Line,
-    within: std::ops::Range<usize>,
-    parameters: Parameters,
-) -> Vec<Complex<f32>> {
-    let beamformer = Beamformer::new(parameters).expect("valid parameters");
-    let mut memory = line_memory::<A, f32>(0.0, &beamformer, line);
+    let beamformer = beamformer(parameters, covariance);
+    let mut memory = line_memory(0.0, &beamformer, line);
     let outputs = beamformer.line_samples(line.active.len());
     let mut z = vec![Complex::new(f32::NAN, 0.0); outputs];
     let (mut view, active) = (memory.view(), |n: usize| line.active[n]);
@@ -193,19 +178,8 @@ pub fn core_weights(
     parameters: Parameters,
     covariance: Covariance,
 ) -> Vec<Complex<f32>> {
-    match covariance {
-        Covariance::Forward => sample_weights::<Forward>(line, sample, parameters),
-        Covariance::ForwardBackward => sample_weights::<ForwardBackward>(line, sample, parameters),
-    }
-}
-
-fn sample_weights<A: Averaging<f32>>(
-    line: &Line,
-    sample: usize,
-    parameters: Parameters,
-) -> Vec<Complex<f32>> {
-    let beamformer = Beamformer::new(parameters).expect("valid parameters");
-    let mut memory = line_memory::<A, f32>(0.0, &beamformer, line);
+    let beamformer = beamformer(parameters, covariance);
+    let mut memory = line_memory(0.0, &beamformer, line);
     let active = line.active[sample];
     let segment = Segment {
         line: line.delayed(),
@@ -233,8 +207,12 @@ pub fn frame(
     covariance: Covariance,
 ) -> Array2<Complex<f32>> {
     let x = stacked(lines);
+    let parameters = Parameters {
+        covariance,
+        ..parameters
+    };
     let active = |beam: usize, sample: usize| lines[beam].active[sample];
-    bonebeam_drive::beamform::beamform(x.view(), &active, parameters, covariance, &|_| {})
+    bonebeam_drive::beamform::beamform(x.view(), &active, parameters, &|_| {})
         .expect("a frame that fits")
 }
 

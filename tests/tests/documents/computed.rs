@@ -125,14 +125,17 @@ fn beamformers() -> String {
     for (elements, temporal_half_window) in
         [16, 32, 64, 128].into_iter().flat_map(|m| [(m, 0), (m, 2)])
     {
-        let sizes = Sizes {
-            elements,
-            subaperture: elements / 2,
-            temporal_half_window,
-            sub_lines: 1,
-        };
         let [both, forward] =
-            [Covariance::ForwardBackward, Covariance::Forward].map(|rule| size(sizes.need(rule)));
+            [Covariance::ForwardBackward, Covariance::Forward].map(|covariance| {
+                let sizes = Sizes {
+                    covariance,
+                    elements,
+                    subaperture: elements / 2,
+                    temporal_half_window,
+                    sub_lines: 1,
+                };
+                size(sizes.need())
+            });
         let name = match (elements, temporal_half_window) {
             (16, 0) => "M/L = 16/8 ".into(),
             (m, 0) => format!("{m}/{} ", m / 2),

@@ -70,7 +70,7 @@ where
 
     fn run<V: Vector>(self, zero: V) -> Vec<u8> {
         let OfFrame { pipeline, .. } = self;
-        let need = pipeline.need_over(V::LANES, Covariance::ForwardBackward);
+        let need = pipeline.need_over(V::LANES);
         let nan = Complex::new(f32::NAN, f32::NAN);
         let scratch = Scratch {
             real: &mut vec![f32::NAN; need.real],
@@ -81,7 +81,7 @@ where
         assert_eq!(frame.coherence(), None);
         let mut frame = frame.with_coherence(COHERENCE, &mut memory).unwrap();
         let sizes = pipeline.lines().beamformer().sizes(ELEMENTS);
-        let mut memory = LaneMemory::<ForwardBackward, V>::new(zero, sizes).unwrap();
+        let mut memory = LaneMemory::new(zero, sizes).unwrap();
         let mut workspace = memory.view();
         for (line, transmits) in ORDER.into_iter().zip(self.records) {
             let transmits = transmits.iter().copied();

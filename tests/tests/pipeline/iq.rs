@@ -2,7 +2,7 @@
 
 use super::*;
 
-const IQ_NEED: Need = match PARAMETERS_OF_IQ.need_of_iq(Covariance::ForwardBackward) {
+const IQ_NEED: Need = match PARAMETERS_OF_IQ.need_of_iq() {
     Ok(need) => need,
     Err(_) => panic!("the scan is not valid"),
 };
@@ -35,7 +35,7 @@ fn a_frame_of_iq_has_the_hosts_bits_and_the_bone_where_it_is() {
     let image = frame.image().unwrap().to_vec();
     let map = frame.bone_map().unwrap().to_vec();
 
-    let mut frames = Frames::new(&pipeline, Covariance::ForwardBackward).unwrap();
+    let mut frames = Frames::new(&pipeline).unwrap();
     let source = LineSource::Iq(Recorded {
         pipeline: pipeline.lines().by_reference(),
         transmits: &[focused(); LINES],
@@ -112,7 +112,7 @@ fn fixed_point_focuses_the_samples_of_a_depth_step() {
         };
         let fixed = iq_input(Some(IqInterpolation::LinearFixed));
         let pipeline = Pipeline::of_iq(parameters, fixed).unwrap();
-        let need = pipeline.need(Covariance::ForwardBackward);
+        let need = pipeline.need();
         let scratch = Scratch {
             real: &mut vec![f32::NAN; need.real],
             complex: &mut vec![Complex::new(f32::NAN, f32::NAN); need.complex],

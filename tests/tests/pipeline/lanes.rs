@@ -4,7 +4,6 @@ use super::LaneMemory;
 use crate::common::frames::{ELEMENTS, LINES, PARAMETERS, focused, record};
 use bonebeam::Complex;
 use bonebeam::beamform::{self, Method};
-use bonebeam::covariance::{Covariance, ForwardBackward};
 use bonebeam::delay::Record;
 use bonebeam::memory::Scratch;
 use bonebeam::phase_symmetry::{Kernels, LaneFft, LogGabor, StripSlices};
@@ -23,7 +22,7 @@ impl Task for OverLanes<'_> {
 
     fn run<V: Vector>(self, zero: V) -> Self::Output {
         let OverLanes { pipeline } = self;
-        let need = pipeline.need_over(V::LANES, Covariance::ForwardBackward);
+        let need = pipeline.need_over(V::LANES);
         let (mut real, mut complex) = (vec![f32::NAN; need.real], vec![NAN; need.complex]);
         let scratch = Scratch {
             real: &mut real,
@@ -32,7 +31,7 @@ impl Task for OverLanes<'_> {
         let mut frame = Frame::new(pipeline, scratch).unwrap();
         let lines = pipeline.lines();
         let sizes = lines.beamformer().sizes(lines.scan().elements());
-        let mut memory = LaneMemory::<ForwardBackward, V>::new(zero, sizes).unwrap();
+        let mut memory = LaneMemory::new(zero, sizes).unwrap();
         let mut workspace = memory.view();
         let mut z = Vec::new();
         for line in 0..LINES {
@@ -105,7 +104,7 @@ fn a_frame_over_lanes_has_the_bits_of_one_lane() {
         Pipeline::new(of(windows)).unwrap().with_gate(gate).unwrap(),
     ];
     for pipeline in &pipelines {
-        let need = pipeline.need(Covariance::ForwardBackward);
+        let need = pipeline.need();
         let (mut real, mut complex) = (vec![f32::NAN; need.real], vec![NAN; need.complex]);
         let scratch = Scratch {
             real: &mut real,

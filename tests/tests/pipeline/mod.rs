@@ -9,7 +9,6 @@ mod lanes;
 
 use crate::common;
 use bonebeam::beamform::{self, AlignedLine, Method, Segment, constant_segments};
-use bonebeam::covariance::{Covariance, ForwardBackward};
 use bonebeam::delay::{
     Compounding, Delay, DelayParameters, IqInterpolation, IqParameters, IqRecord, Record, ScanLine,
     Stage,
@@ -87,10 +86,9 @@ fn a_frame_has_the_bits_of_the_hosts_drive() {
     };
     let stage = DelayStage::new(&data, &settings).unwrap();
     let x = stage.delay(0..LINES).unwrap();
-    let covariance = Default::default();
     let active = |beam, sample| stage.active(beam, sample);
     let beamformer = PARAMETERS.beamformer;
-    let drive = beamform(x.view(), &active, beamformer, covariance, &|_| {}).unwrap();
+    let drive = beamform(x.view(), &active, beamformer, &|_| {}).unwrap();
     assert_eq!(drive.as_slice().unwrap(), z);
 
     let lines = BeamformedLines {
@@ -123,7 +121,7 @@ fn a_frame_has_the_bits_of_the_hosts_drive() {
 fn the_hosts_frames_have_the_bits_of_the_cores() {
     let (z, image, map) = frame(PARAMETERS);
     let pipeline = Pipeline::new(PARAMETERS).unwrap();
-    let mut frames = Frames::new(&pipeline, Covariance::ForwardBackward).unwrap();
+    let mut frames = Frames::new(&pipeline).unwrap();
     let lines = with_source(&pipeline, |source| frames.lines(source).unwrap());
     assert_eq!(lines.as_slice().unwrap(), z);
     let pixels = frames.image(lines.view()).unwrap();
@@ -240,7 +238,7 @@ fn a_depth_gate_parts_the_method_from_das() {
             };
             assert_eq!(*z, expected, "{gate:?}: line {}", k / scan.samples());
         }
-        let frames = Frames::new(&pipeline, Covariance::ForwardBackward).unwrap();
+        let frames = Frames::new(&pipeline).unwrap();
         let lines = with_source(&pipeline, |source| frames.lines(source).unwrap());
         assert_eq!(lines.as_slice().unwrap(), z);
         let pixels = frames.image(lines.view()).unwrap();
@@ -383,8 +381,7 @@ fn segments_of_a_block_have_the_lines_bits_and_stay_within_it() {
     let (first, samples, active) = constant_segments(scan.samples(), |n| scan.active(7, n))
         .max_by_key(|(_, samples, _)| *samples)
         .unwrap();
-    let mut memory =
-        LaneMemory::<ForwardBackward, f32>::new(0.0, lines.beamformer().sizes(ELEMENTS));
+    let mut memory = LaneMemory::new(0.0, lines.beamformer().sizes(ELEMENTS));
     let memory = memory.as_mut().unwrap();
     let mut run = |block: Block, x: &mut [Complex<f32>]| {
         let line = lines.align(0.0f32, block, [(focused(), &record)], &mut scratch, x);
@@ -432,8 +429,7 @@ fn a_plan_by_a_constant_delay_stage_makes_the_same_lines() {
         Pipeline::new(PARAMETERS).unwrap(),
         Pipeline::by(&DELAY, PARAMETERS).unwrap(),
     );
-    let covariance = Covariance::ForwardBackward;
-    assert_eq!(own.need(covariance), by.need(covariance));
+    assert_eq!(own.need(), by.need());
     let lines = own.lines();
     let elements = SCAN.elements();
     let rf: Vec<f32> = (0..elements * PARAMETERS.scan.record_samples)

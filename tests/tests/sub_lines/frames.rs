@@ -3,7 +3,6 @@
 use crate::common;
 
 use bonebeam::beamform::{Method, Parameters};
-use bonebeam::covariance::Covariance;
 use bonebeam::delay::Record;
 use bonebeam::image::Pooling;
 use bonebeam::memory::Scratch;
@@ -39,7 +38,7 @@ fn frames_have_the_same_sub_lines_and_image() {
         .map(|rf| Record::new(rf, ELEMENTS).unwrap())
         .collect();
     let all = |pipeline: &Pipeline<'_>, pooling| {
-        let need = pipeline.need(Covariance::ForwardBackward);
+        let need = pipeline.need();
         let (mut real, mut complex) = (vec![0.0; need.real], vec![Complex::ZERO; need.complex]);
         let scratch = Scratch {
             real: &mut real,
@@ -60,7 +59,7 @@ fn frames_have_the_same_sub_lines_and_image() {
             let blocks = Pipeline::new(of(rank1, block)).unwrap();
             assert_eq!(all(&blocks, pooling), (z.clone(), image.clone()), "{block}");
         }
-        let frames = Frames::new(&whole, Covariance::ForwardBackward).unwrap();
+        let frames = Frames::new(&whole).unwrap();
         let frames = frames.with_pooling(pooling);
         let lines = with_source(&whole, |source| frames.lines(source).unwrap());
         let samples = whole.lines().scan().samples();

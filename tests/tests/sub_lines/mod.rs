@@ -9,7 +9,7 @@ use crate::common;
 
 use bonebeam::beamform::Method;
 use bonebeam::beamform::{AlignedLine, Apodization, Beamformer, Parameters, Postfilter};
-use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
+use bonebeam::covariance::Covariance;
 use bonebeam::geometry::{Active, Array, Axis, Depth, Lines, Scan, ScanParameters, Steering};
 use bonebeam_drive::beamform::Memory;
 use bonebeam_oracle::reference::f64::beamform::Sample;
@@ -56,31 +56,25 @@ fn sub_lines(
     parameters: Parameters,
     covariance: Covariance,
 ) -> Vec<Complex<f32>> {
-    fn of<A: Averaging<f32>>(
-        line: &Line,
-        steering: Steering<'_>,
-        parameters: Parameters,
-    ) -> Vec<Complex<f32>> {
-        let beamformer = Beamformer::new(parameters).expect("valid parameters");
-        let most = line.active.iter().map(|set| set.count).max();
-        let sizes = beamformer.sizes(most.unwrap_or(0));
-        let mut memory = Memory::<A, f32>::new(0.0, sizes).expect("memory");
-        let mut z = vec![Complex::new(f32::NAN, 0.0); line.active.len() * parameters.sub_lines];
-        let active = |n: usize| line.active[n];
-        beamformer
-            .sub_lines(
-                &mut memory.view(),
-                (aligned(line), steering),
-                active,
-                &mut z,
-            )
-            .expect("a line that fits");
-        z
-    }
-    match covariance {
-        Covariance::Forward => of::<Forward>(line, steering, parameters),
-        Covariance::ForwardBackward => of::<ForwardBackward>(line, steering, parameters),
-    }
+    let beamformer = Beamformer::new(Parameters {
+        covariance,
+        ..parameters
+    })
+    .expect("valid parameters");
+    let most = line.active.iter().map(|set| set.count).max();
+    let sizes = beamformer.sizes(most.unwrap_or(0));
+    let mut memory = Memory::new(0.0, sizes).expect("memory");
+    let mut z = vec![Complex::new(f32::NAN, 0.0); line.active.len() * parameters.sub_lines];
+    let active = |n: usize| line.active[n];
+    beamformer
+        .sub_lines(
+            &mut memory.view(),
+            (aligned(line), steering),
+            active,
+            &mut z,
+        )
+        .expect("a line that fits");
+    z
 }
 
 fn bits(z: &[Complex<f32>]) -> Vec<(u32, u32)> {
@@ -256,7 +250,7 @@ fn what_does_not_fit_is_refused() {
     let two = Steering::new(&scan, 3, 2, &mut two).expect("memory that fits");
     let run = |steering: Steering<'_>, sizes_for: usize, length: usize, samples: usize| {
         let sizes = Beamformer::new(of(sizes_for)).expect("valid").sizes(8);
-        let mut memory = Memory::<ForwardBackward, f32>::new(0.0, sizes).expect("memory");
+        let mut memory = Memory::new(0.0, sizes).expect("memory");
         let mut z = vec![Complex::ZERO; length];
         let all = |_| Active { first: 0, count: 8 };
         let x = line.x.as_slice().expect("in order");

@@ -280,24 +280,18 @@ fn solve<S: Scalar<V>, V: Vector, R>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::beamform::{Sizes, Workspace};
+    use crate::beamform::{Parameters, View};
     use crate::covariance::ForwardBackward;
     use crate::linalg::panels::panel;
     use crate::memory::Memory;
 
-    const SIZES: Sizes = Sizes {
-        elements: 16,
-        subaperture: 8,
-        temporal_half_window: 0,
-        sub_lines: 1,
-    };
-
     /// `w_pᴴs` by the full eigensolver, for eight elements.
     fn of_size(subspace: Subspace, n: impl Size) -> [u32; 2] {
         let mut memory = Memory::<1000, 1000>::new();
-        let workspace = Workspace::<ForwardBackward>::new(0.0, SIZES, memory.scratch());
-        let mut workspace = workspace.expect("memory that is large enough");
-        let matrix = &mut *workspace.solver.matrix;
+        let sizes = Parameters::DEFAULT.sizes(16);
+        let mut view = View::<ForwardBackward, f32>::new(0.0, sizes, memory.scratch());
+        let solver = &mut view.solver;
+        let matrix = &mut *solver.matrix;
         for i in 0..8 {
             for k in 0..=i {
                 let distance = (i - k) as f32;
@@ -309,7 +303,7 @@ mod tests {
             re: 1.0 - 0.25 * k as f32,
             im: 0.125 * k as f32,
         });
-        let sum = exact::<ForwardBackward, f32>(0.0, subspace, &mut workspace.solver, n, &s);
+        let sum = exact::<ForwardBackward, f32>(0.0, subspace, solver, n, &s);
         [sum.re.to_bits(), sum.im.to_bits()]
     }
 

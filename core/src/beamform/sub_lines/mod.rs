@@ -17,7 +17,7 @@ use super::segment::{Segment, SegmentGroup, SteeredSegments, constant_segments, 
 use super::segments::emit;
 use super::sizes::Sizes;
 use super::snapshot::elements;
-use super::workspace::Workspace;
+use super::workspace::{View, Workspace, with_view};
 use crate::Error;
 use crate::covariance::{Averaging, Covariance};
 use crate::error::check_length;
@@ -39,9 +39,9 @@ impl Beamformer {
     /// As [`Beamformer::sub_line_segments`]; [`Error::Length`] unless `z` has `N` times
     /// [`Beamformer::line_samples`] numbers.
     #[inline]
-    pub fn sub_lines<A: Averaging<V>, V: Vector>(
+    pub fn sub_lines<V: Vector>(
         &self,
-        workspace: &mut Workspace<'_, A, V>,
+        workspace: &mut Workspace<'_, V>,
         (line, steering): (AlignedLine<'_>, Steering<'_>),
         active: impl Fn(usize) -> Active,
         z: &mut [Complex<f32>],
@@ -57,21 +57,21 @@ impl Beamformer {
             active,
             adaptive: 0..samples,
         };
-        let sizes = workspace.sizes;
+        let sizes = workspace.sizes();
         self.check_block(sizes, &block)?;
-        self.sub_line_block(workspace, sizes, (&block, steering), z)
+        with_view!(workspace, view => self.sub_line_block(view, sizes, (&block, steering), z))
     }
 
     /// The sub-lines of a block's computed samples, checked as those of [`Beamformer::block`].
     pub(crate) fn sub_line_block<A: Averaging<V>, V: Vector>(
         &self,
-        workspace: &mut Workspace<'_, A, V>,
+        view: &mut View<'_, A, V>,
         sizes: Sizes,
         (block, steering): (&LineBlock<'_, impl Fn(usize) -> Active>, Steering<'_>),
         z: &mut [Complex<f32>],
     ) -> Result<(), Error> {
         if !SUB_LINES {
-            return self.block(workspace, sizes, block, z);
+            return self.block(view, sizes, block, z);
         }
         let parameters = self.parameters();
         let (count, half_window) = (parameters.sub_lines, parameters.temporal_half_window);
@@ -89,7 +89,7 @@ impl Beamformer {
                     segments: &[block.segment(first, set)],
                     steering: &[steering],
                 };
-                self.sub_lines_within(workspace, sizes, (lines, set.count), &mut [out])?;
+                self.sub_lines_within(view, sizes, (lines, set.count), &mut [out])?;
                 continue;
             }
             let mut parts = self.parts(V::LANES, (block, (first, length, set)), count, out);
@@ -99,7 +99,7 @@ impl Beamformer {
                 segments,
                 steering: steering.get(..segments.len()).unwrap_or_default(),
             };
-            self.sub_lines_within(workspace, sizes, (lines, set.count), out)?;
+            self.sub_lines_within(view, sizes, (lines, set.count), out)?;
         }
         // DAS also overwrites the unwanted samples above a segment.
         let start = block.adaptive.start.min(samples);
@@ -136,20 +136,21 @@ impl Beamformer {
     /// [`Error::Parameter`] for steering with another number of sub-lines, or without directions at a computed sample;
     /// [`Error::Length`] for steering with fewer samples than a segment.
     #[inline]
-    pub fn sub_line_segments<A: Averaging<V>, V: Vector>(
+    pub fn sub_line_segments<V: Vector>(
         &self,
-        workspace: &mut Workspace<'_, A, V>,
+        workspace: &mut Workspace<'_, V>,
         lines: SteeredSegments<'_, '_>,
         count: usize,
         z: &mut [&mut [Complex<f32>]],
     ) -> Result<(), Error> {
-        self.sub_lines_within(workspace, workspace.sizes, (lines, count), z)
+        let sizes = workspace.sizes();
+        with_view!(workspace, view => self.sub_lines_within(view, sizes, (lines, count), z))
     }
 
     #[inline(always)]
     fn sub_lines_within<A: Averaging<V>, V: Vector>(
         &self,
-        workspace: &mut Workspace<'_, A, V>,
+        view: &mut View<'_, A, V>,
         sizes: Sizes,
         (lines, count): (SteeredSegments<'_, '_>, usize),
         z: &mut [&mut [Complex<f32>]],
@@ -159,7 +160,7 @@ impl Beamformer {
         let sub_lines = parameters.sub_lines;
         if sub_lines <= 1 || !SUB_LINES {
             let group = SegmentGroup { segments, count };
-            return self.segments_within(workspace, sizes, group, z);
+            return self.segments_within(view, sizes, group, z);
         }
         if segments.len() > V::LANES {
             return Err(Error::Capacity {
@@ -195,14 +196,14 @@ impl Beamformer {
             let forward_backward = matches!(A::COVARIANCE, Covariance::ForwardBackward);
             let known = (count, subaperture) == (16, 8) && parameters.window().is_none();
             if CONSTANTS && forward_backward && known {
-                self.fitting_sub_lines(workspace, lines, Constant::<16, 8>, z);
+                self.fitting_sub_lines(view, lines, Constant::<16, 8>, z);
             } else {
                 let extent = Given::<false> { count, subaperture };
-                self.fitting_sub_lines(workspace, lines, extent, z);
+                self.fitting_sub_lines(view, lines, extent, z);
             }
         } else {
             let extent = Given::<true> { count, subaperture };
-            self.fitting_sub_lines(workspace, lines, extent, z);
+            self.fitting_sub_lines(view, lines, extent, z);
         }
         Ok(())
     }
@@ -211,23 +212,23 @@ impl Beamformer {
     #[inline(never)]
     fn fitting_sub_lines<A: Averaging<V>, V: Vector>(
         &self,
-        workspace: &mut Workspace<'_, A, V>,
+        view: &mut View<'_, A, V>,
         lines: SteeredSegments<'_, '_>,
         extent: impl Extent,
         z: &mut [&mut [Complex<f32>]],
     ) {
-        let zero = workspace.zero;
-        workspace.snapshot.fill(ComplexVector::from_real(zero));
+        let zero = view.zero;
+        view.snapshot.fill(ComplexVector::from_real(zero));
         zero.vectorize(
             #[inline(always)]
-            || self.sub_line_lanes(workspace, lines, extent, z),
+            || self.sub_line_lanes(view, lines, extent, z),
         );
     }
 
     #[inline(always)]
     fn sub_line_lanes<A: Averaging<V>, V: Vector>(
         &self,
-        workspace: &mut Workspace<'_, A, V>,
+        view: &mut View<'_, A, V>,
         lines: SteeredSegments<'_, '_>,
         extent: impl Extent,
         z: &mut [&mut [Complex<f32>]],
@@ -247,18 +248,17 @@ impl Beamformer {
         let window = extent.apodization(parameters);
         let gain = self.gain::<A, V>(count - subaperture + 1);
         for push in 0..most {
-            let Some(zero_power) = self.push::<A, V, false>(workspace, segments, extent, push)
-            else {
+            let Some(zero_power) = self.push::<A, V, false>(view, segments, extent, push) else {
                 continue;
             };
             let sample_index = pushes.complete(push);
-            let Workspace {
+            let View {
                 zero,
                 snapshot: active,
                 solver,
                 directions,
                 ..
-            } = &mut *workspace;
+            } = &mut *view;
             let zero = *zero;
             let Some(active) = active.get_mut(..count) else {
                 return;
@@ -370,13 +370,13 @@ mod tests {
             .collect();
         let beamformer = Beamformer::new(parameters).unwrap();
         let sizes = beamformer.sizes(16);
-        let need = sizes.need(Covariance::ForwardBackward);
+        let need = sizes.need();
         let (mut real, mut complex) = (vec![0.0; need.real], vec![Complex::ZERO; need.complex]);
         let scratch = Scratch {
             real: &mut real,
             complex: &mut complex,
         };
-        let mut workspace = Workspace::<ForwardBackward>::new(0.0, sizes, scratch).unwrap();
+        let mut view = View::<ForwardBackward, f32>::new(0.0, sizes, scratch);
         let lines = SteeredSegments {
             segments: &[Segment {
                 line: AlignedLine::new(&x, 16).unwrap(),
@@ -386,7 +386,7 @@ mod tests {
             steering: &[Steering::of(&directions, count)],
         };
         let mut z = vec![Complex::ZERO; SAMPLES * count];
-        beamformer.fitting_sub_lines(&mut workspace, lines, extent, &mut [&mut z]);
+        beamformer.fitting_sub_lines(&mut view, lines, extent, &mut [&mut z]);
         let bits = |z: &Complex<f32>| [z.re.to_bits(), z.im.to_bits()];
         z.iter().map(bits).collect()
     }

@@ -14,7 +14,6 @@ mod start;
 
 use bonebeam::Error;
 use bonebeam::beamform::{self, Workspace};
-use bonebeam::covariance::ForwardBackward;
 use bonebeam::phase_symmetry::{GainTables, Kernels, LaneFft, LogGabor, Sizes, StripSlices};
 use bonebeam::prelude::*;
 use bonebeam::simd::{InstructionSet, Task, Vector};
@@ -31,12 +30,13 @@ const PARAMETERS: Parameters = Parameters {
 };
 /// Lanes of the widest vector.
 const LANES: usize = 4;
-const NEED: Need = match PARAMETERS.need_over(LANES, Covariance::ForwardBackward) {
+const NEED: Need = match PARAMETERS.need_over(LANES) {
     Ok(need) => need,
     Err(_) => panic!("the scan is not valid"),
 };
 
 const SIZES: Sizes = Sizes {
+    covariance: Covariance::ForwardBackward,
     rows: PARAMETERS.rows,
     columns: PARAMETERS.columns,
     strip: PARAMETERS.strip,
@@ -98,7 +98,7 @@ impl Task for Frames<'_> {
                 complex: &mut complex,
             };
             let sizes = pipeline.lines().beamformer().sizes(ELEMENTS);
-            let mut workspace = Workspace::<ForwardBackward, V>::new(zero, sizes, scratch)?;
+            let mut workspace = Workspace::new(zero, sizes, scratch)?;
             let mut lines = 0;
             for line in 0..LINES {
                 let rf = noise(line as u32);

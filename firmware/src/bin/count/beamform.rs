@@ -1,7 +1,7 @@
 //! Beamformers of three sizes, forward-backward, K = 0.
 
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Sizes, Workspace};
-use bonebeam::covariance::{Covariance, ForwardBackward};
+use bonebeam::covariance::Covariance;
 use bonebeam::geometry::Active;
 use bonebeam::memory::{Memory, Need, Scratch};
 use bonebeam::{Complex, Error};
@@ -74,6 +74,7 @@ const fn case(name: &'static str, method: Method, echo: f32, bounds: [u32; 3]) -
 
 const fn sizes(elements: usize) -> Sizes {
     Sizes {
+        covariance: Covariance::ForwardBackward,
         elements,
         subaperture: elements / 2,
         temporal_half_window: 0,
@@ -82,7 +83,7 @@ const fn sizes(elements: usize) -> Sizes {
 }
 
 const fn need(elements: usize) -> Need {
-    sizes(elements).need(Covariance::ForwardBackward)
+    sizes(elements).need()
 }
 
 /// The memory of the cases.
@@ -152,7 +153,7 @@ fn spread<const M: usize, const REAL: usize, const COMPLEX: usize>(
         let line = AlignedLine::new(x, M)?;
         let mut outcome = Ok(());
         let cost = counter.count(|| {
-            outcome = Workspace::<ForwardBackward>::new(0.0, sizes(M), memory.scratch())
+            outcome = Workspace::new(0.0, sizes(M), memory.scratch())
                 .and_then(|mut workspace| beamformer.line(&mut workspace, line, all, &mut z));
         });
         outcome.map(|()| cost.instructions)
@@ -210,7 +211,7 @@ fn line<const M: usize, const REAL: usize, const COMPLEX: usize>(
     let cost = counter.count(|| {
         outcome = AlignedLine::new(x, M).and_then(|line| {
             let scratch = memory.scratch();
-            let mut workspace = Workspace::<ForwardBackward>::new(0.0, sizes(M), scratch)?;
+            let mut workspace = Workspace::new(0.0, sizes(M), scratch)?;
             beamformer.line(&mut workspace, line, all, z)
         });
     });
@@ -244,7 +245,7 @@ fn checked<const M: usize>(
     })?;
     let all = |_| Active { first: 0, count: M };
     let line = AlignedLine::new(x, M)?;
-    let mut workspace = Workspace::<ForwardBackward>::new(0.0, sizes(M), scratch)?;
+    let mut workspace = Workspace::new(0.0, sizes(M), scratch)?;
     let mut outcome = Ok(());
     let cost = counter.count(|| outcome = beamformer.line(&mut workspace, line, all, z));
     outcome.map(|()| cost)

@@ -7,7 +7,6 @@
 
 use bonebeam::Error;
 use bonebeam::beamform;
-use bonebeam::covariance::Covariance;
 use bonebeam::delay::IqInterpolation;
 use bonebeam::geometry::{Axis, Depth, Lines, ScanParameters};
 use bonebeam::memory::{Memory, Need};
@@ -69,7 +68,7 @@ impl Case {
     }
 
     const fn need(&self) -> Need {
-        match self.parameters().need_of_iq(Covariance::ForwardBackward) {
+        match self.parameters().need_of_iq() {
             Ok(need) => need,
             Err(_) => panic!("the scan is not valid"),
         }

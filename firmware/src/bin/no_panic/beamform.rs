@@ -5,7 +5,7 @@ use bonebeam::beamform::{
     AlignedLine, Apodization, Beamformer, Method, Parameters, Postfilter, Segment,
     ShortLagCoherence, Sizes, SteeredSegments, Workspace, constant_segments, segments_within,
 };
-use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
+use bonebeam::covariance::Covariance;
 use bonebeam::geometry::{Active, Steering};
 use bonebeam::memory::{Memory, Need};
 use bonebeam::simd::{ComplexVector, Mask, Vector};
@@ -14,6 +14,7 @@ use bonebeam::{Complex, Error};
 fn parameters(method: Method) -> Parameters {
     Parameters {
         method,
+        covariance: opaque(Covariance::Forward),
         sub_lines: opaque(2),
         depth_step: opaque(3),
         ..opaque(Parameters::DEFAULT)
@@ -32,10 +33,8 @@ pub fn all() {
     vectors();
     // The optimiser does not know the method.
     let method = opaque(Method::EsmvBeta(opaque(0.5)));
-    take(one::<Forward>(method));
-    take(one::<ForwardBackward>(method));
-    take(weights_of::<Forward>(method));
-    take(weights_of::<ForwardBackward>(method));
+    take(one(method));
+    take(weights_of(method));
     take(coherence());
 }
 
@@ -53,7 +52,7 @@ fn coherence() -> Result<(), Error> {
     Ok(())
 }
 
-fn one<A: Averaging<f32>>(method: Method) -> Result<(), Error> {
+fn one(method: Method) -> Result<(), Error> {
     let x = [Complex::ZERO; 100];
     let line = AlignedLine::new(opaque(&x[..]), opaque(1))?;
     let line = line.of_line(opaque(1), opaque(100))?;
@@ -68,7 +67,7 @@ fn one<A: Averaging<f32>>(method: Method) -> Result<(), Error> {
     take(beamformer.parameters());
     let mut memory = Memory::<100, 100>::new();
     let scratch = opaque(memory.scratch());
-    let mut workspace = opaque(Workspace::<A>::new(0.0, sizes(), scratch)?);
+    let mut workspace = opaque(Workspace::new(0.0, sizes(), scratch)?);
     take(workspace.sizes());
     let (mut z, mut other) = ([Complex::ZERO; 100], [Complex::ZERO; 100]);
     beamformer.line(&mut workspace, line, |_| active(), opaque(&mut z[..]))?;
@@ -108,13 +107,13 @@ fn steering() -> Result<Steering<'static>, Error> {
     opaque(Err(Error::Memory))
 }
 
-fn weights_of<A: Averaging<f32>>(method: Method) -> Result<usize, Error> {
+fn weights_of(method: Method) -> Result<usize, Error> {
     let x = [Complex::ZERO; 100];
     let line = AlignedLine::new(opaque(&x[..]), opaque(1))?;
     let beamformer = Beamformer::new(parameters(method))?;
     let mut memory = Memory::<100, 100>::new();
     let scratch = opaque(memory.scratch());
-    let mut workspace = opaque(Workspace::<A>::new(0.0, sizes(), scratch)?);
+    let mut workspace = opaque(Workspace::new(0.0, sizes(), scratch)?);
     let mut z = [Complex::ZERO; 100];
     let Active { first, count } = active();
     let segment = Segment {
@@ -161,7 +160,7 @@ fn vectors() {
 
 /// Workspaces, sizes, runs.
 fn memory() {
-    let need = sizes().need(opaque(Covariance::Forward));
+    let need = sizes().need();
     take((
         need.and(opaque(need)),
         need.or(opaque(Need::real(opaque(1)))),
@@ -182,6 +181,7 @@ fn memory() {
 fn sizes() -> Sizes {
     let [elements, subaperture, temporal_half_window, sub_lines] = opaque([1; 4]);
     Sizes {
+        covariance: opaque(Covariance::Forward),
         elements,
         subaperture,
         temporal_half_window,

@@ -3,7 +3,7 @@
 use crate::geometry::{arrays, axis, parameters as scan_parameters, transmit};
 use crate::{opaque, take};
 use bonebeam::beamform::{self, Method, ShortLagCoherence, Workspace};
-use bonebeam::covariance::{Covariance, Forward, ForwardBackward};
+use bonebeam::covariance::Covariance;
 use bonebeam::delay::{Delay, DelayParameters, IqLayout, IqRecord, IqSamples, Record, Stage};
 use bonebeam::geometry::{Lines, Scan, Steering};
 use bonebeam::image::Pooling;
@@ -34,13 +34,12 @@ pub fn all() {
             strip: opaque(1),
             block: opaque(1),
         };
-        let covariance = opaque(Covariance::Forward);
         take((
             parameters.surface(opaque(Settings::DEFAULT)),
-            parameters.need(covariance),
-            parameters.need_of_iq(covariance),
-            parameters.need_over(opaque(1), covariance),
-            parameters.need_over_of_iq(opaque(1), covariance),
+            parameters.need(),
+            parameters.need_of_iq(),
+            parameters.need_over(opaque(1)),
+            parameters.need_over_of_iq(opaque(1)),
             parameters.coherence_len(coherence()),
         ));
         take(rf(parameters));
@@ -104,7 +103,7 @@ fn frames<'r, D: Stage>(pipeline: &Pipeline<D>, record: &'r D::Record<'r>) -> Re
         pipeline.b_mode(),
         pipeline.interpolation(),
         pipeline.phase_symmetry(),
-        pipeline.need(opaque(Covariance::Forward)),
+        pipeline.need(),
         pipeline.coherence_len(coherence()),
     ));
     let (mut real, mut complex) = ([0.0; 100], [Complex::ZERO; 100]);
@@ -128,14 +127,15 @@ fn frames<'r, D: Stage>(pipeline: &Pipeline<D>, record: &'r D::Record<'r>) -> Re
     take(frame.surface(&detector, memory, opaque(&mut points[..])));
     take(points);
     let sizes = opaque(beamform::Sizes {
+        covariance: Covariance::Forward,
         elements: 1,
         subaperture: 1,
         temporal_half_window: 1,
         sub_lines: 1,
     });
     take(frame.line_by(sizes, opaque(1), opaque([(transmit(), record)]))?);
-    take(pipeline.need_over(opaque(1), opaque(Covariance::Forward)));
-    let mut workspace = Workspace::<ForwardBackward>::new(0.0, sizes, opaque(Scratch::empty()))?;
+    take(pipeline.need_over(opaque(1)));
+    let mut workspace = Workspace::new(0.0, sizes, opaque(Scratch::empty()))?;
     take(frame.line_over(&mut workspace, opaque(1), opaque([(transmit(), record)]))?);
     let strips = Sizes {
         rows: 64,
@@ -157,8 +157,6 @@ fn frames<'r, D: Stage>(pipeline: &Pipeline<D>, record: &'r D::Record<'r>) -> Re
     take(frame.coherence());
     let mut frame = opaque(frame.with_gain_tables(opaque(&mut gains[..]))?);
     take(frame.bone_map()?);
-    let mut frame = Frame::<_, Forward>::with_averaging(pipeline, opaque(Scratch::empty()))?;
-    take(frame.line(opaque(1), opaque([(transmit(), record)]))?);
     Ok(())
 }
 
@@ -186,7 +184,7 @@ fn lines<'r, D: Stage>(pipeline: &LinePipeline<D>, record: &'r D::Record<'r>) ->
         complex: aligned,
     };
     let sizes = pipeline.beamformer().sizes(opaque(1));
-    let mut workspace = Workspace::<ForwardBackward>::new(0.0, sizes, opaque(Scratch::empty()))?;
+    let mut workspace = Workspace::new(0.0, sizes, opaque(Scratch::empty()))?;
     take(pipeline.line(
         opaque(1),
         transmits,

@@ -14,7 +14,7 @@ mod counter;
 mod input;
 
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Sizes, Workspace};
-use bonebeam::covariance::{Covariance, ForwardBackward};
+use bonebeam::covariance::Covariance;
 use bonebeam::geometry::{Active, Steering};
 use bonebeam::memory::{Memory, Need};
 use bonebeam::{Complex, Error};
@@ -45,6 +45,7 @@ const CASES: [(Method, [&str; 2], [u32; 2]); 2] = [
 
 const fn sizes(sub_lines: usize) -> Sizes {
     Sizes {
+        covariance: Covariance::ForwardBackward,
         elements: ELEMENTS,
         subaperture: ELEMENTS / 2,
         temporal_half_window: 0,
@@ -53,7 +54,7 @@ const fn sizes(sub_lines: usize) -> Sizes {
 }
 
 const fn need(sub_lines: usize) -> Need {
-    sizes(sub_lines).need(Covariance::ForwardBackward)
+    sizes(sub_lines).need()
 }
 
 static MEMORY: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces::new());
@@ -141,7 +142,7 @@ fn of<const N: usize, const REAL: usize, const COMPLEX: usize>(
     let mut outcome = Ok(());
     let cost = counter.count(|| {
         outcome = AlignedLine::new(x, ELEMENTS).and_then(|line| {
-            let mut workspace = Workspace::<ForwardBackward>::new(0.0, sizes(N), memory.scratch())?;
+            let mut workspace = Workspace::new(0.0, sizes(N), memory.scratch())?;
             beamformer.sub_lines(&mut workspace, (line, steering), all, z)
         });
     });

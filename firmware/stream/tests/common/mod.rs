@@ -1,7 +1,6 @@
 //! The scan of the image `stream` without blocks, pool, sequence and pipeline.
 
 use bonebeam::beamform::{AlignedLine, Beamformer, Workspace};
-use bonebeam::covariance::{Covariance, ForwardBackward};
 use bonebeam::delay::{
     Compounding, IqDelay, IqLayout, IqParameters, IqRecord, IqSamples, ScanLine, Stage,
 };
@@ -34,12 +33,12 @@ pub fn by_the_core() -> Result<(Vec<f32>, Vec<f32>), Error> {
     })?;
     let beamformer = Beamformer::new(PARAMETERS.beamformer)?;
     let sizes = beamformer.sizes(ELEMENTS);
-    let need = sizes.need(Covariance::ForwardBackward);
+    let need = sizes.need();
     let own = Scratch {
         real: &mut vec![0.0; need.real],
         complex: &mut vec![Complex::new(0.0, 0.0); need.complex],
     };
-    let mut workspace = Workspace::<ForwardBackward>::new(0.0, sizes, own)?;
+    let mut workspace = Workspace::new(0.0, sizes, own)?;
     let mut scratch = vec![0.0; delay.parameters().need(1).real];
     let mut aligned = vec![Complex::new(0.0, 0.0); ELEMENTS * LENGTH];
     let mut z = vec![Complex::new(0.0, 0.0); LENGTH];

@@ -5,12 +5,13 @@
 mod work_items;
 
 use crate::{Error, Result};
-use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Segment, SteeredSegments};
-use bonebeam::covariance::Covariance;
+use bonebeam::beamform::{
+    AlignedLine, Beamformer, Method, Parameters, Segment, Sizes, SteeredSegments,
+};
 use bonebeam::geometry::{Scan, Steering};
 use bonebeam::simd::InstructionSet;
 use bonebeam_kernels::memory::AnyMemory;
-pub use bonebeam_kernels::memory::{Memory, Needs};
+pub use bonebeam_kernels::memory::{Memory, memory};
 use bonebeam_kernels::source::LineSource;
 use ndarray::{Array2, ArrayView3, ArrayViewMut2, Axis};
 use num_complex::Complex;
@@ -45,13 +46,12 @@ pub fn beamform(
     x: ArrayView3<'_, Complex<f32>>,
     active: &Apertures<'_>,
     parameters: Parameters,
-    covariance: Covariance,
     progress: &Finished<'_>,
 ) -> Result<Array2<Complex<f32>>> {
     let (beams, samples, _) = x.dim();
     check_window(&parameters, samples)?;
     let most = largest(beams, samples, active);
-    Plan::new(InstructionSet::detect(), parameters, covariance, most)?.run(x, active, progress)
+    Plan::new(InstructionSet::detect(), parameters, most)?.run(x, active, progress)
 }
 
 /// Beamforming of many frames, with the threads' memory allocated once.
@@ -63,7 +63,7 @@ pub struct Plan {
     /// Samples made by the beamformer; the others are DAS.
     adaptive: Range<usize>,
     das: Beamformer,
-    needs: Needs,
+    sizes: Sizes,
     /// Directions of each line's sub-lines, if there are any.
     steering: Vec<Vec<Complex<f32>>>,
     lanes: usize,
@@ -93,29 +93,21 @@ impl Plan {
     ///
     /// # Errors
     /// [`Error::Usage`] if the sizes need more memory than is allowed; [`Error::Core`] for parameters out of range.
-    pub fn new(
-        set: InstructionSet,
-        parameters: Parameters,
-        covariance: Covariance,
-        largest: usize,
-    ) -> Result<Self> {
+    pub fn new(set: InstructionSet, parameters: Parameters, largest: usize) -> Result<Self> {
         let beamformer = Beamformer::new(parameters)?;
         let das = Beamformer::new(Parameters {
             method: Method::Das,
             temporal_half_window: 0,
             ..parameters
         })?;
-        let needs = Needs {
-            covariance,
-            sizes: beamformer.sizes(largest),
-        };
-        let first = Worker::new(needs, set)?;
+        let sizes = beamformer.sizes(largest);
+        let first = Worker::new(sizes, set)?;
         Ok(Plan {
             set,
             beamformer,
             adaptive: 0..usize::MAX,
             das,
-            needs,
+            sizes,
             steering: Vec::new(),
             lanes: first.memory.lanes(),
             workers: Mutex::new(vec![first]),
@@ -321,7 +313,7 @@ impl Plan {
 
     fn worker(&self) -> Result<Worker> {
         let idle = locked(&self.workers).pop();
-        idle.map_or_else(|| Worker::new(self.needs, self.set), Ok)
+        idle.map_or_else(|| Worker::new(self.sizes, self.set), Ok)
     }
 
     /// The blocks of a tile, aligned.
@@ -443,9 +435,9 @@ impl Plan {
 }
 
 impl Worker {
-    fn new(needs: Needs, set: InstructionSet) -> Result<Self> {
+    fn new(sizes: Sizes, set: InstructionSet) -> Result<Self> {
         Ok(Worker {
-            memory: needs.memory(set)?,
+            memory: memory(set, sizes)?,
             scratch: Vec::new(),
             aligned: Vec::new(),
             z: Vec::new(),

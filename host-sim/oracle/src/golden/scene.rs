@@ -3,6 +3,7 @@
 //! They are parts of the recording of `verify`.
 
 use bonebeam::beamform::{Method, Parameters};
+use bonebeam::covariance::Covariance;
 use bonebeam::delay::{DelayParameters, hilbert_taps};
 use ndarray::Axis;
 
@@ -32,9 +33,10 @@ pub const THRESHOLD: f32 = 3.0;
 pub const STRIP: usize = 16;
 
 /// Parameters of a method, with K = 2 and Δ = 0.05.
-pub fn parameters(method: Method) -> Parameters {
+pub fn parameters(method: Method, covariance: Covariance) -> Parameters {
     Parameters {
         method,
+        covariance,
         temporal_half_window: 2,
         subaperture_ratio: SUBAPERTURE as f64 / ELEMENTS as f64,
         ..Parameters::DEFAULT

@@ -2,8 +2,8 @@
 //!
 //! The reference gives values that the core does not expose; its bits are the same.
 
-use bonebeam::beamform::{AlignedLine, Beamformer, Method, Segment};
-use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
+use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Segment};
+use bonebeam::covariance::Covariance;
 use bonebeam::delay::{Compounding, Delay, Record, ScanLine, Stage as _};
 use bonebeam::geometry::{Active, Array, Axis, Ray, Transmit, TransmitLaw};
 use bonebeam::image::{envelope, largest, log_compression, resample};
@@ -170,7 +170,7 @@ fn decompositions(stages: &mut Stages, focused: &[Complex<f32>], covariance: Cov
                 .chunks(ELEMENTS)
                 .map(<[_]>::to_vec)
                 .collect();
-            intermediates(&x, &parameters(Method::Mv), covariance).1
+            intermediates(&x, &parameters(Method::Mv, covariance), covariance).1
         })
         .collect();
     let of = |part: fn(&Intermediates) -> Vec<Complex<f32>>, length: usize| -> Values {
@@ -228,12 +228,8 @@ fn weights(stages: &mut Stages, focused: &[Complex<f32>], covariance: Covariance
     for (name, method) in [("mv", Method::Mv), ("esmv-rank1", Method::EsmvRank1)] {
         let mut numbers = Vec::new();
         for line in TRACED {
-            numbers.extend(match covariance {
-                Covariance::Forward => line_weights::<Forward>(samples_of(focused, line), method)?,
-                Covariance::ForwardBackward => {
-                    line_weights::<ForwardBackward>(samples_of(focused, line), method)?
-                }
-            });
+            let parameters = parameters(method, covariance);
+            numbers.extend(line_weights(samples_of(focused, line), parameters)?);
         }
         stages.add(
             format!("{folder}-weights-{name}"),
@@ -265,12 +261,7 @@ fn lines(
         }
         let mut z = vec![Complex::ZERO; LINES * SAMPLES];
         for (line, z) in z.chunks_mut(SAMPLES).enumerate() {
-            match covariance {
-                Covariance::Forward => beamform::<Forward>(samples_of(focused, line), method, z)?,
-                Covariance::ForwardBackward => {
-                    beamform::<ForwardBackward>(samples_of(focused, line), method, z)?;
-                }
-            }
+            beamform(samples_of(focused, line), parameters(method, covariance), z)?;
         }
         if method == Method::EsmvRank1 {
             rank1.clone_from(&z);
@@ -366,12 +357,9 @@ fn ridges(stages: &mut Stages, image: &[f32]) -> Result<()> {
 }
 
 /// The weights of every sample of a line.
-fn line_weights<A: Averaging<f32>>(
-    x: &[Complex<f32>],
-    method: Method,
-) -> Result<Vec<Complex<f32>>> {
-    let beamformer = Beamformer::new(parameters(method))?;
-    let mut memory = Memory::<A, f32>::new(0.0, beamformer.sizes(ELEMENTS))?;
+fn line_weights(x: &[Complex<f32>], parameters: Parameters) -> Result<Vec<Complex<f32>>> {
+    let beamformer = Beamformer::new(parameters)?;
+    let mut memory = Memory::new(0.0, beamformer.sizes(ELEMENTS))?;
     let line = AlignedLine::new(x, ELEMENTS)?;
     let mut all = Vec::new();
     for sample in 0..SAMPLES {
@@ -388,13 +376,9 @@ fn line_weights<A: Averaging<f32>>(
 }
 
 /// A line with all elements active.
-fn beamform<A: Averaging<f32>>(
-    x: &[Complex<f32>],
-    method: Method,
-    z: &mut [Complex<f32>],
-) -> Result<()> {
-    let beamformer = Beamformer::new(parameters(method))?;
-    let mut memory = Memory::<A, f32>::new(0.0, beamformer.sizes(ELEMENTS))?;
+fn beamform(x: &[Complex<f32>], parameters: Parameters, z: &mut [Complex<f32>]) -> Result<()> {
+    let beamformer = Beamformer::new(parameters)?;
+    let mut memory = Memory::new(0.0, beamformer.sizes(ELEMENTS))?;
     let line = AlignedLine::new(x, ELEMENTS)?;
     Ok(beamformer.line(&mut memory.view(), line, |_| ALL, z)?)
 }

@@ -1,7 +1,7 @@
 //! Beamformed lines against both references, with the exemptions of the f64 one.
 
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Segment};
-use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
+use bonebeam::covariance::Covariance;
 use bonebeam::geometry::Active;
 use nalgebra::DVector;
 use ndarray::{Array2, Array3, Axis};
@@ -221,7 +221,11 @@ impl<A: Fn(usize, usize) -> Active + Sync> AlignedFrame<'_, A> {
         let line = line.as_standard_layout();
         let line = AlignedLine::new(line.as_slice().unwrap_or_default(), line.ncols())?;
         let active = (self.active)(beam, n);
-        let weights = core_weights(line, active, n, parameters, self.covariance)?;
+        let parameters = Parameters {
+            covariance: self.covariance,
+            ..parameters
+        };
+        let weights = core_weights(line, active, n, parameters)?;
         let weights = DVector::from_iterator(weights.len(), weights.into_iter().map(wide));
         // If e₁ is orthogonal to a, w_p is 0 and has no direction.
         let Some(e1) = weights.try_normalize(0.0) else {
@@ -245,22 +249,9 @@ pub fn core_weights(
     active: Active,
     sample: usize,
     parameters: Parameters,
-    covariance: Covariance,
-) -> Result<Vec<Complex<f32>>> {
-    match covariance {
-        Covariance::Forward => weights::<Forward>(line, active, sample, parameters),
-        Covariance::ForwardBackward => weights::<ForwardBackward>(line, active, sample, parameters),
-    }
-}
-
-fn weights<A: Averaging<f32>>(
-    line: AlignedLine<'_>,
-    active: Active,
-    sample: usize,
-    parameters: Parameters,
 ) -> Result<Vec<Complex<f32>>> {
     let beamformer = Beamformer::new(parameters)?;
-    let mut memory = Memory::<A, f32>::new(0.0, beamformer.sizes(active.count))?;
+    let mut memory = Memory::new(0.0, beamformer.sizes(active.count))?;
     let mut weights = vec![Complex::ZERO; active.count];
     let segment = Segment {
         line,

@@ -3,7 +3,7 @@
 use std::hash::Hasher;
 
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters};
-use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
+use bonebeam::covariance::Covariance;
 use bonebeam::delay::{
     Compounding, Contribution, Delay, DelayParameters, IqDelay, IqInterpolation, IqLayout,
     IqParameters, IqRecord, IqSamples, Record, ScanLine, Stage, Upsampled, hilbert_taps,
@@ -92,10 +92,11 @@ pub fn verify(mut progress: impl FnMut(usize)) -> Result<Vec<Verdict>> {
             for (name, method) in compared.chain(OTHERS) {
                 let parameters = Parameters {
                     method,
+                    covariance,
                     temporal_half_window,
                     ..Parameters::default()
                 };
-                verdicts.extend(scene.verify(name, parameters, covariance)?);
+                verdicts.extend(scene.verify(name, parameters)?);
                 progress(verdicts.len());
             }
         }
@@ -325,28 +326,20 @@ impl<'a> AlignedRecording<'a> {
         self.stage.active(beam, sample)
     }
 
-    fn beamform(
-        &self,
-        parameters: Parameters,
-        covariance: Covariance,
-    ) -> Result<Array2<Complex<f32>>> {
+    fn beamform(&self, parameters: Parameters) -> Result<Array2<Complex<f32>>> {
         let active = |beam: usize, sample: usize| self.active(beam, sample);
-        beamform(self.x.view(), &active, parameters, covariance, &|_| {})
+        beamform(self.x.view(), &active, parameters, &|_| {})
     }
 
     /// One beamformer against both references, with one lane and other thread counts.
-    fn verify(
-        &self,
-        name: &str,
-        parameters: Parameters,
-        covariance: Covariance,
-    ) -> Result<Vec<Verdict>> {
+    fn verify(&self, name: &str, parameters: Parameters) -> Result<Vec<Verdict>> {
+        let covariance = parameters.covariance;
         let side = match covariance {
             Covariance::Forward => "forward",
             Covariance::ForwardBackward => "forward-backward",
         };
         let name = format!("{name}, {side}, K={}", parameters.temporal_half_window);
-        let z = self.beamform(parameters, covariance)?;
+        let z = self.beamform(parameters)?;
         let numbers = parts(&z);
         let frame = verify::beamform::AlignedFrame {
             x: &self.x,
@@ -358,10 +351,7 @@ impl<'a> AlignedRecording<'a> {
         for error in frame.errors(&[(&z, parameters)], 6)? {
             verdicts.push(Verdict::bound(format!("{name}: f64"), &error));
         }
-        let one_line = match covariance {
-            Covariance::Forward => self.one_line::<Forward>(parameters)?,
-            Covariance::ForwardBackward => self.one_line::<ForwardBackward>(parameters)?,
-        };
+        let one_line = self.one_line(parameters)?;
         let bits = Bits::real(&parts(&one_line), &numbers);
         verdicts.push(Verdict::bits(
             format!("{name}: a line at a time"),
@@ -371,7 +361,7 @@ impl<'a> AlignedRecording<'a> {
         for set in InstructionSet::available() {
             let active = |beam, sample| self.active(beam, sample);
             let x = self.x.view();
-            let plan = Plan::new(set, parameters, covariance, x.dim().2)?;
+            let plan = Plan::new(set, parameters, x.dim().2)?;
             let again = plan.run(x, &active, &|_| {})?;
             let bits = Bits::real(&parts(&again), &numbers);
             verdicts.push(Verdict::bits(
@@ -381,7 +371,7 @@ impl<'a> AlignedRecording<'a> {
             ));
         }
         for count in [1, 2, 7] {
-            let again = pool(count)?.install(|| self.beamform(parameters, covariance))?;
+            let again = pool(count)?.install(|| self.beamform(parameters))?;
             let bits = Bits::real(&parts(&again), &numbers);
             verdicts.push(Verdict::bits(
                 format!("{name}: threads {count}"),
@@ -393,11 +383,11 @@ impl<'a> AlignedRecording<'a> {
     }
 
     /// As a microcontroller would: one lane, one line at a time.
-    fn one_line<A: Averaging<f32>>(&self, parameters: Parameters) -> Result<Array2<Complex<f32>>> {
+    fn one_line(&self, parameters: Parameters) -> Result<Array2<Complex<f32>>> {
         let (beams, samples, elements) = self.x.dim();
         let mut z = Array2::zeros((beams, samples));
         let beamformer = Beamformer::new(parameters)?;
-        let mut memory = Memory::<A, f32>::new(0.0, beamformer.sizes(elements))?;
+        let mut memory = Memory::new(0.0, beamformer.sizes(elements))?;
         let mut line = vec![Complex::ZERO; samples];
         for beam in 0..beams {
             let x: Vec<_> = self.x.index_axis(Axis(0), beam).iter().copied().collect();
@@ -418,7 +408,7 @@ impl<'a> AlignedRecording<'a> {
             ..Parameters::default()
         };
         let lines = BeamformedLines {
-            z: self.beamform(parameters, Covariance::ForwardBackward)?,
+            z: self.beamform(parameters)?,
             fs: 20e6,
             t0: self.stage.start(),
             beam_x: self.stage.beam_x().to_vec(),

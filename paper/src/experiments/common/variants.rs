@@ -99,17 +99,12 @@ impl<'a> Aligned<'a> {
             progress(&step, done as f64 / (beams * samples) as f64);
         };
         let parameters = Parameters {
+            covariance: variant.covariance,
             temporal_half_window: variant.half_window,
             ..receive.parameters(variant.method)
         };
         let active = |beam: usize, sample: usize| self.stage.active(beam, sample);
-        let z = beamform(
-            self.x.view(),
-            &active,
-            parameters,
-            variant.covariance,
-            &count,
-        )?;
+        let z = beamform(self.x.view(), &active, parameters, &count)?;
         Ok(self.stage.lines(z))
     }
 }

@@ -175,7 +175,7 @@ impl WaterBath {
             let active = |beam: usize, sample: usize| stage.active(first + beam, sample);
             let lines = methods.iter().map(|method| {
                 let parameters = receive.parameters(method.method);
-                beamform(x.view(), &active, parameters, section.covariance, &|_| ())
+                beamform(x.view(), &active, parameters, &|_| ())
             });
             let lines = lines.collect::<Result<Vec<_>>>()?;
             if let Some((what, extent)) = checks.filter(|_| range.contains(&(beams / 2))) {

@@ -364,6 +364,7 @@ impl Beamform {
     pub fn of(core: Parameters) -> Self {
         Beamform {
             sub_lines: (core.sub_lines > 1).then_some(core.sub_lines),
+            covariance: core.covariance,
             temporal_half_window: core.temporal_half_window,
             diagonal_loading: plain(core.diagonal_loading),
             subaperture_ratio: core.subaperture_ratio,
@@ -390,6 +391,7 @@ impl Beamform {
     pub fn parameters(&self) -> Parameters {
         Parameters {
             method: self.core_method(),
+            covariance: self.covariance,
             sub_lines: self.sub_lines.unwrap_or(1),
             temporal_half_window: self.temporal_half_window,
             diagonal_loading: self.diagonal_loading as f32,

@@ -42,7 +42,7 @@ pub fn beamform_all(
             progress(&step, done as f64 / (beams * samples) as f64);
         };
         let core = receive.parameters(beamformer.method);
-        let z = beamform(x.view(), &active, core, receive.0.covariance, &count)?;
+        let z = beamform(x.view(), &active, core, &count)?;
         all.push(stage.lines(z));
     }
     let checks = match checks {
