@@ -176,7 +176,7 @@ pub const OUTPUT_BIAS: i32 = {network.output_bias};
 
 def main():
     arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    arguments.add_argument("--count", type=int, default=700, help="drawn pictures to train on")
+    arguments.add_argument("--count", type=int, default=2400, help="drawn pictures to train on")
     arguments.add_argument("--seed", type=int, default=11)
     arguments.add_argument("--judge", action="append", default=[], help="folder with labels.json to report on")
     arguments.add_argument("--drawn", help="folder of pictures that are drawn already")

@@ -259,7 +259,7 @@ impl Settings {
         absence: -1.0,
         end: 10.0,
         jump: 12.0,
-        confidence: [1.07, 0.8],
+        confidence: [-0.26, 0.78],
         ..Self::DEFAULT
     };
 }
