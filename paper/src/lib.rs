@@ -1,4 +1,4 @@
-//! The experiments of the paper, the search for parameters, and the program that runs them.
+//! The paper's experiments, the search for parameters, and the program for both.
 
 mod commands;
 pub mod experiments;

@@ -388,7 +388,8 @@ fn levels_are_percentiles_of_the_frame() {
     let darker = Levels {
         dark: 0,
         tissue: 0,
-        bright: 0,
+        // A sixth of the samples that count.
+        bright: 100 * 16,
     };
     assert_eq!(survey.levels(), darker);
 }

@@ -1,4 +1,4 @@
-//! The path that all elements share: from the transmit to a depth, and back to the line's beginning.
+//! The path that all elements share: transmit to a depth, back to the line's start.
 
 use super::delay_law::TransmitDelay;
 
@@ -28,7 +28,9 @@ pub(super) struct CentreSample {
 }
 
 impl Flight<'_> {
-    /// Output sample `n`, in f64: `t = start + n/fout`, `z = c·t/2`, `time = τ_tx(z) + z/c`, `(time − t0)·rate`.
+    /// Depth, time and input sample of output sample `n`, in f64.
+    ///
+    /// `t = start + n/fout`, `z = c·t/2`, `time = τ_tx(z) + z/c`, `(time − t0)·rate`.
     #[inline(always)]
     pub fn at(&self, n: f64) -> CentreSample {
         let t = self.output_start + n / self.output_rate;

@@ -50,9 +50,9 @@ pub struct Ramp {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Settings {
-    /// Whether scores come from the model that was trained on drawn pictures, without the terms.
+    /// Whether scores come from the learnt model in place of the terms.
     ///
-    /// Its lengths are fixed, for cells of 0.05 to 0.3 mm. The settings' windows and terms then have no effect.
+    /// It was trained on drawn pictures. Its lengths are fixed, for cells of 0.05 to 0.3 mm. The settings' windows and terms then have no effect.
     pub learnt: bool,
     /// Minimum length of a cell, m. A cell has the fewest samples of this length.
     pub cell: f64,

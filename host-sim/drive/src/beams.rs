@@ -28,7 +28,9 @@ pub struct Beams {
     pub own: bool,
     /// The recording's transmits in the order of the lines, if they have another.
     pub order: Option<Vec<usize>>,
-    /// Transmits of each line in that order, if it has its own; its samples are their mean.
+    /// Transmits of each line in that order, if it has its own.
+    ///
+    /// Its samples are their mean.
     pub of_lines: Vec<Range<usize>>,
 }
 

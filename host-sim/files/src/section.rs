@@ -1,4 +1,4 @@
-//! Sections of the configuration: each key is stated once, for files, flags and Python.
+//! Sections of the configuration: a key is stated once for files, flags and Python.
 //!
 //! [`section!`](crate::section) makes a struct of rows. A row has the documentation, which is the flag's help, the type,
 //! the default, and a [`Row`] with the rest. The heading above rows groups the flags of `--help`, and names the data that
@@ -66,7 +66,7 @@ pub struct Row {
     pub if_changed: bool,
 }
 
-/// A row with a placeholder of its value in `--help`; if empty, the name of the key.
+/// A row with its value's placeholder in `--help`; if empty, the key's name.
 pub const fn row(placeholder: &'static str) -> Row {
     Row {
         placeholder,

@@ -233,7 +233,9 @@ impl Keyed<'_> {
         )))
     }
 
-    /// Refuses keys of `given` that do not change the channel data: `unread`, and those beside another key.
+    /// Refuses keys of `given` that do not change the channel data.
+    ///
+    /// These are `unread`, and keys beside another one that takes their place.
     ///
     /// # Errors
     /// The message names each of them, with the reason.

@@ -95,7 +95,9 @@ fn passes(law: &Transmits, transmit: usize, [x, z]: [f64; 2], c: f64) -> f64 {
     }
 }
 
-/// Moment at which the first element fires, from that at which the wave passes the origin of its law, s.
+/// Moment at which the first element fires, s.
+///
+/// It counts from the moment at which the wave passes the origin of its law.
 pub fn first_fires(law: &Transmits, transmit: usize, elements: &[[f64; 2]], c: f64) -> f64 {
     // `f64::min` leaves NaN out.
     let first = match law {

@@ -71,7 +71,7 @@ fn folder(store: &Store, chosen: Option<&Given>) -> Result<String> {
     )))
 }
 
-/// Channel data of some frames of a track, the number of all frames, and assumptions.
+/// Channel data of some frames of a track, number of all frames, and assumptions.
 ///
 /// # Errors
 /// An array is missing, of another type or shape, or not valid; several tracks of which none is chosen.

@@ -135,7 +135,7 @@ impl VariableArguments {
 /// `--config`, shared by the commands with parameters.
 #[derive(Debug, clap::Args)]
 pub struct ConfigArgument {
-    /// TOML file with parameters, such as the one that an earlier run wrote; flags override it
+    /// TOML file with parameters, such as that of an earlier run; flags override it
     #[arg(long = "config", value_name = "FILE.toml")]
     pub path: Option<PathBuf>,
 }

@@ -1,4 +1,4 @@
-//! Files of a bone surface: CSV, JSON, PLY, VTK's XML, and the surface drawn over the picture.
+//! Files of a bone surface: CSV, JSON, PLY, VTK's XML, and a picture with the line.
 
 use std::io::Write;
 use std::path::Path;
@@ -22,7 +22,7 @@ pub enum Kind {
     Json,
     /// Vertices and edges.
     Ply,
-    /// Points and lines, as VTK's programs show them: its reader of PLY drops edges and confidence.
+    /// Points and lines for VTK, whose reader of PLY drops edges and confidence.
     Vtp,
 }
 

@@ -150,9 +150,9 @@ impl Plan {
         self.run_while(image, set, after, map)
     }
 
-    /// As [`Plan::run_into`], with `after` called after each filter; `false` ends the computation.
+    /// As [`Plan::run_into`], with `after` called after each filter.
     ///
-    /// It receives the filter's index and the sums of amplitudes so far: strips of rows, column by column.
+    /// `false` ends the computation. `after` receives the filter's index and the sums of amplitudes so far: strips of rows, column by column.
     ///
     /// # Errors
     /// As [`Plan::run_into`].

@@ -1,4 +1,4 @@
-//! The main job, and what every experiment has: one folder per experiment, behind one trait.
+//! The main job and the trait of experiments, each in a folder of its own.
 //!
 //! An [`Experiment`] holds its parameters, which are a section of the configuration, and makes an [`Outcome`]:
 //! pictures, plots, tables, comparisons with the paper, verdicts, checks and data. The configuration, the command

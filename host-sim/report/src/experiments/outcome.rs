@@ -247,7 +247,9 @@ impl Table {
 }
 
 impl SideBySide {
-    /// The first view beside the others, of which the one of index `first` is shown; `None` without a view.
+    /// The first view beside the others; `None` without a view.
+    ///
+    /// At first the one of index `first` is shown.
     pub fn of(
         id: impl Into<String>,
         views: impl IntoIterator<Item = View>,
