@@ -100,12 +100,18 @@ pub const MARGIN: Parameters = Parameters {
     },
     ..WHOLE
 };
+/// Scores of the learnt model.
+pub const LEARNT: Parameters = Parameters {
+    settings: Settings::LEARNT,
+    ..WHOLE
+};
 /// The cases with their names.
-pub const CASES: [(&str, Parameters); 4] = [
+pub const CASES: [(&str, Parameters); 5] = [
     ("surface-frame", WHOLE),
     ("surface-late", LATE),
     ("surface-contrast", CONTRAST),
     ("surface-margin", MARGIN),
+    ("surface-learnt", LEARNT),
 ];
 
 const fn need(parameters: Parameters) -> Need {
@@ -117,7 +123,8 @@ const fn need(parameters: Parameters) -> Need {
 const NEED: Need = need(WHOLE)
     .or(need(LATE))
     .or(need(CONTRAST))
-    .or(need(MARGIN));
+    .or(need(MARGIN))
+    .or(need(LEARNT));
 
 /// The memory of the cases.
 pub struct Memory {

@@ -303,7 +303,7 @@ fn the_surface_by_trying_all_paths_has_the_hashes() {
 }
 
 /// Cases that are never computed over lanes, or only over lanes of a beam each.
-const ONE_LANE: [&str; 24] = [
+const ONE_LANE: [&str; 25] = [
     "sqrt",
     "delay-filter-f32",
     "mv-growing-aperture",
@@ -318,6 +318,7 @@ const ONE_LANE: [&str; 24] = [
     "surface-late",
     "surface-contrast",
     "surface-margin",
+    "surface-learnt",
     "short-lag-coherence",
     "steering",
     "sub-lines-mv-growing-aperture",
