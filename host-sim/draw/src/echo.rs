@@ -4,8 +4,8 @@ use std::f32::consts::FRAC_1_SQRT_2;
 
 use ndarray::{Array, Array1, Array2, ArrayView, Axis, Dimension, Slice};
 
-use super::Look;
 use super::bone::{Bone, Hit};
+use super::look::Look;
 use super::medium::Medium;
 use super::random::{Draw, Patches, amplitude, mix};
 use super::view::View;

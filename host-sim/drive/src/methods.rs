@@ -6,8 +6,6 @@
 use bonebeam::beamform::Method;
 use bonebeam_files::choice;
 
-use crate::config::{Beamform, plain};
-
 choice! {
     /// Name of a beamformer: the value of `--method` and of the key `method`.
     MethodName {
@@ -70,7 +68,7 @@ const fn compared(key: &'static str, name: &'static str, method: Method) -> Comp
 }
 
 impl MethodName {
-    /// Keys of a [`Beamform`] that only this method accepts.
+    /// Keys of [`Beamform`](crate::config::Beamform) that only this method accepts.
     pub fn takes(self) -> &'static [&'static str] {
         match self {
             MethodName::Das | MethodName::Mv => &[],
@@ -80,56 +78,8 @@ impl MethodName {
     }
 }
 
-impl Beamform {
-    /// The core's method.
-    pub fn core_method(&self) -> Method {
-        match (self.method, self.rank, self.power_steps) {
-            (MethodName::Das, ..) => Method::Das,
-            (MethodName::Mv, ..) => Method::Mv,
-            (MethodName::Esmv, Some(rank), _) => Method::EsmvRank(rank),
-            (MethodName::Esmv, None, _) => {
-                Method::EsmvBeta(self.beta.unwrap_or(default_beta()) as f32)
-            }
-            (MethodName::EsmvRank1, ..) if self.exclude_first => Method::EsmvExcludeFirst,
-            (MethodName::EsmvRank1, _, Some(steps)) => Method::EsmvRank1Steps(steps),
-            (MethodName::EsmvRank1, _, None) => Method::EsmvRank1,
-        }
-    }
-
-    /// The default with a method of the core.
-    pub fn of_method(method: Method) -> Self {
-        let mut section = Beamform::default();
-        section.method = match method {
-            Method::Das => MethodName::Das,
-            Method::Mv => MethodName::Mv,
-            Method::EsmvBeta(_) | Method::EsmvRank(_) => MethodName::Esmv,
-            _ => MethodName::EsmvRank1,
-        };
-        match method {
-            Method::EsmvBeta(beta) => section.beta = Some(plain(beta)),
-            Method::EsmvRank(rank) => section.rank = Some(rank),
-            Method::EsmvRank1Steps(steps) => section.power_steps = Some(steps),
-            Method::EsmvExcludeFirst => section.exclude_first = true,
-            Method::Das | Method::Mv | Method::EsmvRank1 => {}
-        }
-        section
-    }
-}
-
 /// Default β of ESMV if neither β nor a rank is given.
 pub fn default_beta() -> f64 {
     let row = Method::EsmvBeta(1.0).parameter();
     row.expect("a method with an argument").default
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_method_of_the_core_can_be_asked_for() {
-        for method in Method::EXAMPLES {
-            assert_eq!(Beamform::of_method(method).core_method(), method);
-        }
-    }
 }

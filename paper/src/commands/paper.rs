@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use crate::experiments::{ExperimentFilter, Job, Overrides, PAPER};
+use crate::experiments::all::PAPER;
+use crate::experiments::{ExperimentFilter, Job, Overrides};
 use crate::page;
 use crate::{Error, Result};
 use bonebeam_files::input::{self, cannot_be_opened};

@@ -6,8 +6,6 @@ mod image;
 mod phase_symmetry;
 mod surface;
 
-pub(crate) use core::plain;
-
 pub use beamform::{
     Beamform, DELAY, Interpolation, LineKind, Preset, RfInterpolation, TransmitWeights,
 };

@@ -1,5 +1,6 @@
 //! Parameters of delay and beamformer.
 
+mod method;
 mod validate;
 
 use std::ops::Range;
