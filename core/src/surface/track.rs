@@ -85,7 +85,7 @@ const NEVER: i32 = -(1 << 23);
 /// let mut line = [100; 300];
 /// line[118..122].fill(250);
 /// line[122..].fill(10);
-/// let levels = Levels { dark: 160, tissue: 1600 };
+/// let levels = Levels { dark: 160, tissue: 1600, bright: 4000 };
 /// let mut depths = vec![];
 /// for _ in 0..12 {
 ///     // Nothing for five lines, then what the sixth line before has.
