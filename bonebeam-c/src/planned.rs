@@ -172,10 +172,7 @@ impl Over {
     }
 
     /// Bytes of vectors' memory, without the gains in tables.
-    pub(crate) fn bytes(
-        beamformer: beamform::Sizes,
-        image: Sizes,
-    ) -> usize {
+    pub(crate) fn bytes(beamformer: beamform::Sizes, image: Sizes) -> usize {
         if LANES == 1 {
             return 0;
         }

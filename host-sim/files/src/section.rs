@@ -1,6 +1,6 @@
 //! Sections of the configuration: a key is stated once for files, flags and Python.
 //!
-//! [`section!`](crate::section) makes a struct of rows. A row has the documentation, which is the flag's help, the type,
+//! [`section!`](crate::section!) makes a struct of rows. A row has the documentation, which is the flag's help, the type,
 //! the default, and a [`Row`] with the rest. The heading above rows groups the flags of `--help`, and names the data that
 //! they affect. [`Section::keys`] lists the keys, from which the command makes flags, and Python its keywords.
 
@@ -443,7 +443,7 @@ pub fn of_core(name: &str) -> Option<Parameter> {
     Parameters::TABLE.into_iter().find(|row| row.name == name)
 }
 
-/// A section of the configuration, made by [`section!`](crate::section).
+/// A section of the configuration, made by [`section!`](crate::section!).
 pub trait Section: Default + Clone + PartialEq + 'static {
     /// Its name in a file.
     const NAME: &'static str;
@@ -500,7 +500,7 @@ pub trait Section: Default + Clone + PartialEq + 'static {
     }
 }
 
-/// A struct of keys, as a section of the configuration: see the [module](crate::section).
+/// A struct of keys, as a section of the configuration: see the [module](mod@crate::section).
 ///
 /// ```
 /// use bonebeam_files::section::{Section, row};

@@ -36,7 +36,6 @@ const NEED: Need = match PARAMETERS.need_over(LANES) {
 };
 
 const SIZES: Sizes = Sizes {
-    covariance: Covariance::ForwardBackward,
     rows: PARAMETERS.rows,
     columns: PARAMETERS.columns,
     strip: PARAMETERS.strip,

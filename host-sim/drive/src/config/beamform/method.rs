@@ -24,12 +24,15 @@ impl Beamform {
 
     /// The default with a method of the core.
     pub fn of_method(method: Method) -> Self {
-        let mut section = Beamform::default();
-        section.method = match method {
+        let name = match method {
             Method::Das => MethodName::Das,
             Method::Mv => MethodName::Mv,
             Method::EsmvBeta(_) | Method::EsmvRank(_) => MethodName::Esmv,
             _ => MethodName::EsmvRank1,
+        };
+        let mut section = Beamform {
+            method: name,
+            ..Beamform::default()
         };
         match method {
             Method::EsmvBeta(beta) => section.beta = Some(plain(beta)),
