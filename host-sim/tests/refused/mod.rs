@@ -50,7 +50,7 @@ fn usage() -> i32 {
 enum Row {
     Flags(Vec<String>),
     Spoilt {
-        spoilt: Contents,
+        spoilt: Box<Contents>,
         #[serde(default)]
         flags: String,
         words: Vec<String>,

@@ -415,7 +415,7 @@ impl Workspace<'_> {
         let mut parts = Vec::new();
         for frames in match in_parts {
             Some(_) => in_memory(frames, oldest, held),
-            None => vec![0..held],
+            None => std::iter::once(0..held).collect(),
         } {
             let part = in_parts.is_some().then_some((2, frames));
             match self.source.samples(buffer, part)? {
@@ -490,9 +490,9 @@ fn in_memory(frames: Range<usize>, oldest: usize, held: usize) -> Vec<Range<usiz
         frames.end.min(held) + oldest,
     );
     match (start >= held, end > held) {
-        (true, _) => vec![start - held..end.max(start) - held],
+        (true, _) => std::iter::once(start - held..end.max(start) - held).collect(),
         (false, true) => vec![start..held, 0..end - held],
-        (false, false) => vec![start..end],
+        (false, false) => std::iter::once(start..end).collect(),
     }
 }
 
