@@ -14,7 +14,7 @@ enum { ELEMENTS = 16, RECORD = 384, LINES = 64, SIDE = 64 };
 #ifdef __aarch64__
 static alignas(BONEBEAM_ALIGN) unsigned char memory[281536];
 #else
-static alignas(BONEBEAM_ALIGN) unsigned char memory[202432];
+static alignas(BONEBEAM_ALIGN) unsigned char memory[202560];
 #endif
 static float rf[ELEMENTS][RECORD];
 
