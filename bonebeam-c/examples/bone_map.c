@@ -12,7 +12,7 @@ enum { ELEMENTS = 16, RECORD = 384, LINES = 64, SIDE = 64 };
 
 /* bonebeam_frame_bytes on a workstation gives this number, and on AArch64, with vectors, the other. */
 #ifdef __aarch64__
-static alignas(BONEBEAM_ALIGN) unsigned char memory[281536];
+static alignas(BONEBEAM_ALIGN) unsigned char memory[281664];
 #else
 static alignas(BONEBEAM_ALIGN) unsigned char memory[202560];
 #endif
