@@ -134,7 +134,7 @@ def test_what_is_refused_is_told(picture, lines):
         ({"source": picture, "pixel_size": PIXEL, "absence": 100.0}, "`absence`.*-64 to 64"),
         ({"source": lines, "search_end": 1e-3}, "`search_end`.*`search_start`"),
         ({"source": picture, "pixel_size": PIXEL, "fan": (0, 0, 2.0, 1.0, -1, 1)}, "`fan`.*0 <= BEGIN < END"),
-        ({"source": picture[:60], "pixel_size": PIXEL}, "end of the lines"),
+        ({"source": picture[:30], "pixel_size": PIXEL}, "end of the lines"),
         ({"source": picture[0], "pixel_size": PIXEL}, "expected .row, column."),
     ]:
         with pytest.raises(ValueError, match=words):
