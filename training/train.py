@@ -188,8 +188,7 @@ def main():
     inputs, labels, weights = (part[chosen] for part in data)
     network = Network(inputs, labels, weights / weights.mean(), seed=1)
     print(f"{len(data[1])} echoes, {100 * data[1].mean():.2f} % on bone")
-    commit = subprocess.run(["git", "describe", "--always", "--dirty"], cwd=ROOT, capture_output=True, text=True)
-    note = f"{arguments.count} drawn pictures of seed {arguments.seed}, at {commit.stdout.strip()}."
+    note = f"{arguments.count} pictures of seed {arguments.seed} that `bonebeam-draw` draws at the commit that added these weights."
     results = [judged(network, picture) for picture in held]
     print("drawn, held out:", *table(results), sep="\n")
     a, b = confidence([row for result in results for row in result.margins])
