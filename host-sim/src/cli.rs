@@ -10,8 +10,8 @@ use crate::commands::bench;
 #[cfg(not(feature = "bench"))]
 use crate::commands::bench_left_out as bench;
 use crate::commands::{
-    beamform, completions, convert, elsewhere, golden, info, main_job, phase_symmetry, simulate,
-    surface, verify,
+    beamform, check, completions, convert, elsewhere, golden, info, main_job, phase_symmetry,
+    simulate, surface, verify,
 };
 use crate::provenance::PROGRAM;
 use crate::{Error, Result};
@@ -48,6 +48,7 @@ enum Command {
     /// Tune beamformer, image and bone-surface detector together, on simulated bones
     Tune(elsewhere::Arguments),
     Info(Box<info::Arguments>),
+    Check(check::Arguments),
     Convert(convert::Arguments),
     Verify(verify::Arguments),
     Golden(golden::Arguments),
@@ -74,6 +75,7 @@ Examples:
   host-sim surface scan.png --pixel-size 0.0001 -o surface.csv --image surface.png
   host-sim tune -o tuned
   host-sim info recording.hdf5
+  host-sim check recording.hdf5
   host-sim convert recording.uff -o recording.npz
   host-sim beamform --help";
 
@@ -123,6 +125,7 @@ fn dispatch(cli: Cli) -> Result<()> {
         Some(Command::Tune(_) | Command::Paper(_)) => Ok(()),
         Some(Command::Simulate(arguments)) => simulate::run(*arguments),
         Some(Command::Info(arguments)) => info::run(*arguments),
+        Some(Command::Check(arguments)) => check::run(&arguments),
         Some(Command::Convert(arguments)) => convert::run(arguments),
         Some(Command::Verify(arguments)) => verify::run(arguments),
         Some(Command::Golden(arguments)) => golden::run(&arguments),
