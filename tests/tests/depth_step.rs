@@ -3,82 +3,21 @@
 use crate::common;
 
 use bonebeam::beamform::Parameters;
-use bonebeam::covariance::Covariance;
 use bonebeam::delay::Record;
-use bonebeam::geometry::Active;
 use bonebeam::image::{DepthInterpolation, Pooling, envelope};
 use bonebeam::memory::Scratch;
 use bonebeam::pipeline::{self, DepthGate, Frame, Pipeline};
-use bonebeam::simd::InstructionSet;
 use bonebeam::{Complex, Error};
-use bonebeam_drive::beamform::Plan;
 use bonebeam_drive::pipeline::Frames;
 use bonebeam_oracle::reference::f64::depth_interpolation as exact;
+use bonebeam_tests::kernel::bits;
 use common::frames::{ELEMENTS, LINES, PARAMETERS, focused, record, with_source};
-use common::lines::{Line, core_within, stacked, widen};
+use common::lines::{Line, widen};
 use std::f64::consts::{LN_2, TAU};
-
-fn bits(z: &[Complex<f32>]) -> Vec<[u32; 2]> {
-    z.iter().map(|z| [z.re.to_bits(), z.im.to_bits()]).collect()
-}
 
 /// Every `step`-th number.
 fn every(z: &[Complex<f32>], step: usize) -> Vec<Complex<f32>> {
     z.iter().step_by(step).copied().collect()
-}
-
-/// An aperture that is empty at first.
-///
-/// It changes at samples that are no multiple of the depth step.
-fn growing(samples: usize) -> Vec<Active> {
-    let set = |n: usize| match n / 7 {
-        0 => Active { first: 0, count: 0 },
-        step => Active {
-            first: 2,
-            count: (3 + 2 * step).min(20),
-        },
-    };
-    (0..samples).map(set).collect()
-}
-
-/// Lines that end at different samples, so that lanes do too.
-fn lines() -> Vec<Line> {
-    let of = |k: usize| {
-        let mut line = Line::noise(60 + k as u64, 57 + k % 3, 24);
-        line.active = growing(57 + k % 3);
-        line
-    };
-    (0..9).map(of).collect()
-}
-
-/// Segments with any start, as within a range of samples.
-///
-/// The host's frame has the bits of single lines.
-#[test]
-fn a_range_of_samples_of_a_frame_has_the_samples_of_each_line() {
-    let lines: Vec<Line> = lines().into_iter().step_by(3).collect();
-    let active = |beam: usize, sample: usize| lines[beam].active[sample];
-    let x = stacked(&lines);
-    for depth_step in [1, 2, 3, 5] {
-        for temporal_half_window in [0, 1, 3] {
-            let parameters = Parameters {
-                depth_step,
-                temporal_half_window,
-                ..Parameters::default()
-            };
-            let covariance = Covariance::ForwardBackward;
-            for within in [0..57, 13..31, 20..21, 50..57] {
-                let plan = Plan::new(InstructionSet::detect(), parameters, 20).unwrap();
-                let plan = plan.within(within.clone());
-                let z = plan.run(x.view(), &active, &|_| {}).unwrap();
-                for (line, z) in lines.iter().zip(z.rows()) {
-                    let expected = core_within(line, within.clone(), parameters, covariance);
-                    let name = format!("{within:?} {parameters:?}");
-                    assert_eq!(bits(&z.to_vec()), bits(&expected), "{name}");
-                }
-            }
-        }
-    }
 }
 
 type Lines = Vec<Complex<f32>>;

@@ -20,7 +20,7 @@ fn lines(folder: &TempDir, recording: &str, flags: &str) -> BeamformedLines {
         folder,
         &format!("beamform {recording} -o lines.npz {flags}"),
     );
-    BeamformedLines::read(&folder.path().join("lines.npz")).unwrap()
+    folder.lines("lines.npz")
 }
 
 /// Every `step`-th sample of each line.

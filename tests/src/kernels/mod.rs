@@ -3,6 +3,7 @@
 pub mod beamform;
 pub mod coherence;
 pub mod delay;
+pub mod depth_interpolation;
 pub mod image;
 pub mod phase_symmetry;
 pub mod pipeline;
@@ -19,6 +20,7 @@ macro_rules! for_each_kernel {
             $crate::kernels::upsampled::Waves,
             $crate::kernels::beamform::Lines,
             $crate::kernels::image::Image,
+            $crate::kernels::depth_interpolation::Envelopes,
             $crate::kernels::scan::Apertures,
             $crate::kernels::surface::Frame,
             $crate::kernels::pipeline::Line,

@@ -54,8 +54,17 @@ impl Line {
                 demodulation_frequency: 5e6,
                 interpolation: Some(interpolation),
             };
-            let record =
-                IqRecord::new(IqSamples::Float(&self.samples), IqLayout::Planar, elements)?;
+            let part = |part: f32| (part * 300.0) as i16;
+            let counts: Vec<_> = self
+                .samples
+                .iter()
+                .map(|x| [part(x.re), part(x.im)])
+                .collect();
+            let samples = match interpolation {
+                IqInterpolation::LinearFixed => IqSamples::Counts(&counts, 0.25),
+                _ => IqSamples::Float(&self.samples),
+            };
+            let record = IqRecord::new(samples, IqLayout::Planar, elements)?;
             let pipeline = LinePipeline::of_iq(Scan::new(self.scan)?, input, self.beamformer)?;
             return work.run(self, &self.gated(pipeline)?, &record);
         }
@@ -229,6 +238,7 @@ impl Kernel for Line {
             IqInterpolation::Linear,
             IqInterpolation::Cubic,
             IqInterpolation::Sinc,
+            IqInterpolation::LinearFixed,
         ];
         let mut line = Line {
             scan,

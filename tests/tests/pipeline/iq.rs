@@ -46,17 +46,7 @@ fn a_frame_of_iq_has_the_hosts_bits_and_the_bone_where_it_is() {
     assert_eq!(lines.as_slice().unwrap(), z);
     assert_eq!(frames.run(&source).unwrap().as_slice().unwrap(), map);
 
-    let grid = pipeline.b_mode().parameters().grid;
-    for column in 16..48 {
-        let depth = surface(grid.column_axis().position(column));
-        for pixels in [&image, &map] {
-            let row = (0..64)
-                .max_by(|&a, &b| pixels[a * 64 + column].total_cmp(&pixels[b * 64 + column]))
-                .unwrap();
-            let error = grid.row_axis().position(row) - depth;
-            assert!(error.abs() < 0.3e-3, "column {column}: {error}");
-        }
-    }
+    assert_bone(&pipeline, [&image, &map]);
     let refused = Pipeline::of_iq(
         PARAMETERS_OF_IQ,
         IqInput {

@@ -130,21 +130,25 @@ fn the_hosts_frames_have_the_bits_of_the_cores() {
     assert_eq!(bones.as_slice().unwrap(), map);
 }
 
+/// Asserts that the brightest pixel of the middle columns is on the surface.
+fn assert_bone<D: Stage>(pipeline: &Pipeline<'_, D>, pictures: [&[f32]; 2]) {
+    let grid = pipeline.b_mode().parameters().grid;
+    for column in 16..48 {
+        let depth = surface(grid.column_axis().position(column));
+        for pixels in pictures {
+            let level = |row: &usize| pixels[row * 64 + column];
+            let row = (0..64).max_by(|a, b| level(a).total_cmp(&level(b)));
+            let error = grid.row_axis().position(row.unwrap()) - depth;
+            assert!(error.abs() < 0.3e-3, "column {column}: {error}");
+        }
+    }
+}
+
 #[test]
 fn the_bone_is_where_it_is() {
     let (_, image, map) = frame(PARAMETERS);
     let pipeline = Pipeline::new(PARAMETERS).unwrap();
-    let grid = pipeline.b_mode().parameters().grid;
-    for column in 16..48 {
-        let depth = surface(grid.column_axis().position(column));
-        for pixels in [&image, &map] {
-            let row = (0..64)
-                .max_by(|&a, &b| pixels[a * 64 + column].total_cmp(&pixels[b * 64 + column]))
-                .unwrap();
-            let error = grid.row_axis().position(row) - depth;
-            assert!(error.abs() < 0.3e-3, "column {column}: {error}");
-        }
-    }
+    assert_bone(&pipeline, [&image, &map]);
     // Above the surface the map is dark.
     assert!(map[..20 * 64].iter().all(|&ps| ps < 0.05));
 }
