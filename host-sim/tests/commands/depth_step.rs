@@ -1,6 +1,7 @@
 //! Lines by a depth step and by a preset.
 
-use super::{brightest, laws, point, run, write_aligned};
+use super::{brightest, laws, point, write_aligned};
+use crate::common::program::Folder;
 use bonebeam_files::BeamformedLines;
 use num_complex::Complex;
 use std::fs;
@@ -16,10 +17,7 @@ fn folder_with_point() -> TempDir {
 }
 
 fn lines(folder: &TempDir, recording: &str, flags: &str) -> BeamformedLines {
-    run(
-        folder,
-        &format!("beamform {recording} -o lines.npz {flags}"),
-    );
+    folder.works(&format!("beamform {recording} -o lines.npz {flags}"));
     folder.lines("lines.npz")
 }
 

@@ -302,7 +302,7 @@ fn the_number_of_threads_changes_no_byte() {
         ));
         assert_eq!(
             folder.bytes("1.npz"),
-            folder.bytes(format!("{threads}.npz")),
+            folder.bytes(&format!("{threads}.npz")),
         );
     }
 }
