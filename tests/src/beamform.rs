@@ -120,6 +120,18 @@ const POSTFILTERS: [Case; Postfilter::EXAMPLES.len() - 1] = {
     cases
 };
 
+/// Every method behind the seventh, named by its key.
+const FURTHER: [Case; Method::EXAMPLES.len() - 7] = {
+    let mut cases = [case("", Method::Mv); Method::EXAMPLES.len() - 7];
+    let mut i = 0;
+    while i < cases.len() {
+        let method = Method::EXAMPLES[i + 7];
+        cases[i] = case(method.key(), method);
+        i += 1;
+    }
+    cases
+};
+
 /// The cases behind those of the postfilters.
 const OTHERS: [Case; 18] = [
     case("das-hann", Method::Das).with(Apodization::Hann),
@@ -220,7 +232,8 @@ impl Memory {
 }
 
 pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Result<(), Error> {
-    for case in CASES.into_iter().chain(POSTFILTERS).chain(OTHERS) {
+    let cases = CASES.into_iter().chain(POSTFILTERS).chain(OTHERS);
+    for case in cases.chain(FURTHER) {
         let z = beamform(case, memory)?;
         report(case.name, hash::complex(z));
     }

@@ -2,10 +2,14 @@
 
 use bonebeam::Complex;
 use bonebeam::beamform::{Method, Parameters};
+use bonebeam::delay::Stage;
 use bonebeam::geometry::{Axis, Steering};
 use bonebeam::image::{Logarithm, Pooling};
+use bonebeam::pipeline::Pipeline;
 use bonebeam::simd::InstructionSet;
 use bonebeam_drive::beamform::Plan;
+use bonebeam_drive::pipeline::Frames;
+use bonebeam_drive::source::{LineSource, Recorded};
 use bonebeam_drive::threads::pool;
 use bonebeam_oracle::reference::f32 as plain;
 use bonebeam_oracle::reference::f64::coherence::short_lag_coherence;
@@ -13,10 +17,10 @@ use bonebeam_tests::draw::Seed;
 use bonebeam_tests::kernel::{Kernel, bits, judge, judge_seeds};
 use bonebeam_tests::kernels::delay::Input;
 use bonebeam_tests::kernels::{
-    beamform, coherence, delay, depth_interpolation, image, phase_symmetry, pipeline, scan,
+    beamform, coherence, delay, depth_interpolation, frame, image, phase_symmetry, pipeline, scan,
     surface, upsampled,
 };
-use ndarray::Array3;
+use ndarray::{Array2, Array3};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Frames of the host's driver have the bits of single lines, by any number of threads.
@@ -131,6 +135,12 @@ fn surfaces() {
 #[test]
 fn lines_of_a_pipeline() {
     check::<pipeline::Line>();
+}
+
+/// Over the host's threads, too: their lines, image and map.
+#[test]
+fn frames_of_a_pipeline() {
+    check::<frame::Frame>();
 }
 
 #[test]
@@ -296,6 +306,67 @@ impl Plain for surface::Frame {
 /// One of its ways is by the stages, which have their own references.
 impl Plain for pipeline::Line {
     const PLANS: u64 = 2000;
+}
+
+/// Lines, image and map of the host's threads.
+fn by_the_host<D: Stage + Sync>(
+    pipeline: &Pipeline<'_, D>,
+    source: &LineSource<'_>,
+    pooling: Pooling,
+) -> (Array2<Complex<f32>>, Array2<f32>, Array2<f32>) {
+    let mut frames = Frames::new(pipeline).expect("memory").with_pooling(pooling);
+    let lines = frames.lines(source).expect("lines");
+    let image = frames.image(lines.view()).expect("an image");
+    let map = frames.run(source).expect("a map");
+    (lines, image, map)
+}
+
+impl Plain for frame::Frame {
+    const PLANS: u64 = 150;
+
+    fn exact(&self, numbers: &[f32]) {
+        let (parameters, line) = (self.parameters(0), &self.line);
+        let of_line = &|_: usize| 0..line.transmits.len();
+        let transmits: Vec<_> = line.transmits(&()).map(|(transmit, _)| transmit).collect();
+        let host = match line.input() {
+            Some(input) => line.with_iq(|record| {
+                let pipeline = line.gated_frame(Pipeline::of_iq(parameters, input)?)?;
+                let source = LineSource::Iq(Recorded {
+                    pipeline: pipeline.lines().by_reference(),
+                    transmits: &transmits,
+                    records: &vec![*record; transmits.len()],
+                    of_line,
+                });
+                Ok(by_the_host(&pipeline, &source, self.pooling))
+            }),
+            None => line.with_rf(|record| {
+                let pipeline = line.gated_frame(Pipeline::new(parameters)?)?;
+                let source = LineSource::Rf(Recorded {
+                    pipeline: pipeline.lines().by_reference(),
+                    transmits: &transmits,
+                    records: &vec![*record; transmits.len()],
+                    of_line,
+                });
+                Ok(by_the_host(&pipeline, &source, self.pooling))
+            }),
+        };
+        let (host, image, map) = host.expect("a frame");
+        let (lines, rest) = numbers.split_at(self.of_lines());
+        // The host's lines are `[sub-line][computed sample]`.
+        let (sub_lines, samples) = (line.beamformer.sub_lines, host.ncols());
+        for (n, z) in lines.as_chunks::<2>().0.iter().enumerate() {
+            let (sample, k) = (n / sub_lines % samples, n % sub_lines);
+            let host = host[[n / (sub_lines * samples) * sub_lines + k, sample]];
+            assert_eq!(*z, [host.re, host.im], "sample {sample}, sub-line {k}");
+        }
+        let pictures = image.iter().chain(&map).copied();
+        assert!(
+            rest.iter()
+                .copied()
+                .take(2 * frame::SIDE * frame::SIDE)
+                .eq(pictures)
+        );
+    }
 }
 
 /// The reference of shares is in f64: `coherence.rs`.

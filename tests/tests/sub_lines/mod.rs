@@ -3,7 +3,6 @@
 //! Also the consequences of their definition.
 
 mod directions;
-mod frames;
 
 use crate::common;
 
