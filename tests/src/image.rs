@@ -119,13 +119,6 @@ impl Memory {
     }
 }
 
-/// The pixels before the median, in the memory.
-#[cfg(feature = "lanes")]
-pub(crate) fn pixels(memory: &mut Memory) -> Result<&[f32], Error> {
-    run(memory, &mut |_, _| ())?;
-    Ok(&memory.image)
-}
-
 pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Result<(), Error> {
     let Memory {
         envelope: magnitudes,

@@ -9,7 +9,6 @@ use bonebeam::delay::{
     Record, ScanLine, Stage,
 };
 use bonebeam::geometry::{Active, Array, Element, Ray, Transmit, TransmitLaw};
-use bonebeam::simd::Vector;
 use bonebeam::{Complex, Error};
 
 use crate::delay;
@@ -91,17 +90,16 @@ pub(crate) fn run(
     of_rf: &mut delay::Memory,
     report: &mut impl FnMut(&str, u64),
 ) -> Result<(), Error> {
-    lines(0.0f32, &mut memory.scratch, &mut memory.x, report)?;
+    lines(&mut memory.scratch, &mut memory.x, report)?;
     let (scratch, x) = of_rf.slices();
-    rays(0.0f32, scratch, x, report)
+    rays(scratch, x, report)
 }
 
-/// I/Q by each reading, and counts. `scratch` has the length for the lanes of `V`.
-pub(crate) fn lines<V: Vector>(
-    zero: V,
+/// I/Q by each reading, and counts.
+fn lines(
     scratch: &mut [f32],
     x: &mut [Complex<f32>],
-    report: &mut dyn FnMut(&str, u64),
+    report: &mut impl FnMut(&str, u64),
 ) -> Result<(), Error> {
     let floats = IqRecord::new(
         IqSamples::Float(&SNAPSHOTS),
@@ -115,11 +113,11 @@ pub(crate) fn lines<V: Vector>(
             interpolation,
             ..PARAMETERS
         })?;
-        delay.line(zero, &line(), &floats, scratch, x)?;
+        delay.line(0.0f32, &line(), &floats, scratch, x)?;
         report(name, hash::complex(x));
     }
     let delay = IqDelay::new(PARAMETERS)?;
-    delay.line(zero, &line(), &counts, scratch, x)?;
+    delay.line(0.0f32, &line(), &counts, scratch, x)?;
     report("iq-counts", hash::complex(x));
     let delay = IqDelay::new(IqParameters {
         interpolation: IqInterpolation::LinearFixed,
@@ -135,18 +133,17 @@ pub(crate) fn lines<V: Vector>(
             transmit: Transmit::new(law, 0.1e-6),
             ..line()
         };
-        delay.line(zero, &line, &counts, scratch, x)?;
+        delay.line(0.0f32, &line, &counts, scratch, x)?;
         report(name, hash::complex(x));
     }
     Ok(())
 }
 
 /// RF along a ray of a convex array, from a converging and a compounded wave.
-pub(crate) fn rays<V: Vector>(
-    zero: V,
+fn rays(
     scratch: &mut [f32],
     x: &mut [Complex<f32>],
-    report: &mut dyn FnMut(&str, u64),
+    report: &mut impl FnMut(&str, u64),
 ) -> Result<(), Error> {
     let delay = Delay::new(delay::PARAMETERS)?;
     let elements = convex();
@@ -176,7 +173,7 @@ pub(crate) fn rays<V: Vector>(
             active: Active { first: 1, count: 6 },
             compounding,
         };
-        delay.line(zero, &line, &record, scratch, x)?;
+        delay.line(0.0f32, &line, &record, scratch, x)?;
         report(name, hash::complex(x));
     }
     Ok(())

@@ -11,16 +11,13 @@ use bonebeam::geometry::{Depth, Scan, ScanParameters};
 use bonebeam::memory::Scratch;
 use bonebeam::pipeline::LinePipeline;
 use bonebeam::{Complex, Error};
+use bonebeam_tests::kernel::bits;
 use common::frames::{
     DEMODULATION, ELEMENTS, PARAMETERS, counted, counts, focused, iq_input, iq_parameters, record,
 };
 
 /// 2⁸⁰.
 const LOUD: f32 = (1u128 << 80) as f32;
-
-fn bits(x: &[Complex<f32>]) -> Vec<[u32; 2]> {
-    x.iter().map(|x| [x.re.to_bits(), x.im.to_bits()]).collect()
-}
 
 /// A line by the pipeline with memory for `block` samples at a time.
 fn line_of<'r, D: Stage>(

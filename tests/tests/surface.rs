@@ -5,6 +5,8 @@ use bonebeam::geometry::Axis;
 use bonebeam::memory::Scratch;
 use bonebeam::surface::{Detector, Levels, Parameters, Point, Ramp, Settings, Survey, Tracker};
 use bonebeam_oracle::reference;
+use bonebeam_tests::draw::Seed;
+use bonebeam_tests::kernels::surface::settings as any_settings;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
@@ -216,42 +218,6 @@ fn a_shadow_is_black_or_far_below_the_tissue() {
     );
 }
 
-/// Settings of all kinds, near the usual ones.
-fn any_settings(rng: &mut ChaCha8Rng) -> Settings {
-    let usual = Settings::DEFAULT;
-    let mut ramp = |mut ramp: Ramp| {
-        ramp.weight = rng.random_range(-3.0..3.0);
-        ramp.centre += rng.random_range(-0.1..0.1);
-        ramp.width *= rng.random_range(0.7..2.0);
-        ramp
-    };
-    let terms = [usual.contrast, usual.level, usual.rest, usual.shadow];
-    let [contrast, level, rest, shadow] = terms.map(&mut ramp);
-    let coherence = ramp(usual.coherence);
-    Settings {
-        cell: rng.random_range(0.02e-3..0.2e-3),
-        contrast,
-        level,
-        rest,
-        shadow,
-        coherence,
-        margin: rng.random_range(0.0..1.0),
-        shadow_drop: rng.random_range(0.0..0.5),
-        shadow_black: rng.random_range(0.0..0.3),
-        rest_from: rng.random_range(0.0..3e-3),
-        rest_block: rng.random_range(0.0..2e-3),
-        near: [0.2e-3, rng.random_range(0.3e-3..2e-3)],
-        above: [0.1e-3, rng.random_range(0.2e-3..6e-3)],
-        absence: rng.random_range(-4.0..0.0),
-        end: rng.random_range(0.0..4.0),
-        jump: rng.random_range(0.0..20.0),
-        onset_weight: rng.random_range(0.0..2.0),
-        depths: [rng.random_range(0.0..5e-3), rng.random_range(10e-3..40e-3)],
-        learnt: rng.random(),
-        ..usual
-    }
-}
-
 /// Bound of a score's error.
 ///
 /// Means are truncated to 1/16 of a grey level, and the logarithm comes from a table.
@@ -274,13 +240,12 @@ fn bound(settings: &Settings, [near, far]: [f64; 2]) -> f64 {
 
 #[test]
 fn scores_stay_within_their_bound_of_the_f64_reference() {
-    let mut rng = ChaCha8Rng::seed_from_u64(5);
     for seed in 0..20 {
         let settings = Settings {
             cell: 0.06e-3,
             depths: [5e-3, f64::INFINITY],
             learnt: false,
-            ..any_settings(&mut rng)
+            ..any_settings(&mut Seed(seed), false)
         };
         let parameters = Parameters {
             settings,

@@ -378,6 +378,10 @@ impl Kernel for Lines {
         self.of_way(zero, way, memory, z)
     }
 
+    fn is_one_call(&self, way: usize) -> bool {
+        way == 0 && self.lines.len() == 1
+    }
+
     fn ways(&self) -> Vec<usize> {
         let gated = self.within != (0..self.counts.len());
         let mut ways = vec![];

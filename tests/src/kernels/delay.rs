@@ -48,8 +48,8 @@ pub struct Lines {
 /// A stage with its record.
 #[derive(Clone, Debug)]
 pub enum Input {
-    /// RF, `[element][sample]`.
-    Rf(Box<Delay>, Vec<f32>),
+    /// RF, `[element][sample]`, and whether the filter is made in f32.
+    Rf(Box<Delay>, Vec<f32>, bool),
     /// I/Q.
     Iq(IqDelay, Iq),
 }
@@ -91,9 +91,8 @@ impl Place {
         }
     }
 
-    /// An array of `elements` elements.
-    pub fn draw(draw: &mut impl Draw, wild: bool, elements: usize) -> Self {
-        let pitch = draw.number(wild, [1e-5, 2e-3]);
+    /// An array of some elements, at a pitch if it is even.
+    pub fn draw(draw: &mut impl Draw, wild: bool, (elements, pitch): (usize, f64)) -> Self {
         match draw.below(4) {
             0 => Place::Even(elements, pitch),
             1 => Place::Level((0..elements).map(|m| m as f64 * pitch).collect()),
@@ -203,7 +202,7 @@ impl Lines {
     /// Elements and samples of the output.
     pub fn shape(&self) -> [usize; 2] {
         match &self.input {
-            Input::Rf(stage, _) => [
+            Input::Rf(stage, ..) => [
                 stage.parameters().elements,
                 stage.parameters().output_samples,
             ],
@@ -292,12 +291,19 @@ impl Kernel for Lines {
                 draw.number(wild, [5e6, 60e6])
             };
         }
-        let place = Place::draw(draw, wild, elements);
+        let pitch = draw.number(wild, [1e-5, 2e-3]);
+        let place = Place::draw(draw, wild, (elements, pitch));
         let waves = (0..1 + draw.below(2)).map(|_| {
             let law = Law::draw(draw, wild, elements);
-            let ray = match draw.flag() {
-                true => Ray::down(draw.number(wild, [-3e-3, 3e-3])),
-                false => {
+            // On the grid of an even array, where the elements are in pairs, or anywhere.
+            let ray = match draw.below(4) {
+                0 => Ray::down(draw.below(2 * elements) as f64 * pitch / 2.0),
+                1 => {
+                    let half = draw.below(2 * elements) as f64 - (elements as f64 - 1.0);
+                    Ray::down(half * pitch / 2.0)
+                }
+                2 => Ray::down(draw.number(wild, [-3e-3, 3e-3])),
+                _ => {
                     let mut at = |usual| draw.number(wild, usual);
                     Ray::new(at([-3e-3, 3e-3]), at([-3e-3, 3e-3]), at([-0.6, 0.6]))
                 }
@@ -322,7 +328,7 @@ impl Kernel for Lines {
         let block = 1 + draw.below(output_samples);
         let input = match iq {
             false => {
-                let stage = stage(DelayParameters {
+                let mut stage = stage(DelayParameters {
                     sound_speed,
                     sampling_rate,
                     centre_frequency,
@@ -333,9 +339,14 @@ impl Kernel for Lines {
                     record_samples,
                     hilbert_taps: 1 + draw.below(40),
                 })?;
+                let in_f32 = draw.once_in(8);
+                if in_f32 {
+                    let parameters = *stage.parameters();
+                    stage.set_in_f32(parameters)?;
+                }
                 let rf = draw.record(elements * record_samples);
                 Record::new(&rf, elements)?;
-                Input::Rf(Box::new(stage), rf)
+                Input::Rf(Box::new(stage), rf, in_f32)
             }
             true => {
                 let interpolation = draw.one_of(&[
@@ -392,7 +403,7 @@ impl Kernel for Lines {
     fn need(&self, lanes: usize, way: usize) -> [Need; 2] {
         let samples = if way == 0 { self.shape()[1] } else { way };
         let need = match &self.input {
-            Input::Rf(stage, _) => Stage::need(&**stage, lanes, samples),
+            Input::Rf(stage, ..) => Stage::need(&**stage, lanes, samples),
             Input::Iq(stage, _) => Stage::need(stage, lanes, samples),
         };
         [need, Need::default()]
@@ -412,7 +423,7 @@ impl Kernel for Lines {
     ) -> Result<(), Error> {
         let [elements, _] = self.shape();
         match &self.input {
-            Input::Rf(stage, rf) => {
+            Input::Rf(stage, rf, _) => {
                 let record = Record::new(rf, elements)?;
                 run(zero, self, (&**stage, &record), way, scratch.real, out)
             }
@@ -420,6 +431,10 @@ impl Kernel for Lines {
                 run(zero, self, (stage, record), way, scratch.real, out)
             }),
         }
+    }
+
+    fn is_one_call(&self, way: usize) -> bool {
+        way == 0 && self.waves.len() == 1
     }
 
     fn ways(&self) -> Vec<usize> {

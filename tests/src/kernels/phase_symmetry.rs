@@ -29,8 +29,8 @@ pub struct Map {
     pub image: Vec<f32>,
 }
 
-/// The way in one memory; over one lane whatever the instruction set.
-const IN_ONE_MEMORY: usize = usize::MAX;
+/// The ways in one memory, over one lane whatever the instruction set: gains on the fly, and from tables.
+const IN_ONE_MEMORY: [usize; 2] = [usize::MAX, usize::MAX - 1];
 
 impl Map {
     fn bank(&self, strip: usize) -> Result<PhaseSymmetry, Error> {
@@ -61,7 +61,11 @@ impl Kernel for Map {
     type Number = f32;
 
     fn draw(draw: &mut impl Draw) -> Result<Self, Error> {
-        let shape = draw.one_of(&[[64, 64], [64, 64], [64, 64], [64, 64], [64, 128], [128, 64]]);
+        let shape = match draw.byte() {
+            0..160 => [64, 64],
+            160..240 => draw.one_of(&[[64, 128], [128, 64], [128, 128]]),
+            _ => draw.one_of(&[[64, 512], [256, 64], [1024, 64]]),
+        };
         let wild = draw.once_in(4);
         let scales = (0..1 + draw.below(3)).map(|_| draw.number(wild, [1.0 / 1024.0, 0.5]));
         let scales = scales.collect();
@@ -89,7 +93,7 @@ impl Kernel for Map {
 
     fn need(&self, _: usize, way: usize) -> [Need; 2] {
         let sizes = self.sizes(way);
-        if way == IN_ONE_MEMORY {
+        if IN_ONE_MEMORY.contains(&way) {
             return [sizes.map_need(), Need::default()];
         }
         [
@@ -113,10 +117,21 @@ impl Kernel for Map {
         out: &mut [f32],
     ) -> Result<(), Error> {
         let sizes = self.sizes(way);
-        if way == IN_ONE_MEMORY {
-            let gains = LogGabor::fixed();
-            self.bank(1)?
-                .map(&gains, &self.image, numbers, out, &mut |_| {})?;
+        if IN_ONE_MEMORY.contains(&way) {
+            let (bank, filters) = (self.bank(1)?, LogGabor::fixed());
+            let mut done = 0;
+            let step = &mut |steps| {
+                done += 1;
+                assert_eq!(steps, done);
+            };
+            if way == IN_ONE_MEMORY[0] {
+                bank.map(&filters, &self.image, numbers, out, step)?;
+            } else {
+                let memory = vec![f32::NAN; bank.gain_tables_len()];
+                let tables = GainTables::new(&filters, &bank.by_columns(), memory)?;
+                bank.map(&tables, &self.image, numbers, out, step)?;
+            }
+            assert_eq!(done, bank.map_steps());
         } else {
             let bank = self.bank(sizes.strip)?;
             // The second way has its gains in tables.
@@ -164,6 +179,6 @@ impl Kernel for Map {
     }
 
     fn ways(&self) -> Vec<usize> {
-        vec![self.strips[1], IN_ONE_MEMORY]
+        vec![self.strips[1], IN_ONE_MEMORY[0], IN_ONE_MEMORY[1]]
     }
 }

@@ -24,9 +24,14 @@ pub struct Frame {
     pub coherence: Option<Vec<u8>>,
 }
 
-/// A ramp's weight, centre and width from usual ranges.
-fn settings(draw: &mut impl Draw, wild: bool) -> Settings {
-    let mut settings = draw.one_of(&[Settings::DEFAULT, Settings::PICTURE, Settings::COHERENCE]);
+/// Settings of all kinds, near the usual ones unless `wild`.
+pub fn settings(draw: &mut impl Draw, wild: bool) -> Settings {
+    let mut settings = draw.one_of(&[
+        Settings::DEFAULT,
+        Settings::PICTURE,
+        Settings::COHERENCE,
+        Settings::LEARNT,
+    ]);
     let mut at = |usual| draw.number(wild, usual);
     let far = at([1e-2, 4e-2]);
     settings.depths = [

@@ -67,7 +67,8 @@ impl Kernel for Waves {
             record_samples,
             hilbert_taps: 1 + draw.below(20),
         })?;
-        let place = Place::draw(draw, wild, elements);
+        let pitch = draw.number(wild, [1e-5, 2e-3]);
+        let place = Place::draw(draw, wild, (elements, pitch));
         let waves = (0..1 + draw.below(3)).map(|_| {
             (
                 Law::draw(draw, wild, elements),

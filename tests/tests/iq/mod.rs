@@ -17,6 +17,7 @@ use bonebeam::geometry::{
 use bonebeam::simd::Vector;
 use bonebeam::{Complex, Error};
 use bonebeam_oracle::reference;
+use common::assert_same_bits;
 use common::tolerances::{DELAYED_PULSE_20_MHZ, DELAYED_PULSE_40_MHZ};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
@@ -126,14 +127,6 @@ fn line_into<V: Vector>(
     let delay = IqDelay::new(*p).unwrap();
     let mut scratch = vec![f32::NAN; p.need(V::LANES).real];
     delay.line(zero, line, record, &mut scratch, out).unwrap();
-}
-
-fn assert_same_bits(left: &[Complex<f32>], right: &[Complex<f32>], what: &str) {
-    assert_eq!(left.len(), right.len());
-    for (index, (a, b)) in left.iter().zip(right).enumerate() {
-        let same = a.re.to_bits() == b.re.to_bits() && a.im.to_bits() == b.im.to_bits();
-        assert!(same, "{what}: {a} and {b} at {index}");
-    }
 }
 
 /// Envelope of a Gaussian pulse with this bandwidth at −6 dB, Hz.

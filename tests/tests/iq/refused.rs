@@ -3,17 +3,19 @@
 use super::*;
 use common::refused::refused;
 
+/// What a stage of changed parameters is refused for.
+pub fn refused_name(mut p: IqParameters, change: fn(&mut IqParameters)) -> &'static str {
+    change(&mut p);
+    match IqDelay::new(p) {
+        Err(Error::Parameter { name, .. } | Error::Capacity { name, .. }) => name,
+        other => panic!("{other:?}"),
+    }
+}
+
 #[test]
 fn what_is_wrong_is_named() {
     let good = parameters(10e6, 100, IqInterpolation::Cubic);
-    let name = |change: fn(&mut IqParameters)| {
-        let mut p = good;
-        change(&mut p);
-        match IqDelay::new(p) {
-            Err(Error::Parameter { name, .. } | Error::Capacity { name, .. }) => name,
-            other => panic!("{other:?}"),
-        }
-    };
+    let name = |change| refused_name(good, change);
     assert_eq!(name(|p| p.sound_speed = 0.0), "sound_speed");
     assert_eq!(name(|p| p.sampling_rate = f64::NAN), "sampling_rate");
     assert_eq!(name(|p| p.output_rate = -1.0), "output_rate");

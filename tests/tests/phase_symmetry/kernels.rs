@@ -43,33 +43,6 @@ fn the_transform_over_lanes_gives_microffts_numbers() {
     }
 }
 
-#[test]
-fn gains_from_tables_have_the_bits_of_those_on_the_fly() {
-    for (rows, columns, strip) in [(64, 64, 16), (64, 128, 7), (256, 64, 64)] {
-        let bank = bank(rows, columns, &FIVE, 1.0, strip).unwrap();
-        let mut memory = core::LogGaborTables::new();
-        let filters = core::LogGabor::new(&mut memory);
-        let length = bank.gain_tables_len();
-        let tables = core::GainTables::new(&filters, &bank, vec![0.0; length]).unwrap();
-        let nyquist = columns / 2;
-        for mirrored in [false, true] {
-            let ends = if mirrored { 1..nyquist } else { 0..nyquist + 1 };
-            for (first, filter) in ends.flat_map(|k| (0..30).map(move |filter| (k, filter))) {
-                let group = core::LaneColumns {
-                    first,
-                    lanes: 1,
-                    mirrored,
-                };
-                let (mut a, mut b) = (vec![f32::NAN; rows], vec![f32::NAN; rows]);
-                filters.fill(&bank, filter, group, &mut a);
-                tables.fill(&bank, filter, group, &mut b);
-                let same = a.iter().zip(&b).all(|(a, b)| a.to_bits() == b.to_bits());
-                assert!(same, "{group:?}, filter {filter} of {rows}x{columns}");
-            }
-        }
-    }
-}
-
 /// No columns, columns outside any strip, a missing filter: the gains stay.
 #[test]
 fn gains_that_the_bank_does_not_have_are_left() {

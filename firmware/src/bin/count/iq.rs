@@ -6,6 +6,7 @@ use bonebeam::delay::{
 };
 use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
 use bonebeam::{Complex, Error};
+use static_cell::ConstStaticCell;
 
 use crate::counter::Counter;
 use crate::report;
@@ -43,32 +44,28 @@ pub const PARAMETERS: IqParameters = IqParameters {
 const SCRATCH: usize = PARAMETERS.need(1).real;
 
 /// The memory of the cases.
-pub struct Workspaces {
+struct Workspaces {
     counts: [[i16; 2]; ELEMENTS * RECORD],
     scratch: [f32; SCRATCH],
     out: [Complex<f32>; ELEMENTS * OUTPUTS],
 }
 
-impl Workspaces {
-    /// All zero.
-    pub const fn new() -> Self {
-        Workspaces {
-            counts: [[0; 2]; ELEMENTS * RECORD],
-            scratch: [0.0; SCRATCH],
-            out: [Complex::new(0.0, 0.0); ELEMENTS * OUTPUTS],
-        }
-    }
-}
+/// All zero.
+static WORKSPACES: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces {
+    counts: [[0; 2]; ELEMENTS * RECORD],
+    scratch: [0.0; SCRATCH],
+    out: [Complex::new(0.0, 0.0); ELEMENTS * OUTPUTS],
+});
 
 /// Counts every case; returns whether all stay within their bounds.
 ///
 /// The check of the record is included.
-pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error> {
+pub fn run(counter: &mut Counter) -> Result<bool, Error> {
     let Workspaces {
         counts,
         scratch,
         out,
-    } = workspaces;
+    } = WORKSPACES.take();
     for (n, count) in counts.iter_mut().enumerate() {
         let n = n as i32;
         *count = [

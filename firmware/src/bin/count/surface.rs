@@ -4,6 +4,7 @@ use bonebeam::Error;
 use bonebeam::geometry::Axis;
 use bonebeam::memory::{Memory, Need};
 use bonebeam::surface::{Detector, Levels, Parameters, Settings, Survey, Tracker};
+use static_cell::ConstStaticCell;
 
 use crate::counter::Counter;
 use crate::report;
@@ -32,26 +33,22 @@ const BOUND: u32 = 62;
 const SURVEY_BOUND: u32 = 22;
 
 /// The memory of the cases.
-pub struct Workspaces {
+struct Workspaces {
     memory: Memory<{ NEED.real }, 0>,
     line: [u8; SAMPLES],
 }
 
-impl Workspaces {
-    /// All zero.
-    pub const fn new() -> Self {
-        Workspaces {
-            memory: Memory::new(),
-            line: [0; SAMPLES],
-        }
-    }
-}
+/// All zero.
+static WORKSPACES: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces {
+    memory: Memory::new(),
+    line: [0; SAMPLES],
+});
 
 /// Counts onset and path together, and the frame's levels.
 ///
 /// The data are noise with a sloping bone.
-pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error> {
-    let Workspaces { memory, line } = workspaces;
+pub fn run(counter: &mut Counter) -> Result<bool, Error> {
+    let Workspaces { memory, line } = WORKSPACES.take();
     let detector = Detector::new(PARAMETERS)?;
     let mut state = 34u32;
     let mut next = |line: &mut [u8; SAMPLES], bone: usize| {
