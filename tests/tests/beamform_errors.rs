@@ -1,6 +1,7 @@
 //! The errors of the beamformer in words, before anything is put out, and its memory.
 
 use crate::common;
+use crate::common::changed;
 use bonebeam::Error;
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Segment, Sizes, Workspace};
 use bonebeam::covariance::Covariance;
@@ -157,7 +158,8 @@ fn a_subaperture_is_never_longer_than_its_aperture() {
 #[test]
 fn what_does_not_fit() {
     type Change = fn(&mut Parameters);
-    let run = |change: Change, active: fn(usize) -> Active, length: usize| {
+    type Aperture = fn(usize) -> Active;
+    let run = |change: Change, active: Aperture, length: usize| {
         let mut z = vec![Complex::I; length];
         let done = beamformer(change).line(&mut memory([6, 4, 1]).view(), line(), active, &mut z);
         assert!(done.is_ok() || z.iter().all(|z| *z == Complex::I));
@@ -184,7 +186,7 @@ fn what_does_not_fit() {
     ] {
         assert_refused(run(change, |_| set(0, 6), 5), words);
     }
-    let rows: [(fn(usize) -> Active, usize, &str); 6] = [
+    let rows: [(Aperture, usize, &str); 6] = [
         (|_| set(0, 6), 4, "length z 4 for 5"),
         (|_| set(0, 7), 5, "capacity active elements 7 over 6"),
         (|_| set(3, 6), 5, "parameter first element "),
@@ -355,10 +357,7 @@ fn das_and_samples_without_an_active_element_need_no_memory() {
     let sub_lines = 1;
     assert_eq!(
         das.sizes(8),
-        Sizes {
-            sub_lines,
-            ..Sizes::default()
-        }
+        changed(Sizes::default(), |s| s.sub_lines = sub_lines)
     );
     let mut z = [Complex::I; 5];
     assert_eq!(das.line(&mut view, line(), |_| set(0, 8), &mut z), Ok(()));

@@ -1,7 +1,8 @@
 //! Every kernel on many plans: the bits of the f32 reference, in every way that the catalogue knows.
 
+use crate::common::changed;
 use bonebeam::Complex;
-use bonebeam::beamform::{Method, Parameters};
+use bonebeam::beamform::Method;
 use bonebeam::delay::Stage;
 use bonebeam::geometry::{Axis, Steering};
 use bonebeam::image::{Logarithm, Pooling};
@@ -212,10 +213,7 @@ impl Plain for beamform::Lines {
                 plain::beamform::beamform(
                     &x,
                     &active,
-                    &Parameters {
-                        method,
-                        ..parameters
-                    },
+                    &changed(parameters, |p| p.method = method),
                     covariance,
                 )
             };

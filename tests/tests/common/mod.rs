@@ -16,3 +16,9 @@ pub fn assert_same_bits(left: &[Complex<f32>], right: &[Complex<f32>], what: &st
         "{what}: other bits at {at:?}"
     );
 }
+
+/// A value with something changed.
+pub fn changed<T>(mut value: T, change: impl FnOnce(&mut T)) -> T {
+    change(&mut value);
+    value
+}

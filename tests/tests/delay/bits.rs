@@ -1,6 +1,7 @@
 //! The bits of the references, of constant stages and of every instruction set.
 
 use super::*;
+use crate::common::changed;
 
 #[test]
 fn a_stage_that_is_set_is_a_new_one() {
@@ -11,30 +12,13 @@ fn a_stage_that_is_set_is_a_new_one() {
     // Each stage from the one before: a change that keeps the filters, one that changes one of them, and one that
     // changes both.
     let all = [
-        DelayParameters {
-            sound_speed: 1580.0,
-            ..first
-        },
-        DelayParameters {
-            output_start: 1e-6,
-            output_samples: 31,
-            ..first
-        },
-        DelayParameters {
-            hilbert_taps: 3,
-            ..first
-        },
-        DelayParameters {
-            centre_frequency: 3e6,
-            ..first
-        },
+        changed(first, |p| p.sound_speed = 1580.0),
+        changed(first, |p| (p.output_start, p.output_samples) = (1e-6, 31)),
+        changed(first, |p| p.hilbert_taps = 3),
+        changed(first, |p| p.centre_frequency = 3e6),
         parameters(100e6, 20e6, 5, 400),
         parameters(20e6, 20e6, 5, 400),
-        DelayParameters {
-            hilbert_taps: 31,
-            output_rate: 30e6,
-            ..first
-        },
+        changed(first, |p| (p.hilbert_taps, p.output_rate) = (31, 30e6)),
     ];
     let mut delay = Delay::new(first).unwrap();
     for p in all {
@@ -42,18 +26,9 @@ fn a_stage_that_is_set_is_a_new_one() {
         assert_eq!(delay.parameters(), &p);
         // An error leaves everything unchanged, for any wrong parameter.
         for wrong in [
-            DelayParameters {
-                sound_speed: 0.0,
-                ..parameters(60e6, 20e6, 5, 400)
-            },
-            DelayParameters {
-                hilbert_taps: 0,
-                ..parameters(60e6, 20e6, 5, 400)
-            },
-            DelayParameters {
-                hilbert_taps: 4,
-                ..parameters(600e6, 20e6, 5, 400)
-            },
+            changed(parameters(60e6, 20e6, 5, 400), |p| p.sound_speed = 0.0),
+            changed(parameters(60e6, 20e6, 5, 400), |p| p.hilbert_taps = 0),
+            changed(parameters(600e6, 20e6, 5, 400), |p| p.hilbert_taps = 4),
         ] {
             delay.set(wrong).unwrap_err();
         }

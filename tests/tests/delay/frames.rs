@@ -1,6 +1,7 @@
 //! Frames of the host's driver.
 
 use super::*;
+use crate::common::changed;
 use bonebeam::simd::InstructionSet;
 
 /// Recorded noise of three transmits, for an array of nine elements.
@@ -33,10 +34,7 @@ fn frames_do_not_depend_on_the_threads_or_on_the_range_of_beams() {
     };
     for transmits in [focused, plane] {
         let data = recording(transmits);
-        let section = Beamform {
-            sub_lines: Some(1),
-            ..Beamform::default()
-        };
+        let section = changed(Beamform::default(), |b| b.sub_lines = Some(1));
         assert_frames_alike(DelayStage::new(&data, &section).unwrap());
     }
 }
