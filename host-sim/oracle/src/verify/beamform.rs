@@ -79,7 +79,7 @@ impl<A: Fn(usize, usize) -> Active + Sync> AlignedFrame<'_, A> {
                 reference::f32::beamform::beamform(&samples, &active, &parameters, self.covariance);
             Bits::complex(&z.row(beam).to_vec(), &expected)
         });
-        compared.reduce(Bits::default, Bits::add)
+        compared.reduce(Bits::default, Bits::plus)
     }
 
     /// Compares lines by several methods with the f64 reference, every `step`-th beam.
