@@ -1,6 +1,7 @@
 //! Properties of the core's beamformers for any data.
 
 use crate::common;
+use crate::common::changed;
 
 use bonebeam::Error;
 use bonebeam::beamform::{AlignedLine, Apodization, Method, Parameters, Postfilter};
@@ -85,10 +86,7 @@ fn averaging_parameters() -> impl Strategy<Value = Parameters> {
 
 /// The largest |z| of MV: the scale of every method's error.
 fn largest(line: &Line, parameters: Parameters, covariance: Covariance) -> f32 {
-    let parameters = Parameters {
-        method: Method::Mv,
-        ..parameters
-    };
+    let parameters = changed(parameters, |p| p.method = Method::Mv);
     let z = core(line, parameters, covariance);
     z.iter().map(|z| z.norm()).fold(0.0, f32::max)
 }

@@ -10,17 +10,16 @@ pub mod completions;
 pub mod convert;
 pub mod elsewhere;
 mod frames;
-pub mod golden;
 pub mod info;
 pub mod main_job;
 mod measures;
 pub mod phase_symmetry;
+pub mod register;
 pub mod simulate;
 pub mod surface;
 mod surface_files;
 mod surface_inputs;
 mod surface_mesh;
-pub mod verify;
 
 use std::env;
 use std::path::{Path, PathBuf};

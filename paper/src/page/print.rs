@@ -5,7 +5,7 @@ use plotters::prelude::*;
 use crate::experiments::outcome::{Coloured, Picture};
 use crate::{Error, Result};
 
-use bonebeam_report::page::axes::{Extent, Margins, axes, register_font};
+use bonebeam_report::page::axes::{Extent, Margins, axes};
 use bonebeam_report::page::bar::Bar;
 use bonebeam_report::page::colours::colour;
 
@@ -80,7 +80,6 @@ struct Sheet {
 impl Sheet {
     /// The axes of a picture, and a colour bar if there is one.
     fn new(picture: &Picture, bar: Option<&Bar<'_>>) -> Result<Self> {
-        register_font()?;
         let (rows, columns) = picture.pixels.dim();
         let dots = WIDTH.div_ceil(columns.max(1));
         let beside = MARGINS.left + (columns * dots) as u32 + MARGINS.margin[1];

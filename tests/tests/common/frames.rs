@@ -1,13 +1,12 @@
 //! The scan, the records and the lines of a small frame, by RF and by I/Q.
 
 use bonebeam::beamform::{self, Method};
-use bonebeam::delay::{IqInterpolation, IqLayout, IqRecord, IqSamples, Record};
+use bonebeam::delay::{IqInterpolation, IqLayout, IqSamples, Record};
 use bonebeam::geometry::{
     Array, Axis as Positions, Depth, Lines, ScanParameters, Transmit, TransmitLaw,
 };
 use bonebeam::memory::Need;
-use bonebeam::pipeline::{IqInput, Parameters, Pipeline};
-use bonebeam_drive::source::{LineSource, Recorded};
+use bonebeam::pipeline::{Input, IqInput, Parameters};
 
 pub const ELEMENTS: usize = 16;
 pub const LINES: usize = 40;
@@ -40,7 +39,7 @@ pub const PARAMETERS: Parameters = Parameters {
     block: usize::MAX,
 };
 /// Its memory.
-pub const NEED: Need = match PARAMETERS.need() {
+pub const NEED: Need = match PARAMETERS.need(Input::Rf, 1) {
     Ok(need) => need,
     Err(_) => panic!("the scan is not valid"),
 };
@@ -76,21 +75,6 @@ pub fn record(line: usize) -> Vec<f32> {
 
 pub fn focused() -> Transmit<'static> {
     Transmit::new(TransmitLaw::Focused, 0.0)
-}
-
-/// The host's source of the records of all lines, one record a line.
-pub fn with_source<T>(pipeline: &Pipeline, run: impl FnOnce(&LineSource<'_>) -> T) -> T {
-    let rf: Vec<Vec<f32>> = (0..LINES).map(record).collect();
-    let records: Vec<Record> = rf
-        .iter()
-        .map(|rf| Record::new(rf, ELEMENTS).unwrap())
-        .collect();
-    run(&LineSource::Rf(Recorded {
-        pipeline: pipeline.lines().by_reference(),
-        transmits: &[focused(); LINES],
-        records: &records,
-        of_line: &|line| line..line + 1,
-    }))
 }
 
 pub const DEMODULATION: f64 = 5.2e6;
@@ -144,8 +128,8 @@ pub fn counts(line: usize) -> Vec<[i16; 2]> {
     counts
 }
 
-pub fn counted(counts: &[[i16; 2]]) -> IqRecord<'_> {
-    IqRecord::new(
+pub fn counted(counts: &[[i16; 2]]) -> Record<'_> {
+    Record::iq(
         IqSamples::Counts(counts, 0.25),
         IqLayout::Interleaved,
         ELEMENTS,

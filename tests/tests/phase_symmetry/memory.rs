@@ -21,10 +21,7 @@ impl Strips {
     }
 
     fn slices(&mut self) -> core::StripSlices<'_, f32> {
-        let scratch = Scratch {
-            real: &mut self.real,
-            complex: &mut self.complex,
-        };
+        let scratch = Scratch::new(&mut self.real, &mut self.complex);
         core::StripSlices::new(self.sizes, scratch).unwrap()
     }
 }
@@ -133,40 +130,6 @@ fn fast_memory_is_worked_on_where_it_lies_and_gives_the_same_bits() {
     assert_eq!(spectrum.copied, sizes.spectrum_len());
     assert_eq!(filtered.copied, 0);
     assert_eq!([amplitude.copied, symmetry.copied], [128 * 64; 2]);
-}
-
-/// Makes a map in memory, and reports the finished steps.
-type Map<'a> = dyn Fn(Scratch<'_>, &mut [f32], &mut dyn FnMut(usize)) + 'a;
-
-/// Sizes with and without 64 points, gains of both kinds.
-///
-/// The steps are counted. The former contents of the memory have no effect.
-#[test]
-fn in_one_memory_a_map_has_the_same_bits() {
-    for (rows, columns) in [(64, 64), (64, 128), (256, 64), (128, 128)] {
-        let image = test_image(rows, columns, 7);
-        let expected = bits(&in_core(&image, &THREE, 3.0));
-        let bank = bank(rows, columns, &THREE, 3.0, 5).unwrap();
-        let filters = core::LogGabor::fixed();
-        let tables = vec![0.0; bank.gain_tables_len()];
-        let tables = core::GainTables::new(&filters, &bank.by_columns(), tables).unwrap();
-        let need = bank.sizes().map_need();
-        let map = |gains: &Map<'_>| {
-            let scratch = Scratch {
-                real: &mut vec![f32::NAN; need.real],
-                complex: &mut vec![Complex::new(f32::NAN, f32::NAN); need.complex],
-            };
-            let mut map = vec![f32::NAN; rows * columns];
-            let mut heard = Vec::new();
-            gains(scratch, &mut map, &mut |done| heard.push(done));
-            assert!((1..=bank.map_steps()).eq(heard), "{rows}x{columns}");
-            let map = Array2::from_shape_vec((rows, columns), map).expect("the image's size");
-            assert!(bits(&map) == expected, "{rows}x{columns}");
-        };
-        let image = image.as_slice().expect("row-major");
-        map(&|scratch, map, heard| bank.map(&filters, image, scratch, map, heard).unwrap());
-        map(&|scratch, map, heard| bank.map(&tables, image, scratch, map, heard).unwrap());
-    }
 }
 
 #[test]

@@ -3,7 +3,6 @@
 //! Also the consequences of their definition.
 
 mod directions;
-mod frames;
 
 use crate::common;
 
@@ -13,6 +12,7 @@ use bonebeam::covariance::Covariance;
 use bonebeam::geometry::{Active, Array, Axis, Depth, Lines, Scan, ScanParameters, Steering};
 use bonebeam_drive::beamform::Memory;
 use bonebeam_oracle::reference::f64::beamform::Sample;
+use bonebeam_tests::kernel::bits;
 use common::lines::{COVARIANCES, Line, METHODS, core, widen};
 use common::refused::refused;
 use num_complex::Complex;
@@ -75,10 +75,6 @@ fn sub_lines(
         )
         .expect("a line that fits");
     z
-}
-
-fn bits(z: &[Complex<f32>]) -> Vec<(u32, u32)> {
-    z.iter().map(|z| (z.re.to_bits(), z.im.to_bits())).collect()
 }
 
 #[test]
@@ -232,11 +228,6 @@ fn what_does_not_fit_is_refused() {
         sub_lines,
         ..Parameters::default()
     };
-    for sub_lines in [0, 3, 5, 33, 64, usize::MAX] {
-        let value = sub_lines as f64;
-        let expected = format!("parameter sub_lines {value}: 1, 2, 4, 8, 16 or 32");
-        assert_eq!(refused(Beamformer::new(of(sub_lines))), expected);
-    }
     let line = Line::noise(1, 6, 8);
     let scan = linear(8, 6);
     let beamformer = Beamformer::new(of(4)).expect("valid parameters");
@@ -252,7 +243,7 @@ fn what_does_not_fit_is_refused() {
         let sizes = Beamformer::new(of(sizes_for)).expect("valid").sizes(8);
         let mut memory = Memory::new(0.0, sizes).expect("memory");
         let mut z = vec![Complex::ZERO; length];
-        let all = |_| Active { first: 0, count: 8 };
+        let all = |_| Active::new(0, 8);
         let x = line.x.as_slice().expect("in order");
         let line = AlignedLine::new(&x[..samples * 8], 8).expect("finite");
         beamformer.sub_lines(&mut memory.view(), (line, steering), all, &mut z)

@@ -79,7 +79,7 @@ impl<A: Fn(usize, usize) -> Active + Sync> AlignedFrame<'_, A> {
                 reference::f32::beamform::beamform(&samples, &active, &parameters, self.covariance);
             Bits::complex(&z.row(beam).to_vec(), &expected)
         });
-        compared.reduce(Bits::default, Bits::add)
+        compared.reduce(Bits::default, Bits::plus)
     }
 
     /// Compares lines by several methods with the f64 reference, every `step`-th beam.
@@ -253,11 +253,7 @@ pub fn core_weights(
     let beamformer = Beamformer::new(parameters)?;
     let mut memory = Memory::new(0.0, beamformer.sizes(active.count))?;
     let mut weights = vec![Complex::ZERO; active.count];
-    let segment = Segment {
-        line,
-        first_element: active.first,
-        first_sample: sample,
-    };
+    let segment = Segment::new(line, active.first, sample);
     let count = beamformer.weights(&mut memory.view(), &segment, active.count, &mut weights)?;
     weights.truncate(count);
     Ok(weights)

@@ -5,8 +5,8 @@ use crate::experiments::Outcome;
 use crate::experiments::common::beamformers::{Paper, comparison, curves};
 use crate::experiments::common::pictures::scales;
 use crate::experiments::outcome::{Comparison, Gallery, Plot, Section, Table, data, number};
+use bonebeam_drive::check::Check;
 use bonebeam_drive::methods::COMPARED;
-use bonebeam_oracle::verify::Check;
 
 use super::measure::{PointMeasure, PointResult, SamplingResult};
 
