@@ -10,7 +10,8 @@ use crate::commands::bench;
 #[cfg(not(feature = "bench"))]
 use crate::commands::bench_left_out as bench;
 use crate::commands::{
-    beamform, completions, convert, elsewhere, info, main_job, phase_symmetry, simulate, surface,
+    beamform, completions, convert, elsewhere, info, main_job, phase_symmetry, register, simulate,
+    surface,
 };
 use crate::provenance::PROGRAM;
 use crate::{Error, Result};
@@ -44,6 +45,7 @@ enum Command {
     Beamform(Box<beamform::Arguments>),
     PhaseSymmetry(phase_symmetry::Arguments),
     Surface(Box<surface::Arguments>),
+    Register(Box<register::Arguments>),
     /// Tune beamformer, image and bone-surface detector together, on simulated bones
     Tune(elsewhere::Arguments),
     Info(Box<info::Arguments>),
@@ -73,6 +75,7 @@ Examples:
       --image ps.png
   host-sim surface channels.npz -o surface.csv --image surface.png
   host-sim surface scan.png --pixel-size 0.0001 -o surface.csv --image surface.png
+  host-sim register bone.ply ct.stl -o registered.ply --image residuals.png
   host-sim tune -o tuned
   host-sim info recording.hdf5
   host-sim convert recording.uff -o recording.npz
@@ -127,6 +130,7 @@ fn dispatch(cli: Cli) -> Result<()> {
         Some(Command::Beamform(arguments)) => beamform::run(*arguments),
         Some(Command::PhaseSymmetry(arguments)) => phase_symmetry::run(arguments),
         Some(Command::Surface(arguments)) => surface::run(*arguments),
+        Some(Command::Register(arguments)) => register::run(&arguments),
         Some(Command::Tune(_) | Command::Paper(_) | Command::Verify(_) | Command::Golden(_)) => {
             Ok(())
         }

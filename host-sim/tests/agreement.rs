@@ -79,10 +79,7 @@ fn flags_give_the_lines_of_their_parameters() {
     };
     let path = folder.path().join("delayed.npz");
     data.write(&path).expect("aligned data");
-    let all = |_, _| Active {
-        first: 0,
-        count: ELEMENTS,
-    };
+    let all = |_, _| Active::new(0, ELEMENTS);
     let windows = [0, 2, 10].map(|temporal_half_window| Parameters {
         temporal_half_window,
         ..Parameters::default()

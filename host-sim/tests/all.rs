@@ -23,5 +23,6 @@ mod in_place;
 mod main_job;
 #[cfg(unix)]
 mod refused;
+mod register;
 mod resumed;
 mod surface;

@@ -259,13 +259,7 @@ fn beamform(case: Case, memory: &mut Memory) -> Result<&[Complex<f32>], Error> {
     let (z, _) = memory
         .z
         .split_at_mut(beamformer.line_samples(SAMPLES) * sub_lines);
-    let (growing, all) = (
-        growing()?,
-        Active {
-            first: 0,
-            count: ELEMENTS,
-        },
-    );
+    let (growing, all) = (growing()?, Active::new(0, ELEMENTS));
     let active = |n| if case.grows { growing(n) } else { all };
     match sub_lines {
         1 if case.gated => beamformer.line_within(workspace, line, active, GATE, z)?,

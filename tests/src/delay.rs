@@ -72,7 +72,7 @@ const fn line(law: TransmitLaw<'static>, compounding: Compounding) -> ScanLine<'
         transmit: Transmit { law, t0: 0.1e-6 },
         ray: Ray::down(0.2e-3),
         array: Array::LinearAt(&ELEMENT_X),
-        active: Active { first: 1, count: 6 },
+        active: Active::new(1, 6),
         compounding,
     }
 }

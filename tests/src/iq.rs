@@ -5,8 +5,8 @@
 //! The records are the golden snapshots: numbers for the arithmetic, not a scene.
 
 use bonebeam::delay::{
-    Compounding, Delay, IqDelay, IqInterpolation, IqLayout, IqParameters, IqRecord, IqSamples,
-    Record, ScanLine, Stage,
+    Compounding, Delay, IqDelay, IqInterpolation, IqLayout, IqParameters, IqSamples, Record,
+    ScanLine, Stage,
 };
 use bonebeam::geometry::{Active, Array, Element, Ray, Transmit, TransmitLaw};
 use bonebeam::{Complex, Error};
@@ -62,10 +62,7 @@ pub fn line() -> ScanLine<'static> {
         transmit: Transmit::new(TransmitLaw::VirtualSource { x: 1e-3, z: -4e-3 }, 0.1e-6),
         ray: Ray::new(0.2e-3, 0.0, 0.4),
         array: Array::linear(ELEMENTS, 0.2e-3),
-        active: Active {
-            first: 3,
-            count: 27,
-        },
+        active: Active::new(3, 27),
         compounding: Compounding::Replace,
     }
 }
@@ -101,13 +98,13 @@ fn lines(
     x: &mut [Complex<f32>],
     report: &mut impl FnMut(&str, u64),
 ) -> Result<(), Error> {
-    let floats = IqRecord::new(
+    let floats = Record::iq(
         IqSamples::Float(&SNAPSHOTS),
         IqLayout::Interleaved,
         ELEMENTS,
     )?;
     let counts = IqSamples::Counts(&COUNTS, 1e-3);
-    let counts = IqRecord::new(counts, IqLayout::Interleaved, ELEMENTS)?;
+    let counts = Record::iq(counts, IqLayout::Interleaved, ELEMENTS)?;
     for (name, interpolation) in INTERPOLATIONS {
         let delay = IqDelay::new(IqParameters {
             interpolation,
@@ -147,10 +144,7 @@ fn rays(
 ) -> Result<(), Error> {
     let delay = Delay::new(delay::PARAMETERS)?;
     let elements = convex();
-    let array = Array::At {
-        elements: &elements,
-        pitch: 0.3e-3,
-    };
+    let array = Array::at(&elements, 0.3e-3);
     let delays = [0.0, 0.1e-6, 0.2e-6, f64::NAN, 0.2e-6, 0.3e-6, 0.1e-6, 0.0];
     let source = TransmitLaw::VirtualSource {
         x: 0.1e-3,
@@ -170,7 +164,7 @@ fn rays(
             transmit: Transmit::new(law, 0.1e-6),
             ray: array.normal(5.3),
             array,
-            active: Active { first: 1, count: 6 },
+            active: Active::new(1, 6),
             compounding,
         };
         delay.line(0.0f32, &line, &record, scratch, x)?;

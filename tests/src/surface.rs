@@ -51,11 +51,7 @@ const SETTINGS: Settings = Settings {
 
 /// The whole frame in one call.
 pub const WHOLE: Parameters = Parameters {
-    samples: Axis {
-        first: 3e-3,
-        step: 0.0385e-3,
-        count: SAMPLES,
-    },
+    samples: Axis::new(3e-3, 0.0385e-3, SAMPLES),
     spacing: 0.3e-3,
     settings: Settings {
         depths: [4e-3, f64::INFINITY],
@@ -65,11 +61,7 @@ pub const WHOLE: Parameters = Parameters {
 };
 /// Line by line, samples as cells, closer lines.
 pub const LATE: Parameters = Parameters {
-    samples: Axis {
-        first: 0.0,
-        step: 0.1e-3,
-        count: SAMPLES,
-    },
+    samples: Axis::new(0.0, 0.1e-3, SAMPLES),
     spacing: 0.2e-3,
     settings: SETTINGS,
     latency: 5,

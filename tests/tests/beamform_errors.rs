@@ -26,7 +26,7 @@ fn beamformer(change: impl FnOnce(&mut Parameters)) -> Beamformer {
 }
 
 fn set(first: usize, count: usize) -> Active {
-    Active { first, count }
+    Active::new(first, count)
 }
 
 /// `[M, L, K]`.
@@ -211,11 +211,7 @@ fn what_does_not_fit() {
 #[test]
 fn segments_that_do_not_fit() {
     let mut workspace = memory([8, 4, 0]);
-    let at = |first_sample| Segment {
-        line: line(),
-        first_element: 0,
-        first_sample,
-    };
+    let at = |first_sample| Segment::new(line(), 0, first_sample);
     let mut run = |segments: &[Segment<'_>], z: &mut [&mut [Complex<f32>]]| {
         beamformer(|_| {}).segments(&mut workspace.view(), segments, 8, z)
     };
@@ -286,10 +282,7 @@ fn memory_is_what_the_documentation_says() {
         let [m, l, k] = sizes;
         let windows = if k == 0 { 1 } else { 2 * k + 2 };
         let scalars = l * l + 10 * l + basis;
-        let mut expected = Need {
-            real: 5 * l,
-            complex: m + (5 + k) * l + windows * lag_sums,
-        };
+        let mut expected = Need::new(5 * l, m + (5 + k) * l + windows * lag_sums);
         match covariance {
             Covariance::Forward => expected.complex += scalars,
             Covariance::ForwardBackward => expected.real += scalars,
@@ -370,11 +363,7 @@ fn das_and_samples_without_an_active_element_need_no_memory() {
     assert_eq!(das.line(&mut view, line(), |_| set(0, 8), &mut z), Ok(()));
     assert_eq!(z, [Complex::ONE; 5]);
     let mut weights = [Complex::ZERO; 8];
-    let segment = Segment {
-        line: line(),
-        first_element: 0,
-        first_sample: 2,
-    };
+    let segment = Segment::new(line(), 0, 2);
     assert_eq!(das.weights(&mut view, &segment, 8, &mut weights), Ok(8));
     assert_eq!(weights, [Complex::new(0.125, 0.0); 8]);
     let mv = beamformer(|p| p.temporal_half_window = 1);

@@ -103,10 +103,10 @@ fn a_growing_aperture_cut_at_the_edge() {
     let mut line = Line::noise(1, 60, 40);
     for (n, active) in line.active.iter_mut().enumerate() {
         let width = 8 + n / 2;
-        *active = Active {
-            first: 10_usize.saturating_sub(width / 2),
-            count: 10 + width.div_ceil(2) - 10_usize.saturating_sub(width / 2),
-        };
+        *active = Active::new(
+            10_usize.saturating_sub(width / 2),
+            10 + width.div_ceil(2) - 10_usize.saturating_sub(width / 2),
+        );
     }
     for temporal_half_window in [0, 3] {
         let parameters = with_window(temporal_half_window);

@@ -37,7 +37,7 @@ fn echo_in_noise(seed: u64, samples: usize, elements: usize, noise: f32) -> Line
     });
     for (n, active) in line.active.iter_mut().enumerate() {
         let count = elements.min(elements * (n + 2) / 20);
-        *active = Active { first: 0, count };
+        *active = Active::new(0, count);
     }
     line
 }

@@ -148,7 +148,7 @@ fn bad_calls_are_refused_before_anything_is_written() {
         },
         ray: Ray::down(0.0),
         array: Array::LinearAt(&element_x),
-        active: Active { first: 0, count: 3 },
+        active: Active::new(0, 3),
         compounding: Compounding::Replace,
     };
     let refused = |line: &ScanLine, rf: &[f32], scratch: usize, out: usize| {
@@ -221,12 +221,7 @@ fn bad_calls_are_refused_before_anything_is_written() {
             };
         }),
         ("active", |l| l.active.first = 1),
-        ("active", |l| {
-            l.active = Active {
-                first: usize::MAX,
-                count: 2,
-            }
-        }),
+        ("active", |l| l.active = Active::new(usize::MAX, 2)),
     ];
     for (name, change) in changes {
         let mut bad = line;

@@ -4,7 +4,7 @@ use crate::common;
 
 use bonebeam::beamform::Parameters;
 use bonebeam::image::{DepthInterpolation, Pooling, envelope};
-use bonebeam::pipeline::{self, Pipeline};
+use bonebeam::pipeline::{self, Input, Pipeline};
 use bonebeam::{Complex, Error};
 use bonebeam_oracle::reference::f64::depth_interpolation as exact;
 use bonebeam_tests::kernel::bits;
@@ -36,7 +36,7 @@ fn stepped(depth_step: usize, sub_lines: usize, block: usize) -> pipeline::Param
 fn lines_with_a_depth_step_take_less_memory() {
     let need = |depth_step, sub_lines| {
         let parameters = stepped(depth_step, sub_lines, 16);
-        parameters.need().unwrap().complex
+        parameters.need(Input::Rf, 1).unwrap().complex
     };
     let samples = Pipeline::new(PARAMETERS).unwrap().lines().scan().samples();
     for depth_step in 2..=8 {

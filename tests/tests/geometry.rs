@@ -53,10 +53,7 @@ fn laws(delays: &[f64]) -> [TransmitLaw<'_>; 6] {
 /// Lines of a linear, a phased and a convex array.
 fn lines<'a>(convex: &'a [Element], pitch: f64) -> [(Array<'a>, Ray); 5] {
     let linear = Array::linear(ELEMENTS, pitch);
-    let array = Array::At {
-        elements: convex,
-        pitch,
-    };
+    let array = Array::at(convex, pitch);
     [
         (linear, Ray::down(0.41e-3)),
         (linear, Ray::new(0.0, 0.0, 0.7)),
@@ -86,10 +83,7 @@ fn line<'a>(array: Array<'a>, ray: Ray, law: TransmitLaw<'a>) -> ScanLine<'a> {
         transmit: Transmit::new(law, 0.37e-6),
         ray,
         array,
-        active: Active {
-            first: 2,
-            count: ELEMENTS - 3,
-        },
+        active: Active::new(2, ELEMENTS - 3),
         compounding: Compounding::Replace,
     }
 }
@@ -216,10 +210,7 @@ fn rays_straight_down_have_the_active_sets_of_lines() {
     let rays: Vec<Ray> = (0..even.count()).map(|k| even.ray(k)).collect();
     // Elements without the form of a linear array: the general rule.
     let elements: Vec<Element> = (0..ELEMENTS).map(|m| array.element(m)).collect();
-    let at = Array::At {
-        elements: &elements,
-        pitch: PITCH,
-    };
+    let at = Array::at(&elements, PITCH);
     let (known, general) = (scan(array, even), scan(at, Lines::Rays(&rays)));
     for line in 0..known.lines() {
         for sample in 0..known.samples() {
@@ -231,10 +222,7 @@ fn rays_straight_down_have_the_active_sets_of_lines() {
 #[test]
 fn the_aperture_is_centred_on_the_ray_and_grows_along_it() {
     let convex = convex();
-    let array = Array::At {
-        elements: &convex,
-        pitch: PITCH,
-    };
+    let array = Array::at(&convex, PITCH);
     let rays: Vec<Ray> = (0..2 * ELEMENTS - 1)
         .map(|k| array.normal(k as f64 / 2.0))
         .collect();

@@ -4,8 +4,8 @@ use crate::common;
 
 use bonebeam::beamform::{Beamformer, Workspace};
 use bonebeam::delay::{
-    Compounding, Delay, DelayParameters, IqDelay, IqLayout, IqParameters, IqRecord, IqSamples,
-    Record, ScanLine, Stage,
+    Compounding, Delay, DelayParameters, IqDelay, IqLayout, IqParameters, IqSamples, Record,
+    ScanLine, Stage,
 };
 use bonebeam::geometry::{Depth, Scan, ScanParameters};
 use bonebeam::memory::Scratch;
@@ -22,7 +22,7 @@ const LOUD: f32 = (1u128 << 80) as f32;
 /// A line by the pipeline with memory for `block` samples at a time.
 fn line_of<'r, D: Stage>(
     lines: &LinePipeline<'_, D>,
-    record: &'r D::Record<'r>,
+    record: &'r Record<'r>,
     block: usize,
 ) -> Vec<Complex<f32>> {
     let need = lines.need(1, block);
@@ -51,8 +51,8 @@ fn with_workspace<T>(beamformer: &Beamformer, work: impl FnOnce(&mut Workspace<'
 /// Without the working scale the squares of the loud record would overflow.
 fn assert_loud_lines_are_faint_ones<'r, D: Stage>(
     lines: &LinePipeline<'_, D>,
-    faint: &'r D::Record<'r>,
-    loud: &'r D::Record<'r>,
+    faint: &'r Record<'r>,
+    loud: &'r Record<'r>,
 ) {
     let faint = line_of(lines, faint, usize::MAX);
     let expected: Vec<_> = faint.iter().map(|z| *z * LOUD).collect();
@@ -75,7 +75,7 @@ fn a_record_times_a_power_of_two_makes_the_line_times_it() {
     let counts = counts(5);
     let [faint, loud] = [0.25, 0.25 * LOUD].map(|count| {
         let samples = IqSamples::Counts(&counts, count);
-        IqRecord::new(samples, IqLayout::Interleaved, ELEMENTS).unwrap()
+        Record::iq(samples, IqLayout::Interleaved, ELEMENTS).unwrap()
     });
     let scan = Scan::of_iq(iq_parameters(0).scan).unwrap();
     let lines = LinePipeline::of_iq(scan, iq_input(None), PARAMETERS.beamformer).unwrap();
@@ -86,7 +86,7 @@ fn a_record_times_a_power_of_two_makes_the_line_times_it() {
 fn assert_largest_is_not_exceeded<D: Stage>(
     delay: &D,
     line: &ScanLine,
-    record: &D::Record<'_>,
+    record: &Record<'_>,
     samples: usize,
 ) {
     let mut x = vec![Complex::ZERO; samples * ELEMENTS];
@@ -95,7 +95,7 @@ fn assert_largest_is_not_exceeded<D: Stage>(
     done.unwrap();
     let largest = x.iter().flat_map(|x| [x.re.abs(), x.im.abs()]);
     let largest = largest.fold(0.0, f32::max);
-    assert!(largest > 1.2 * LOUD && largest <= D::largest(record));
+    assert!(largest > 1.2 * LOUD && largest <= record.largest_aligned());
 }
 
 #[test]
@@ -120,7 +120,7 @@ fn no_part_of_an_aligned_sample_exceeds_the_largest_of_its_record() {
     let iq: Vec<Complex<f32>> = (0..ELEMENTS * iq_parameters(0).scan.record_samples)
         .map(|_| Complex::new(sign(), sign()))
         .collect();
-    let record = IqRecord::new(IqSamples::Float(&iq), IqLayout::Interleaved, ELEMENTS).unwrap();
+    let record = Record::iq(IqSamples::Float(&iq), IqLayout::Interleaved, ELEMENTS).unwrap();
     let delay = IqDelay::new(IqParameters::of(&scan, DEMODULATION)).unwrap();
     assert_largest_is_not_exceeded(&delay, &line, &record, scan.samples());
 }
@@ -138,7 +138,8 @@ fn memory_for_a_block_does_not_grow_with_the_line_and_less_is_refused() {
     let lines = long(12e-3);
     assert_eq!(lines.need(1, 20), long(60e-3).need(1, 20));
     assert_eq!(lines.need(1, 20).complex, (20 + 2) * ELEMENTS);
-    assert_eq!(lines.need(1, usize::MAX).complex, lines.aligned_len());
+    let aligned = lines.scan().samples() * ELEMENTS;
+    assert_eq!(lines.need(1, usize::MAX).complex, aligned);
     let rf = |end: f64| {
         let scan = ScanParameters {
             end: Depth::Metres(end),

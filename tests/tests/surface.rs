@@ -11,11 +11,7 @@ use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
 const PARAMETERS: Parameters = Parameters {
-    samples: Axis {
-        first: 2e-3,
-        step: 0.0385e-3,
-        count: 600,
-    },
+    samples: Axis::new(2e-3, 0.0385e-3, 600),
     spacing: 0.3e-3,
     settings: Settings::DEFAULT,
     latency: 39,
@@ -50,10 +46,7 @@ fn found_by(
 ) -> Vec<Option<Point>> {
     let detector = detector(parameters);
     let mut real = vec![f32::NAN; detector.need().real];
-    let scratch = Scratch {
-        real: &mut real,
-        complex: &mut [],
-    };
+    let scratch = Scratch::new(&mut real, &mut []);
     let mut points = vec![None; frame.len() / parameters.samples.count];
     run(&detector, scratch, &mut points).expect("a frame");
     points
@@ -197,11 +190,7 @@ fn a_shadow_is_black_or_far_below_the_tissue() {
         line.extend([220; 6]);
         line.resize(400, below);
         let parameters = Parameters {
-            samples: Axis {
-                first: 0.0,
-                step: 0.1e-3,
-                count: 400,
-            },
+            samples: Axis::new(0.0, 0.1e-3, 400),
             settings: Settings::PICTURE,
             ..PARAMETERS
         };
@@ -293,10 +282,7 @@ fn line_by_line_is_the_frame_if_latency_is_long_enough() {
     let detector = detector(late);
     assert!(detector.need().real < Detector::new(PARAMETERS).unwrap().need().real);
     let mut real = vec![f32::NAN; detector.need().real];
-    let mut scratch = Scratch {
-        real: &mut real,
-        complex: &mut [],
-    };
+    let mut scratch = Scratch::new(&mut real, &mut []);
     let mut survey = Survey::new(&detector, scratch.reborrow()).unwrap();
     for line in frame.chunks(600).step_by(Survey::EVERY) {
         survey.line(line).unwrap();
@@ -325,10 +311,7 @@ fn line_by_line_is_the_frame_if_latency_is_long_enough() {
 fn levels_are_percentiles_of_the_frame() {
     let detector = detector(PARAMETERS);
     let mut real = vec![0.0; detector.need().real];
-    let scratch = Scratch {
-        real: &mut real,
-        complex: &mut [],
-    };
+    let scratch = Scratch::new(&mut real, &mut []);
     let mut survey = Survey::new(&detector, scratch).unwrap();
     let (none, line) = (survey.levels(), [[50u8; 600], [100; 600]]);
     assert_eq!((none.dark, none.tissue), (0, 0));
@@ -426,10 +409,7 @@ fn other_lengths_are_refused() {
         error => panic!("{error}"),
     };
     fn scratch(real: &mut [f32]) -> Scratch<'_> {
-        Scratch {
-            real,
-            complex: &mut [],
-        }
+        Scratch::new(real, &mut [])
     }
     let mut run = |memory: usize, lines: usize| {
         let scratch = scratch(&mut real[..memory]);

@@ -56,10 +56,7 @@ fn straight_down(array: Array<'_>, t0: f64) -> ScanLine<'_> {
         transmit: Transmit::new(TransmitLaw::Focused, t0),
         ray: Ray::down(0.0),
         array,
-        active: Active {
-            first: 0,
-            count: array.elements(),
-        },
+        active: Active::new(0, array.elements()),
         compounding: Compounding::Replace,
     }
 }
@@ -115,13 +112,7 @@ fn lags_are_paths_or_behind_any_record() {
                 z: depth,
                 angle: 0.0,
             }];
-            let line = straight_down(
-                Array::At {
-                    elements: &elements,
-                    pitch: 1.0,
-                },
-                0.0,
-            );
+            let line = straight_down(Array::at(&elements, 1.0), 0.0);
             upsampled
                 .receive_delays(0.0f32, &line, 0, &mut receive_delays)
                 .unwrap();

@@ -111,11 +111,11 @@ pub(super) fn check_axes(
     }
     for (axis, name) in [(beams, "number of beams"), (samples, "number of samples")] {
         if axis.count < 2 {
-            return Err(Error::Parameter {
+            return Err(Error::parameter(
                 name,
-                value: axis.count as f64,
-                expected: "at least 2, to interpolate between",
-            });
+                axis.count as f64,
+                "at least 2, to interpolate between",
+            ));
         }
     }
     Ok(())

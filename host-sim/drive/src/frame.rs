@@ -194,10 +194,7 @@ impl<'a> RecordingFrames<'a> {
         progress: &(dyn Fn(f64) + Sync),
     ) -> Result<Vec<BeamformedLines>> {
         let (held, beams, samples, elements) = data.x.dim();
-        let all = Active {
-            first: 0,
-            count: elements,
-        };
+        let all = Active::new(0, elements);
         let done = AtomicUsize::new(0);
         let of = frames.len() * beams * samples;
         let count = |n: usize| report(progress, &done, n, of);

@@ -13,6 +13,7 @@ pub mod info;
 pub mod main_job;
 mod measures;
 pub mod phase_symmetry;
+pub mod register;
 pub mod simulate;
 pub mod surface;
 mod surface_files;

@@ -57,13 +57,20 @@ fn help_has_examples_that_name_real_flags() {
         &["beamform", "--help"],
         &["phase-symmetry", "--help"],
         &["surface", "--help"],
+        &["register", "--help"],
     ] {
         let text = help(command);
         let (flags, examples) = text.split_once("Examples:").expect("examples");
         let mut known = flags.to_owned();
         if command == ["--help"] {
             // The examples of the whole program also belong to its commands.
-            for name in ["simulate", "beamform", "phase-symmetry", "surface"] {
+            for name in [
+                "simulate",
+                "beamform",
+                "phase-symmetry",
+                "surface",
+                "register",
+            ] {
                 known += &help(&[name, "--help"]);
             }
         }

@@ -27,6 +27,7 @@ from ._keywords import (
     DelayParameters,
 )
 from ._native import __version__
+from ._register import Registration, register
 from ._simulate import simulate
 from ._surface import Fan, Surface, surface
 
@@ -42,6 +43,7 @@ __all__ = [
     "Fan",
     "Image",
     "Lines",
+    "Registration",
     "Surface",
     "__version__",
     "beamform",
@@ -51,6 +53,7 @@ __all__ = [
     "frames",
     "phase_symmetry",
     "read",
+    "register",
     "simulate",
     "surface",
 ]

@@ -6,7 +6,7 @@ use std::vec::Vec;
 
 use bonebeam::delay::{
     Compounding, Delay, DelayParameters, IqDelay, IqInterpolation, IqLayout, IqParameters,
-    IqRecord, IqSamples, Record, ScanLine, Stage,
+    IqSamples, Record, ScanLine, Stage,
 };
 use bonebeam::geometry::{Active, Array, Element, Ray, Transmit, TransmitLaw};
 use bonebeam::memory::{Need, Scratch};
@@ -84,10 +84,7 @@ impl Place {
         match self {
             Place::Even(elements, pitch) => Array::linear(*elements, *pitch),
             Place::Level(x) => Array::LinearAt(x),
-            Place::Any(elements) => Array::At {
-                elements,
-                pitch: 0.3e-3,
-            },
+            Place::Any(elements) => Array::at(elements, 0.3e-3),
         }
     }
 
@@ -218,7 +215,7 @@ impl Lines {
 fn with_iq<T>(
     iq: &Iq,
     elements: usize,
-    work: impl FnOnce(&IqRecord<'_>) -> Result<T, Error>,
+    work: impl FnOnce(&Record<'_>) -> Result<T, Error>,
 ) -> Result<T, Error> {
     let samples = iq.planar.len() / elements;
     let place = |n: usize| {
@@ -234,7 +231,7 @@ fn with_iq<T>(
     } else {
         IqLayout::Planar
     };
-    let of = |samples| IqRecord::new(samples, layout, elements)?.with_phase(iq.phase);
+    let of = |samples| Record::iq(samples, layout, elements)?.with_phase(iq.phase);
     match iq.counts {
         None => work(&of(IqSamples::Float(&numbers.collect::<Vec<_>>()))?),
         Some(scale) => {
@@ -248,7 +245,7 @@ fn with_iq<T>(
 fn run<V: Vector, D: Stage>(
     zero: V,
     lines: &Lines,
-    (stage, record): (&D, &D::Record<'_>),
+    (stage, record): (&D, &Record<'_>),
     block: usize,
     scratch: &mut [f32],
     out: &mut [Complex<f32>],
@@ -312,14 +309,8 @@ impl Kernel for Lines {
         });
         let waves = waves.collect();
         let active = match draw.byte() {
-            0..128 => Active {
-                first: 0,
-                count: elements,
-            },
-            _ => Active {
-                first: draw.below(8),
-                count: draw.below(elements + 2),
-            },
+            0..128 => Active::new(0, elements),
+            _ => Active::new(draw.below(8), draw.below(elements + 2)),
         };
         // So that a line begins before the record, within it, or behind it.
         let length = record_samples as f64 / sampling_rate;

@@ -4,7 +4,7 @@ use std::vec;
 use std::vec::Vec;
 
 use bonebeam::beamform::{ShortLagCoherence, Workspace};
-use bonebeam::delay::Stage;
+use bonebeam::delay::{Record, Stage};
 use bonebeam::image::Pooling;
 use bonebeam::memory::{Need, Scratch};
 use bonebeam::phase_symmetry::{Kernels, LaneFft, LogGabor, StripSlices};
@@ -88,17 +88,14 @@ impl Frame {
     fn need_of<D: Stage>(&self, pipeline: &Pipeline<'_, D>, lanes: usize, way: usize) -> [Need; 2] {
         let coherence = Need::real(pipeline.coherence_len(self.coherence()));
         if way != LANES {
-            return [pipeline.need().and(coherence), Need::default()];
+            return [pipeline.need(1).and(coherence), Need::default()];
         }
         let strips = pipeline.phase_symmetry().sizes();
         let beamformer = pipeline.lines().beamformer();
-        let vectors = Need {
-            real: strips.gains_len(),
-            complex: strips.line_len(),
-        };
+        let vectors = Need::new(strips.gains_len(), strips.line_len());
         let numbers = Need::real(strips.strip_len() + strips.sums_len());
         [
-            numbers.and(pipeline.need_over(lanes)).and(coherence),
+            numbers.and(pipeline.need(lanes)).and(coherence),
             vectors.and(beamformer.sizes(self.line.scan.array.elements()).need()),
         ]
     }
@@ -106,16 +103,14 @@ impl Frame {
     fn compute<'r, V: Vector, D: Stage>(
         &self,
         (zero, way): (V, usize),
-        (pipeline, record): (&Pipeline<'_, D>, &'r D::Record<'r>),
+        (pipeline, record): (&Pipeline<'_, D>, &'r Record<'r>),
         (mut numbers, mut vectors): (Scratch<'_>, Scratch<'_, V>),
         out: &mut [f32],
     ) -> Result<(), Error> {
         let coherence = numbers.take(Need::real(pipeline.coherence_len(self.coherence())))?;
         let (sizes, over) = (pipeline.phase_symmetry().sizes(), usize::from(way == LANES));
-        let of_strips = vectors.take(Need {
-            real: over * sizes.gains_len(),
-            complex: over * sizes.line_len(),
-        })?;
+        let of_strips =
+            vectors.take(Need::new(over * sizes.gains_len(), over * sizes.line_len()))?;
         let mut strips = StripSlices {
             strip: numbers.take(Need::real(over * sizes.strip_len()))?.real,
             sums: numbers.take(Need::real(over * sizes.sums_len()))?.real,
@@ -150,7 +145,7 @@ impl Frame {
         let (map, levels) = rest.split_at_mut(SIDE * SIDE);
         let (fft, gains) = (&LaneFft::new(), &LogGabor::fixed());
         map.copy_from_slice(match way {
-            LANES => frame.bone_map_over(&Kernels { fft, gains }, &mut strips, &mut |_| {})?,
+            LANES => frame.bone_map_over(&Kernels::new(fft, gains), &mut strips, &mut |_| {})?,
             _ => frame.bone_map()?,
         });
         let coherence = frame.coherence().unwrap_or_default();
@@ -164,11 +159,12 @@ impl Frame {
     /// The coherence of whole aligned lines, by the stages alone.
     fn aligned<'r, D: Stage>(
         &self,
-        (pipeline, record): (&Pipeline<'_, D>, &'r D::Record<'r>),
+        (pipeline, record): (&Pipeline<'_, D>, &'r Record<'r>),
     ) -> Result<Vec<f32>, Error> {
         let (lines, scan) = (pipeline.lines(), pipeline.lines().scan());
-        let mut scratch = vec![f32::NAN; lines.align_need(1).real];
-        let mut x = vec![Complex::ZERO; lines.aligned_len()];
+        let need = lines.need(1, usize::MAX);
+        let mut scratch = vec![f32::NAN; need.real];
+        let mut x = vec![Complex::ZERO; need.complex];
         let mut all = Vec::new();
         for line in 0..LINES {
             let (block, transmits) = (Block::of_line(scan, line), self.line.transmits(record));
@@ -196,7 +192,7 @@ impl Kernel for Frame {
         let pooling = draw.one_of(&[Pooling::Largest, Pooling::Rms]);
         let line = Line::draw(draw)?;
         let frame = Frame { line, pooling };
-        with_pipeline!(frame, 0, (pipeline, _record) => Ok(pipeline.need()))?;
+        with_pipeline!(frame, 0, (pipeline, _record) => Ok(pipeline.need(1)))?;
         Ok(frame)
     }
 

@@ -35,11 +35,7 @@ const IN_ONE_MEMORY: [usize; 2] = [usize::MAX, usize::MAX - 1];
 impl Map {
     fn bank(&self, strip: usize) -> Result<PhaseSymmetry, Error> {
         let [rows, columns] = self.shape;
-        let sizes = Sizes {
-            rows,
-            columns,
-            strip,
-        };
+        let sizes = Sizes::new(rows, columns, strip);
         PhaseSymmetry::new(&Parameters {
             sizes,
             scales: &self.scales,
@@ -49,11 +45,7 @@ impl Map {
 
     fn sizes(&self, way: usize) -> Sizes {
         let [rows, columns] = self.shape;
-        Sizes {
-            rows,
-            columns,
-            strip: if way == 0 { self.strips[0] } else { way },
-        }
+        Sizes::new(rows, columns, if way == 0 { self.strips[0] } else { way })
     }
 }
 
@@ -98,10 +90,7 @@ impl Kernel for Map {
         }
         [
             Need::real(sizes.strip_len() + sizes.sums_len()),
-            Need {
-                real: sizes.gains_len(),
-                complex: sizes.line_len(),
-            },
+            Need::new(sizes.gains_len(), sizes.line_len()),
         ]
     }
 
@@ -152,10 +141,7 @@ impl Kernel for Map {
             let fft = &LaneFft::new();
             if way == 0 {
                 bank.run(
-                    &Kernels {
-                        fft,
-                        gains: &filters,
-                    },
+                    &Kernels::new(fft, &filters),
                     &mut external,
                     &mut fast,
                     &mut |_| {},
@@ -164,7 +150,7 @@ impl Kernel for Map {
                 let gains =
                     &GainTables::new(&filters, &bank, vec![f32::NAN; bank.gain_tables_len()])?;
                 bank.run(
-                    &Kernels { fft, gains },
+                    &Kernels::new(fft, gains),
                     &mut external,
                     &mut fast,
                     &mut |_| {},

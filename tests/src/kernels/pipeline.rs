@@ -5,7 +5,7 @@ use std::vec::Vec;
 
 use bonebeam::beamform::{Parameters, Workspace};
 use bonebeam::covariance::Covariance;
-use bonebeam::delay::{IqInterpolation, IqLayout, IqRecord, IqSamples, Record, Stage};
+use bonebeam::delay::{IqInterpolation, IqLayout, IqSamples, Record, Stage};
 use bonebeam::geometry::{
     Array, Axis, Depth, Lines, Scan, ScanParameters, Steering, Transmit, TransmitLaw,
 };
@@ -61,7 +61,7 @@ impl Line {
     /// Those of the core and of `work`.
     pub fn with_iq<T>(
         &self,
-        work: impl FnOnce(&IqRecord<'_>) -> Result<T, Error>,
+        work: impl FnOnce(&Record<'_>) -> Result<T, Error>,
     ) -> Result<T, Error> {
         let part = |part: f32| (part * 300.0) as i16;
         let counts = self.samples.iter().map(|x| [part(x.re), part(x.im)]);
@@ -71,7 +71,7 @@ impl Line {
             _ => IqSamples::Float(&self.samples),
         };
         let elements = self.scan.array.elements();
-        work(&IqRecord::new(samples, IqLayout::Planar, elements)?)
+        work(&Record::iq(samples, IqLayout::Planar, elements)?)
     }
 
     /// Calls `work` with the record of RF.
@@ -148,7 +148,7 @@ trait Work {
         self,
         line: &Line,
         pipeline: &LinePipeline<'_, D>,
-        record: &'r D::Record<'r>,
+        record: &'r Record<'r>,
     ) -> Result<Self::Output, Error>;
 }
 
@@ -162,7 +162,7 @@ impl Work for Checked {
         self,
         _: &Line,
         _: &LinePipeline<'_, D>,
-        _: &'r D::Record<'r>,
+        _: &'r Record<'r>,
     ) -> Result<(), Error> {
         Ok(())
     }
@@ -181,15 +181,11 @@ impl Work for Needs {
         self,
         line: &Line,
         pipeline: &LinePipeline<'_, D>,
-        _: &'r D::Record<'r>,
+        _: &'r Record<'r>,
     ) -> Result<[Need; 2], Error> {
         let sizes = pipeline.beamformer().sizes(line.scan.array.elements());
         let numbers = match self.way {
-            0 => pipeline.need(self.lanes, usize::MAX),
-            STAGES => Need {
-                complex: pipeline.aligned_len(),
-                ..pipeline.align_need(self.lanes)
-            },
+            0 | STAGES => pipeline.need(self.lanes, usize::MAX),
             block => pipeline.need(self.lanes, block),
         };
         Ok([numbers, sizes.need()])
@@ -212,7 +208,7 @@ impl<V: Vector> Work for Compute<'_, V> {
         self,
         line: &Line,
         pipeline: &LinePipeline<'_, D>,
-        record: &'r D::Record<'r>,
+        record: &'r Record<'r>,
     ) -> Result<(), Error> {
         let sizes = pipeline.beamformer().sizes(line.scan.array.elements());
         let mut workspace = Workspace::new(self.zero, sizes, self.vectors)?;

@@ -88,11 +88,7 @@ impl Kernel for Frame {
         let wild = draw.once_in(8);
         let (lines, count) = (draw.size(12, 40), draw.size(400, 2000));
         let mut at = |usual| draw.number(wild, usual);
-        let samples = Axis {
-            first: at([-1e-3, 3e-3]),
-            step: at([0.02e-3, 0.2e-3]),
-            count,
-        };
+        let samples = Axis::new(at([-1e-3, 3e-3]), at([0.02e-3, 0.2e-3]), count);
         let spacing = at([0.05e-3, 0.6e-3]);
         let settings = settings(draw, wild);
         let latency = draw.below(lines);

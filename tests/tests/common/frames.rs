@@ -1,12 +1,12 @@
 //! The scan, the records and the lines of a small frame, by RF and by I/Q.
 
 use bonebeam::beamform::{self, Method};
-use bonebeam::delay::{IqInterpolation, IqLayout, IqRecord, IqSamples};
+use bonebeam::delay::{IqInterpolation, IqLayout, IqSamples, Record};
 use bonebeam::geometry::{
     Array, Axis as Positions, Depth, Lines, ScanParameters, Transmit, TransmitLaw,
 };
 use bonebeam::memory::Need;
-use bonebeam::pipeline::{IqInput, Parameters};
+use bonebeam::pipeline::{Input, IqInput, Parameters};
 
 pub const ELEMENTS: usize = 16;
 pub const LINES: usize = 40;
@@ -39,7 +39,7 @@ pub const PARAMETERS: Parameters = Parameters {
     block: usize::MAX,
 };
 /// Its memory.
-pub const NEED: Need = match PARAMETERS.need() {
+pub const NEED: Need = match PARAMETERS.need(Input::Rf, 1) {
     Ok(need) => need,
     Err(_) => panic!("the scan is not valid"),
 };
@@ -128,8 +128,8 @@ pub fn counts(line: usize) -> Vec<[i16; 2]> {
     counts
 }
 
-pub fn counted(counts: &[[i16; 2]]) -> IqRecord<'_> {
-    IqRecord::new(
+pub fn counted(counts: &[[i16; 2]]) -> Record<'_> {
+    Record::iq(
         IqSamples::Counts(counts, 0.25),
         IqLayout::Interleaved,
         ELEMENTS,

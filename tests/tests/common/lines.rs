@@ -59,10 +59,7 @@ pub struct Line {
 impl Line {
     /// With every element active.
     pub fn full(x: Array2<Complex<f32>>) -> Self {
-        let all = Active {
-            first: 0,
-            count: x.ncols(),
-        };
+        let all = Active::new(0, x.ncols());
         let active = vec![all; x.nrows()];
         Line { x, active }
     }
@@ -146,11 +143,7 @@ pub fn core_weights(line: &Line, sample: usize, parameters: Parameters) -> Vec<C
     let beamformer = Beamformer::new(parameters).expect("valid parameters");
     let mut memory = line_memory(0.0, &beamformer, line);
     let active = line.active[sample];
-    let segment = Segment {
-        line: line.delayed(),
-        first_element: active.first,
-        first_sample: sample,
-    };
+    let segment = Segment::new(line.delayed(), active.first, sample);
     let mut weights = vec![Complex::ZERO; active.count];
     let count = beamformer
         .weights(&mut memory.view(), &segment, active.count, &mut weights)

@@ -103,7 +103,7 @@ fn elements_outside_the_active_range_are_zero_and_the_others_unaffected() {
     let every = core_line(&p, &line, &rf);
     for (first, count) in [(0, 0), (9, 0), (2, 4), (8, 1)] {
         let line = ScanLine {
-            active: Active { first, count },
+            active: Active::new(first, count),
             ..line
         };
         let some = core_line(&p, &line, &rf);

@@ -24,10 +24,7 @@ fn nothing_is_read_from_2_to_the_23_samples_on() {
         let line = ScanLine {
             transmit: Transmit::new(TransmitLaw::Focused, t0),
             ray: Ray::down(0.0),
-            array: Array::At {
-                elements: &elements,
-                pitch: 1.0,
-            },
+            array: Array::at(&elements, 1.0),
             ..line_of(TransmitLaw::Focused, &[0.0])
         };
         let rf = noise(100, 9);
@@ -56,10 +53,7 @@ fn a_line_towards_an_element_reads_one_position() {
     }];
     let line = ScanLine {
         ray: Ray::down(0.0),
-        array: Array::At {
-            elements: &elements,
-            pitch: 1.0,
-        },
+        array: Array::at(&elements, 1.0),
         ..line_of(TransmitLaw::Focused, &[0.0])
     };
     let rf = noise(2500, 13);

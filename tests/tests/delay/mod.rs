@@ -63,10 +63,7 @@ fn line_of<'a>(law: TransmitLaw<'a>, element_x: &'a [f64]) -> ScanLine<'a> {
         transmit: Transmit { law, t0: 0.0 },
         ray: Ray::down(0.3e-3),
         array: Array::LinearAt(element_x),
-        active: Active {
-            first: 0,
-            count: element_x.len(),
-        },
+        active: Active::new(0, element_x.len()),
         compounding: Compounding::Replace,
     }
 }

@@ -384,6 +384,7 @@ fn first_paragraphs_fit_an_index() {
         "host-sim/formats",
         "host-sim/kernels",
         "host-sim/oracle",
+        "host-sim/register",
         "host-sim/report",
         "host-sim/simulate",
         "paper",

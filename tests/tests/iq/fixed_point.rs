@@ -27,7 +27,7 @@ fn the_documented_errors_of_fixed_point_hold() {
                 .map(|y| [y.re, y.im].map(|part| (16_000.0 * part).round() as i16))
                 .collect();
             let samples = IqSamples::Counts(&counts, 1.0 / 16_000.0);
-            let record = IqRecord::new(samples, IqLayout::Planar, ELEMENTS).unwrap();
+            let record = Record::iq(samples, IqLayout::Planar, ELEMENTS).unwrap();
             let ours = core_line(0.0f32, &p, &line, &record);
             let exact = reference::f64::iq::line(&p, &line, &iq);
             let error = worst(&ours, exact.iter().copied());
@@ -87,7 +87,7 @@ fn assert_reference(
         (&interleaved[..], IqLayout::Interleaved),
     ] {
         let samples = IqSamples::Counts(counts, scale);
-        let record = IqRecord::new(samples, layout, p.elements).unwrap();
+        let record = Record::iq(samples, layout, p.elements).unwrap();
         let record = record.with_phase(phase).unwrap();
         let mut ours = before.to_vec();
         line_into(0.0f32, p, line, &record, &mut ours);
@@ -115,7 +115,7 @@ fn plain(interpolation: IqInterpolation) -> (IqParameters, ScanLine<'static>) {
         transmit: Transmit::new(TransmitLaw::Focused, 0.0),
         ray: Ray::down(0.0),
         array: Array::linear(3, 7.0),
-        active: Active { first: 0, count: 3 },
+        active: Active::new(0, 3),
         compounding: Compounding::Add,
     };
     (p, line)
@@ -144,7 +144,7 @@ fn fixed_point_has_the_bits_of_the_reference_where_nothing_is_above_and_far_from
     };
     let zeros = vec![[0; 2]; 600];
     let samples = IqSamples::Counts(&zeros, -0.3);
-    let record = IqRecord::new(samples, IqLayout::Interleaved, 3).unwrap();
+    let record = Record::iq(samples, IqLayout::Interleaved, 3).unwrap();
     let floats = vec![ZERO; 600];
     let (mut ours, mut expected) = (before.clone(), before.clone());
     line_into(0.0f32, &p, &replace, &record, &mut ours);
@@ -229,7 +229,7 @@ fn fixed_point_reads_elements_below_8191_samples_way() {
     (p.sound_speed, p.sampling_rate) = (1.0, 2.0);
     line.active.count = 1;
     let counts = vec![[1i16, 2]; 200];
-    let record = IqRecord::new(IqSamples::Counts(&counts, 1.0), IqLayout::Planar, 1).unwrap();
+    let record = Record::iq(IqSamples::Counts(&counts, 1.0), IqLayout::Planar, 1).unwrap();
     let read = |array: Array| {
         let line = ScanLine { array, ..line };
         let mut out = vec![ZERO; p.output_samples];
@@ -288,7 +288,7 @@ fn fixed_point_of_an_element_far_ahead_has_the_bits_of_the_reference() {
                 elements: &[element],
                 pitch: 1.0,
             },
-            active: Active { first: 0, count: 1 },
+            active: Active::new(0, 1),
             ..line
         };
         for position in [-100_000.0, -66_000.0, 66_000.0, 100_000.0] {

@@ -9,7 +9,7 @@ use crate::common;
 
 use bonebeam::delay::{
     Compounding, Delay, DelayParameters, IqDelay, IqInterpolation, IqLayout, IqParameters,
-    IqRecord, IqSamples, MAX_SAMPLES, Record, ScanLine, Stage, hilbert_taps,
+    IqSamples, MAX_SAMPLES, Record, ScanLine, Stage, hilbert_taps,
 };
 use bonebeam::geometry::{
     Active, Array, Axis, Depth, Element, Lines, Ray, Scan, ScanParameters, Transmit, TransmitLaw,
@@ -57,18 +57,12 @@ fn parameters(fs: f64, samples: usize, interpolation: IqInterpolation) -> IqPara
 /// A line and a law for each: straight down, of a sector, and along a convex array's normal.
 fn lines(convex: &[Element]) -> [ScanLine<'_>; 4] {
     let linear = Array::linear(ELEMENTS, PITCH);
-    let array = Array::At {
-        elements: convex,
-        pitch: PITCH,
-    };
+    let array = Array::at(convex, PITCH);
     let line = |array, ray, law| ScanLine {
         transmit: Transmit::new(law, 0.37e-6),
         ray,
         array,
-        active: Active {
-            first: 2,
-            count: ELEMENTS - 3,
-        },
+        active: Active::new(2, ELEMENTS - 3),
         compounding: Compounding::Replace,
     };
     [
@@ -102,15 +96,15 @@ fn noise(length: usize, seed: u64) -> Vec<Complex<f32>> {
         .collect()
 }
 
-fn planar(iq: &[Complex<f32>]) -> IqRecord<'_> {
-    IqRecord::new(IqSamples::Float(iq), IqLayout::Planar, ELEMENTS).unwrap()
+fn planar(iq: &[Complex<f32>]) -> Record<'_> {
+    Record::iq(IqSamples::Float(iq), IqLayout::Planar, ELEMENTS).unwrap()
 }
 
 fn core_line<V: Vector>(
     zero: V,
     p: &IqParameters,
     line: &ScanLine,
-    record: &IqRecord,
+    record: &Record,
 ) -> Vec<Complex<f32>> {
     let mut out = vec![Complex::new(f32::NAN, f32::NAN); p.output_samples * p.elements];
     line_into(zero, p, line, record, &mut out);
@@ -121,7 +115,7 @@ fn line_into<V: Vector>(
     zero: V,
     p: &IqParameters,
     line: &ScanLine,
-    record: &IqRecord,
+    record: &Record,
     out: &mut [Complex<f32>],
 ) {
     let delay = IqDelay::new(*p).unwrap();

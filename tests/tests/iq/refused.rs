@@ -33,7 +33,7 @@ fn what_is_wrong_is_named() {
 
     let mut iq = noise(ELEMENTS * 100, 1);
     let record = |iq: &[Complex<f32>], elements: usize| {
-        IqRecord::new(IqSamples::Float(iq), IqLayout::Planar, elements).map(|_| ())
+        Record::iq(IqSamples::Float(iq), IqLayout::Planar, elements).map(|_| ())
     };
     let starts = |refused: String, words: &str| assert!(refused.starts_with(words), "{refused}");
     starts(refused(record(&iq, 0)), "parameter elements ");
@@ -46,7 +46,7 @@ fn what_is_wrong_is_named() {
     for scale in [f32::NAN, 1e25] {
         let counts = IqSamples::Counts(&[[1, 2]], scale);
         starts(
-            refused(IqRecord::new(counts, IqLayout::Planar, 1)),
+            refused(Record::iq(counts, IqLayout::Planar, 1)),
             "parameter iq scale ",
         );
     }
@@ -66,10 +66,7 @@ fn what_is_wrong_is_named() {
     assert!(of_line(&line, scratch - 1, out).starts_with("scratch"));
     assert!(of_line(&line, scratch, out + 1).starts_with("out"));
     let beyond = ScanLine {
-        active: Active {
-            first: 1,
-            count: ELEMENTS,
-        },
+        active: Active::new(1, ELEMENTS),
         ..line
     };
     assert!(of_line(&beyond, scratch, out).starts_with("active"));
@@ -84,7 +81,7 @@ fn what_is_wrong_is_named() {
 fn a_sample_of_which_both_parts_are_too_large_is_named() {
     let mut iq = noise(ELEMENTS * 10, 1);
     iq[77] = Complex::new(-2e29, 3e29);
-    let refused = refused(IqRecord::new(
+    let refused = refused(Record::iq(
         IqSamples::Float(&iq),
         IqLayout::Planar,
         ELEMENTS,

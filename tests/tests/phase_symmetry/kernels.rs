@@ -3,16 +3,6 @@
 use super::*;
 
 /// A line for each lane against microfft's transform of the same line.
-struct CheckLaneFft;
-
-impl Task for CheckLaneFft {
-    type Output = ();
-
-    fn run<V: Vector>(self, zero: V) {
-        check_lane_fft(zero);
-    }
-}
-
 fn check_lane_fft<V: Vector>(zero: V) {
     let mut rng = ChaCha8Rng::seed_from_u64(9);
     let lane_fft = core::LaneFft::new();
@@ -39,7 +29,7 @@ fn check_lane_fft<V: Vector>(zero: V) {
 #[test]
 fn the_transform_over_lanes_gives_microffts_numbers() {
     for set in InstructionSet::available() {
-        set.dispatch(CheckLaneFft);
+        dispatch!(set, zero => check_lane_fft(zero));
     }
 }
 

@@ -21,10 +21,7 @@ impl Strips {
     }
 
     fn slices(&mut self) -> core::StripSlices<'_, f32> {
-        let scratch = Scratch {
-            real: &mut self.real,
-            complex: &mut self.complex,
-        };
+        let scratch = Scratch::new(&mut self.real, &mut self.complex);
         core::StripSlices::new(self.sizes, scratch).unwrap()
     }
 }

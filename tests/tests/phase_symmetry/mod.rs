@@ -7,8 +7,9 @@ mod map;
 mod memory;
 
 use crate::common;
+use bonebeam::dispatch;
 use bonebeam::phase_symmetry as core;
-use bonebeam::simd::{InstructionSet, Task, Vector};
+use bonebeam::simd::{InstructionSet, Vector};
 use bonebeam_drive::phase_symmetry::{Parameters, Plan, phase_symmetry};
 use bonebeam_oracle::reference;
 use common::tolerances;

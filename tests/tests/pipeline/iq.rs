@@ -2,7 +2,7 @@
 
 use super::*;
 
-const IQ_NEED: Need = match PARAMETERS_OF_IQ.need_of_iq() {
+const IQ_NEED: Need = match PARAMETERS_OF_IQ.need(Input::Iq, 1) {
     Ok(need) => need,
     Err(_) => panic!("the scan is not valid"),
 };
@@ -23,7 +23,7 @@ const PARAMETERS_OF_IQ: Parameters = Parameters {
 fn a_frame_of_iq_has_the_bone_where_it_is() {
     assert_eq!(PARAMETERS_OF_IQ, iq_parameters(24));
     let counts: Vec<Vec<[i16; 2]>> = (0..LINES).map(counts).collect();
-    let records: Vec<IqRecord> = counts.iter().map(|counts| counted(counts)).collect();
+    let records: Vec<Record> = counts.iter().map(|counts| counted(counts)).collect();
     let pipeline = Pipeline::of_iq(PARAMETERS_OF_IQ, iq_input(None)).unwrap();
     let mut memory = Box::new(Memory::<{ IQ_NEED.real }, { IQ_NEED.complex }>::new());
     let mut frame = Frame::new(&pipeline, memory.scratch()).unwrap();

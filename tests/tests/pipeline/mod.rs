@@ -9,12 +9,11 @@ mod iq;
 use crate::common;
 use bonebeam::beamform::{self, AlignedLine, Segment, constant_segments};
 use bonebeam::delay::{
-    Compounding, Delay, DelayParameters, IqInterpolation, IqParameters, IqRecord, Record, ScanLine,
-    Stage,
+    Compounding, Delay, DelayParameters, IqInterpolation, IqParameters, Record, ScanLine, Stage,
 };
 use bonebeam::geometry::{Scan, ScanParameters, Transmit, TransmitLaw};
 use bonebeam::memory::{Memory, Need, Scratch};
-use bonebeam::pipeline::{Block, Frame, IqInput, LinePipeline, Parameters, Pipeline};
+use bonebeam::pipeline::{Block, Frame, Input, IqInput, LinePipeline, Parameters, Pipeline};
 use bonebeam::surface::{Detector, Point, Ramp, Settings};
 use bonebeam::{Complex, Error};
 use bonebeam_drive::beamform::{Memory as LaneMemory, beamform};
@@ -205,8 +204,9 @@ fn a_line_is_the_mean_of_its_transmits() {
         .each_ref()
         .map(|rf| Record::new(rf, ELEMENTS).unwrap());
     let transmits = laws.map(|law| Transmit::new(law, 1e-7));
-    let mut scratch = vec![0.0; lines.align_need(1).real];
-    let mut x = vec![Complex::new(f32::NAN, 0.0); lines.aligned_len()];
+    let need = lines.need(1, usize::MAX);
+    let mut scratch = vec![0.0; need.real];
+    let mut x = vec![Complex::new(f32::NAN, 0.0); need.complex];
     let pairs = || transmits.into_iter().zip(&records);
     lines
         .align(
@@ -251,8 +251,9 @@ fn a_block_is_aligned_for_the_elements_asked_for() {
     let rf = record(line);
     let record = Record::new(&rf, ELEMENTS).unwrap();
     let transmits = || [(focused(), &record)];
-    let mut scratch = vec![0.0; lines.align_need(1).real];
-    let mut whole = vec![Complex::ZERO; lines.aligned_len()];
+    let need = lines.need(1, usize::MAX);
+    let mut scratch = vec![0.0; need.real];
+    let mut whole = vec![Complex::ZERO; need.complex];
     lines
         .align(
             0.0f32,
@@ -322,8 +323,9 @@ fn segments_of_a_block_have_the_lines_bits_and_stay_within_it() {
     let lines = LinePipeline::new(scan, beamformer).unwrap();
     let rf = record(7);
     let record = Record::new(&rf, ELEMENTS).unwrap();
-    let mut scratch = vec![0.0; lines.align_need(1).real];
-    let mut x = vec![Complex::ZERO; lines.aligned_len()];
+    let need = lines.need(1, usize::MAX);
+    let mut scratch = vec![0.0; need.real];
+    let mut x = vec![Complex::ZERO; need.complex];
     let (first, samples, active) = constant_segments(scan.samples(), |n| scan.active(7, n))
         .max_by_key(|(_, samples, _)| *samples)
         .unwrap();
@@ -331,11 +333,7 @@ fn segments_of_a_block_have_the_lines_bits_and_stay_within_it() {
     let memory = memory.as_mut().unwrap();
     let mut run = |block: Block, x: &mut [Complex<f32>]| {
         let line = lines.align(0.0f32, block, [(focused(), &record)], &mut scratch, x);
-        let segment = Segment {
-            line: line.unwrap(),
-            first_element: active.first,
-            first_sample: first,
-        };
+        let segment = Segment::new(line.unwrap(), active.first, first);
         let mut z = vec![Complex::ZERO; samples];
         let core = lines.beamformer();
         core.segments(&mut memory.view(), &[segment], active.count, &mut [&mut z])?;
@@ -375,7 +373,7 @@ fn a_plan_by_a_constant_delay_stage_makes_the_same_lines() {
         Pipeline::new(PARAMETERS).unwrap(),
         Pipeline::by(&DELAY, PARAMETERS).unwrap(),
     );
-    assert_eq!(own.need(), by.need());
+    assert_eq!(own.need(1), by.need(1));
     let lines = own.lines();
     let elements = SCAN.elements();
     let rf: Vec<f32> = (0..elements * PARAMETERS.scan.record_samples)
@@ -383,8 +381,9 @@ fn a_plan_by_a_constant_delay_stage_makes_the_same_lines() {
         .collect();
     let record = Record::new(&rf, elements).unwrap();
     let transmit = Transmit::new(TransmitLaw::Focused, 0.0);
-    let mut scratch = vec![0.0; lines.align_need(1).real];
-    let mut aligned = [(); 2].map(|()| vec![Complex::new(0.0, 0.0); lines.aligned_len()]);
+    let need = lines.need(1, usize::MAX);
+    let mut scratch = vec![0.0; need.real];
+    let mut aligned = [(); 2].map(|()| vec![Complex::new(0.0, 0.0); need.complex]);
     let [of_own, of_by] = &mut aligned;
     let transmits = [(transmit, &record)];
     let block = Block::of_line(&SCAN, 3);

@@ -225,7 +225,7 @@ fn what_does_not_fit_is_refused() {
         let sizes = Beamformer::new(of(sizes_for)).expect("valid").sizes(8);
         let mut memory = Memory::new(0.0, sizes).expect("memory");
         let mut z = vec![Complex::ZERO; length];
-        let all = |_| Active { first: 0, count: 8 };
+        let all = |_| Active::new(0, 8);
         let x = line.x.as_slice().expect("in order");
         let line = AlignedLine::new(&x[..samples * 8], 8).expect("finite");
         beamformer.sub_lines(&mut memory.view(), (line, steering), all, &mut z)

@@ -142,7 +142,7 @@ fn spread<const M: usize, const REAL: usize, const COMPLEX: usize>(
         method: case.method,
         ..Parameters::default()
     })?;
-    let all = |_| Active { first: 0, count: M };
+    let all = |_| Active::new(0, M);
     let mut z = [Complex::new(0.0, 0.0)];
     let (mut sum, mut least, mut most) = (0, u32::MAX, 0);
     let mut count = |x: &[Complex<f32>]| {
@@ -202,7 +202,7 @@ fn line<const M: usize, const REAL: usize, const COMPLEX: usize>(
         method: case.method,
         ..Parameters::default()
     })?;
-    let all = |_| Active { first: 0, count: M };
+    let all = |_| Active::new(0, M);
     let mut outcome = Ok(());
     let cost = counter.count(|| {
         outcome = AlignedLine::new(x, M).and_then(|line| {
@@ -239,7 +239,7 @@ fn checked<const M: usize>(
         method: Method::Das,
         ..Parameters::default()
     })?;
-    let all = |_| Active { first: 0, count: M };
+    let all = |_| Active::new(0, M);
     let line = AlignedLine::new(x, M)?;
     let mut workspace = Workspace::new(0.0, sizes(M), scratch)?;
     let mut outcome = Ok(());

@@ -43,10 +43,7 @@ pub fn run(counter: &mut Counter) -> Result<bool, Error> {
         let x = &mut x[..SAMPLES * elements];
         snapshots(x, elements, ECHO);
         let line = AlignedLine::new(x, elements)?;
-        let all = |_| Active {
-            first: 0,
-            count: elements,
-        };
+        let all = |_| Active::new(0, elements);
         let mut outcome = Ok(());
         let cost = counter.count(|| {
             outcome = COHERENCE.line(line, all, memory.scratch(), out);

@@ -73,10 +73,7 @@ pub fn run(counter: &mut Counter) -> Result<bool, Error> {
             },
             ray: Ray::down(0.5 * (ELEMENTS - 1) as f64 * PITCH),
             array: Array::LinearAt(&element_x),
-            active: Active {
-                first: 0,
-                count: ELEMENTS,
-            },
+            active: Active::new(0, ELEMENTS),
             compounding: Compounding::Replace,
         };
         let rf = &mut workspaces.rf[..ELEMENTS * parameters.record_samples];

@@ -1,7 +1,7 @@
 //! The delay stage from I/Q, 16-bit counts as a front end sends them, by each reading.
 
 use bonebeam::delay::{
-    Compounding, IqDelay, IqInterpolation, IqLayout, IqParameters, IqRecord, IqSamples, ScanLine,
+    Compounding, IqDelay, IqInterpolation, IqLayout, IqParameters, IqSamples, Record, ScanLine,
     Stage,
 };
 use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
@@ -77,10 +77,7 @@ pub fn run(counter: &mut Counter) -> Result<bool, Error> {
         transmit: Transmit::new(TransmitLaw::Focused, START - 4.0 / RATE),
         ray: Ray::down(0.0),
         array: Array::linear(ELEMENTS, PITCH),
-        active: Active {
-            first: 0,
-            count: ELEMENTS,
-        },
+        active: Active::new(0, ELEMENTS),
         compounding: Compounding::Replace,
     };
     let mut within = true;
@@ -92,7 +89,7 @@ pub fn run(counter: &mut Counter) -> Result<bool, Error> {
         let mut outcome = Ok(());
         let cost = counter.count(|| {
             let samples = IqSamples::Counts(counts, 1e-3);
-            outcome = IqRecord::new(samples, IqLayout::Interleaved, ELEMENTS)
+            outcome = Record::iq(samples, IqLayout::Interleaved, ELEMENTS)
                 .and_then(|record| delay.line(0.0f32, &line, &record, scratch, out));
         });
         outcome?;

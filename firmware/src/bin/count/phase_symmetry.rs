@@ -29,11 +29,7 @@ const NEED: Need = sizes(LARGEST).need().or(sizes(LARGEST).map_need());
 
 /// Images of a square side, in strips.
 const fn sizes(side: usize) -> Sizes {
-    Sizes {
-        rows: side,
-        columns: side,
-        strip: STRIP,
-    }
+    Sizes::new(side, side, STRIP)
 }
 
 /// Distance of the pixels that are printed for comparison; a prime.
@@ -207,10 +203,7 @@ fn strips(
         amplitude: &mut &mut arrays.amplitude[..pixels],
         symmetry: &mut &mut arrays.symmetry[..pixels],
     };
-    let kernels = Kernels {
-        fft: &Microfft,
-        gains,
-    };
+    let kernels = Kernels::new(&Microfft, gains);
     let mut outcome = Ok(());
     let cost = counter.count(|| {
         outcome = bank.run(&kernels, &mut external, memory, &mut |_| {});

@@ -14,11 +14,7 @@ const LINES: usize = 20;
 
 /// Lines of 40 mm at 20 MHz; a point is decided nine lines later.
 const PARAMETERS: Parameters = Parameters {
-    samples: Axis {
-        first: 3e-3,
-        step: 0.0385e-3,
-        count: SAMPLES,
-    },
+    samples: Axis::new(3e-3, 0.0385e-3, SAMPLES),
     spacing: 0.3e-3,
     settings: Settings::DEFAULT,
     latency: 9,

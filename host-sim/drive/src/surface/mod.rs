@@ -175,10 +175,7 @@ fn detect(
     let refused = |_| Error::Usage("not enough memory for the bone surface".into());
     real.try_reserve_exact(need.real).map_err(refused)?;
     real.resize(need.real, 0.0);
-    let scratch = Scratch {
-        real: &mut real,
-        complex: &mut [],
-    };
+    let scratch = Scratch::new(&mut real, &mut []);
     let mut points = vec![None; lines];
     match coherence {
         Some(map) => detector.frame_with_coherence(grey, map, scratch, &mut points)?,

@@ -72,11 +72,7 @@ fn of_columns(picture: &Picture<'_>, section: &config::Surface) -> Result<Pictur
     let columns = columns.as_standard_layout();
     let mut levels = vec![0; columns.len()];
     grey(columns.as_slice().unwrap_or_default(), &mut levels)?;
-    let rows = Axis {
-        first: depth,
-        step: pixel,
-        count: pixels.nrows(),
-    };
+    let rows = Axis::new(depth, pixel, pixels.nrows());
     let points = detect(&levels, None, rows, pixel, section.settings_of_picture()?)?;
     let at = |column: usize, r: f64| [x0 + column as f64 * pixel, z0 - depth + r];
     Ok(PictureSurface {
@@ -117,11 +113,7 @@ fn of_fan(
     }
     let mut grey_levels = vec![0; levels.len()];
     grey(&levels, &mut grey_levels)?;
-    let depths = Axis {
-        first: 0.0,
-        step: picture.pixel,
-        count: samples,
-    };
+    let depths = Axis::new(0.0, picture.pixel, samples);
     let settings = section.settings_of_picture()?;
     let mut points = detect(&grey_levels, None, depths, step * middle, settings)?;
     for (point, seen) in points.iter_mut().zip(seen) {

@@ -245,11 +245,7 @@ pub fn core_weights(
     let beamformer = Beamformer::new(parameters)?;
     let mut memory = Memory::new(0.0, beamformer.sizes(active.count))?;
     let mut weights = vec![Complex::ZERO; active.count];
-    let segment = Segment {
-        line,
-        first_element: active.first,
-        first_sample: sample,
-    };
+    let segment = Segment::new(line, active.first, sample);
     let count = beamformer.weights(&mut memory.view(), &segment, active.count, &mut weights)?;
     weights.truncate(count);
     Ok(weights)
