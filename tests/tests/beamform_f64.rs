@@ -3,6 +3,7 @@
 //! The oracle of `host-sim` judges them, without the exemption for changes by rounding alone.
 
 use crate::common;
+use crate::common::changed;
 
 use bonebeam::beamform::{Method, Parameters};
 use bonebeam::geometry::Active;
@@ -27,11 +28,7 @@ fn assert_agrees(line: &Line, range: Range<usize>, base: Parameters, methods: &[
     let computed = || range.clone().filter(|n| n.is_multiple_of(step));
     for covariance in COVARIANCES {
         let line_of = |method| {
-            let parameters = Parameters {
-                method,
-                covariance,
-                ..base
-            };
+            let parameters = changed(base, |p| (p.method, p.covariance) = (method, covariance));
             let z = core(line, parameters);
             (
                 Array2::from_shape_vec((1, z.len()), z).expect("a line"),
@@ -84,10 +81,9 @@ fn random_snapshots() {
 
 /// A half window, all else by default.
 fn with_window(temporal_half_window: usize) -> Parameters {
-    Parameters {
-        temporal_half_window,
-        ..Parameters::default()
-    }
+    changed(Parameters::default(), |p| {
+        p.temporal_half_window = temporal_half_window
+    })
 }
 
 #[test]

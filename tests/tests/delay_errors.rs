@@ -1,5 +1,6 @@
 //! The delay stage names the wrong parameter before it writes anything.
 
+use crate::common::changed;
 use bonebeam::delay::{Compounding, Delay, DelayParameters, MAX_SAMPLES, Record, ScanLine, Stage};
 use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
 use bonebeam::{Complex, Error};
@@ -195,10 +196,7 @@ fn bad_calls_are_refused_before_anything_is_written() {
             capacity
         })
     );
-    let two = ScanLine {
-        array: Array::LinearAt(&element_x[1..]),
-        ..line
-    };
+    let two = changed(line, |l| l.array = Array::LinearAt(&element_x[1..]));
     assert_eq!(refused(&two, &rf, scratch, 150), length("element_x", 2, 3));
 
     let parameter = |error| match error {
@@ -229,10 +227,7 @@ fn bad_calls_are_refused_before_anything_is_written() {
         assert_eq!(parameter(refused(&bad, &rf, scratch, 150)), name);
     }
 
-    let add = ScanLine {
-        compounding: Compounding::Add,
-        ..line
-    };
+    let add = changed(line, |l| l.compounding = Compounding::Add);
     let record = Record::new(&rf, 3).unwrap();
     // One part or both of a sample, one sample or two.
     let nan = Complex::new(0.0, f32::NAN);

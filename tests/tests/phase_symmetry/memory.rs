@@ -1,6 +1,7 @@
 //! Fast memory, external memory and fixed workspaces.
 
 use super::*;
+use crate::common::changed;
 use bonebeam::memory::Scratch;
 
 /// Fast memory.
@@ -195,10 +196,7 @@ fn on_target(
 ) -> Result<(Array2<f32>, usize), bonebeam::Error> {
     let (rows, columns) = image.dim();
     let bank = bank(rows, columns, &THREE, 3.0, strip)?;
-    let mut memory = Strips::new(core::Sizes {
-        strip: 5,
-        ..bank.sizes()
-    });
+    let mut memory = Strips::new(changed(bank.sizes(), |s| s.strip = 5));
     let mut tables = core::LogGaborTables::new();
     let kernels = core::Kernels {
         fft: &core::Microfft,

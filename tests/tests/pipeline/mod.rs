@@ -7,7 +7,8 @@ mod coherence;
 mod iq;
 
 use crate::common;
-use bonebeam::beamform::{self, AlignedLine, Segment, constant_segments};
+use crate::common::changed;
+use bonebeam::beamform::{AlignedLine, Segment, constant_segments};
 use bonebeam::delay::{
     Compounding, Delay, DelayParameters, IqInterpolation, IqParameters, Record, ScanLine, Stage,
 };
@@ -287,10 +288,7 @@ fn a_block_is_aligned_for_the_elements_asked_for() {
         }
     }
     assert!(zeros > 0, "the aperture does not grow");
-    let behind = Block {
-        first: samples,
-        ..Block::of_line(&scan, line)
-    };
+    let behind = changed(Block::of_line(&scan, line), |s| s.first = samples);
     let behind = lines.align(
         0.0f32,
         behind,
@@ -315,10 +313,7 @@ fn a_block_is_aligned_for_the_elements_asked_for() {
 /// A segment with a time window beyond the block is refused.
 #[test]
 fn segments_of_a_block_have_the_lines_bits_and_stay_within_it() {
-    let beamformer = beamform::Parameters {
-        temporal_half_window: 2,
-        ..PARAMETERS.beamformer
-    };
+    let beamformer = changed(PARAMETERS.beamformer, |p| p.temporal_half_window = 2);
     let scan = Scan::new(PARAMETERS.scan).unwrap();
     let lines = LinePipeline::new(scan, beamformer).unwrap();
     let rf = record(7);

@@ -5,6 +5,7 @@
 mod directions;
 
 use crate::common;
+use crate::common::changed;
 
 use bonebeam::beamform::Method;
 use bonebeam::beamform::{AlignedLine, Apodization, Beamformer, Parameters, Postfilter};
@@ -206,10 +207,7 @@ fn an_echo_on_a_sub_line_has_its_own_level_there() {
 
 #[test]
 fn what_does_not_fit_is_refused() {
-    let of = |sub_lines| Parameters {
-        sub_lines,
-        ..Parameters::default()
-    };
+    let of = |sub_lines| changed(Parameters::default(), |p| p.sub_lines = sub_lines);
     let line = Line::noise(1, 6, 8);
     let scan = linear(8, 6);
     let beamformer = Beamformer::new(of(4)).expect("valid parameters");
