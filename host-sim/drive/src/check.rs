@@ -17,6 +17,7 @@ pub const RAYLEIGH: f64 = 1e-3;
 
 /// A program's references: each compares results of the core with its own.
 #[derive(Debug)]
+#[allow(clippy::type_complexity)]
 pub struct References {
     /// Every so many-th beam of aligned samples `[beam, sample, element]`, at an output rate, from a first beam on.
     pub aligned:
