@@ -19,12 +19,14 @@ pub const RAYLEIGH: f64 = 1e-3;
 #[derive(Debug)]
 #[allow(clippy::type_complexity)]
 pub struct References {
-    /// Every so many-th beam of aligned samples `[beam, sample, element]`, at an output rate, from a first beam on.
+    /// Aligned samples `[beam, sample, element]` at an output rate.
+    ///
+    /// The first beam of the samples and a step follow: each `step`-th beam is compared.
     pub aligned:
         fn(&ChannelData, &DelayStage<'_>, f64, &Array3<Complex<f32>>, usize, usize) -> Bits,
     /// Lines `[beam, sample]` by several methods.
     pub lines: fn(&Aligned<'_>, &[Lines<'_>]) -> Result<Vec<(Bits, Bound)>>,
-    /// A B-mode image from lines, of a dynamic range, on a grid, with or without the median.
+    /// A B-mode image of lines: dynamic range, grid, and whether it has the median.
     pub image: fn(&BModeImage, &BeamformedLines, f64, &PixelGrid, bool) -> (Bits, Bound),
     /// The phase symmetry map of an image.
     pub map: fn(&Array2<f32>, &Array2<f32>, &phase_symmetry::Parameters) -> (Bits, Bound),

@@ -1,4 +1,4 @@
-//! Commands of the program `bonebeam-paper`, which has the experiments and the references.
+//! Commands of `bonebeam-paper`, which has experiments and references.
 
 use std::env;
 use std::ffi::OsString;
