@@ -10,8 +10,8 @@ use crate::commands::bench;
 #[cfg(not(feature = "bench"))]
 use crate::commands::bench_left_out as bench;
 use crate::commands::{
-    beamform, completions, convert, elsewhere, info, main_job, phase_symmetry, register, simulate,
-    surface,
+    beamform, check, completions, convert, elsewhere, info, main_job, phase_symmetry, register,
+    simulate, surface,
 };
 use crate::provenance::PROGRAM;
 use crate::{Error, Result};
@@ -49,6 +49,7 @@ enum Command {
     /// Tune beamformer, image and bone-surface detector together, on simulated bones
     Tune(elsewhere::Arguments),
     Info(Box<info::Arguments>),
+    Check(check::Arguments),
     Convert(convert::Arguments),
     /// Check the core bit for bit on this machine
     Verify(elsewhere::Arguments),
@@ -78,6 +79,7 @@ Examples:
   host-sim register bone.ply ct.stl -o registered.ply --image residuals.png
   host-sim tune -o tuned
   host-sim info recording.hdf5
+  host-sim check recording.hdf5
   host-sim convert recording.uff -o recording.npz
   host-sim beamform --help";
 
@@ -136,6 +138,7 @@ fn dispatch(cli: Cli) -> Result<()> {
         }
         Some(Command::Simulate(arguments)) => simulate::run(*arguments),
         Some(Command::Info(arguments)) => info::run(*arguments),
+        Some(Command::Check(arguments)) => check::run(&arguments),
         Some(Command::Convert(arguments)) => convert::run(arguments),
         Some(Command::Completions(arguments)) => completions::run(&arguments, Cli::command()),
         Some(Command::Bench(arguments)) => bench::run(&arguments),

@@ -5,15 +5,11 @@ use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
 use bonebeam::{Complex, Error};
 
 const GOOD: DelayParameters = DelayParameters {
-    sound_speed: 1540.0,
-    sampling_rate: 40e6,
-    centre_frequency: 5e6,
-    output_rate: 20e6,
-    output_start: 0.0,
     output_samples: 50,
     elements: 3,
     record_samples: 100,
     hilbert_taps: 2,
+    ..DelayParameters::EXAMPLE
 };
 
 /// A size of the parameters: its name, the largest value, and its field.

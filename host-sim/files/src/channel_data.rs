@@ -296,6 +296,23 @@ impl ChannelData {
     ///
     /// Each is a sentence.
     pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = self.key_warnings();
+        if let Some(mean) = self.samples.mean_if_positive() {
+            warnings.push(format!(
+                "no sample of the first frame is below 0, and their mean is {}; RF oscillates about 0: subtract the \
+                 converter's zero",
+                digits(mean)
+            ));
+        }
+        warnings.extend(self.beside());
+        warnings.extend(self.few_receivers());
+        warnings.extend(self.silent());
+        warnings.extend(self.turned());
+        warnings
+    }
+
+    /// Those of [`ChannelData::warnings`] that do not depend on the samples' values.
+    pub fn key_warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         match &self.transmits {
             Transmits::Focused { focus, .. } => {
@@ -339,17 +356,6 @@ impl ChannelData {
                  another order"
             ));
         }
-        if let Some(mean) = self.samples.mean_if_positive() {
-            warnings.push(format!(
-                "no sample of the first frame is below 0, and their mean is {}; RF oscillates about 0: subtract the \
-                 converter's zero",
-                digits(mean)
-            ));
-        }
-        warnings.extend(self.beside());
-        warnings.extend(self.few_receivers());
-        warnings.extend(self.silent());
-        warnings.extend(self.turned());
         warnings
     }
 

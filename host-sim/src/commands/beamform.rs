@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use clap::Args;
 
+use super::check::EstimateArgument;
 use super::frames::{FrameRange, parse_frames};
 use super::measures::Measures;
 use super::phase_symmetry::chosen_scales;
@@ -59,6 +60,9 @@ pub struct Arguments {
 
     #[command(flatten)]
     variables: VariableArguments,
+
+    #[command(flatten)]
+    estimate: EstimateArgument,
 
     /// Print the run's measures as JSON
     #[arg(long)]
@@ -334,6 +338,9 @@ pub fn run(arguments: Arguments) -> Result<()> {
     arguments.check_paths(&config_path)?;
 
     let snapshot = Snapshot::of(&arguments.recording)?;
+    arguments
+        .estimate
+        .apply(&arguments.recording, &mut config)?;
     let mut file = RecordingFile::open(&arguments.recording, &config.variables)?;
     let first = file.first();
     arguments.refuse_flags_without_effect(first)?;

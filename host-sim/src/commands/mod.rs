@@ -5,6 +5,7 @@ pub mod beamform;
 pub mod bench;
 #[cfg(not(feature = "bench"))]
 pub mod bench_left_out;
+pub mod check;
 pub mod completions;
 pub mod convert;
 pub mod elsewhere;

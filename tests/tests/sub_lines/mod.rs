@@ -23,15 +23,10 @@ fn parameters<'a>(array: Array<'a>, lines: Lines<'a>, samples: usize) -> ScanPar
     ScanParameters {
         array,
         lines,
-        sound_speed: 1540.0,
-        centre_frequency: 5e6,
-        sampling_rate: 20e6,
         record_samples: 4096,
-        output_rate: 20e6,
         start: Depth::Seconds(6e-6),
         end: Depth::Seconds(6e-6 + (samples - 1) as f64 / 20e6),
-        f_number: 1.5,
-        min_elements: 8,
+        ..ScanParameters::EXAMPLE
     }
 }
 
