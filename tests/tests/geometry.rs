@@ -194,11 +194,9 @@ fn scan<'a>(array: Array<'a>, lines: Lines<'a>) -> Scan<'a> {
         centre_frequency: F0,
         sampling_rate: 40e6,
         record_samples: 2000,
-        output_rate: 20e6,
         start: Depth::Metres(0.0),
         end: Depth::Metres(40e-3),
-        f_number: 1.5,
-        min_elements: 8,
+        ..ScanParameters::EXAMPLE
     })
     .unwrap()
 }

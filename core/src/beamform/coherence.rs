@@ -123,11 +123,9 @@ impl ShortLagCoherence {
         if self.temporal_half_window < samples {
             return Ok(());
         }
-        Err(Error::parameter(
-            "temporal_half_window",
-            self.temporal_half_window as f64,
-            "fewer than the line's samples",
-        ))
+        let expected = "fewer than the line's samples";
+        let value = self.temporal_half_window as f64;
+        Err(Error::parameter("temporal_half_window", value, expected))
     }
 
     fn check(&self, line: AlignedLine<'_>, active: impl Fn(usize) -> Active) -> Result<(), Error> {

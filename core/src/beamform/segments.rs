@@ -279,28 +279,22 @@ impl Beamformer {
         }
         let (elements, record) = (segment.line.elements(), segment.line.samples());
         if segment.first_element > elements || count > elements - segment.first_element {
-            return Err(Error::parameter(
-                "first element",
-                segment.first_element as f64,
-                "an active set within the line's elements",
-            ));
+            let expected = "an active set within the line's elements";
+            let value = segment.first_element as f64;
+            return Err(Error::parameter("first element", value, expected));
         }
         if segment.first_sample > record || samples > record - segment.first_sample {
-            return Err(Error::parameter(
-                "first sample",
-                segment.first_sample as f64,
-                "a segment within the line's samples",
-            ));
+            let expected = "a segment within the line's samples";
+            let value = segment.first_sample as f64;
+            return Err(Error::parameter("first sample", value, expected));
         }
         let reach = |sample: usize| sample.saturating_add(temporal_half_window).min(record);
         let window = segment.first_sample.saturating_sub(temporal_half_window)
             ..reach(segment.first_sample + samples);
         if !segment.line.holds(window) {
-            return Err(Error::parameter(
-                "first sample",
-                segment.first_sample as f64,
-                "a segment whose time windows lie within the line's block",
-            ));
+            let expected = "a segment whose time windows lie within the line's block";
+            let value = segment.first_sample as f64;
+            return Err(Error::parameter("first sample", value, expected));
         }
         Ok(())
     }
@@ -318,11 +312,9 @@ impl Beamformer {
         };
         let covariance = self.parameters().covariance;
         if covariance != sizes.covariance {
-            return Err(Error::parameter(
-                "covariance",
-                covariance as u8 as f64,
-                "that of the workspace",
-            ));
+            let expected = "that of the workspace";
+            let value = covariance as u8 as f64;
+            return Err(Error::parameter("covariance", value, expected));
         }
         let subaperture = self.subaperture(count);
         within("active elements", count, sizes.elements)?;

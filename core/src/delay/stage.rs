@@ -263,15 +263,9 @@ mod tests {
     const SCAN: ScanParameters = ScanParameters {
         array: Array::linear(ELEMENTS, 0.3e-3),
         lines: Lines::Even(Axis::centred(3, 0.4e-3)),
-        sound_speed: 1540.0,
-        centre_frequency: 5e6,
-        sampling_rate: 20e6,
         record_samples: SAMPLES,
-        output_rate: 20e6,
-        start: Depth::Metres(4e-3),
         end: Depth::Metres(9e-3),
-        f_number: 1.5,
-        min_elements: 8,
+        ..ScanParameters::EXAMPLE
     };
 
     /// Two transmits of a line, every `step`-th sample, in blocks of `length` samples.

@@ -108,15 +108,13 @@ mod tests {
         Scan::new(ScanParameters {
             array: Array::linear(elements, 0.3e-3),
             lines,
-            sound_speed: 1540.0,
-            centre_frequency: 5e6,
             sampling_rate: 40e6,
             record_samples: 1000,
-            output_rate: 20e6,
             start: Depth::Metres(0.1e-3),
             end: Depth::Metres(40e-3),
             f_number,
             min_elements: fewest,
+            ..ScanParameters::EXAMPLE
         })
         .unwrap()
     }

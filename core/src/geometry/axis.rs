@@ -74,11 +74,8 @@ impl Axis {
         if self.step > 0.0 && self.step.is_finite() && self.first.is_finite() && end.is_finite() {
             Ok(())
         } else {
-            Err(Error::parameter(
-                name,
-                self.step,
-                "a finite number above 0, from a finite first position",
-            ))
+            let expected = "a finite number above 0, from a finite first position";
+            Err(Error::parameter(name, self.step, expected))
         }
     }
 }

@@ -238,11 +238,8 @@ const fn more_than_twice(output_rate: f64, centre_frequency: f64) -> Result<(), 
     if output_rate / centre_frequency > 2.0 {
         return Ok(());
     }
-    Err(Error::parameter(
-        "output_rate",
-        output_rate,
-        "more than twice the centre frequency",
-    ))
+    let expected = "more than twice the centre frequency";
+    Err(Error::parameter("output_rate", output_rate, expected))
 }
 
 const fn deeper(start: f64, end: f64) -> Result<(), Error> {
@@ -262,15 +259,11 @@ mod tests {
             pitch: 0.3e-3,
         },
         lines: Lines::Even(Axis::centred(31, 0.15e-3)),
-        sound_speed: 1540.0,
-        centre_frequency: 5e6,
         sampling_rate: 40e6,
         record_samples: 1000,
-        output_rate: 20e6,
         start: Depth::Metres(1.54e-3),
         end: Depth::Metres(15.4e-3),
-        f_number: 1.5,
-        min_elements: 8,
+        ..ScanParameters::EXAMPLE
     };
 
     #[test]

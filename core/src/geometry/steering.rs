@@ -400,15 +400,9 @@ mod tests {
         let scan = Scan::new(ScanParameters {
             array: Array::linear(8, 0.3e-3),
             lines: Lines::Even(Axis::centred(3, 0.3e-3)),
-            sound_speed: 1540.0,
-            centre_frequency: 5e6,
-            sampling_rate: 20e6,
-            record_samples: 512,
-            output_rate: 20e6,
-            start: Depth::Metres(4e-3),
             end: Depth::Metres(5e-3),
-            f_number: 1.5,
             min_elements: 4,
+            ..ScanParameters::EXAMPLE
         });
         let scan = scan.expect("valid parameters");
         let samples = scan.samples();

@@ -27,11 +27,8 @@ impl Fan {
         if self.radius >= 0.0 && self.radius.is_finite() {
             return Ok(());
         }
-        Err(Error::parameter(
-            "fan radius",
-            self.radius,
-            "a finite number of at least 0",
-        ))
+        let expected = "a finite number of at least 0";
+        Err(Error::parameter("fan radius", self.radius, expected))
     }
 }
 

@@ -107,11 +107,9 @@ impl PhaseSymmetry {
         at_least_one("number of scales", scales.len())?;
         at_least_one("strip height", sizes.strip)?;
         if !(threshold >= 0.0 && threshold.is_finite()) {
-            return Err(Error::parameter(
-                "noise threshold",
-                threshold.into(),
-                "a finite number of at least 0",
-            ));
+            let expected = "a finite number of at least 0";
+            let value = threshold.into();
+            return Err(Error::parameter("noise threshold", value, expected));
         }
         let mut filled = [Scale::new(rows, columns, 0.5)?; MAX_SCALES];
         for (filled, &scale) in filled.iter_mut().zip(scales) {
@@ -171,11 +169,9 @@ impl PhaseSymmetry {
         if strips.any(|known| known == *strip) {
             return Ok(());
         }
-        Err(Error::parameter(
-            "first line of a strip",
-            strip.start as f64,
-            "one of the bank's strips",
-        ))
+        let expected = "one of the bank's strips";
+        let value = strip.start as f64;
+        Err(Error::parameter("first line of a strip", value, expected))
     }
 }
 

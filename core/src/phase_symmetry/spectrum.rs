@@ -185,11 +185,8 @@ pub(super) fn check_pixels(pixels: &[f32], offset: usize) -> Result<(), Error> {
             });
         }
         if pixel.abs() > MAX_PIXEL {
-            return Err(Error::parameter(
-                "image pixel",
-                pixel.into(),
-                "a magnitude of at most 1e12",
-            ));
+            let expected = "a magnitude of at most 1e12";
+            return Err(Error::parameter("image pixel", pixel.into(), expected));
         }
     }
     Ok(())

@@ -339,11 +339,8 @@ impl Parameters {
         let Settings { depths, near, .. } = self.settings;
         attempt!(window("near", near));
         if !(depths[0] < depths[1] && depths[0].is_finite()) {
-            return Err(Error::parameter(
-                "depths",
-                depths[0],
-                "a finite depth, below the second",
-            ));
+            let expected = "a finite depth, below the second";
+            return Err(Error::parameter("depths", depths[0], expected));
         }
         // The casts truncate and saturate; negative numbers become 0.
         attempt!(positive("cell", self.settings.cell));
@@ -360,11 +357,9 @@ impl Parameters {
         let last = cells.saturating_sub(cells_of(near[1], cell));
         let end = if end < last { end } else { last };
         if end < first.saturating_add(3) {
-            return Err(Error::parameter(
-                "end of the lines (m)",
-                self.samples.last(),
-                "the first of the depths, three cells, and the near window below them",
-            ));
+            let expected = "the first of the depths, three cells, and the near window below them";
+            let value = self.samples.last();
+            return Err(Error::parameter("end of the lines (m)", value, expected));
         }
         let Settings {
             echo,
@@ -426,10 +421,11 @@ pub(super) const fn window(name: &'static str, [from, to]: [f64; 2]) -> Result<(
     if from >= 0.0 && from <= to && to < LONGEST {
         return Ok(());
     }
+    let expected = "lengths of at least 0 and below 1 m, the first at most the second";
     Err(Error::parameter(
         name,
         if from >= 0.0 && from <= to { to } else { from },
-        "lengths of at least 0 and below 1 m, the first at most the second",
+        expected,
     ))
 }
 

@@ -2,9 +2,7 @@
 
 use bonebeam::beamform::{self, Method};
 use bonebeam::delay::{IqInterpolation, IqLayout, IqSamples, Record};
-use bonebeam::geometry::{
-    Array, Axis as Positions, Depth, Lines, ScanParameters, Transmit, TransmitLaw,
-};
+use bonebeam::geometry::{Array, Axis as Positions, Lines, ScanParameters, Transmit, TransmitLaw};
 use bonebeam::memory::Need;
 use bonebeam::pipeline::{Input, IqInput, Parameters};
 
@@ -14,29 +12,18 @@ pub const PARAMETERS: Parameters = Parameters {
     scan: ScanParameters {
         array: Array::linear(ELEMENTS, 0.3e-3),
         lines: Lines::Even(Positions::centred(LINES, 0.2e-3)),
-        sound_speed: 1540.0,
-        centre_frequency: 5e6,
         sampling_rate: 40e6,
         record_samples: 700,
-        output_rate: 20e6,
-        start: Depth::Metres(4e-3),
-        end: Depth::Metres(12e-3),
-        f_number: 1.5,
-        min_elements: 8,
+        ..ScanParameters::EXAMPLE
     },
     beamformer: beamform::Parameters {
         method: Method::EsmvRank1,
         temporal_half_window: 1,
         ..beamform::Parameters::DEFAULT
     },
-    rows: 64,
-    columns: 64,
-    dynamic_range: 50.0,
-    median: true,
     scales: &[1.0 / 8.0, 1.0 / 16.0, 1.0 / 32.0],
-    threshold: 10.0,
-    strip: 8,
     block: usize::MAX,
+    ..Parameters::EXAMPLE
 };
 /// Its memory.
 pub const NEED: Need = match PARAMETERS.need(Input::Rf, 1) {

@@ -12,7 +12,7 @@ use bonebeam::delay::{
     IqSamples, MAX_SAMPLES, Record, ScanLine, Stage, hilbert_taps,
 };
 use bonebeam::geometry::{
-    Active, Array, Axis, Depth, Element, Lines, Ray, Scan, ScanParameters, Transmit, TransmitLaw,
+    Active, Array, Axis, Element, Lines, Ray, Scan, ScanParameters, Transmit, TransmitLaw,
 };
 use bonebeam::simd::Vector;
 use bonebeam::{Complex, Error};
@@ -289,10 +289,7 @@ fn memory_and_the_way_of_reading_follow_from_the_parameters() {
             sampling_rate,
             record_samples: 256,
             output_rate: 15e6,
-            start: Depth::Metres(4e-3),
-            end: Depth::Metres(12e-3),
-            f_number: 1.5,
-            min_elements: 8,
+            ..ScanParameters::EXAMPLE
         });
         let found = IqParameters::of(&scan.unwrap(), 4.8e6).interpolation;
         assert_eq!(found, interpolation, "{sampling_rate}");

@@ -309,10 +309,12 @@ fn check_steering(
 ) -> Result<(), Error> {
     let step = steering.step().get();
     if !parameters.step().get().is_multiple_of(step) {
+        let expected = "that of the beamformer, or a divisor of it";
+        let value = step as f64;
         return Err(Error::parameter(
             "depth_step of the steering",
-            step as f64,
-            "that of the beamformer, or a divisor of it",
+            value,
+            expected,
         ));
     }
     if steering.sub_lines() != parameters.sub_lines {

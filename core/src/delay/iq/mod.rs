@@ -193,11 +193,8 @@ impl Stage for IqDelay {
             IqInterpolation::LinearFixed => {
                 let Samples::Iq(IqSamples::Counts(samples, _), layout) = source.record.samples
                 else {
-                    return Err(Error::parameter(
-                        "iq",
-                        0.0,
-                        "counts, for interpolation in fixed point",
-                    ));
+                    let expected = "counts, for interpolation in fixed point";
+                    return Err(Error::parameter("iq", 0.0, expected));
                 };
                 p.fixed(source, &source.record.window(samples, layout), scratch, out)?;
             }

@@ -391,15 +391,12 @@ mod tests {
     fn the_filter_needs_its_taps_around_two_positions() {
         for (sampling_rate, taps) in [(60e6, 32), (100e6, 16)] {
             let delay = Delay::new(DelayParameters {
-                sound_speed: 1540.0,
                 sampling_rate,
-                centre_frequency: 5e6,
-                output_rate: 20e6,
-                output_start: 0.0,
                 output_samples: 400,
                 elements: 1,
                 record_samples: 2500,
                 hilbert_taps: 31,
+                ..DelayParameters::EXAMPLE
             })
             .unwrap();
             assert_eq!(delay.interpolator.taps(), taps);

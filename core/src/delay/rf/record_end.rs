@@ -128,15 +128,13 @@ mod tests {
         ];
         for (halvings, ratio) in [1.0, 3.0, 6.0, 12.0].into_iter().enumerate() {
             let parameters = DelayParameters {
-                sound_speed: 1540.0,
                 sampling_rate: ratio * 20e6,
-                centre_frequency: 5e6,
-                output_rate: 20e6,
                 output_start: 4e-6,
                 output_samples: 160,
                 elements: ELEMENTS,
                 record_samples: (ratio * 300.0) as usize,
                 hilbert_taps: 5,
+                ..DelayParameters::EXAMPLE
             };
             let delay = Delay::new(parameters).unwrap();
             assert_eq!(delay.interpolator.halvings(), halvings);
@@ -170,15 +168,13 @@ mod tests {
     #[test]
     fn nothing_of_a_record_is_read_for_no_samples_or_elements() {
         let parameters = DelayParameters {
-            sound_speed: 1540.0,
             sampling_rate: 20e6,
-            centre_frequency: 5e6,
-            output_rate: 20e6,
             output_start: 4e-6,
             output_samples: 160,
             elements: ELEMENTS,
             record_samples: 100,
             hilbert_taps: 5,
+            ..DelayParameters::EXAMPLE
         };
         let delay = Delay::new(parameters).unwrap();
         let line = |count, t0| ScanLine {

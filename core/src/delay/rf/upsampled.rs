@@ -70,11 +70,8 @@ impl<'a> Upsampled<'a> {
     pub fn new(delay: &'a Delay) -> Result<Self, Error> {
         let p = &delay.parameters;
         if delay.interpolator.halvings() > 0 {
-            return Err(Error::parameter(
-                "sampling_rate",
-                p.sampling_rate,
-                "less than 2.5 times the output rate",
-            ));
+            let expected = "less than 2.5 times the output rate";
+            return Err(Error::parameter("sampling_rate", p.sampling_rate, expected));
         }
         if p.record_samples > MOST_SAMPLES {
             return Err(Error::capacity(
