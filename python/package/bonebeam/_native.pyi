@@ -62,6 +62,7 @@ def register(
     landmarks: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]] | None,
     fit: str | None,
     both_sides: bool,
+    threshold: float | None,
 ) -> dict[str, Any]: ...
 def simulate(section: str, threads: int | None) -> dict[str, Any]: ...
 def delay(

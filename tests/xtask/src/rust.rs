@@ -2,9 +2,18 @@
 
 use std::path::Path;
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 
 use crate::here::{Here, printed};
+
+/// Without git, as in an archive of the source, there is no subject.
+pub(crate) fn format(here: &Here) -> Result<()> {
+    here.run("cargo fmt --all --check")?;
+    let (subject, _) = printed(&mut here.command("git log -1 --no-merges --format=%s"))?;
+    let length = subject.trim().chars().count();
+    ensure!(length <= 72, "{length} characters: {}", subject.trim());
+    Ok(())
+}
 
 /// Bits must not depend on the optimisation level.
 pub(crate) fn debug(here: &Here) -> Result<()> {

@@ -83,7 +83,7 @@ const OF_TESTS: &str = "numpy>=1.23 pytest scipy mypy matplotlib xarray h5py das
 /// All steps, in the order in which they run.
 #[rustfmt::skip]
 pub const STEPS: &[Step] = &[
-    step(Host, "format", &[], Lines(&["cargo fmt --all --check"]), "layout of the source"),
+    step(Host, "format", &[], Call(rust::format), "layout of the source; the last commit's subject has at most 72 characters"),
     step(Host, "clippy", &[], Lines(&[
         "cargo clippy --locked --release --workspace --all-targets @bench -- -D warnings",
         "cargo clippy --locked --release --workspace --all-targets -- -D warnings",
