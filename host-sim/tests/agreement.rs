@@ -2,6 +2,7 @@
 //!
 //! `tests/tests/kernels.rs` and `beamform_f64.rs` beside it compare the driver with the references.
 
+use crate::common::changed;
 use bonebeam::covariance::Covariance;
 use std::path::Path;
 use std::process::Command;
@@ -42,10 +43,7 @@ fn flags(section: &Beamform) -> Vec<String> {
 }
 
 fn beamform(folder: &Path, parameters: Parameters, covariance: Covariance) -> BeamformedLines {
-    let section = Beamform {
-        covariance,
-        ..Beamform::of(parameters)
-    };
+    let section = changed(Beamform::of(parameters), |b| b.covariance = covariance);
     let output = folder.join("lines.npz");
     let run = Command::new(env!("CARGO_BIN_EXE_host-sim"))
         .arg("beamform")

@@ -44,6 +44,7 @@ pub fn register_points<'py>(
     landmarks: Option<(PyReadonlyArray2<'py, f64>, PyReadonlyArray2<'py, f64>)>,
     fit: Option<&str>,
     both_sides: bool,
+    threshold: Option<f64>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let (normals, paths, confidence, frame) = columns;
     let cloud = Cloud {
@@ -79,7 +80,7 @@ pub fn register_points<'py>(
     };
     let read = || {
         let (vertices, faces) = match mesh {
-            Mesh::File(path) => return Ok(Bone::read(&path)?.0),
+            Mesh::File(path) => return Ok(Bone::read(&path, threshold)?.0),
             Mesh::Arrays(vertices, faces) => (vertices, faces),
         };
         let face = |row: ndarray::ArrayView1<u32>| [row[0], row[1], row[2]];

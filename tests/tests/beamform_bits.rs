@@ -20,11 +20,12 @@ fn a_singular_covariance_takes_the_eigensolver() {
             let z = |method| {
                 let parameters = Parameters {
                     method,
+                    covariance,
                     diagonal_loading: 0.0,
                     subaperture_ratio: 0.9,
                     ..Parameters::default()
                 };
-                bits(&core(&line, parameters, covariance))
+                bits(&core(&line, parameters))
             };
             assert_eq!(
                 z(Method::EsmvRank1),
@@ -42,13 +43,14 @@ fn a_singular_covariance_takes_the_eigensolver() {
 fn steps_serve_a_wave_with_a_loading_of_a_thousandth() {
     let zeros = |elements, diagonal_loading| {
         let line = Line::from_fn(4, elements, |_, m| Complex::cis(0.7 * m as f32));
-        let parameters = Parameters {
-            method: Method::EsmvRank1Steps(8),
-            diagonal_loading,
-            ..Parameters::default()
-        };
         COVARIANCES.map(|covariance| {
-            let z = core(&line, parameters, covariance);
+            let parameters = Parameters {
+                method: Method::EsmvRank1Steps(8),
+                covariance,
+                diagonal_loading,
+                ..Parameters::default()
+            };
+            let z = core(&line, parameters);
             z.iter().filter(|z| z.norm() == 0.0).count()
         })
     };

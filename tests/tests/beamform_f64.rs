@@ -3,6 +3,7 @@
 //! The oracle of `host-sim` judges them, without the exemption for changes by rounding alone.
 
 use crate::common;
+use crate::common::changed;
 
 use bonebeam::beamform::{Method, Parameters};
 use bonebeam::geometry::Active;
@@ -27,8 +28,8 @@ fn assert_agrees(line: &Line, range: Range<usize>, base: Parameters, methods: &[
     let computed = || range.clone().filter(|n| n.is_multiple_of(step));
     for covariance in COVARIANCES {
         let line_of = |method| {
-            let parameters = Parameters { method, ..base };
-            let z = core(line, parameters, covariance);
+            let parameters = changed(base, |p| (p.method, p.covariance) = (method, covariance));
+            let z = core(line, parameters);
             (
                 Array2::from_shape_vec((1, z.len()), z).expect("a line"),
                 parameters,
@@ -37,7 +38,6 @@ fn assert_agrees(line: &Line, range: Range<usize>, base: Parameters, methods: &[
         let frame = AlignedFrame {
             x: &x,
             active: |_, n: usize| line.active[n],
-            covariance,
         };
         let z: Vec<_> = methods.iter().map(|&method| line_of(method)).collect();
         let lines: Vec<_> = z.iter().map(|(z, parameters)| (z, *parameters)).collect();
@@ -51,7 +51,7 @@ fn assert_agrees(line: &Line, range: Range<usize>, base: Parameters, methods: &[
             false => 0.0,
         };
         for ((z, parameters), judgements) in lines.iter().zip(judgements) {
-            let name = format!("M = {}, {covariance:?}, {parameters:?}", line.x.ncols());
+            let name = format!("M = {}, {parameters:?}", line.x.ncols());
             for (n, judgement) in computed().zip(judgements) {
                 let exempt = matches!(judgement.exemption, Some(Exemption::Rounding));
                 let without_first = parameters.method == Method::EsmvExcludeFirst;
@@ -81,10 +81,9 @@ fn random_snapshots() {
 
 /// A half window, all else by default.
 fn with_window(temporal_half_window: usize) -> Parameters {
-    Parameters {
-        temporal_half_window,
-        ..Parameters::default()
-    }
+    changed(Parameters::default(), |p| {
+        p.temporal_half_window = temporal_half_window
+    })
 }
 
 #[test]
@@ -281,14 +280,14 @@ fn a_hundred_thousand_samples_of_undecided_ranks_and_split_clusters() {
             let z = methods.map(|method| {
                 let parameters = Parameters {
                     method,
+                    covariance,
                     ..Parameters::default()
                 };
-                (frame(&lines, parameters, covariance), parameters)
+                (frame(&lines, parameters), parameters)
             });
             let judged = AlignedFrame {
                 x: &x,
                 active: |beam: usize, n: usize| lines[beam].active[n],
-                covariance,
             };
             let z: Vec<_> = z.iter().map(|(z, parameters)| (z, *parameters)).collect();
             let mut tallies = [Tally::default(); 5];
@@ -305,7 +304,7 @@ fn a_hundred_thousand_samples_of_undecided_ranks_and_split_clusters() {
                     for (n, judgement) in judgements.iter().enumerate() {
                         let of_rounding = !judgement.holds() && {
                             let x = x.index_axis(Axis(0), beam);
-                            let sample = Sample::new(x, n, (0, ELEMENTS), parameters, covariance);
+                            let sample = Sample::new(x, n, (0, ELEMENTS), parameters);
                             let sample = sample.expect("Δ > 0").expect("power");
                             moved_by_rounding(&sample, parameters.method, bound)
                         };

@@ -11,15 +11,12 @@ use bonebeam_oracle::reference::f64::beamform::Sample;
 use bonebeam_tests::kernel::judge;
 use bonebeam_tests::kernels::{beamform::Lines, coherence::Shares};
 
+use crate::common::changed;
 use crate::common::lines::Line;
 
 /// Shares of the largest eigenvalue, the same over any lanes.
-fn shares(line: &Line, parameters: Parameters, covariance: Covariance) -> Vec<f32> {
+fn shares(line: &Line, parameters: Parameters) -> Vec<f32> {
     let (samples, elements) = line.x.dim();
-    let parameters = Parameters {
-        covariance,
-        ..parameters
-    };
     let kernel = Shares(Lines {
         parameters,
         elements,
@@ -56,6 +53,7 @@ fn the_share_of_the_largest_eigenvalue_is_that_of_an_f64_eigensolver() {
         for (covariance, depth_step) in [(Covariance::Forward, 1), (Covariance::ForwardBackward, 3)]
         {
             let parameters = Parameters {
+                covariance,
                 temporal_half_window: half_window,
                 depth_step,
                 ..Parameters::default()
@@ -63,11 +61,11 @@ fn the_share_of_the_largest_eigenvalue_is_that_of_an_f64_eigensolver() {
             let delta = f64::from(parameters.diagonal_loading);
             for noise in [0.0, 0.1, 1.0, 30.0] {
                 let line = echo_in_noise(seed as u64, samples, elements, noise);
-                let found = shares(&line, parameters, covariance);
+                let found = shares(&line, parameters);
                 for (&found, n) in found.iter().zip((0..).step_by(depth_step)) {
                     let Active { first, count } = line.active[n];
                     let x = line.x.view();
-                    let sample = Sample::new(x, n, (first, count), &parameters, covariance);
+                    let sample = Sample::new(x, n, (first, count), &parameters);
                     let expected = sample.unwrap().map_or(0.0, |sample| {
                         let values = sample.eigenspace().values;
                         values[0] * (1.0 + delta) / values.sum() - delta / values.len() as f64
@@ -88,6 +86,7 @@ fn the_share_of_the_largest_eigenvalue_is_that_of_an_f64_eigensolver() {
 fn the_largest_eigenvalue_of_independent_noise_is_that_of_wishart_matrices() {
     let (elements, half_window) = (16, 200);
     let parameters = Parameters {
+        covariance: Covariance::Forward,
         temporal_half_window: half_window,
         subaperture_ratio: 1.0,
         ..Parameters::default()
@@ -100,7 +99,7 @@ fn the_largest_eigenvalue_of_independent_noise_is_that_of_wishart_matrices() {
     let found: Vec<f64> = (0..20)
         .map(|seed| {
             let line = Line::noise(seed, 2 * half_window + 1, elements);
-            f64::from(shares(&line, parameters, Covariance::Forward)[half_window])
+            f64::from(shares(&line, parameters)[half_window])
         })
         .collect();
     let mean = found.iter().sum::<f64>() / found.len() as f64;
@@ -119,7 +118,10 @@ fn equal_echoes_have_one_eigenvalue_and_silence_none() {
         active.count = n.min(24);
     }
     for covariance in [Covariance::Forward, Covariance::ForwardBackward] {
-        let found = shares(&line, Parameters::default(), covariance);
+        let found = shares(
+            &line,
+            changed(Parameters::DEFAULT, |p| p.covariance = covariance),
+        );
         for (n, share) in found.iter().enumerate() {
             let expected = if [0, 20].contains(&n) { 0.0 } else { 1.0 };
             assert!((share - expected).abs() < 1e-6, "{n}: {share}");

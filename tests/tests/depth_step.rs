@@ -1,11 +1,12 @@
 //! Lines with a depth step, and their images.
 
 use crate::common;
+use crate::common::refused::refused;
 
+use bonebeam::Complex;
 use bonebeam::beamform::Parameters;
 use bonebeam::image::{DepthInterpolation, Pooling, envelope};
 use bonebeam::pipeline::{self, Input, Pipeline};
-use bonebeam::{Complex, Error};
 use bonebeam_oracle::reference::f64::depth_interpolation as exact;
 use bonebeam_tests::kernel::bits;
 use common::frames::PARAMETERS;
@@ -157,13 +158,14 @@ fn a_pulses_envelope_errs_by_what_its_band_leaves_out() {
 
 #[test]
 fn what_is_no_line_is_refused() {
-    let name = |depth_step, cycles| match DepthInterpolation::new(9, depth_step, cycles) {
-        Err(Error::Parameter { name, .. }) => name,
-        other => panic!("{other:?}"),
-    };
-    assert_eq!(name(0, 0.25), "depth_step");
-    assert_eq!(name(9, 0.25), "depth_step");
-    assert_eq!(name(2, f64::NAN), "cycles of the carrier");
+    for (depth_step, cycles, name) in [
+        (0, 0.25, "depth_step"),
+        (9, 0.25, "depth_step"),
+        (2, f64::NAN, "cycles of the carrier"),
+    ] {
+        let words = refused(DepthInterpolation::new(9, depth_step, cycles));
+        assert!(words.starts_with(&format!("parameter {name} ")), "{words}");
+    }
     let row = Parameters::TABLE
         .into_iter()
         .find(|row| row.name == "depth_step");
@@ -178,26 +180,21 @@ fn what_is_no_line_is_refused() {
         let scratch = &mut vec![Complex::ZERO; scratch][..];
         interpolation.envelope(z, (1, Pooling::Largest), scratch, out)
     };
-    let length = |name, actual, expected| {
-        Err(Error::Length {
-            name,
-            actual,
-            expected,
-        })
-    };
-    assert_eq!(run(&z[..5], 12, &mut out), length("envelope output", 10, 9));
-    assert_eq!(run(&z, 12, &mut out[..9]), length("sub-lines", 6, 5));
-    assert_eq!(run(&z[..5], 13, &mut out[..9]), length("scratch", 13, 12));
+    for (samples, scratch, length, words) in [
+        (5, 12, 10, "length envelope output 10 for 9"),
+        (6, 12, 9, "length sub-lines 6 for 5"),
+        (5, 13, 9, "length scratch 13 for 12"),
+    ] {
+        let short = run(&z[..samples], scratch, &mut out[..length]);
+        assert_eq!(refused(short), words);
+    }
     z[3].im = f32::NAN;
-    let bad = Error::NonFinite {
-        name: "analytic signal",
-        index: 3,
-    };
-    assert_eq!(run(&z[..5], 12, &mut out[..9]), Err(bad));
+    let bad = "non-finite analytic signal 3";
+    assert_eq!(refused(run(&z[..5], 12, &mut out[..9])), bad);
     assert_eq!(out, [7.0; 10]);
     let mut line = [Complex::ZERO; 9];
-    let refused = interpolation.line(&z[..5], &mut scratch[..12], &mut line);
-    assert_eq!(refused, Err(bad));
+    let of_line = interpolation.line(&z[..5], &mut scratch[..12], &mut line);
+    assert_eq!(refused(of_line), bad);
     // Magnitudes beyond the largest number become that number.
     let sign = [1.0, -1.0, 1.0, -1.0, 1.0];
     let largest = sign.map(|sign| Complex::new(f32::MAX, f32::MAX) * sign);

@@ -189,7 +189,7 @@ impl Plain for beamform::Lines {
     const PLANS: u64 = 6000;
 
     fn plain(&self) -> Option<Vec<Complex<f32>>> {
-        let (parameters, covariance) = (self.parameters, self.parameters.covariance);
+        let parameters = self.parameters;
         let mut all = Vec::new();
         for (line, (x, _)) in self.lines.iter().enumerate() {
             let x: Vec<_> = x.chunks(self.elements).map(<[_]>::to_vec).collect();
@@ -204,18 +204,12 @@ impl Plain for beamform::Lines {
                         .collect()
                 };
                 let directions: Vec<Vec<_>> = (0..x.len()).map(of_sample).collect();
-                let z =
-                    plain::sub_lines::sub_lines(&x, &active, &directions, &parameters, covariance);
+                let z = plain::sub_lines::sub_lines(&x, &active, &directions, &parameters);
                 all.extend(z.concat());
                 continue;
             }
             let of = |method| {
-                plain::beamform::beamform(
-                    &x,
-                    &active,
-                    &changed(parameters, |p| p.method = method),
-                    covariance,
-                )
+                plain::beamform::beamform(&x, &active, &changed(parameters, |p| p.method = method))
             };
             let (adaptive, das) = (of(parameters.method), of(Method::Das));
             let within = |i: usize| self.within.contains(&(i * parameters.depth_step));

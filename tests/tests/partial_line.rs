@@ -4,7 +4,6 @@ use crate::common::lines::{Line, core};
 use crate::common::refused::refused;
 use bonebeam::Complex;
 use bonebeam::beamform::{AlignedLine, Beamformer, Parameters};
-use bonebeam::covariance::Covariance;
 use bonebeam_drive::beamform::Memory;
 use bonebeam_tests::kernel::bits;
 
@@ -58,7 +57,7 @@ fn each_block_has_its_own_scale() {
         .into_iter()
         .skip(20)
         .for_each(|mut row| row *= Complex::from(1e-30));
-    let whole = core(&line, Parameters::DEFAULT, Covariance::ForwardBackward);
+    let whole = core(&line, Parameters::DEFAULT);
     let mut z = vec![Complex::ZERO; SAMPLES];
     let done = run(&line, 0, &[(0, 0, 20), (20, 20, SAMPLES)], &mut z);
     assert_eq!(done, Ok(vec![20, SAMPLES]));

@@ -1,13 +1,14 @@
 //! Lines in blocks, from RF and from I/Q: their memory, their scale, and what is refused.
 
 use crate::common;
+use crate::common::changed;
 
 use bonebeam::beamform::{Beamformer, Workspace};
 use bonebeam::delay::{
     Compounding, Delay, DelayParameters, IqDelay, IqLayout, IqParameters, IqSamples, Record,
     ScanLine, Stage,
 };
-use bonebeam::geometry::{Depth, Scan, ScanParameters};
+use bonebeam::geometry::{Depth, Scan};
 use bonebeam::memory::Scratch;
 use bonebeam::pipeline::LinePipeline;
 use bonebeam::{Complex, Error};
@@ -128,10 +129,7 @@ fn no_part_of_an_aligned_sample_exceeds_the_largest_of_its_record() {
 #[test]
 fn memory_for_a_block_does_not_grow_with_the_line_and_less_is_refused() {
     let long = |end: f64| {
-        let scan = ScanParameters {
-            end: Depth::Metres(end),
-            ..iq_parameters(0).scan
-        };
+        let scan = changed(iq_parameters(0).scan, |p| p.end = Depth::Metres(end));
         let scan = Scan::of_iq(scan).unwrap();
         LinePipeline::of_iq(scan, iq_input(None), PARAMETERS.beamformer).unwrap()
     };
@@ -141,10 +139,7 @@ fn memory_for_a_block_does_not_grow_with_the_line_and_less_is_refused() {
     let aligned = lines.scan().samples() * ELEMENTS;
     assert_eq!(lines.need(1, usize::MAX).complex, aligned);
     let rf = |end: f64| {
-        let scan = ScanParameters {
-            end: Depth::Metres(end),
-            ..PARAMETERS.scan
-        };
+        let scan = changed(PARAMETERS.scan, |p| p.end = Depth::Metres(end));
         LinePipeline::new(Scan::new(scan).unwrap(), PARAMETERS.beamformer).unwrap()
     };
     assert_eq!(rf(12e-3).need(1, 20), rf(60e-3).need(1, 20));

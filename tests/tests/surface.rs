@@ -1,5 +1,6 @@
 //! The bone surface: known answers, both references, any old memory, bad input.
 
+use crate::common::changed;
 use bonebeam::Error;
 use bonebeam::geometry::Axis;
 use bonebeam::memory::Scratch;
@@ -156,10 +157,7 @@ fn tissue_alone_a_black_and_a_white_frame_have_no_surface() {
 #[test]
 fn coherence_tells_clutter_from_tissue() {
     let frame = lines(600, &[Some(250); 40], 110, 3);
-    let parameters = Parameters {
-        settings: Settings::COHERENCE,
-        ..PARAMETERS
-    };
+    let parameters = changed(PARAMETERS, |p| p.settings = Settings::COHERENCE);
     let found = |below: u8| {
         let coherence = |n: usize| if n % 600 < 250 { 130 } else { below };
         let coherence: Vec<u8> = (0..frame.len()).map(coherence).collect();
@@ -236,10 +234,7 @@ fn scores_stay_within_their_bound_of_the_f64_reference() {
             learnt: false,
             ..any_settings(&mut Seed(seed), false)
         };
-        let parameters = Parameters {
-            settings,
-            ..PARAMETERS
-        };
+        let parameters = changed(PARAMETERS, |p| p.settings = settings);
         let frame = lines(600, &[Some(300)], 20, seed);
         let levels = reference::f32::surface::levels(&parameters, &frame);
         let scores = reference::f32::surface::scores(&parameters, &frame, levels);
@@ -275,10 +270,7 @@ fn line_by_line_is_the_frame_if_latency_is_long_enough() {
         .collect();
     let frame = lines(600, &bones, 0, 6);
     let whole = found(PARAMETERS, &frame);
-    let late = Parameters {
-        latency: 9,
-        ..PARAMETERS
-    };
+    let late = changed(PARAMETERS, |p| p.latency = 9);
     let detector = detector(late);
     assert!(detector.need().real < Detector::new(PARAMETERS).unwrap().need().real);
     let mut real = vec![f32::NAN; detector.need().real];

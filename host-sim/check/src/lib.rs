@@ -50,7 +50,7 @@ pub fn check(data: &ChannelData) -> Vec<Finding> {
     } else {
         findings.extend(time::check(data, &base, &view, &elements.good));
     }
-    findings.sort_by(|a, b| b.severity.cmp(&a.severity));
+    findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
     findings
 }
 

@@ -1,7 +1,6 @@
 //! Comparison of the core's results with references that another crate has.
 
 use bonebeam::beamform::Parameters;
-use bonebeam::covariance::Covariance;
 use bonebeam::geometry::Active;
 use ndarray::{Array2, Array3};
 use num_complex::Complex;
@@ -18,6 +17,7 @@ pub const RAYLEIGH: f64 = 1e-3;
 
 /// A program's references: each compares results of the core with its own.
 #[derive(Debug)]
+#[allow(clippy::type_complexity)]
 pub struct References {
     /// Aligned samples `[beam, sample, element]` at an output rate.
     ///
@@ -41,8 +41,6 @@ pub struct Aligned<'a> {
     pub x: &'a Array3<Complex<f32>>,
     /// The active elements of a beam at a sample.
     pub active: &'a (dyn Fn(usize, usize) -> Active + Sync),
-    /// Forward or forward-backward.
-    pub covariance: Covariance,
     /// One beam in this many goes through the f32 reference.
     pub every_f32: usize,
     /// One beam in this many goes through the f64 reference.

@@ -5,12 +5,17 @@ use std::path::Path;
 use crate::Result;
 use crate::algebra::{V3, add, cross, dot, mean, scale, sub, unit};
 use crate::cloud::{is_ras, to_lps};
+use crate::volume::Volume;
+use bonebeam_files::file_error;
 use bonebeam_simulate::{Surface, read_surface};
 
 /// Largest number of triangles in a leaf.
 const LEAF: usize = 4;
 /// Least cosine between a point's normal and that of the surface it belongs to: 70°.
 const FACING: f64 = 0.34;
+
+/// Density at which bone begins in a CT volume, HU.
+pub const THRESHOLD: f64 = 250.0;
 
 /// A surface of triangles, mm, with normals outwards.
 pub struct Bone {
@@ -62,13 +67,24 @@ impl Bone {
         bone
     }
 
-    /// Reads a `.stl`, `.obj` or `.ply` file, in mm, with warnings.
+    /// Reads a `.stl`, `.obj` or `.ply` mesh in mm, or a `.nii` volume, with warnings.
     ///
-    /// A file that says `SPACE=RAS` near its beginning is turned to LPS.
+    /// A mesh that says `SPACE=RAS` near its beginning is turned to LPS. A volume needs `threshold`, HU.
     ///
     /// # Errors
-    /// A file that cannot be read, or without triangles.
-    pub fn read(path: &Path) -> Result<(Bone, Vec<String>)> {
+    /// A file that cannot be read, or without triangles. A threshold for a mesh.
+    pub fn read(path: &Path, threshold: Option<f64>) -> Result<(Bone, Vec<String>)> {
+        let name = path.to_string_lossy().to_ascii_lowercase();
+        if name.ends_with(".nii") || name.ends_with(".nii.gz") {
+            let volume = Volume::read_nifti(path)?;
+            let bone = volume.bone(threshold.unwrap_or(THRESHOLD));
+            let bone = bone.map_err(|e| file_error(path, e.to_string()))?;
+            return Ok((bone, Vec::new()));
+        }
+        if threshold.is_some() {
+            let message = "has triangles: a threshold has no effect on it";
+            return Err(file_error(path, message));
+        }
         let (mut surface, warnings) = read_surface(path)?;
         if is_ras(path)? {
             surface = surface.mapped(to_lps);

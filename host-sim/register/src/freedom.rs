@@ -12,7 +12,7 @@ use crate::scene::{Pose, Scene, View};
 /// A motion is not determined if it may go this far, mm: the clinic's bar.
 pub const BAR: f64 = 2.0;
 /// Side of the cubes whose points count as one observation, mm.
-const PATCH: f64 = 10.0;
+const PATCH: f64 = 20.0;
 /// Least standard deviation of distances, mm: no surface is known better.
 const LEAST_ERROR: f64 = 0.1;
 /// The largest motion that is tried, mm.

@@ -15,6 +15,7 @@ mod pose;
 mod residuals;
 mod scene;
 mod starts;
+mod volume;
 
 pub use algebra::V3;
 pub use bone::Bone;
@@ -23,6 +24,7 @@ pub use freedom::{BAR, Freedom, Kind};
 pub use picture::{colour, picture};
 pub use pose::Rigid;
 pub use residuals::{Region, Statistics, regions};
+pub use volume::Volume;
 
 pub use bonebeam_files::{Error, Result};
 

@@ -128,6 +128,10 @@ impl Rigid {
                 to.len()
             )));
         }
+        if let Some(k) = (from.iter().chain(to)).position(|p| p.iter().any(|v| !v.is_finite())) {
+            let message = format!("landmark {} is not finite", k % from.len());
+            return Err(Error::Data(message));
+        }
         let (a, b) = (mean(from.iter().copied()), mean(to.iter().copied()));
         // Sums of products of coordinates.
         let mut s = [[0.0; 3]; 3];
@@ -225,6 +229,9 @@ mod tests {
         assert!(message(&line, &line).contains("one line"));
         assert!(message(&LANDMARKS[..2], &LANDMARKS[..2]).contains("at least 3"));
         assert!(message(&LANDMARKS, &LANDMARKS[..3]).contains("4 landmarks"));
+        let mut broken = LANDMARKS;
+        broken[1][2] = f64::NAN;
+        assert!(message(&LANDMARKS, &broken).contains("landmark 1 is not finite"));
         let mut rows = Rigid::IDENTITY.rows();
         rows[0][0] = -1.0;
         let mirrored = Rigid::of_rows(rows.as_flattened()).unwrap_err();

@@ -32,9 +32,13 @@ pub struct Arguments {
     #[arg(value_name = "POINTS")]
     points: PathBuf,
 
-    /// Surface of the bone, .stl, .obj or .ply
+    /// Surface of the bone, .stl, .obj or .ply; or a CT volume, .nii or .nii.gz
     #[arg(value_name = "MESH")]
     mesh: PathBuf,
+
+    /// Density at which bone begins in a CT volume, HU; its largest part is used [default: 250]
+    #[arg(long, value_name = "HU")]
+    threshold: Option<f64>,
 
     /// Registered points with their signed distances, coloured: green at 0, yellow at 1 mm, red from 2 mm on
     #[arg(short, long, value_name = "REGISTERED.ply")]
@@ -148,7 +152,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let snapshots = snapshots.collect::<Result<Vec<_>>>()?;
 
     let cloud = Cloud::read(&arguments.points)?;
-    let (bone, warnings) = Bone::read(&arguments.mesh)?;
+    let (bone, warnings) = Bone::read(&arguments.mesh, arguments.threshold)?;
     warnings.iter().for_each(|warning| warn(warning));
     let pose = |flag: &str, text: &Option<String>| {
         let pose = text.as_ref().map(|text| read_pose(flag, text));

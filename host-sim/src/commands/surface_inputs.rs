@@ -198,6 +198,7 @@ fn of_file_of_picture(source: &Source<'_>, config: &Config) -> Result<Found> {
         frames: vec![FrameSurface {
             frame: 0,
             points: found.points,
+            verdict: Some(found.verdict),
         }],
         lines: found.lines,
         picture: Some(BModeImage {
@@ -227,7 +228,11 @@ fn add_frame(
         None => of_lines(lines, &config.surface),
     };
     let points = points.map_err(of_file)?;
-    let surface = FrameSurface { frame, points };
+    let surface = FrameSurface {
+        frame,
+        points,
+        verdict: None,
+    };
     match found {
         Some(found) => found.frames.push(surface),
         None => {

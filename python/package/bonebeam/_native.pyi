@@ -62,6 +62,7 @@ def register(
     landmarks: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]] | None,
     fit: str | None,
     both_sides: bool,
+    threshold: float | None,
 ) -> dict[str, Any]: ...
 def simulate(section: str, threads: int | None) -> dict[str, Any]: ...
 def delay(
@@ -128,4 +129,4 @@ def surface_of_picture(
     depth: float,
     fan: Fan | None,
     section: str,
-) -> tuple[Points, int, Fan | None]: ...
+) -> tuple[Points, int, Fan | None, str]: ...

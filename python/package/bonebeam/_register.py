@@ -50,13 +50,14 @@ def register(
     landmarks: tuple[npt.ArrayLike, npt.ArrayLike] | None = None,
     fit: str | None = None,
     both_sides: bool = False,
+    threshold: float | None = None,
 ) -> Registration:
     """Registers points on bone to a surface from CT by trimmed point-to-plane ICP, as ``host-sim register`` does.
 
     Args:
         points: Points, [point, 3], mm.
-        mesh: An STL, OBJ or PLY file in mm, or vertices [vertex, 3] in mm and faces [face, 3], anticlockwise as seen from
-            outside.
+        mesh: An STL, OBJ or PLY file in mm, or a CT volume as .nii or .nii.gz; or vertices [vertex, 3] in mm and faces
+            [face, 3], anticlockwise as seen from outside.
         normals: Normals towards the probe, [point, 3]. With them, points match only the side that the probe can see.
         confidence: Weights, 0 to 1.
         frame: Number of each point's frame.
@@ -65,6 +66,7 @@ def register(
         landmarks: Positions among the points and the same on the mesh, two arrays [landmark, 3], in place of ``start``.
         fit: "scale" or "sound_speed", found together with the pose.
         both_sides: Whether points match both sides of the surface.
+        threshold: Density at which bone begins in a CT volume, HU; 250 by default.
 
     >>> import numpy as np
     >>> corners = np.array([[x, y, z] for x in (0, 40) for y in (0, 30) for z in (0, 20)], float)
@@ -97,7 +99,7 @@ def register(
         start = np.asarray(start, np.float64).ravel()
     if landmarks is not None:
         landmarks = (_vectors("landmarks", landmarks[0]), _vectors("landmarks", landmarks[1]))
-    values = _native.register(points, columns, mesh, start, landmarks, fit, both_sides)
+    values = _native.register(points, columns, mesh, start, landmarks, fit, both_sides, threshold)
     values["motions"] = json.loads(values["motions"])
     values["other_pose"] = json.loads(values["other_pose"])
     return Registration(**values)

@@ -115,15 +115,6 @@ pub fn widen(z: Complex<f32>) -> Complex<f64> {
     Complex::new(f64::from(z.re), f64::from(z.im))
 }
 
-/// A beamformer of this covariance.
-fn beamformer(parameters: Parameters, covariance: Covariance) -> Beamformer {
-    Beamformer::new(Parameters {
-        covariance,
-        ..parameters
-    })
-    .expect("valid parameters")
-}
-
 /// Memory of exactly the size that a line needs.
 fn line_memory<V: Vector>(zero: V, beamformer: &Beamformer, line: &Line) -> Memory<V> {
     let counts = line.active.iter().map(|set| set.count);
@@ -132,8 +123,8 @@ fn line_memory<V: Vector>(zero: V, beamformer: &Beamformer, line: &Line) -> Memo
 }
 
 /// The core, one line at a time.
-pub fn core(line: &Line, parameters: Parameters, covariance: Covariance) -> Vec<Complex<f32>> {
-    let beamformer = beamformer(parameters, covariance);
+pub fn core(line: &Line, parameters: Parameters) -> Vec<Complex<f32>> {
+    let beamformer = Beamformer::new(parameters).expect("valid parameters");
     let mut memory = line_memory(0.0, &beamformer, line);
     let mut z = vec![Complex::ZERO; beamformer.line_samples(line.active.len())];
     beamformer
@@ -148,13 +139,8 @@ pub fn core(line: &Line, parameters: Parameters, covariance: Covariance) -> Vec<
 }
 
 /// The core's weights of one sample.
-pub fn core_weights(
-    line: &Line,
-    sample: usize,
-    parameters: Parameters,
-    covariance: Covariance,
-) -> Vec<Complex<f32>> {
-    let beamformer = beamformer(parameters, covariance);
+pub fn core_weights(line: &Line, sample: usize, parameters: Parameters) -> Vec<Complex<f32>> {
+    let beamformer = Beamformer::new(parameters).expect("valid parameters");
     let mut memory = line_memory(0.0, &beamformer, line);
     let active = line.active[sample];
     let segment = Segment::new(line.delayed(), active.first, sample);
@@ -173,16 +159,8 @@ pub fn stacked(lines: &[Line]) -> Array3<Complex<f32>> {
 }
 
 /// The core through the host's driver: lines of one length, on all threads.
-pub fn frame(
-    lines: &[Line],
-    parameters: Parameters,
-    covariance: Covariance,
-) -> Array2<Complex<f32>> {
+pub fn frame(lines: &[Line], parameters: Parameters) -> Array2<Complex<f32>> {
     let x = stacked(lines);
-    let parameters = Parameters {
-        covariance,
-        ..parameters
-    };
     let active = |beam: usize, sample: usize| lines[beam].active[sample];
     bonebeam_drive::beamform::beamform(x.view(), &active, parameters, &|_| {})
         .expect("a frame that fits")

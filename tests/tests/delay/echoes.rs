@@ -1,21 +1,17 @@
 //! The symmetries of a line.
 
 use super::*;
+use crate::common::changed;
 
 #[test]
 fn the_ends_of_a_line_are_as_good_as_its_middle() {
     let element_x = line_up(9);
     let rf = noise(9 * 900, 4);
-    let whole = DelayParameters {
-        output_samples: 300,
-        ..parameters(40e6, 20e6, 9, 900)
-    };
+    let whole = changed(parameters(40e6, 20e6, 9, 900), |p| p.output_samples = 300);
     // A power of two of samples, so that both start times are exact.
-    let part = DelayParameters {
-        output_start: 128.0 / 20e6,
-        output_samples: 64,
-        ..whole
-    };
+    let part = changed(whole, |p| {
+        (p.output_start, p.output_samples) = (128.0 / 20e6, 64)
+    });
     let line = line_of(TransmitLaw::Focused, &element_x);
     let whole = core_line(&whole, &line, &rf);
     let part = core_line(&part, &line, &rf);
@@ -41,10 +37,7 @@ fn moving_record_and_t0_together_changes_nothing() {
             ..line_of(law, &element_x)
         };
         let at_rest = core_line(&p, &line, &rf);
-        let p = DelayParameters {
-            record_samples: samples + shift,
-            ..p
-        };
+        let p = changed(p, |p| p.record_samples = samples + shift);
         let line = ScanLine {
             transmit: Transmit {
                 law,
@@ -102,10 +95,7 @@ fn elements_outside_the_active_range_are_zero_and_the_others_unaffected() {
     let line = line_of(TransmitLaw::Focused, &element_x);
     let every = core_line(&p, &line, &rf);
     for (first, count) in [(0, 0), (9, 0), (2, 4), (8, 1)] {
-        let line = ScanLine {
-            active: Active::new(first, count),
-            ..line
-        };
+        let line = changed(line, |l| l.active = Active::new(first, count));
         let some = core_line(&p, &line, &rf);
         for (index, (s, e)) in some.iter().zip(&every).enumerate() {
             let inside = (first..first + count).contains(&(index % 9));

@@ -2,6 +2,7 @@
 
 use super::refused::refused_name;
 use super::*;
+use crate::common::changed;
 
 /// Noise as counts.
 fn counted(samples: usize, seed: u64) -> Vec<[i16; 2]> {
@@ -138,10 +139,7 @@ fn fixed_point_has_the_bits_of_the_reference_where_nothing_is_above_and_far_from
         assert_reference(&p, &at_sixty, (counts, 0.3, phase), &before, "turns");
     }
     // A negative scale: zeros have its sign.
-    let replace = ScanLine {
-        compounding: Compounding::Replace,
-        ..at_five
-    };
+    let replace = changed(at_five, |l| l.compounding = Compounding::Replace);
     let zeros = vec![[0; 2]; 600];
     let samples = IqSamples::Counts(&zeros, -0.3);
     let record = Record::iq(samples, IqLayout::Interleaved, 3).unwrap();

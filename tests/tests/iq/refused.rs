@@ -1,6 +1,7 @@
 //! Parameters, lines and samples that are refused.
 
 use super::*;
+use crate::common::changed;
 use common::refused::refused;
 
 /// What a stage of changed parameters is refused for.
@@ -65,15 +66,9 @@ fn what_is_wrong_is_named() {
     let (scratch, out) = (good.need(1).real, good.output_samples * ELEMENTS);
     assert!(of_line(&line, scratch - 1, out).starts_with("scratch"));
     assert!(of_line(&line, scratch, out + 1).starts_with("out"));
-    let beyond = ScanLine {
-        active: Active::new(1, ELEMENTS),
-        ..line
-    };
+    let beyond = changed(line, |l| l.active = Active::new(1, ELEMENTS));
     assert!(of_line(&beyond, scratch, out).starts_with("active"));
-    let nowhere = ScanLine {
-        ray: Ray::new(0.0, f64::NAN, 0.0),
-        ..line
-    };
+    let nowhere = changed(line, |l| l.ray = Ray::new(0.0, f64::NAN, 0.0));
     assert!(of_line(&nowhere, scratch, out).starts_with("line depth"));
 }
 

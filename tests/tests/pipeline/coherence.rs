@@ -10,10 +10,7 @@ const COHERENCE: ShortLagCoherence = ShortLagCoherence {
 /// The aperture grows beyond the workspace after the first block.
 #[test]
 fn a_refused_line_keeps_its_coherence() {
-    let parameters = Parameters {
-        block: 20,
-        ..PARAMETERS
-    };
+    let parameters = changed(PARAMETERS, |p| p.block = 20);
     let pipeline = Pipeline::new(parameters).unwrap();
     let mut memory = Box::new(Memory::<{ NEED.real }, { NEED.complex }>::new());
     let mut levels = vec![f32::NAN; pipeline.coherence_len(COHERENCE)];

@@ -167,7 +167,7 @@ fn decompositions(stages: &mut Stages, focused: &[Complex<f32>], covariance: Cov
                 .chunks(ELEMENTS)
                 .map(<[_]>::to_vec)
                 .collect();
-            intermediates(&x, &parameters(Method::Mv, covariance), covariance).1
+            intermediates(&x, &parameters(Method::Mv, covariance)).1
         })
         .collect();
     let of = |part: fn(&Intermediates) -> Vec<Complex<f32>>, length: usize| -> Values {

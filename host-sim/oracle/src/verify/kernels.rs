@@ -324,8 +324,7 @@ impl<'a> AlignedRecording<'a> {
 
     /// One beamformer against both references, with one lane and other thread counts.
     fn verify(&self, name: &str, parameters: Parameters) -> Result<Vec<Verdict>> {
-        let covariance = parameters.covariance;
-        let side = match covariance {
+        let side = match parameters.covariance {
             Covariance::Forward => "forward",
             Covariance::ForwardBackward => "forward-backward",
         };
@@ -335,7 +334,6 @@ impl<'a> AlignedRecording<'a> {
         let frame = verify::beamform::AlignedFrame {
             x: &self.x,
             active: |beam, sample| self.active(beam, sample),
-            covariance,
         };
         let bits = frame.bits(&z, parameters, 1);
         let mut verdicts = vec![Verdict::bits(format!("{name}: f32"), &numbers, &bits)];

@@ -21,7 +21,6 @@ pub const REFERENCES: References = References {
         let frame = beamform::AlignedFrame {
             x: aligned.x,
             active: aligned.active,
-            covariance: aligned.covariance,
         };
         let errors = frame.errors(lines, aligned.every_f64)?;
         let bits = |&(z, parameters): &_| frame.bits(z, parameters, aligned.every_f32);

@@ -108,7 +108,6 @@ impl Checked<'_> {
         let frame = Aligned {
             x: self.x,
             active: &|beam, sample| self.stage.active(self.first + beam, sample),
-            covariance: receive.0.covariance,
             every_f32: extent.every_f32,
             every_f64: extent.every_f64,
         };
