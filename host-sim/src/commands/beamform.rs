@@ -286,7 +286,11 @@ impl Arguments {
         let known = map.as_ref().filter(|_| measure == Measure::ShortLag);
         let points = of_recording(frames, frame, lines, known, &config.surface);
         let points = points.map_err(of_file)?;
-        let surface = FrameSurface { frame: 0, points };
+        let surface = FrameSurface {
+            frame: 0,
+            points,
+            verdict: None,
+        };
         let count = lines.beam_x.len();
         let text = format!("; {}", surface.summary(count));
         add_surfaces_to(&[surface], count, None, path, outputs)?;

@@ -171,6 +171,7 @@ fn of_file_of_picture(source: &Source<'_>, config: &Config) -> Result<Found> {
         frames: vec![FrameSurface {
             frame: 0,
             points: found.points,
+            verdict: Some(found.verdict),
         }],
         lines: found.lines,
         picture: Some(BModeImage {
@@ -197,7 +198,11 @@ fn add_frame(
     let of_file = |error| about(source.path, error);
     let points = surface::of_recording(frames, recorded, lines, None, &config.surface);
     let points = points.map_err(of_file)?;
-    let surface = FrameSurface { frame, points };
+    let surface = FrameSurface {
+        frame,
+        points,
+        verdict: None,
+    };
     match found {
         Some(found) => found.frames.push(surface),
         None => {
