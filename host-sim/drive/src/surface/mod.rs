@@ -53,7 +53,7 @@ pub fn of_lines<S: Data<Elem = Complex<f32>>>(
 /// Finds the surface in the lines of a frame of a recording.
 ///
 /// Lines of channel data are searched with the coherence of their samples; missing values of the section are then those
-/// of [`Settings::COHERENCE`]. Lines of aligned data are searched without coherence, as by [`of_lines`]: such data may
+/// of [`Settings::COHERENCE`]. Lines, and those of aligned data, are searched without coherence, as by [`of_lines`]: such data may
 /// hold only a few elements. `known` is the frame's coherence, if it is already computed.
 ///
 /// # Errors
@@ -71,7 +71,7 @@ pub fn of_recording(
             let map = coherence::of_frame(frames, recording, frame, Measure::ShortLag)?;
             of_lines_with_coherence(lines, map.view(), section)
         }
-        (Recording::Aligned(_), _) => of_lines(lines, section),
+        (Recording::Aligned(_) | Recording::Lines(_), _) => of_lines(lines, section),
     }
 }
 
