@@ -11,7 +11,7 @@ use crate::commands::bench;
 use crate::commands::bench_left_out as bench;
 use crate::commands::{
     beamform, completions, convert, elsewhere, golden, info, main_job, phase_symmetry, simulate,
-    surface, verify,
+    surface, sweep, verify,
 };
 use crate::provenance::PROGRAM;
 use crate::{Error, Result};
@@ -45,6 +45,7 @@ enum Command {
     Beamform(Box<beamform::Arguments>),
     PhaseSymmetry(phase_symmetry::Arguments),
     Surface(Box<surface::Arguments>),
+    Sweep(Box<sweep::Arguments>),
     /// Tune beamformer, image and bone-surface detector together, on simulated bones
     Tune(elsewhere::Arguments),
     Info(Box<info::Arguments>),
@@ -72,6 +73,7 @@ Examples:
       --image ps.png
   host-sim surface channels.npz -o surface.csv --image surface.png
   host-sim surface scan.png --pixel-size 0.0001 -o surface.csv --image surface.png
+  host-sim sweep sweep.igs.mha --calibration PlusConfiguration.xml -o bone.ply --image views.png
   host-sim tune -o tuned
   host-sim info recording.hdf5
   host-sim convert recording.uff -o recording.npz
@@ -120,6 +122,7 @@ fn dispatch(cli: Cli) -> Result<()> {
         Some(Command::Beamform(arguments)) => beamform::run(*arguments),
         Some(Command::PhaseSymmetry(arguments)) => phase_symmetry::run(arguments),
         Some(Command::Surface(arguments)) => surface::run(*arguments),
+        Some(Command::Sweep(arguments)) => sweep::run(*arguments),
         Some(Command::Tune(_) | Command::Paper(_)) => Ok(()),
         Some(Command::Simulate(arguments)) => simulate::run(*arguments),
         Some(Command::Info(arguments)) => info::run(*arguments),

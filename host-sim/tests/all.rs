@@ -25,6 +25,7 @@ mod main_job;
 mod refused;
 mod resumed;
 mod surface;
+mod sweep;
 
 use std::fs;
 use std::path::Path;

@@ -12,6 +12,7 @@ mod parameters;
 mod simulate;
 mod surface;
 mod threads;
+mod tracked;
 mod words;
 
 #[pyo3::pymodule]
@@ -34,6 +35,8 @@ mod _native {
     use crate::surface::{surface_of_lines, surface_of_picture};
     #[pymodule_export]
     use crate::threads::{default_threads, processors, share_processors};
+    #[pymodule_export]
+    use crate::tracked::{TrackedSequence, sweep_of_pictures};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

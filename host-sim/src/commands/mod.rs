@@ -14,11 +14,13 @@ pub mod info;
 pub mod main_job;
 mod measures;
 pub mod phase_symmetry;
+mod sequence;
 pub mod simulate;
 pub mod surface;
 mod surface_files;
 mod surface_inputs;
 mod surface_mesh;
+pub mod sweep;
 pub mod verify;
 
 use std::env;

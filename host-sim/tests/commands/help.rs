@@ -57,13 +57,14 @@ fn help_has_examples_that_name_real_flags() {
         &["beamform", "--help"],
         &["phase-symmetry", "--help"],
         &["surface", "--help"],
+        &["sweep", "--help"],
     ] {
         let text = help(command);
         let (flags, examples) = text.split_once("Examples:").expect("examples");
         let mut known = flags.to_owned();
         if command == ["--help"] {
             // The examples of the whole program also belong to its commands.
-            for name in ["simulate", "beamform", "phase-symmetry", "surface"] {
+            for name in ["simulate", "beamform", "phase-symmetry", "surface", "sweep"] {
                 known += &help(&[name, "--help"]);
             }
         }

@@ -29,6 +29,7 @@ from ._keywords import (
 from ._native import __version__
 from ._simulate import simulate
 from ._surface import Fan, Surface, surface
+from ._tracked import Cloud, TrackedSequence, read_sequence, sweep
 
 __all__ = [
     "AlignedData",
@@ -37,12 +38,14 @@ __all__ = [
     "BeamformerParameters",
     "ChannelData",
     "ChannelDataParameters",
+    "Cloud",
     "Dataset",
     "DelayParameters",
     "Fan",
     "Image",
     "Lines",
     "Surface",
+    "TrackedSequence",
     "__version__",
     "beamform",
     "bmode",
@@ -51,6 +54,8 @@ __all__ = [
     "frames",
     "phase_symmetry",
     "read",
+    "read_sequence",
     "simulate",
     "surface",
+    "sweep",
 ]
