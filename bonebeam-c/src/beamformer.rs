@@ -2,13 +2,14 @@
 
 use crate::image::product;
 use crate::memory::{Output, array, bytes_of, complex, new, one, one_mut, sum};
-use crate::status::{Status, status};
+use crate::status::{Status, chosen, status};
 use crate::vectors::V;
 use crate::workspace::{workspace, workspace_bytes};
 use crate::{Complex, Range};
 use bonebeam::beamform::{
     self, AlignedLine, Apodization, Beamformer, Method, Postfilter, Sizes, Workspace,
 };
+use bonebeam::covariance::Covariance as Core;
 use bonebeam::geometry::{self, Aperture, ApertureParameters};
 use core::ffi::{CStr, c_char, c_void};
 
@@ -98,7 +99,7 @@ impl BeamformParameters {
         }
         let mut parameters = beamform::Parameters {
             method: method.with_argument(self.argument),
-            covariance: self.covariance()?,
+            covariance: chosen(self.covariance, &[Core::ForwardBackward, Core::Forward])?,
             postfilter,
             apodization,
             sub_lines: self.sub_lines.max(1),
@@ -111,15 +112,6 @@ impl BeamformParameters {
             parameters.set(row.name, number.value);
         }
         Ok(parameters)
-    }
-
-    fn covariance(&self) -> Result<bonebeam::covariance::Covariance, Status> {
-        use bonebeam::covariance::Covariance as Core;
-        match self.covariance {
-            by if by == Covariance::ForwardBackward as i32 => Ok(Core::ForwardBackward),
-            by if by == Covariance::Forward as i32 => Ok(Core::Forward),
-            _ => Err(Status::Parameter),
-        }
     }
 
     /// The beamformer, and the sizes of a workspace for up to `elements` active elements.
@@ -299,7 +291,7 @@ pub unsafe extern "C" fn bonebeam_beamformer_partial_line(
         let x = AlignedLine::new(z.apart(complex(x, length)?)?, elements)?;
         let x = x.of_line(aligned.first, samples)?;
         let active = z.apart(array(active, samples)?)?;
-        let none = geometry::Active { first: 0, count: 0 };
+        let none = geometry::Active::new(0, 0);
         let active = |n: usize| active.get(n).map_or(none, Range::active);
         let adaptive = match adaptive.is_null() {
             true => 0..samples,

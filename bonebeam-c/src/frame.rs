@@ -1,7 +1,7 @@
 //! A frame: channel data to lines, image, bone map and surface, in one object.
 
 use crate::delay::ANY;
-use crate::frame_parameters::{FrameParameters, Input};
+use crate::frame_parameters::FrameParameters;
 use crate::memory::{Bytes, Output, bytes_of, new, one, one_mut, sum};
 use crate::planned::{Over, Planned};
 use crate::scan::{IqWave, RfWave};
@@ -12,6 +12,7 @@ use crate::{Axis, Complex};
 use bonebeam::delay::{Delay, IqDelay};
 use bonebeam::memory::{Need, Scratch};
 use bonebeam::phase_symmetry::{self, PhaseSymmetry, Sizes};
+use bonebeam::pipeline::Input;
 use bonebeam::surface::{self, Detector};
 use bonebeam::{Parameters, Pipeline};
 use core::ffi::c_void;
@@ -90,22 +91,15 @@ impl FrameParameters {
     unsafe fn bytes(&self, input: Input) -> Result<usize, Status> {
         // SAFETY: by the caller's promise.
         let core = unsafe { self.core(input)? };
-        let (plan, need) = match input {
+        let need = core.need(input, LANES)?;
+        let plan = match input {
             Input::Rf => {
                 let plan = bytes_of::<Pipeline<'_, &Delay>>(1);
-                let need = core.need_over(LANES)?;
-                (sum(&[bytes_of::<Delay>(1), plan]), need)
+                sum(&[bytes_of::<Delay>(1), plan])
             }
-            Input::Iq => {
-                let need = core.need_over_of_iq(LANES)?;
-                (bytes_of::<Pipeline<'_, IqDelay>>(1), need)
-            }
+            Input::Iq => bytes_of::<Pipeline<'_, IqDelay>>(1),
         };
-        let sizes = Sizes {
-            rows: core.rows,
-            columns: core.columns,
-            strip: core.strip,
-        };
+        let sizes = Sizes::new(core.rows, core.columns, core.strip);
         PhaseSymmetry::new(&phase_symmetry::Parameters {
             sizes,
             scales: core.scales,

@@ -5,6 +5,7 @@ use crate::phase_symmetry::PhaseSymmetryParameters;
 use crate::scan::Scan;
 use crate::status::Status;
 use bonebeam::beamform::ShortLagCoherence;
+use bonebeam::pipeline::Input;
 use bonebeam::surface::{Detector, Settings};
 use bonebeam::{Parameters, geometry};
 
@@ -36,13 +37,6 @@ pub struct FrameParameters {
     ///
     /// The detector's settings are for 0.4e-3. It costs one byte of memory per sample of all lines, and time per line.
     pub surface_coherence: f64,
-}
-
-/// The records of a frame.
-#[derive(Clone, Copy)]
-pub(crate) enum Input {
-    Rf,
-    Iq,
 }
 
 impl FrameParameters {

@@ -1,7 +1,7 @@
 //! Lines to an image: envelope, decibels, pixels, median.
 
 use crate::memory::{Output, array, complex, one};
-use crate::status::{Status, status};
+use crate::status::{Status, chosen, status};
 use crate::vectors::zero;
 use crate::{Axis, Complex};
 use bonebeam::geometry;
@@ -74,11 +74,8 @@ pub unsafe extern "C" fn bonebeam_log_compression(
 ) -> Status {
     // SAFETY: by the caller's promise.
     status(|| unsafe {
-        let by = match logarithm {
-            by if by == Logarithm::Exact as i32 => image::Logarithm::Exact,
-            by if by == Logarithm::Polynomial as i32 => image::Logarithm::Polynomial,
-            _ => return Err(Status::Parameter),
-        };
+        let all = [image::Logarithm::Exact, image::Logarithm::Polynomial];
+        let by = chosen(logarithm, &all)?;
         let out = Output::new(out, length)?;
         let envelopes = out.apart(array(envelopes, length)?)?;
         Ok(log_compression_with(

@@ -6,9 +6,9 @@ use crate::Complex;
 use crate::delay::DelayParameters;
 use crate::memory::{Output, array, bytes_of, complex, new, one, one_mut, sum};
 use crate::scan_line::ScanLine;
-use crate::status::{Status, status};
+use crate::status::{Status, chosen, status};
 use crate::vectors::{LANES, zero};
-use bonebeam::delay::{IqDelay, IqInterpolation, IqLayout, IqParameters, IqSamples, Stage};
+use bonebeam::delay::{IqDelay, IqInterpolation, IqLayout, IqParameters, IqSamples, Record, Stage};
 use core::ffi::c_void;
 
 /// Interpolation of I/Q.
@@ -56,32 +56,15 @@ pub struct IqRecord {
 impl Interpolation {
     /// The core's interpolation.
     pub(crate) fn core(number: i32) -> Result<IqInterpolation, Status> {
-        match number {
-            interpolation if interpolation == Interpolation::Linear as i32 => {
-                Ok(IqInterpolation::Linear)
-            }
-            interpolation if interpolation == Interpolation::Cubic as i32 => {
-                Ok(IqInterpolation::Cubic)
-            }
-            interpolation if interpolation == Interpolation::Sinc as i32 => {
-                Ok(IqInterpolation::Sinc)
-            }
-            interpolation if interpolation == Interpolation::LinearFixed as i32 => {
-                Ok(IqInterpolation::LinearFixed)
-            }
-            _ => Err(Status::Parameter),
-        }
+        use IqInterpolation::{Cubic, Linear, LinearFixed, Sinc};
+        chosen(number, &[Linear, Cubic, Sinc, LinearFixed])
     }
 }
 
 impl Layout {
     /// The core's layout.
     pub(crate) fn core(number: i32) -> Result<IqLayout, Status> {
-        match number {
-            layout if layout == Layout::Planar as i32 => Ok(IqLayout::Planar),
-            layout if layout == Layout::Interleaved as i32 => Ok(IqLayout::Interleaved),
-            _ => Err(Status::Parameter),
-        }
+        chosen(number, &[IqLayout::Planar, IqLayout::Interleaved])
     }
 }
 
@@ -95,7 +78,7 @@ impl IqRecord {
         &self,
         p: &IqParameters,
         out: &Output<bonebeam::Complex<f32>>,
-    ) -> Result<bonebeam::delay::IqRecord<'a>, Status> {
+    ) -> Result<Record<'a>, Status> {
         let layout = Layout::core(self.layout)?;
         // A stage has checked that the product is possible.
         let count = p.elements * p.record_samples;
@@ -109,7 +92,7 @@ impl IqRecord {
                 }
             }
         };
-        Ok(bonebeam::delay::IqRecord::new(samples, layout, p.elements)?)
+        Ok(Record::iq(samples, layout, p.elements)?)
     }
 }
 

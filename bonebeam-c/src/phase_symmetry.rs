@@ -30,11 +30,7 @@ pub struct PhaseSymmetryParameters {
 
 impl PhaseSymmetryParameters {
     pub(crate) fn sizes(&self) -> Sizes {
-        Sizes {
-            rows: self.rows,
-            columns: self.columns,
-            strip: self.strip,
-        }
+        Sizes::new(self.rows, self.columns, self.strip)
     }
 
     /// The core's parameters.

@@ -45,7 +45,7 @@ impl<D: Stage> Planned<D> {
             Some(gate) => pipeline.with_gate(gate)?,
         };
         let pipeline: &'static _ = bytes.copy(&pipeline)?;
-        let scratch = scratch(bytes, pipeline.need_over(LANES))?;
+        let scratch = scratch(bytes, pipeline.need(LANES))?;
         let bank = pipeline.phase_symmetry();
         let tables = match parameters.gain_tables {
             0 => None,
@@ -102,7 +102,7 @@ impl<D: Stage> Planned<D> {
     pub(crate) fn line<'r>(
         &mut self,
         index: usize,
-        records: &'r scan::Transmits<'r, D::Record<'r>>,
+        records: &'r scan::Transmits<'r>,
         z: &mut [bonebeam::Complex<f32>],
     ) -> Result<(), Status> {
         let waves = scan::each(records);
@@ -128,12 +128,12 @@ impl<D: Stage> Planned<D> {
         let (fft, strips) = (over.fft, &mut over.strips);
         let map = match &over.gains {
             Some(gains) => {
-                let kernels = &Kernels { fft, gains };
+                let kernels = &Kernels::new(fft, gains);
                 self.frame.bone_map_over(kernels, strips, progress)?
             }
             None => {
                 let gains = &LogGabor::fixed();
-                let kernels = &Kernels { fft, gains };
+                let kernels = &Kernels::new(fft, gains);
                 self.frame.bone_map_over(kernels, strips, progress)?
             }
         };

@@ -103,13 +103,13 @@ impl Scan {
 }
 
 /// Transmits with their records.
-pub(crate) type Transmits<'r, R> = [Option<(Transmit<'r>, R)>; BONEBEAM_WAVES];
+pub(crate) type Transmits<'r> = [Option<(Transmit<'r>, Record<'r>)>; BONEBEAM_WAVES];
 
 /// The core's transmits.
-fn transmits<'r, W, R>(
+fn transmits<'r, W>(
     waves: &[W],
-    core: impl Fn(&W) -> Result<(Transmit<'r>, R), Status>,
-) -> Result<Transmits<'r, R>, Status> {
+    core: impl Fn(&W) -> Result<(Transmit<'r>, Record<'r>), Status>,
+) -> Result<Transmits<'r>, Status> {
     if waves.len() > BONEBEAM_WAVES {
         return Err(Status::Capacity);
     }
@@ -121,9 +121,9 @@ fn transmits<'r, W, R>(
 }
 
 /// The transmits in the form that the core takes.
-pub(crate) fn each<'a, R>(
-    records: &'a Transmits<'a, R>,
-) -> impl Iterator<Item = (Transmit<'a>, &'a R)> + Clone {
+pub(crate) fn each<'a>(
+    records: &'a Transmits<'a>,
+) -> impl Iterator<Item = (Transmit<'a>, &'a Record<'a>)> + Clone {
     let records = records.iter().flatten();
     records.map(|(transmit, record)| (*transmit, record))
 }
@@ -138,7 +138,7 @@ impl RfWave {
         count: usize,
         p: &delay::DelayParameters,
         out: &Output<bonebeam::Complex<f32>>,
-    ) -> Result<Transmits<'r, Record<'r>>, Status> {
+    ) -> Result<Transmits<'r>, Status> {
         // SAFETY: by the caller's promise.
         let waves: &[RfWave] = unsafe { array(waves, count)? };
         transmits(waves, |wave| {
@@ -162,7 +162,7 @@ impl IqWave {
         count: usize,
         p: &IqParameters,
         out: &Output<bonebeam::Complex<f32>>,
-    ) -> Result<Transmits<'r, delay::IqRecord<'r>>, Status> {
+    ) -> Result<Transmits<'r>, Status> {
         // SAFETY: by the caller's promise.
         let waves: &[IqWave] = unsafe { array(waves, count)? };
         transmits(waves, |wave| {

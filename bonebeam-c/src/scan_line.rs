@@ -138,7 +138,7 @@ unsafe fn any_array<'a>(
 ) -> Result<Array<'a>, Status> {
     // SAFETY: by the caller's promise. The core's element is three numbers in this order as well.
     let elements: &[geometry::Element] = unsafe { array(elements.cast(), count)? };
-    Ok(Array::At { elements, pitch })
+    Ok(Array::at(elements, pitch))
 }
 
 /// Computes the elements of a convex array.

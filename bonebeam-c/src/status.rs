@@ -40,6 +40,12 @@ impl From<Error> for Status {
     }
 }
 
+/// The choice of a number, which a C enum has in the order of `all`.
+pub(crate) fn chosen<T: Copy>(number: i32, all: &[T]) -> Result<T, Status> {
+    let choice = usize::try_from(number).ok().and_then(|k| all.get(k));
+    choice.copied().ok_or(Status::Parameter)
+}
+
 /// Converts the result of `work` to a status.
 pub(crate) fn status(work: impl FnOnce() -> Result<(), Status>) -> Status {
     match work() {

@@ -9,10 +9,10 @@ use bonebeam::memory::{Need, Scratch};
 /// A workspace in the caller's bytes.
 pub(crate) fn workspace(bytes: &mut Bytes, sizes: Sizes) -> Result<Workspace<'static, V>, Status> {
     let need = sizes.need();
-    let scratch = Scratch {
-        real: bytes.fill(need.real, zero())?,
-        complex: bytes.fill(need.complex, bonebeam::Complex::new(zero(), zero()))?,
-    };
+    let scratch = Scratch::new(
+        bytes.fill(need.real, zero())?,
+        bytes.fill(need.complex, bonebeam::Complex::new(zero(), zero()))?,
+    );
     Ok(Workspace::new(zero(), sizes, scratch)?)
 }
 
@@ -34,8 +34,8 @@ pub(crate) fn need_bytes(need: Need) -> usize {
 
 /// The memory of a stage in `bytes`.
 pub(crate) fn scratch(bytes: &mut Bytes, need: Need) -> Result<Scratch<'static>, Status> {
-    Ok(Scratch {
-        real: bytes.fill(need.real, 0.0)?,
-        complex: bytes.fill(need.complex, bonebeam::Complex::ZERO)?,
-    })
+    Ok(Scratch::new(
+        bytes.fill(need.real, 0.0)?,
+        bytes.fill(need.complex, bonebeam::Complex::ZERO)?,
+    ))
 }

@@ -31,7 +31,7 @@ pub const PARAMETERS: Parameters = Parameters {
     strip: 8,
     block: 64,
 };
-const NEED: Need = match PARAMETERS.need() {
+const NEED: Need = match PARAMETERS.need(Input::Rf, 1) {
     Ok(need) => need,
     Err(_) => panic!("the scan is not valid"),
 };

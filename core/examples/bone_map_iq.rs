@@ -33,7 +33,7 @@ const INPUT: IqInput = IqInput {
     demodulation_frequency: 5e6,
     interpolation: None,
 };
-const NEED: Need = match PARAMETERS.need_of_iq() {
+const NEED: Need = match PARAMETERS.need(Input::Iq, 1) {
     Ok(need) => need,
     Err(_) => panic!("the scan is not valid"),
 };
@@ -47,7 +47,7 @@ fn main() -> Result<(), Error> {
     for k in 0..PARAMETERS.scan.lines.count() {
         let counts = echoes(PARAMETERS.scan.lines.x(k));
         let samples = IqSamples::Counts(counts.as_flattened(), 1.0);
-        let record = IqRecord::new(samples, IqLayout::Interleaved, ELEMENTS)?;
+        let record = Record::iq(samples, IqLayout::Interleaved, ELEMENTS)?;
         frame.line(k, [(transmit, &record)])?;
     }
     frame.image()?;

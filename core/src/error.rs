@@ -48,6 +48,33 @@ pub enum Error {
 }
 
 impl Error {
+    /// A parameter outside its range.
+    pub(crate) const fn parameter(name: &'static str, value: f64, expected: &'static str) -> Self {
+        Error::Parameter {
+            name,
+            value,
+            expected,
+        }
+    }
+
+    /// A slice of another length than expected.
+    pub(crate) const fn length(name: &'static str, actual: usize, expected: usize) -> Self {
+        Error::Length {
+            name,
+            actual,
+            expected,
+        }
+    }
+
+    /// A size above the capacity.
+    pub(crate) const fn capacity(name: &'static str, actual: usize, capacity: usize) -> Self {
+        Error::Capacity {
+            name,
+            actual,
+            capacity,
+        }
+    }
+
     /// Number of the kind of error, for interfaces without types.
     ///
     /// It is never 0, and keeps its meaning in later versions.
@@ -122,11 +149,7 @@ pub(crate) const fn check_length(
     if actual == expected {
         Ok(())
     } else {
-        Err(Error::Length {
-            name,
-            actual,
-            expected,
-        })
+        Err(Error::length(name, actual, expected))
     }
 }
 
@@ -135,11 +158,7 @@ pub(crate) const fn positive(name: &'static str, value: f64) -> Result<(), Error
     if value > 0.0 && value.is_finite() {
         return Ok(());
     }
-    Err(Error::Parameter {
-        name,
-        value,
-        expected: "a positive, finite number",
-    })
+    Err(Error::parameter(name, value, "a positive, finite number"))
 }
 
 /// Refuses a NaN and an infinity.
@@ -147,11 +166,7 @@ pub(crate) const fn finite(name: &'static str, value: f64) -> Result<(), Error> 
     if value.is_finite() {
         return Ok(());
     }
-    Err(Error::Parameter {
-        name,
-        value,
-        expected: "a finite number",
-    })
+    Err(Error::parameter(name, value, "a finite number"))
 }
 
 /// Refuses 0.
@@ -164,11 +179,7 @@ pub(crate) const fn at_least_one(name: &'static str, value: usize) -> Result<(),
 
 /// The refusal of 0.
 pub(crate) const fn none(name: &'static str) -> Error {
-    Error::Parameter {
-        name,
-        value: 0.0,
-        expected: "at least 1",
-    }
+    Error::parameter(name, 0.0, "at least 1")
 }
 
 #[cfg(test)]
@@ -179,21 +190,9 @@ mod tests {
     #[test]
     fn codes_stay() {
         let (name, expected) = ("", "");
-        let parameter = Error::Parameter {
-            name,
-            value: 0.0,
-            expected,
-        };
-        let length = Error::Length {
-            name,
-            actual: 0,
-            expected: 1,
-        };
-        let capacity = Error::Capacity {
-            name,
-            actual: 1,
-            capacity: 0,
-        };
+        let parameter = Error::parameter(name, 0.0, expected);
+        let length = Error::length(name, 0, 1);
+        let capacity = Error::capacity(name, 1, 0);
         let non_finite = Error::NonFinite { name, index: 0 };
         let all = [parameter, length, capacity, non_finite, Error::Memory];
         assert_eq!(all.map(|error| error.code()), [1, 2, 3, 4, 5]);

@@ -51,7 +51,7 @@ impl<V: Vector> Format for Workspace<'_, V> {
 
 impl<D: crate::delay::Stage> Format for Frame<'_, '_, D> {
     fn format(&self, f: Formatter<'_>) {
-        defmt::write!(f, "Frame({})", self.pipeline.need());
+        defmt::write!(f, "Frame({})", self.pipeline.need(1));
     }
 }
 

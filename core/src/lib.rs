@@ -11,7 +11,7 @@
 //! | [`Parameters`] | scan, beamformer and image, as data |
 //! | [`Pipeline`] | the plan: validated parameters and their tables |
 //! | [`Memory`] | all memory of a frame; [`Parameters::need`] gives its size at compile time |
-//! | [`Record`] | RF of one transmit, `[element][sample]`; for I/Q [`delay::IqRecord`] |
+//! | [`Record`] | RF or I/Q of one transmit |
 //! | [`Frame`] | a plan with its memory: lines in, image and bone map out |
 //!
 //! # Example
@@ -48,7 +48,7 @@
 //!     strip: 8,
 //!     block: 64,
 //! };
-//! const NEED: Need = match PARAMETERS.need() {
+//! const NEED: Need = match PARAMETERS.need(Input::Rf, 1) {
 //!     Ok(need) => need,
 //!     Err(_) => panic!("the parameters are not valid"),
 //! };
@@ -181,10 +181,10 @@ pub use self_test::self_test;
 pub mod prelude {
     pub use crate::beamform::{self, Method};
     pub use crate::covariance::Covariance;
-    pub use crate::delay::{IqInterpolation, IqLayout, IqRecord, IqSamples};
+    pub use crate::delay::{IqInterpolation, IqLayout, IqSamples};
     pub use crate::geometry::{Array, Axis, Depth, Lines, ScanParameters, Transmit, TransmitLaw};
     pub use crate::memory::{Need, Scratch};
-    pub use crate::pipeline::{DepthGate, IqInput};
+    pub use crate::pipeline::{DepthGate, Input, IqInput};
     pub use crate::{Complex, Error, Frame, Memory, Parameters, Pipeline, Record};
 }
 

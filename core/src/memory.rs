@@ -48,10 +48,16 @@ pub struct Need {
 }
 
 impl Need {
+    /// A need of real and complex numbers.
+    #[inline(always)]
+    pub const fn new(real: usize, complex: usize) -> Self {
+        Need { real, complex }
+    }
+
     /// A need of real numbers only.
     #[inline(always)]
     pub const fn real(real: usize) -> Self {
-        Need { real, complex: 0 }
+        Need::new(real, 0)
     }
 
     /// The sum of two needs, for stages at work at the same time.
@@ -65,18 +71,18 @@ impl Need {
     /// ```
     #[inline(always)]
     pub const fn and(self, other: Need) -> Self {
-        Need {
-            real: self.real.saturating_add(other.real),
-            complex: self.complex.saturating_add(other.complex),
-        }
+        Need::new(
+            self.real.saturating_add(other.real),
+            self.complex.saturating_add(other.complex),
+        )
     }
 
     /// The larger need of each kind, for stages that run one after the other.
     pub const fn or(self, other: Need) -> Self {
-        Need {
-            real: larger(self.real, other.real),
-            complex: larger(self.complex, other.complex),
-        }
+        Need::new(
+            larger(self.real, other.real),
+            larger(self.complex, other.complex),
+        )
     }
 }
 
@@ -96,21 +102,16 @@ pub struct Scratch<'a, V = f32> {
 }
 
 impl<'a, V> Scratch<'a, V> {
-    /// An empty scratch, for a stage that needs no memory.
-    pub const fn empty() -> Self {
-        Scratch {
-            real: &mut [],
-            complex: &mut [],
-        }
+    /// Memory in two slices.
+    #[inline(always)]
+    pub const fn new(real: &'a mut [V], complex: &'a mut [Complex<V>]) -> Self {
+        Scratch { real, complex }
     }
 
     /// The same memory, borrowed for one call.
     #[inline(always)]
     pub fn reborrow(&mut self) -> Scratch<'_, V> {
-        Scratch {
-            real: self.real,
-            complex: self.complex,
-        }
+        Scratch::new(self.real, self.complex)
     }
 
     /// Refuses slices that are shorter than `need`.
@@ -127,10 +128,10 @@ impl<'a, V> Scratch<'a, V> {
     #[inline(always)]
     pub fn take(&mut self, need: Need) -> Result<Scratch<'a, V>, Error> {
         self.check(need)?;
-        Ok(Scratch {
-            real: split_front(&mut self.real, need.real),
-            complex: split_front(&mut self.complex, need.complex),
-        })
+        Ok(Scratch::new(
+            split_front(&mut self.real, need.real),
+            split_front(&mut self.complex, need.complex),
+        ))
     }
 }
 
@@ -140,11 +141,7 @@ fn at_least(name: &'static str, actual: usize, expected: usize) -> Result<(), Er
     if actual >= expected {
         return Ok(());
     }
-    Err(Error::Length {
-        name,
-        actual,
-        expected,
-    })
+    Err(Error::length(name, actual, expected))
 }
 
 /// Owned memory of `REAL` real and `COMPLEX` complex numbers, for a `static`.
@@ -169,10 +166,7 @@ impl<const REAL: usize, const COMPLEX: usize> Memory<REAL, COMPLEX> {
     /// Borrows the memory as a [`Scratch`].
     #[inline]
     pub fn scratch(&mut self) -> Scratch<'_> {
-        Scratch {
-            real: &mut self.real,
-            complex: &mut self.complex,
-        }
+        Scratch::new(&mut self.real, &mut self.complex)
     }
 }
 
@@ -190,10 +184,7 @@ mod tests {
     #[test]
     fn needs_that_cannot_be_counted_are_the_most_that_can() {
         let most = Need::real(usize::MAX);
-        let some = Need {
-            real: 1,
-            complex: 2,
-        };
+        let some = Need::new(1, 2);
         assert_eq!(
             (most.and(some).real, most.and(some).complex),
             (usize::MAX, 2)
@@ -204,21 +195,13 @@ mod tests {
     fn memory_is_split_in_order_and_too_much_is_refused() {
         let mut memory = Memory::<3, 2>::new();
         let mut scratch = memory.scratch();
-        let some = Need {
-            real: 2,
-            complex: 1,
-        };
+        let some = Need::new(2, 1);
         let taken = scratch.take(some).unwrap();
         taken.real.fill(1.0);
         taken.complex.fill(Complex::I);
         let refused = scratch.take(some).unwrap_err();
         assert_eq!(refused.to_string(), "real memory has length 1, expected 2");
-        let refused = scratch
-            .take(Need {
-                real: 1,
-                complex: 2,
-            })
-            .unwrap_err();
+        let refused = scratch.take(Need::new(1, 2)).unwrap_err();
         assert_eq!(
             refused.to_string(),
             "complex memory has length 1, expected 2"

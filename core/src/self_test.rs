@@ -96,10 +96,7 @@ fn hash(x: &[Complex<f32>], method: Method, exponent: i32) -> Result<u32, Error>
         ..BeamformerParameters::DEFAULT
     })?;
     let mut z = [Complex::ZERO; SAMPLES];
-    let all = |_| Active {
-        first: 0,
-        count: ELEMENTS,
-    };
+    let all = |_| Active::new(0, ELEMENTS);
     beamformer.line(
         &mut workspace,
         AlignedLine::new(&scaled, ELEMENTS)?,

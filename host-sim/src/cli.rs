@@ -10,8 +10,8 @@ use crate::commands::bench;
 #[cfg(not(feature = "bench"))]
 use crate::commands::bench_left_out as bench;
 use crate::commands::{
-    beamform, completions, convert, elsewhere, golden, info, main_job, phase_symmetry, simulate,
-    surface, sweep, verify,
+    beamform, check, completions, convert, elsewhere, info, main_job, phase_symmetry, register,
+    simulate, surface, sweep,
 };
 use crate::provenance::PROGRAM;
 use crate::{Error, Result};
@@ -21,7 +21,7 @@ use bonebeam_files::terminal::{complain, print};
 /// Simulates and beamforms ultrasound channel data and finds bone surfaces in them.
 ///
 /// Without a command it runs the main job: it simulates a point and a vertebra, beamforms both, makes and measures
-/// the images, checks the core against its references, and writes a report.
+/// the images, and writes a report. With --references it also checks the core against its references.
 ///
 /// Lengths are in metres, times in seconds, frequencies in hertz. An error is one line. The exit status is 2 if the
 /// command line or the configuration is wrong, and 1 for wrong data.
@@ -46,12 +46,16 @@ enum Command {
     PhaseSymmetry(phase_symmetry::Arguments),
     Surface(Box<surface::Arguments>),
     Sweep(Box<sweep::Arguments>),
+    Register(Box<register::Arguments>),
     /// Tune beamformer, image and bone-surface detector together, on simulated bones
     Tune(elsewhere::Arguments),
     Info(Box<info::Arguments>),
+    Check(check::Arguments),
     Convert(convert::Arguments),
-    Verify(verify::Arguments),
-    Golden(golden::Arguments),
+    /// Check the core bit for bit on this machine
+    Verify(elsewhere::Arguments),
+    /// Write golden vectors, or compare those of another implementation with them
+    Golden(elsewhere::Arguments),
     /// Reproduce the paper: its figures, its tables and its claims
     Paper(elsewhere::Arguments),
     Completions(completions::Arguments),
@@ -74,8 +78,10 @@ Examples:
   host-sim surface channels.npz -o surface.csv --image surface.png
   host-sim surface scan.png --pixel-size 0.0001 -o surface.csv --image surface.png
   host-sim sweep sweep.igs.mha --calibration PlusConfiguration.xml -o bone.ply --image views.png
+  host-sim register bone.ply ct.stl -o registered.ply --image residuals.png
   host-sim tune -o tuned
   host-sim info recording.hdf5
+  host-sim check recording.hdf5
   host-sim convert recording.uff -o recording.npz
   host-sim beamform --help";
 
@@ -111,24 +117,32 @@ fn dispatch(cli: Cli) -> Result<()> {
     if cli.command.is_some() {
         cli.main_job.refuse()?;
     }
-    let elsewhere = |command, arguments| elsewhere::run(command, cli.threads, arguments);
-    match &cli.command {
-        Some(Command::Tune(arguments)) => return elsewhere("tune", arguments),
-        Some(Command::Paper(arguments)) => return elsewhere("paper", arguments),
-        _ => start(cli.threads)?,
+    let elsewhere = match &cli.command {
+        None => cli.main_job.references.then_some("--references"),
+        Some(Command::Tune(_)) => Some("tune"),
+        Some(Command::Paper(_)) => Some("paper"),
+        Some(Command::Verify(_)) => Some("verify"),
+        Some(Command::Golden(_)) => Some("golden"),
+        _ => None,
+    };
+    if let Some(what) = elsewhere {
+        return elsewhere::run(what);
     }
+    start(cli.threads)?;
     match cli.command {
-        None => main_job::run(&cli.main_job),
+        None => main_job::run(&cli.main_job, None),
         Some(Command::Beamform(arguments)) => beamform::run(*arguments),
         Some(Command::PhaseSymmetry(arguments)) => phase_symmetry::run(arguments),
         Some(Command::Surface(arguments)) => surface::run(*arguments),
         Some(Command::Sweep(arguments)) => sweep::run(*arguments),
-        Some(Command::Tune(_) | Command::Paper(_)) => Ok(()),
+        Some(Command::Register(arguments)) => register::run(&arguments),
+        Some(Command::Tune(_) | Command::Paper(_) | Command::Verify(_) | Command::Golden(_)) => {
+            Ok(())
+        }
         Some(Command::Simulate(arguments)) => simulate::run(*arguments),
         Some(Command::Info(arguments)) => info::run(*arguments),
+        Some(Command::Check(arguments)) => check::run(&arguments),
         Some(Command::Convert(arguments)) => convert::run(arguments),
-        Some(Command::Verify(arguments)) => verify::run(arguments),
-        Some(Command::Golden(arguments)) => golden::run(&arguments),
         Some(Command::Completions(arguments)) => completions::run(&arguments, Cli::command()),
         Some(Command::Bench(arguments)) => bench::run(&arguments),
     }

@@ -2,6 +2,7 @@
 //!
 //! A point appears at its position, and I/Q gives the lines of RF.
 
+use crate::common::changed;
 use std::f64::consts::{PI, TAU};
 use std::process::Command;
 
@@ -472,10 +473,9 @@ fn frames_are_beamformed_each_by_itself() {
         })
         .collect();
     let iq: Array4<Complex<f32>> = ndarray::stack(Axis(0), &views).unwrap();
-    let data = ChannelData {
-        samples: Samples::Iq { iq, f_demod: 3.9e6 },
-        ..single[0].clone()
-    };
+    let data = changed(single[0].clone(), |s| {
+        s.samples = Samples::Iq { iq, f_demod: 3.9e6 }
+    });
     data.write(&path).unwrap();
 
     let parameters = parameters(MethodName::EsmvRank1);

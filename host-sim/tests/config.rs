@@ -1,5 +1,6 @@
 //! The configuration: defaults, the written file as input, and errors.
 
+use crate::common::changed;
 use bonebeam::beamform::{Apodization, Parameters, Postfilter};
 use bonebeam::covariance::Covariance;
 use std::fs;
@@ -103,10 +104,7 @@ fn the_written_configuration_is_read_back_as_it_was() {
             mesh: Some("bone 'a'.ply".into()),
             slice: -8e-3,
             sweep_step: 1e-3,
-            scanner: Some(Settings {
-                noise: Some(-60.0),
-                ..Settings::default()
-            }),
+            scanner: Some(changed(Settings::default(), |s| s.noise = Some(-60.0))),
             ..Simulate::default()
         },
         beamform: Beamform {

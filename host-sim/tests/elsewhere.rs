@@ -1,4 +1,4 @@
-//! `host-sim paper` and `host-sim tune`, which another program runs.
+//! Commands that another program runs.
 
 use std::fs;
 use std::path::Path;
@@ -20,7 +20,14 @@ fn run(folder: &Path, arguments: &[&str]) -> Output {
 #[test]
 fn without_the_program_one_line_says_how_it_is_built() {
     let folder = tempdir().unwrap();
-    for arguments in [&["paper", "--quick"][..], &["tune", "--help"], &["paper"]] {
+    for arguments in [
+        &["paper", "--quick"][..],
+        &["tune", "--help"],
+        &["paper"],
+        &["verify"],
+        &["golden", "-o", "x"],
+        &["--quick", "--references"],
+    ] {
         let output = run(folder.path(), arguments);
         let message = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(2), "{message}");
@@ -45,12 +52,15 @@ fn the_program_beside_receives_every_argument_and_gives_the_status() {
         (&["tune", "-o", "a b", "--quick"], "tune|-o|a b|--quick|"),
         (
             &["--threads", "2", "paper", "--figure", "2"],
-            "paper|--figure|2|--threads=2|",
+            "--threads|2|paper|--figure|2|",
         ),
         (
             &["paper", "--threads", "2", "--quick"],
-            "paper|--quick|--threads=2|",
+            "paper|--threads|2|--quick|",
         ),
+        (&["verify"], "verify|"),
+        (&["golden", "--check", "x"], "golden|--check|x|"),
+        (&["--quick", "--references"], "--quick|--references|"),
     ] {
         let output = run(folder.path(), arguments);
         let printed = String::from_utf8(output.stdout).unwrap();
@@ -60,8 +70,7 @@ fn the_program_beside_receives_every_argument_and_gives_the_status() {
         );
     }
     // Flags of the main job have no effect on them.
-    assert_eq!(
-        run(folder.path(), &["--quick", "paper"]).status.code(),
-        Some(2)
-    );
+    for flag in ["--quick", "--references"] {
+        assert_eq!(run(folder.path(), &[flag, "paper"]).status.code(), Some(2));
+    }
 }

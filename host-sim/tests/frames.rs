@@ -3,6 +3,7 @@
 //! The file may be larger than memory.
 
 use crate::common;
+use crate::common::changed;
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -92,10 +93,7 @@ fn expected(path: &Path, frame: usize, parameters: &Beamform) -> ArrayD<Complex<
         panic!("channel data were written");
     };
     let rf = samples(frame, SHAPE).mapv(f32::from);
-    let data = ChannelData {
-        samples: rf.into(),
-        ..first.clone()
-    };
+    let data = changed(first.clone(), |s| s.samples = rf.into());
     let lines = beamform_channel_data(&data, parameters, &|_| {}).unwrap();
     lines.z.into_dyn()
 }

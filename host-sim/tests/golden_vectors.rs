@@ -1,7 +1,6 @@
 //! The golden vectors: consistent intermediates, and errors for changed files.
 
 use std::fs;
-use std::process::Command;
 
 use bonebeam_oracle::golden::{Stage, Values, check, stages, write};
 use num_complex::Complex;
@@ -126,32 +125,4 @@ fn what_is_written_is_the_same_and_what_differs_is_named() {
         of("levels.npy").detail
     );
     assert_eq!(verdicts.iter().filter(|verdict| !verdict.same).count(), 4);
-}
-
-#[test]
-fn the_command_ends_with_1_where_a_file_differs() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let run = |arguments: &[&str]| {
-        Command::new(env!("CARGO_BIN_EXE_host-sim"))
-            .arg("golden")
-            .args(arguments)
-            .current_dir(folder.path())
-            .output()
-            .expect("a run")
-    };
-    assert!(run(&["-o", "vectors"]).status.success());
-    assert!(run(&["--check", "vectors"]).status.success());
-    let file = folder.path().join("vectors/covariance.out.hex");
-    fs::write(&file, "00\n").expect("written");
-    let output = run(&["--check", "vectors"]);
-    assert_eq!(output.status.code(), Some(1));
-    let text = String::from_utf8_lossy(&output.stdout);
-    assert!(
-        text.contains("DIFFERS covariance.out.hex: word 0 is 00; expected "),
-        "{text}"
-    );
-    let nothing = run(&["--check", "."]);
-    assert_eq!(nothing.status.code(), Some(1));
-    assert!(String::from_utf8_lossy(&nothing.stderr).contains("holds no golden vectors"));
-    assert_eq!(run(&[]).status.code(), Some(2));
 }

@@ -1,5 +1,6 @@
 //! Lateral extent, spacing and number of lines, transmit weights, and image grids.
 
+use crate::common::changed;
 use bonebeam::beamform::Apodization;
 use bonebeam_drive::config::{Beamform, Grid, Image, LineKind, TransmitWeights};
 use bonebeam_drive::frame::beamform_channel_data;
@@ -41,10 +42,7 @@ fn plane_waves(gains: &[f32]) -> ChannelData {
 }
 
 fn das() -> Beamform {
-    Beamform {
-        method: MethodName::Das,
-        ..Beamform::default()
-    }
+    changed(Beamform::default(), |b| b.method = MethodName::Das)
 }
 
 fn lines(data: &ChannelData, section: &Beamform) -> BeamformedLines {
@@ -70,20 +68,10 @@ fn lines_lie_where_they_are_asked_for() {
     let data = plane_waves(&[1.0]);
     let beam_x = |section: Beamform| lines(&data, &section).beam_x;
     let (start, end) = (Some(-1e-3), Some(2e-3));
-    let between = Beamform {
-        lateral_start: start,
-        lateral_end: end,
-        ..das()
-    };
-    let spaced = beam_x(Beamform {
-        line_spacing: Some(0.5e-3),
-        ..between.clone()
-    });
+    let between = changed(das(), |b| (b.lateral_start, b.lateral_end) = (start, end));
+    let spaced = beam_x(changed(between.clone(), |b| b.line_spacing = Some(0.5e-3)));
     assert_near(&spaced, &[-1e-3, -0.5e-3, 0.0, 0.5e-3, 1e-3, 1.5e-3, 2e-3]);
-    let counted = beam_x(Beamform {
-        line_count: Some(4),
-        ..between.clone()
-    });
+    let counted = beam_x(changed(between.clone(), |b| b.line_count = Some(4)));
     assert_near(&counted, &[-1e-3, 0.0, 1e-3, 2e-3]);
     // Half the pitch, and no line beyond the end.
     assert_eq!(beam_x(between).len(), 21);
@@ -153,10 +141,7 @@ fn lines_that_cannot_be_are_refused_by_the_flag() {
         ..das()
     };
     assert!(message(all.clone()).contains("one too many"));
-    let turned = Beamform {
-        lateral_end: Some(-2e-3),
-        ..all.clone()
-    };
+    let turned = changed(all.clone(), |b| b.lateral_end = Some(-2e-3));
     assert!(message(turned).contains("--lateral-end"));
     let sector = Beamform {
         lines: Some(LineKind::Sector),
@@ -164,11 +149,9 @@ fn lines_that_cannot_be_are_refused_by_the_flag() {
         ..das()
     };
     assert!(message(sector).contains("--line-spacing is for lines straight down"));
-    let few = Beamform {
-        lateral_start: Some(3e-3),
-        line_spacing: Some(10e-3),
-        ..das()
-    };
+    let few = changed(das(), |b| {
+        (b.lateral_start, b.line_spacing) = (Some(3e-3), Some(10e-3))
+    });
     assert!(message(few).contains("makes 1 lines"));
     let focused = ChannelData {
         transmits: Transmits::Focused {
@@ -178,10 +161,7 @@ fn lines_that_cannot_be_are_refused_by_the_flag() {
         },
         ..data.clone()
     };
-    let spaced = Beamform {
-        line_spacing: Some(1e-3),
-        ..das()
-    };
+    let spaced = changed(das(), |b| b.line_spacing = Some(1e-3));
     assert!(refused(&focused, &spaced).contains("--line-spacing has no effect on focused"));
     let weighted = Beamform {
         transmit_weights: Some(TransmitWeights::Each(vec![1.0])),
@@ -204,10 +184,7 @@ fn transmits_are_weighted() {
     let data = plane_waves(&[1.0, 3.0, 5.0]);
     let alone = lines(&plane_waves(&[1.0]), &das()).z;
     let weighted = |weights: TransmitWeights| {
-        let section = Beamform {
-            transmit_weights: Some(weights),
-            ..das()
-        };
+        let section = changed(das(), |b| b.transmit_weights = Some(weights));
         lines(&data, &section).z
     };
     let peak = alone.iter().map(|z| z.norm()).fold(0.0, f32::max);
@@ -265,10 +242,7 @@ fn pixels_have_the_size_that_is_asked_for() {
         beam_x: (0..21).map(|beam| f64::from(beam) * 0.1e-3).collect(),
         ..sector()
     };
-    let section = Image {
-        pixel_size: Some(0.05e-3),
-        ..Image::default()
-    };
+    let section = changed(Image::default(), |s| s.pixel_size = Some(0.05e-3));
     let image = image_of(&straight, &section).unwrap();
     // 99 steps of 0.05 mm, and 20 of 0.1 mm.
     assert_eq!((image.pixels.dim(), image.pixel), ((100, 41), 0.05e-3));
@@ -281,17 +255,12 @@ fn pixels_have_the_size_that_is_asked_for() {
         (level - expected).abs() < 0.01,
         "{level}, expected {expected}"
     );
-    let part = Image {
-        depth: Some(2e-3),
-        width: Some(1e-3),
-        ..section.clone()
-    };
+    let part = changed(section.clone(), |s| {
+        (s.depth, s.width) = (Some(2e-3), Some(1e-3))
+    });
     let part = image_of(&straight, &part).unwrap();
     assert_eq!(part.pixels.dim(), (41, 21));
-    let fine = Image {
-        pixel_size: Some(1e-6),
-        ..section
-    };
+    let fine = changed(section, |s| s.pixel_size = Some(1e-6));
     let fine = BeamformedLines {
         beam_x: straight.beam_x.iter().map(|x| 20.0 * x).collect(),
         ..straight
@@ -323,11 +292,9 @@ fn a_polar_image_has_the_lines_as_they_are() {
         );
     }
     // The same half way between two beams, and smoothed.
-    let smooth = Image {
-        columns: Some(41),
-        median: true,
-        ..section.clone()
-    };
+    let smooth = changed(section.clone(), |s| {
+        (s.columns, s.median) = (Some(41), true)
+    });
     let smooth = image_of(&lines, &smooth).unwrap();
     assert_eq!(smooth.pixels.dim(), (100, 41));
     let straight = BeamformedLines {

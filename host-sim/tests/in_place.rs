@@ -21,9 +21,8 @@ fn lines_go_into_memory_of_the_caller() {
         Complex::new(noise(), noise())
     });
     // Fewer elements near the top and at the sides, so that the pieces' order is not the samples'.
-    let active = |beam: usize, sample: usize| Active {
-        first: beam,
-        count: (4 + sample / 20 + beam % 2).min(elements - beam),
+    let active = |beam: usize, sample: usize| {
+        Active::new(beam, (4 + sample / 20 + beam % 2).min(elements - beam))
     };
     let parameters = Parameters {
         method: Method::Mv,

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use bonebeam_files::{BeamformedLines, image};
 use bonebeam_simulate::Surface;
-use common::program::run;
+use common::program::Folder;
 use common::{Npz, scalar, vector};
 use ndarray::{Array2, Array4};
 use num_complex::Complex;
@@ -37,14 +37,9 @@ fn picture() -> Array2<f32> {
     })
 }
 
-fn works(folder: &TempDir, arguments: &str) {
-    let (status, message) = run(folder, arguments);
-    assert_eq!(status, 0, "{arguments}: {message}");
-}
-
 /// The rows of a surface's CSV: line, x, z, confidence, piece.
 fn rows(folder: &TempDir, name: &str) -> Vec<[f64; 5]> {
-    let text = fs::read_to_string(folder.path().join(name)).unwrap();
+    let text = folder.text(name);
     let (head, rows) = text.split_once('\n').unwrap();
     assert_eq!(head, "line,x_m,z_m,confidence,piece");
     let row = |line: &str| {
@@ -71,13 +66,13 @@ fn the_surface_of_a_picture_is_written_in_every_format_and_drawn() {
     let folder = tempdir().unwrap();
     image::write(&picture(), &folder.path().join("scan.png")).unwrap();
     let common = "surface scan.png --pixel-size 0.0001";
-    works(&folder, &format!("{common} -o a.csv --image over.png"));
+    folder.works(&format!("{common} -o a.csv --image over.png"));
     let found = rows(&folder, "a.csv");
     follow(&found, [0.0; 2]);
 
     // The picture has an overlay along the bone only.
-    let over = image::read(&folder.path().join("over.png")).unwrap();
-    let scan = image::read(&folder.path().join("scan.png")).unwrap();
+    let over = folder.image("over.png");
+    let scan = folder.image("scan.png");
     let mut drawn = 0;
     for ((row, column), level) in over.indexed_iter() {
         if *level != scan[(row, column)] {
@@ -88,16 +83,17 @@ fn the_surface_of_a_picture_is_written_in_every_format_and_drawn() {
     }
     assert!(drawn >= found.len());
 
-    works(&folder, &format!("{common} -o a.json"));
-    let text = fs::read_to_string(folder.path().join("a.json")).unwrap();
+    folder.works(&format!("{common} -o a.json"));
+    let text = folder.text("a.json");
     let json: serde_json::Value = serde_json::from_str(&text).unwrap();
     assert_eq!(json["lines"], COLUMNS);
+    assert_eq!(json["verdict"], "bone");
     let points = json["pieces"][0].as_array().unwrap();
     assert_eq!(points.len(), found.len());
     assert!((points[9]["z_m"].as_f64().unwrap() - found[9][2]).abs() < 1e-6);
 
-    works(&folder, &format!("{common} -o a.ply"));
-    let text = fs::read_to_string(folder.path().join("a.ply")).unwrap();
+    folder.works(&format!("{common} -o a.ply"));
+    let text = folder.text("a.ply");
     assert!(text.starts_with("ply\nformat ascii 1.0\n"));
     assert!(text.contains(&format!("element vertex {}\n", found.len())));
     assert!(text.contains(&format!("element edge {}\n", found.len() - 1)));
@@ -115,8 +111,8 @@ fn the_surface_of_a_picture_is_written_in_every_format_and_drawn() {
     assert!((z - 1e3 * found[9][2]).abs() < 1e-3);
 
     // VTK's programs show lines and confidence of a .vtp.
-    works(&folder, &format!("{common} -o a.vtp"));
-    let text = fs::read_to_string(folder.path().join("a.vtp")).unwrap();
+    folder.works(&format!("{common} -o a.vtp"));
+    let text = folder.text("a.vtp");
     let (points, edges) = (found.len(), found.len() - 1);
     let head = format!("NumberOfPoints=\"{points}\" NumberOfVerts=\"0\" NumberOfLines=\"{edges}\"");
     assert!(text.contains(&head), "{text}");
@@ -137,10 +133,7 @@ fn the_surface_of_a_picture_is_written_in_every_format_and_drawn() {
     assert_eq!(array("offsets")[..2], [2.0, 4.0]);
 
     // The same run from the written configuration.
-    works(
-        &folder,
-        &format!("{common} --config a.csv.config.toml -o b.csv"),
-    );
+    folder.works(&format!("{common} --config a.csv.config.toml -o b.csv"));
     assert_eq!(rows(&folder, "b.csv"), found);
 }
 
@@ -152,10 +145,7 @@ fn a_cropped_picture_has_the_places_of_the_whole() {
         screen[(row + 20, column + 40)] = *level;
     }
     image::write(&screen, &folder.path().join("screen.png")).unwrap();
-    works(
-        &folder,
-        "surface screen.png --pixel-size 0.0001 --crop 40,20,160,300 -o a.csv",
-    );
+    folder.works("surface screen.png --pixel-size 0.0001 --crop 40,20,160,300 -o a.csv");
     let found: Vec<_> = rows(&folder, "a.csv");
     let shifted: Vec<_> = found
         .iter()
@@ -180,10 +170,10 @@ fn the_surface_of_lines_lies_where_the_beams_do() {
         c: 1540.0,
     };
     lines.write(&folder.path().join("lines.npz")).unwrap();
-    works(&folder, "surface lines.npz -o a.csv --image over.png");
+    folder.works("surface lines.npz -o a.csv --image over.png");
     follow(&rows(&folder, "a.csv"), [-8e-3, 0.0]);
     // Points of lower confidence are left out.
-    works(&folder, "surface lines.npz -o b.csv --min-confidence 1");
+    folder.works("surface lines.npz -o b.csv --min-confidence 1");
     assert!(rows(&folder, "b.csv").len() < 110);
 }
 
@@ -208,8 +198,7 @@ fn frames_have_a_surface_each_and_beamforming_writes_that_of_the_first() {
         .with("c", scalar(1540.0))
         .with("beam_x", vector(&beam_x))
         .finish();
-    works(
-        &folder,
+    folder.works(
         "beamform data.npz --method das -o lines.npz --surface first.csv --coherence map.npy",
     );
     let map: Array2<f32> = ndarray_npy::read_npy(folder.path().join("map.npy")).unwrap();
@@ -217,10 +206,10 @@ fn frames_have_a_surface_each_and_beamforming_writes_that_of_the_first() {
     let first = rows(&folder, "first.csv");
     follow(&first, [-8e-3, 0.0]);
     for input in ["lines.npz", "data.npz --method das"] {
-        works(&folder, &format!("surface {input} --frames 0 -o one.csv"));
+        folder.works(&format!("surface {input} --frames 0 -o one.csv"));
         assert_eq!(rows(&folder, "one.csv"), first);
-        works(&folder, &format!("surface {input} -o both.csv"));
-        let text = fs::read_to_string(folder.path().join("both.csv")).unwrap();
+        folder.works(&format!("surface {input} -o both.csv"));
+        let text = folder.text("both.csv");
         let (head, body) = text.split_once('\n').unwrap();
         assert_eq!(head, "frame,line,x_m,z_m,confidence,piece");
         let of = |frame: &str| -> Vec<[f64; 2]> {
@@ -241,13 +230,13 @@ fn frames_have_a_surface_each_and_beamforming_writes_that_of_the_first() {
             assert!((a[1] - b[1] - 12.0 * PIXEL).abs() < 0.1e-3, "{a:?} {b:?}");
         }
     }
-    works(&folder, "surface lines.npz -o both.json");
-    let text = fs::read_to_string(folder.path().join("both.json")).unwrap();
+    folder.works("surface lines.npz -o both.json");
+    let text = folder.text("both.json");
     let json: serde_json::Value = serde_json::from_str(&text).unwrap();
     assert_eq!(json["frames"][1]["frame"], 1);
     assert!(json["frames"][1]["pieces"][0].as_array().unwrap().len() > 110);
-    works(&folder, "surface lines.npz -o both.ply");
-    let text = fs::read_to_string(folder.path().join("both.ply")).unwrap();
+    folder.works("surface lines.npz -o both.ply");
+    let text = folder.text("both.ply");
     let points = 2 * first.len();
     assert!(text.contains(&format!("element vertex {points}\n")));
     assert!(text.contains("property int frame\n"));
@@ -257,8 +246,8 @@ fn frames_have_a_surface_each_and_beamforming_writes_that_of_the_first() {
 
     // As a sweep, points have an elevation. The change of 1.2 mm is continuous over 0.5 mm, not over 0.4 mm.
     let sweep = "surface lines.npz --sweep-step 0.0005";
-    works(&folder, &format!("{sweep} -o sweep.csv"));
-    let text = fs::read_to_string(folder.path().join("sweep.csv")).unwrap();
+    folder.works(&format!("{sweep} -o sweep.csv"));
+    let text = folder.text("sweep.csv");
     assert!(text.starts_with("frame,line,x_m,y_m,z_m,confidence,piece\n0,"));
     for row in text.lines().skip(1) {
         let y = row.split(',').nth(3).unwrap();
@@ -271,16 +260,15 @@ fn frames_have_a_surface_each_and_beamforming_writes_that_of_the_first() {
             }
         );
     }
-    works(&folder, &format!("{sweep} -o sweep.json"));
-    let text = fs::read_to_string(folder.path().join("sweep.json")).unwrap();
+    folder.works(&format!("{sweep} -o sweep.json"));
+    let text = folder.text("sweep.json");
     let json: serde_json::Value = serde_json::from_str(&text).unwrap();
     assert_eq!(json["frames"][1]["pieces"][0][5]["y_m"], 0.5e-3);
     for (step, triangles) in [("0.0005", points - 2), ("0.0004", 0)] {
-        works(
-            &folder,
-            &format!("surface lines.npz --sweep-step {step} -o sweep.ply"),
-        );
-        let text = fs::read_to_string(folder.path().join("sweep.ply")).unwrap();
+        folder.works(&format!(
+            "surface lines.npz --sweep-step {step} -o sweep.ply"
+        ));
+        let text = folder.text("sweep.ply");
         assert!(
             text.contains(&format!("element face {triangles}\n")),
             "{text}"
@@ -293,11 +281,8 @@ fn frames_have_a_surface_each_and_beamforming_writes_that_of_the_first() {
         assert_eq!(y(body.lines().nth(points - 1).unwrap()), last);
     }
     // The written configuration repeats the run.
-    works(
-        &folder,
-        "surface lines.npz --config sweep.csv.config.toml -o again.csv",
-    );
-    let again = ["sweep.csv", "again.csv"].map(|name| fs::read(folder.path().join(name)).unwrap());
+    folder.works("surface lines.npz --config sweep.csv.config.toml -o again.csv");
+    let again = ["sweep.csv", "again.csv"].map(|name| folder.bytes(name));
     assert!(again[0] == again[1]);
 }
 
@@ -343,16 +328,10 @@ fn ply(path: &Path) -> (Vec<[f64; 3]>, Vec<[usize; 3]>) {
 fn the_mesh_of_a_sweep_lies_on_the_bone() {
     let folder = tempdir().unwrap();
     let scanner = "--elements 48 --beams 24 --beam-step 2 --depth-start 0.012 --depth-end 0.036";
-    works(
-        &folder,
-        &format!(
+    folder.works(&format!(
             "simulate vertebra-3d --sweep 3 --sweep-step 0.0015 --thickness 0.003 --iq {scanner} -o sweep.npz"
-        ),
-    );
-    works(
-        &folder,
-        "surface sweep.npz --sweep-step 0.0015 -o found.ply",
-    );
+        ));
+    folder.works("surface sweep.npz --sweep-step 0.0015 -o found.ply");
     let (points, triangles) = ply(&folder.path().join("found.ply"));
     let (corners, faces) = ply(&folder.path().join("sweep.npz.surface.ply"));
     let bone = Surface::new(corners, faces.iter().map(|t| t.map(|k| k as u32)).collect());
@@ -402,19 +381,19 @@ fn the_fan_of_a_picture_is_found_told_and_written() {
         rows.len()
     };
     let common = "surface fan.png --pixel-size 0.0001";
-    works(&folder, &format!("{common} -o a.csv --image over.png"));
+    folder.works(&format!("{common} -o a.csv --image over.png"));
     let found = on_bone("a.csv");
     assert!(found > 550, "{found}");
-    let config = fs::read_to_string(folder.path().join("a.csv.config.toml")).unwrap();
+    let config = folder.text("a.csv.config.toml");
     assert!(config.contains("[surface.fan]"), "{config}");
     let given = "--fan 0.045,-0.03,0.04,0.09,-0.5,0.5";
-    works(&folder, &format!("{common} {given} -o b.csv"));
+    folder.works(&format!("{common} {given} -o b.csv"));
     assert!(on_bone("b.csv").abs_diff(found) < 20);
     // A crop of the picture keeps the positions.
     let crop = "--crop 200,40,520,560";
-    works(&folder, &format!("{common} {given} {crop} -o c.csv"));
+    folder.works(&format!("{common} {given} {crop} -o c.csv"));
     assert!(on_bone("c.csv") > 400);
-    works(&folder, &format!("{common} --columns-as-lines -o d.csv"));
-    let config = fs::read_to_string(folder.path().join("d.csv.config.toml")).unwrap();
+    folder.works(&format!("{common} --columns-as-lines -o d.csv"));
+    let config = folder.text("d.csv.config.toml");
     assert!(!config.contains("[surface.fan]"), "{config}");
 }

@@ -1,5 +1,6 @@
 //! The tests of the program `bonebeam-paper`, linked into one program.
 
+mod golden;
 #[cfg(unix)]
 mod inputs;
 mod killed;

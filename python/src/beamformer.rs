@@ -86,14 +86,13 @@ impl Beamformer {
         active: Option<ArrayView3<'_, i64>>,
         z: ArrayViewMut2<'_, Complex<f32>>,
     ) -> bonebeam_files::Result<()> {
-        let all = Active {
-            first: 0,
-            count: x.dim().2,
-        };
+        let all = Active::new(0, x.dim().2);
         // Checked: not negative, and within the elements.
-        let given = |active: &ArrayView3<'_, i64>, beam: usize, sample: usize| Active {
-            first: active[[beam, sample, 0]] as usize,
-            count: active[[beam, sample, 1]] as usize,
+        let given = |active: &ArrayView3<'_, i64>, beam: usize, sample: usize| {
+            Active::new(
+                active[[beam, sample, 0]] as usize,
+                active[[beam, sample, 1]] as usize,
+            )
         };
         let of = |beam: usize, sample: usize| {
             let given = active.as_ref().map(|active| given(active, beam, sample));

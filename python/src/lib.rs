@@ -9,6 +9,7 @@ mod error;
 mod files;
 mod images;
 mod parameters;
+mod register;
 mod simulate;
 mod surface;
 mod threads;
@@ -29,6 +30,8 @@ mod _native {
     use crate::images::{bmode, phase_symmetry};
     #[pymodule_export]
     use crate::parameters::{BeamformParameters, defaults, tables};
+    #[pymodule_export]
+    use crate::register::register_points;
     #[pymodule_export]
     use crate::simulate::simulate;
     #[pymodule_export]

@@ -10,7 +10,6 @@ use bonebeam::delay::{
     Upsampled,
 };
 use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
-use bonebeam::simd::Vector;
 use bonebeam::{Complex, Error};
 
 use crate::hash;
@@ -73,7 +72,7 @@ const fn line(law: TransmitLaw<'static>, compounding: Compounding) -> ScanLine<'
         transmit: Transmit { law, t0: 0.1e-6 },
         ray: Ray::down(0.2e-3),
         array: Array::LinearAt(&ELEMENT_X),
-        active: Active { first: 1, count: 6 },
+        active: Active::new(1, 6),
         compounding,
     }
 }
@@ -98,7 +97,7 @@ pub struct Memory {
 }
 
 /// The memory of the case of upsampled records.
-pub struct UpsampledMemory {
+struct UpsampledMemory {
     record: [f32; RECORD],
     padded: [f32; PADDED],
     centre: [i32; VALUES],
@@ -106,29 +105,21 @@ pub struct UpsampledMemory {
     values: [f32; 6 * VALUES],
 }
 
-impl UpsampledMemory {
-    pub(crate) const fn new() -> Self {
-        UpsampledMemory {
-            record: [0.0; RECORD],
-            padded: [0.0; PADDED],
-            centre: [0; VALUES],
-            receive_delays: [0; VALUES],
-            values: [0.0; 6 * VALUES],
-        }
-    }
-}
-
 impl Memory {
     pub(crate) const fn new() -> Self {
         Memory {
             scratch: [0.0; SCRATCH],
             x: [Complex::new(0.0, 0.0); SAMPLES * ELEMENTS],
-            upsampled: UpsampledMemory::new(),
+            upsampled: UpsampledMemory {
+                record: [0.0; RECORD],
+                padded: [0.0; PADDED],
+                centre: [0; VALUES],
+                receive_delays: [0; VALUES],
+                values: [0.0; 6 * VALUES],
+            },
         }
     }
-}
 
-impl Memory {
     /// Scratch and output of [`PARAMETERS`].
     pub(crate) fn slices(&mut self) -> (&mut [f32], &mut [Complex<f32>]) {
         (&mut self.scratch[..PARAMETERS.need(1).real], &mut self.x)
@@ -141,9 +132,9 @@ pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Re
         x,
         upsampled,
     } = memory;
-    lines(0.0f32, scratch, x, report)?;
+    lines(scratch, x, report)?;
     let scratch = &mut scratch[..UPSAMPLED.need(1).real];
-    upsampled_lines(0.0f32, upsampled, scratch, x, report)?;
+    upsampled_lines(upsampled, scratch, x, report)?;
     filter_in_f32(memory, report)
 }
 
@@ -159,12 +150,11 @@ fn filter_in_f32(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Res
 }
 
 /// The focused and the plane wave, compounded from upsampled records.
-pub(crate) fn upsampled_lines<V: Vector>(
-    zero: V,
+fn upsampled_lines(
     memory: &mut UpsampledMemory,
     scratch: &mut [f32],
     x: &mut [Complex<f32>],
-    report: &mut dyn FnMut(&str, u64),
+    report: &mut impl FnMut(&str, u64),
 ) -> Result<(), Error> {
     let delay = Delay::new(UPSAMPLED)?;
     let upsampled = Upsampled::new(&delay)?;
@@ -180,39 +170,36 @@ pub(crate) fn upsampled_lines<V: Vector>(
         {
             let element = line.active.first + k;
             let samples = &REAL_PARTS[element * 64..][..64];
-            upsampled.receive_delays(zero, line, element, &mut memory.receive_delays)?;
-            upsampled.record(zero, samples, &mut memory.padded, &mut memory.record)?;
+            upsampled.receive_delays(0.0f32, line, element, &mut memory.receive_delays)?;
+            upsampled.record(0.0f32, samples, &mut memory.padded, &mut memory.record)?;
             let contribution = Contribution {
                 record: &memory.record,
                 centre: &memory.centre,
                 receive_delays: &memory.receive_delays,
             };
-            upsampled.add(zero, &contribution, values)?;
+            upsampled.add(0.0f32, &contribution, values)?;
         }
     }
-    upsampled.analytic(zero, &LINES[0].1, &memory.values, scratch, x)?;
+    upsampled.analytic(0.0f32, &LINES[0].1, &memory.values, scratch, x)?;
     report("delay-upsampled", hash::complex(x));
     Ok(())
 }
 
-/// All lines, and the first one of halved records.
-///
-/// `scratch` has the length for [`HALVED`] with the vector's lanes.
-pub(crate) fn lines<V: Vector>(
-    zero: V,
+/// All lines, and the first one of halved records, with scratch for [`HALVED`].
+fn lines(
     scratch: &mut [f32],
     x: &mut [Complex<f32>],
-    report: &mut dyn FnMut(&str, u64),
+    report: &mut impl FnMut(&str, u64),
 ) -> Result<(), Error> {
     let delay = Delay::new(PARAMETERS)?;
     let record = Record::new(&REAL_PARTS, ELEMENTS)?;
     for (name, line) in LINES {
-        let scratch = &mut scratch[..PARAMETERS.need(V::LANES).real];
-        delay.line(zero, &line, &record, scratch, x)?;
+        let scratch = &mut scratch[..PARAMETERS.need(1).real];
+        delay.line(0.0f32, &line, &record, scratch, x)?;
         report(name, hash::complex(x));
     }
     let delay = Delay::new(HALVED)?;
-    delay.line(zero, &LINES[0].1, &record, scratch, x)?;
+    delay.line(0.0f32, &LINES[0].1, &record, scratch, x)?;
     report("delay-halved", hash::complex(x));
     Ok(())
 }

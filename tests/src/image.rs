@@ -16,29 +16,13 @@ pub const SIDE: usize = 64;
 pub const DYNAMIC_RANGE: f32 = 50.0;
 
 /// The beams, as a share of the image's side.
-pub const BEAMS: Axis = Axis {
-    first: 0.0,
-    step: 1.0 / (ELEMENTS as f64 - 1.0),
-    count: ELEMENTS,
-};
+pub const BEAMS: Axis = Axis::new(0.0, 1.0 / (ELEMENTS as f64 - 1.0), ELEMENTS);
 /// The samples along a beam.
-pub const DEPTHS: Axis = Axis {
-    first: 0.0,
-    step: 1.0 / (SAMPLES as f64 - 1.0),
-    count: SAMPLES,
-};
+pub const DEPTHS: Axis = Axis::new(0.0, 1.0 / (SAMPLES as f64 - 1.0), SAMPLES);
 /// The rows; the last ones are beyond the data.
-pub const ROWS: Axis = Axis {
-    first: 0.0,
-    step: 1.0 / 60.0,
-    count: SIDE,
-};
+pub const ROWS: Axis = Axis::new(0.0, 1.0 / 60.0, SIDE);
 /// The columns; the first one is beyond the data.
-pub const COLUMNS: Axis = Axis {
-    first: -0.01,
-    step: 1.0 / 63.0,
-    count: SIDE,
-};
+pub const COLUMNS: Axis = Axis::new(-0.01, 1.0 / 63.0, SIDE);
 
 /// A case of envelopes of a line with a depth step.
 #[derive(Clone, Copy, Debug)]
@@ -117,13 +101,6 @@ impl Memory {
             scratch: [Complex::new(0.0, 0.0); SCRATCH],
         }
     }
-}
-
-/// The pixels before the median, in the memory.
-#[cfg(feature = "lanes")]
-pub(crate) fn pixels(memory: &mut Memory) -> Result<&[f32], Error> {
-    run(memory, &mut |_, _| ())?;
-    Ok(&memory.image)
 }
 
 pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Result<(), Error> {

@@ -5,11 +5,10 @@
 //! The records are the golden snapshots: numbers for the arithmetic, not a scene.
 
 use bonebeam::delay::{
-    Compounding, Delay, IqDelay, IqInterpolation, IqLayout, IqParameters, IqRecord, IqSamples,
-    Record, ScanLine, Stage,
+    Compounding, Delay, IqDelay, IqInterpolation, IqLayout, IqParameters, IqSamples, Record,
+    ScanLine, Stage,
 };
 use bonebeam::geometry::{Active, Array, Element, Ray, Transmit, TransmitLaw};
-use bonebeam::simd::Vector;
 use bonebeam::{Complex, Error};
 
 use crate::delay;
@@ -63,10 +62,7 @@ pub fn line() -> ScanLine<'static> {
         transmit: Transmit::new(TransmitLaw::VirtualSource { x: 1e-3, z: -4e-3 }, 0.1e-6),
         ray: Ray::new(0.2e-3, 0.0, 0.4),
         array: Array::linear(ELEMENTS, 0.2e-3),
-        active: Active {
-            first: 3,
-            count: 27,
-        },
+        active: Active::new(3, 27),
         compounding: Compounding::Replace,
     }
 }
@@ -91,35 +87,34 @@ pub(crate) fn run(
     of_rf: &mut delay::Memory,
     report: &mut impl FnMut(&str, u64),
 ) -> Result<(), Error> {
-    lines(0.0f32, &mut memory.scratch, &mut memory.x, report)?;
+    lines(&mut memory.scratch, &mut memory.x, report)?;
     let (scratch, x) = of_rf.slices();
-    rays(0.0f32, scratch, x, report)
+    rays(scratch, x, report)
 }
 
-/// I/Q by each reading, and counts. `scratch` has the length for the lanes of `V`.
-pub(crate) fn lines<V: Vector>(
-    zero: V,
+/// I/Q by each reading, and counts.
+fn lines(
     scratch: &mut [f32],
     x: &mut [Complex<f32>],
-    report: &mut dyn FnMut(&str, u64),
+    report: &mut impl FnMut(&str, u64),
 ) -> Result<(), Error> {
-    let floats = IqRecord::new(
+    let floats = Record::iq(
         IqSamples::Float(&SNAPSHOTS),
         IqLayout::Interleaved,
         ELEMENTS,
     )?;
     let counts = IqSamples::Counts(&COUNTS, 1e-3);
-    let counts = IqRecord::new(counts, IqLayout::Interleaved, ELEMENTS)?;
+    let counts = Record::iq(counts, IqLayout::Interleaved, ELEMENTS)?;
     for (name, interpolation) in INTERPOLATIONS {
         let delay = IqDelay::new(IqParameters {
             interpolation,
             ..PARAMETERS
         })?;
-        delay.line(zero, &line(), &floats, scratch, x)?;
+        delay.line(0.0f32, &line(), &floats, scratch, x)?;
         report(name, hash::complex(x));
     }
     let delay = IqDelay::new(PARAMETERS)?;
-    delay.line(zero, &line(), &counts, scratch, x)?;
+    delay.line(0.0f32, &line(), &counts, scratch, x)?;
     report("iq-counts", hash::complex(x));
     let delay = IqDelay::new(IqParameters {
         interpolation: IqInterpolation::LinearFixed,
@@ -135,25 +130,21 @@ pub(crate) fn lines<V: Vector>(
             transmit: Transmit::new(law, 0.1e-6),
             ..line()
         };
-        delay.line(zero, &line, &counts, scratch, x)?;
+        delay.line(0.0f32, &line, &counts, scratch, x)?;
         report(name, hash::complex(x));
     }
     Ok(())
 }
 
 /// RF along a ray of a convex array, from a converging and a compounded wave.
-pub(crate) fn rays<V: Vector>(
-    zero: V,
+fn rays(
     scratch: &mut [f32],
     x: &mut [Complex<f32>],
-    report: &mut dyn FnMut(&str, u64),
+    report: &mut impl FnMut(&str, u64),
 ) -> Result<(), Error> {
     let delay = Delay::new(delay::PARAMETERS)?;
     let elements = convex();
-    let array = Array::At {
-        elements: &elements,
-        pitch: 0.3e-3,
-    };
+    let array = Array::at(&elements, 0.3e-3);
     let delays = [0.0, 0.1e-6, 0.2e-6, f64::NAN, 0.2e-6, 0.3e-6, 0.1e-6, 0.0];
     let source = TransmitLaw::VirtualSource {
         x: 0.1e-3,
@@ -173,10 +164,10 @@ pub(crate) fn rays<V: Vector>(
             transmit: Transmit::new(law, 0.1e-6),
             ray: array.normal(5.3),
             array,
-            active: Active { first: 1, count: 6 },
+            active: Active::new(1, 6),
             compounding,
         };
-        delay.line(zero, &line, &record, scratch, x)?;
+        delay.line(0.0f32, &line, &record, scratch, x)?;
         report(name, hash::complex(x));
     }
     Ok(())

@@ -6,8 +6,8 @@ use std::vec::Vec;
 use std::{eprintln, format, vec};
 
 use bonebeam::memory::{Need, Scratch};
-use bonebeam::simd::{InstructionSet, Task, Vector};
-use bonebeam::{Complex, Error};
+use bonebeam::simd::{InstructionSet, Vector};
+use bonebeam::{Complex, Error, dispatch};
 
 use crate::draw::{Draw, Seed};
 
@@ -44,6 +44,11 @@ pub trait Kernel: Sized + Debug {
         memory: (Scratch<'_>, Scratch<'_, V>),
         out: &mut [Self::Number],
     ) -> Result<(), Error>;
+
+    /// Whether a refusal leaves the result as it was, which several calls need not do.
+    fn is_one_call(&self, _way: usize) -> bool {
+        false
+    }
 
     /// Other ways to the same bits, as blocks of a length.
     ///
@@ -88,7 +93,7 @@ pub fn bits<N: Number>(numbers: &[N]) -> Vec<[u32; 2]> {
 /// The kernel's result, the same bits in every way that it can be computed.
 ///
 /// One lane and the lanes of `sets`, whole and in parts, in memory of exactly its need that is full of NaN and then of
-/// another run. One number less is refused.
+/// another run. One number less is refused, and what is refused in one call writes nothing.
 ///
 /// # Errors
 /// Those of the core, which are the same for all instruction sets.
@@ -96,7 +101,8 @@ pub fn judge<K: Kernel>(
     kernel: &K,
     sets: impl IntoIterator<Item = InstructionSet>,
 ) -> Result<Vec<K::Number>, Error> {
-    let of = |set: InstructionSet, way, short| set.dispatch(Run { kernel, way, short });
+    let of =
+        |set: InstructionSet, way, short| dispatch!(set, zero => run(zero, kernel, way, short));
     let text = |error: &Error| format!("{error:?}");
     let one = of(InstructionSet::Scalar, 0, None);
     let one = one.map(|number| (bits(&number), number));
@@ -134,52 +140,47 @@ pub fn judge<K: Kernel>(
 }
 
 /// Two runs in memory of exactly the need, or with one number less in one of its four slices.
-struct Run<'a, K> {
-    kernel: &'a K,
+fn run<K: Kernel, V: Vector>(
+    zero: V,
+    kernel: &K,
     way: usize,
     short: Option<usize>,
-}
-
-impl<K: Kernel> Task for Run<'_, K> {
-    type Output = Result<Vec<K::Number>, Error>;
-
-    fn run<V: Vector>(self, zero: V) -> Self::Output {
-        let Run { kernel, way, short } = self;
-        let [numbers, vectors] = kernel.need(V::LANES, way);
-        let mut lengths = [numbers.real, numbers.complex, vectors.real, vectors.complex];
-        if let Some(length) = short.map(|short| &mut lengths[short]) {
-            // Nothing is less than nothing.
-            let (name, actual, expected) = ("memory", 0, 0);
-            let none = Error::Length {
-                name,
-                actual,
-                expected,
-            };
-            *length = length.checked_sub(1).ok_or(none)?;
-        }
-        let nan = zero.splat(f32::NAN);
-        let (mut real, mut complex) = (vec![f32::NAN; lengths[0]], vec![Complex::DIRT; lengths[1]]);
-        let mut reals = vec![nan; lengths[2]];
-        let mut pairs = vec![Complex::new(nan, nan); lengths[3]];
-        let mut out = vec![K::Number::DIRT; kernel.numbers()];
-        let mut once = |out: &mut [K::Number]| {
-            let numbers = Scratch {
-                real: &mut real,
-                complex: &mut complex,
-            };
-            let vectors = Scratch {
-                real: &mut reals,
-                complex: &mut pairs,
-            };
-            kernel.run(zero, way, (numbers, vectors), out)
+) -> Result<Vec<K::Number>, Error> {
+    let [numbers, vectors] = kernel.need(V::LANES, way);
+    let mut lengths = [numbers.real, numbers.complex, vectors.real, vectors.complex];
+    if let Some(length) = short.map(|short| &mut lengths[short]) {
+        // Nothing is less than nothing.
+        let (name, actual, expected) = ("memory", 0, 0);
+        let none = Error::Length {
+            name,
+            actual,
+            expected,
         };
-        once(&mut out)?;
-        let first = bits(&out);
-        out.fill(K::Number::DIRT);
-        once(&mut out)?;
-        assert!(first == bits(&out), "used memory changes bits");
-        Ok(out)
+        *length = length.checked_sub(1).ok_or(none)?;
     }
+    let nan = zero.splat(f32::NAN);
+    let (mut real, mut complex) = (vec![f32::NAN; lengths[0]], vec![Complex::DIRT; lengths[1]]);
+    let mut reals = vec![nan; lengths[2]];
+    let mut pairs = vec![Complex::new(nan, nan); lengths[3]];
+    let mut out = vec![K::Number::DIRT; kernel.numbers()];
+    let mut once = |out: &mut [K::Number]| {
+        let numbers = Scratch::new(&mut real, &mut complex);
+        let vectors = Scratch::new(&mut reals, &mut pairs);
+        kernel.run(zero, way, (numbers, vectors), out)
+    };
+    if let Err(error) = once(&mut out) {
+        let written = out.iter().any(|number| number.bits().is_some());
+        assert!(
+            !kernel.is_one_call(way) || !written,
+            "written, then {error}"
+        );
+        return Err(error);
+    }
+    let first = bits(&out);
+    out.fill(K::Number::DIRT);
+    once(&mut out)?;
+    assert!(first == bits(&out), "used memory changes bits");
+    Ok(out)
 }
 
 /// Judges the plans of some seeds.

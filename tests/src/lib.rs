@@ -20,8 +20,6 @@ pub mod iq;
 pub mod kernel;
 #[cfg(feature = "lanes")]
 pub mod kernels;
-#[cfg(feature = "lanes")]
-pub mod lanes;
 pub mod phase_symmetry;
 pub mod pipeline;
 pub mod snapshots;

@@ -23,11 +23,7 @@ pub const STRIPS: [(&str, usize); 4] = [
 /// Name of the case in one memory.
 pub const MAP: &str = "phase-symmetry-map";
 /// Sizes of the largest strip; all strips need the same slow memory.
-const SIZES: Sizes = Sizes {
-    rows: SIDE,
-    columns: SIDE,
-    strip: SIDE,
-};
+const SIZES: Sizes = Sizes::new(SIDE, SIDE, SIDE);
 const NEED: Need = SIZES.need().or(SIZES.map_need());
 /// `r₀`, cycles per pixel.
 pub const SCALES: [f64; 3] = [1.0 / 8.0, 1.0 / 16.0, 1.0 / 32.0];

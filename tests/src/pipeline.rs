@@ -1,7 +1,7 @@
 //! Lines of a pipeline from I/Q counts, in blocks shorter than the aperture's growth, and sub-lines of one.
 
 use bonebeam::beamform::{self, Method, Sizes, Workspace};
-use bonebeam::delay::{IqLayout, IqRecord, IqSamples};
+use bonebeam::delay::{IqLayout, IqSamples, Record};
 use bonebeam::geometry::{
     Array, Axis, Depth, Lines, Scan, ScanParameters, Steering, Transmit, TransmitLaw,
 };
@@ -45,10 +45,7 @@ const OF_SUB_LINES: beamform::Parameters = beamform::Parameters {
 
 const SIZES: Sizes = OF_SUB_LINES.sizes(ELEMENTS);
 /// The elements' lags and the aligned samples.
-const LINE: Need = Need {
-    real: 7 * ELEMENTS,
-    complex: HELD * ELEMENTS,
-};
+const LINE: Need = Need::new(7 * ELEMENTS, HELD * ELEMENTS);
 const NEED: Need = LINE.and(SIZES.need());
 
 /// The memory of the case.
@@ -81,7 +78,7 @@ pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Re
     };
     let (one, several) = (lines(SCAN, BEAMFORMER)?, lines(of_sub_lines, OF_SUB_LINES)?);
     let samples = IqSamples::Counts(&COUNTS, 1e-3);
-    let record = IqRecord::new(samples, IqLayout::Interleaved, ELEMENTS)?;
+    let record = Record::iq(samples, IqLayout::Interleaved, ELEMENTS)?;
     // Two waves, compounded.
     let wave = |angle| (Transmit::new(TransmitLaw::Plane { angle }, 0.1e-6), &record);
     let waves = [wave(-0.1), wave(0.15)];

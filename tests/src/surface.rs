@@ -14,32 +14,24 @@ pub const LINES: usize = 24;
 /// Samples of a line.
 pub const SAMPLES: usize = 384;
 
+const fn ramp(weight: f64, centre: f64, width: f64) -> Ramp {
+    Ramp {
+        weight,
+        centre,
+        width,
+    }
+}
+
 /// All terms except the contrast, against the tissue alone.
 const SETTINGS: Settings = Settings {
     cell: 0.06e-3,
     echo: 0.3e-3,
     onset_weight: 1.25,
     margin: 1.0,
-    contrast: Ramp {
-        weight: 0.0,
-        centre: 0.0,
-        width: 1.0,
-    },
-    level: Ramp {
-        weight: 1.0,
-        centre: 0.02,
-        width: 0.15,
-    },
-    rest: Ramp {
-        weight: 2.0,
-        centre: 0.0,
-        width: 0.1,
-    },
-    shadow: Ramp {
-        weight: -1.0,
-        centre: 0.3,
-        width: 0.25,
-    },
+    contrast: ramp(0.0, 0.0, 1.0),
+    level: ramp(1.0, 0.02, 0.15),
+    rest: ramp(2.0, 0.0, 0.1),
+    shadow: ramp(-1.0, 0.3, 0.25),
     shadow_range: 0.15,
     absence: -1.5,
     end: 3.0,
@@ -51,11 +43,7 @@ const SETTINGS: Settings = Settings {
 
 /// The whole frame in one call.
 pub const WHOLE: Parameters = Parameters {
-    samples: Axis {
-        first: 3e-3,
-        step: 0.0385e-3,
-        count: SAMPLES,
-    },
+    samples: Axis::new(3e-3, 0.0385e-3, SAMPLES),
     spacing: 0.3e-3,
     settings: Settings {
         depths: [4e-3, f64::INFINITY],
@@ -65,11 +53,7 @@ pub const WHOLE: Parameters = Parameters {
 };
 /// Line by line, samples as cells, closer lines.
 pub const LATE: Parameters = Parameters {
-    samples: Axis {
-        first: 0.0,
-        step: 0.1e-3,
-        count: SAMPLES,
-    },
+    samples: Axis::new(0.0, 0.1e-3, SAMPLES),
     spacing: 0.2e-3,
     settings: SETTINGS,
     latency: 5,
@@ -78,11 +62,7 @@ pub const LATE: Parameters = Parameters {
 pub const CONTRAST: Parameters = Parameters {
     settings: Settings {
         cell: 0.11e-3,
-        contrast: Ramp {
-            weight: 0.8,
-            centre: 0.1,
-            width: 0.2,
-        },
+        contrast: ramp(0.8, 0.1, 0.2),
         ..WHOLE.settings
     },
     ..WHOLE
@@ -91,11 +71,7 @@ pub const CONTRAST: Parameters = Parameters {
 pub const MARGIN: Parameters = Parameters {
     settings: Settings {
         margin: 0.1,
-        level: Ramp {
-            weight: 1.0,
-            centre: 0.5,
-            width: 0.3,
-        },
+        level: ramp(1.0, 0.5, 0.3),
         ..CONTRAST.settings
     },
     ..WHOLE

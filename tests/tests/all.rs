@@ -55,8 +55,7 @@ fn every_file_of_tests_is_a_module() {
             }
         }
     }
-    check(
-        &Path::new(env!("CARGO_MANIFEST_DIR")).join("tests"),
-        "all.rs",
-    );
+    for tests in ["tests", "../host-sim/tests"] {
+        check(&Path::new(env!("CARGO_MANIFEST_DIR")).join(tests), "all.rs");
+    }
 }

@@ -3,6 +3,7 @@
 //! The oracle of `host-sim` judges them, without the exemption for changes by rounding alone.
 
 use crate::common;
+use crate::common::changed;
 
 use bonebeam::beamform::{Method, Parameters};
 use bonebeam::geometry::Active;
@@ -27,8 +28,8 @@ fn assert_agrees(line: &Line, range: Range<usize>, base: Parameters, methods: &[
     let computed = || range.clone().filter(|n| n.is_multiple_of(step));
     for covariance in COVARIANCES {
         let line_of = |method| {
-            let parameters = Parameters { method, ..base };
-            let z = core(line, parameters, covariance);
+            let parameters = changed(base, |p| (p.method, p.covariance) = (method, covariance));
+            let z = core(line, parameters);
             (
                 Array2::from_shape_vec((1, z.len()), z).expect("a line"),
                 parameters,
@@ -37,7 +38,6 @@ fn assert_agrees(line: &Line, range: Range<usize>, base: Parameters, methods: &[
         let frame = AlignedFrame {
             x: &x,
             active: |_, n: usize| line.active[n],
-            covariance,
         };
         let z: Vec<_> = methods.iter().map(|&method| line_of(method)).collect();
         let lines: Vec<_> = z.iter().map(|(z, parameters)| (z, *parameters)).collect();
@@ -51,7 +51,7 @@ fn assert_agrees(line: &Line, range: Range<usize>, base: Parameters, methods: &[
             false => 0.0,
         };
         for ((z, parameters), judgements) in lines.iter().zip(judgements) {
-            let name = format!("M = {}, {covariance:?}, {parameters:?}", line.x.ncols());
+            let name = format!("M = {}, {parameters:?}", line.x.ncols());
             for (n, judgement) in computed().zip(judgements) {
                 let exempt = matches!(judgement.exemption, Some(Exemption::Rounding));
                 let without_first = parameters.method == Method::EsmvExcludeFirst;
@@ -69,35 +69,21 @@ fn assert_agrees(line: &Line, range: Range<usize>, base: Parameters, methods: &[
     }
 }
 
-fn assert_random_snapshots_agree(elements: usize) {
-    for temporal_half_window in [0, 2, 10] {
-        let line = Line::noise((elements + temporal_half_window) as u64, 40, elements);
-        let parameters = Parameters {
-            temporal_half_window,
-            ..Parameters::default()
-        };
-        assert_agrees(&line, 0..40, parameters, &METHODS);
+#[test]
+fn random_snapshots() {
+    for elements in [16, 32, 64, 128] {
+        for temporal_half_window in [0, 2, 10] {
+            let line = Line::noise((elements + temporal_half_window) as u64, 40, elements);
+            assert_agrees(&line, 0..40, with_window(temporal_half_window), &METHODS);
+        }
     }
 }
 
-#[test]
-fn random_snapshots_of_16_elements() {
-    assert_random_snapshots_agree(16);
-}
-
-#[test]
-fn random_snapshots_of_32_elements() {
-    assert_random_snapshots_agree(32);
-}
-
-#[test]
-fn random_snapshots_of_64_elements() {
-    assert_random_snapshots_agree(64);
-}
-
-#[test]
-fn random_snapshots_of_128_elements() {
-    assert_random_snapshots_agree(128);
+/// A half window, all else by default.
+fn with_window(temporal_half_window: usize) -> Parameters {
+    changed(Parameters::default(), |p| {
+        p.temporal_half_window = temporal_half_window
+    })
 }
 
 #[test]
@@ -113,16 +99,13 @@ fn a_growing_aperture_cut_at_the_edge() {
     let mut line = Line::noise(1, 60, 40);
     for (n, active) in line.active.iter_mut().enumerate() {
         let width = 8 + n / 2;
-        *active = Active {
-            first: 10_usize.saturating_sub(width / 2),
-            count: 10 + width.div_ceil(2) - 10_usize.saturating_sub(width / 2),
-        };
+        *active = Active::new(
+            10_usize.saturating_sub(width / 2),
+            10 + width.div_ceil(2) - 10_usize.saturating_sub(width / 2),
+        );
     }
     for temporal_half_window in [0, 3] {
-        let parameters = Parameters {
-            temporal_half_window,
-            ..Parameters::default()
-        };
+        let parameters = with_window(temporal_half_window);
         assert_agrees(&line, 0..60, parameters, &METHODS);
     }
 }
@@ -144,10 +127,7 @@ fn a_shadow_60_db_below_the_echo_before_it() {
         _ => noise.x[[n, m]] * 0.03,
     });
     for temporal_half_window in [0, 2, 10] {
-        let parameters = Parameters {
-            temporal_half_window,
-            ..Parameters::default()
-        };
+        let parameters = with_window(temporal_half_window);
         assert_agrees(&line, 0..60, parameters, &METHODS);
         // After the window has passed the echo, the shadow is the scale.
         assert_agrees(&line, 20 + temporal_half_window..60, parameters, &METHODS);
@@ -162,10 +142,7 @@ fn a_plane_wave_off_axis_in_noise() {
     for turns in [0.003, 0.02, 0.11] {
         let noise = Line::noise(4, 20, 48);
         let line = Line::from_fn(20, 48, |n, m| wave(turns, m) + noise.x[[n, m]] * 0.1);
-        let parameters = Parameters {
-            temporal_half_window: 1,
-            ..Parameters::default()
-        };
+        let parameters = with_window(1);
         let methods = [
             Method::Das,
             Method::Mv,
@@ -186,10 +163,7 @@ fn a_plane_wave_in_a_null_of_the_subaperture() {
         let noise = Line::noise(7, 20, elements);
         let line = Line::from_fn(20, elements, |n, m| wave(turns, m) + noise.x[[n, m]] * 1e-2);
         for temporal_half_window in [0, 2] {
-            let parameters = Parameters {
-                temporal_half_window,
-                ..Parameters::default()
-            };
+            let parameters = with_window(temporal_half_window);
             assert_agrees(&line, 0..20, parameters, &[Method::EsmvRank1]);
         }
     }
@@ -228,10 +202,7 @@ fn two_sources_over_all_subaperture_lengths() {
                 wave(turns, m) * turn + other + gaussian.x[[n, m]] * noise
             });
             for temporal_half_window in [0, 2] {
-                let parameters = Parameters {
-                    temporal_half_window,
-                    ..Parameters::default()
-                };
+                let parameters = with_window(temporal_half_window);
                 let methods = [Method::Mv, Method::EsmvRank(2), Method::EsmvRank1];
                 assert_agrees(&line, 0..24, parameters, &methods);
             }
@@ -257,10 +228,7 @@ fn nearly_equal_eigenvalues() {
             };
             signal + noise.x[[n, m]] * 1e-2
         });
-        let parameters = Parameters {
-            temporal_half_window: 2,
-            ..Parameters::default()
-        };
+        let parameters = with_window(2);
         let methods = [
             Method::Mv,
             Method::EsmvBeta(1e-5),
@@ -312,14 +280,14 @@ fn a_hundred_thousand_samples_of_undecided_ranks_and_split_clusters() {
             let z = methods.map(|method| {
                 let parameters = Parameters {
                     method,
+                    covariance,
                     ..Parameters::default()
                 };
-                (frame(&lines, parameters, covariance), parameters)
+                (frame(&lines, parameters), parameters)
             });
             let judged = AlignedFrame {
                 x: &x,
                 active: |beam: usize, n: usize| lines[beam].active[n],
-                covariance,
             };
             let z: Vec<_> = z.iter().map(|(z, parameters)| (z, *parameters)).collect();
             let mut tallies = [Tally::default(); 5];
@@ -336,7 +304,7 @@ fn a_hundred_thousand_samples_of_undecided_ranks_and_split_clusters() {
                     for (n, judgement) in judgements.iter().enumerate() {
                         let of_rounding = !judgement.holds() && {
                             let x = x.index_axis(Axis(0), beam);
-                            let sample = Sample::new(x, n, (0, ELEMENTS), parameters, covariance);
+                            let sample = Sample::new(x, n, (0, ELEMENTS), parameters);
                             let sample = sample.expect("Δ > 0").expect("power");
                             moved_by_rounding(&sample, parameters.method, bound)
                         };

@@ -1,10 +1,10 @@
 //! Properties of the core's beamformers for any data.
 
 use crate::common;
+use crate::common::changed;
 
 use bonebeam::Error;
 use bonebeam::beamform::{AlignedLine, Apodization, Method, Parameters, Postfilter};
-use bonebeam::covariance::Covariance;
 use bonebeam_oracle::reference::f64::beamform::Sample;
 use common::lines::{COVARIANCES, Gaussian, Line, METHODS, core, core_weights, widen};
 use common::tolerances::{
@@ -14,10 +14,6 @@ use nalgebra::DVector;
 use num_complex::Complex;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-
-fn covariances() -> impl Strategy<Value = Covariance> {
-    prop::sample::select(COVARIANCES.to_vec())
-}
 
 fn methods() -> impl Strategy<Value = Method> {
     prop::sample::select(METHODS.to_vec())
@@ -29,12 +25,16 @@ fn postfilters() -> impl Strategy<Value = Postfilter> {
 
 /// Parameters with a window that fits `samples`; the caller chooses the method.
 fn parameters(samples: usize, largest_ratio: f64) -> impl Strategy<Value = Parameters> {
-    let apodization = prop::sample::select(Apodization::EXAMPLES.to_vec());
+    let choices = (
+        prop::sample::select(Apodization::EXAMPLES.to_vec()),
+        prop::sample::select(COVARIANCES.to_vec()),
+    );
     let numbers = (0..samples, 0.3..=largest_ratio, 0..4_usize, 0.0..=1.0_f32);
-    (apodization, numbers).prop_map(|(apodization, numbers)| {
+    (choices, numbers).prop_map(|((apodization, covariance), numbers)| {
         let (temporal_half_window, subaperture_ratio, coherence_cutoff, tukey_taper) = numbers;
         Parameters {
             apodization,
+            covariance,
             temporal_half_window,
             subaperture_ratio,
             coherence_cutoff,
@@ -84,12 +84,9 @@ fn averaging_parameters() -> impl Strategy<Value = Parameters> {
 }
 
 /// The largest |z| of MV: the scale of every method's error.
-fn largest(line: &Line, parameters: Parameters, covariance: Covariance) -> f32 {
-    let parameters = Parameters {
-        method: Method::Mv,
-        ..parameters
-    };
-    let z = core(line, parameters, covariance);
+fn largest(line: &Line, parameters: Parameters) -> f32 {
+    let parameters = changed(parameters, |p| p.method = Method::Mv);
+    let z = core(line, parameters);
     z.iter().map(|z| z.norm()).fold(0.0, f32::max)
 }
 
@@ -102,20 +99,15 @@ fn assert_close(z: &[Complex<f32>], expected: &[Complex<f32>], error: f32) {
     }
 }
 
-fn exact(line: &Line, n: usize, parameters: Parameters, covariance: Covariance) -> Sample {
+fn exact(line: &Line, n: usize, parameters: Parameters) -> Sample {
     let active = (0, line.x.ncols());
-    Sample::new(line.x.view(), n, active, &parameters, covariance)
+    Sample::new(line.x.view(), n, active, &parameters)
         .expect("a loaded covariance")
         .expect("a sample with power")
 }
 
-fn wide_weights(
-    line: &Line,
-    n: usize,
-    parameters: Parameters,
-    covariance: Covariance,
-) -> DVector<Complex<f64>> {
-    let weights = core_weights(line, n, parameters, covariance);
+fn wide_weights(line: &Line, n: usize, parameters: Parameters) -> DVector<Complex<f64>> {
+    let weights = core_weights(line, n, parameters);
     DVector::from_iterator(weights.len(), weights.into_iter().map(widen))
 }
 
@@ -139,10 +131,9 @@ proptest! {
     fn the_response_to_the_steering_vector_is_one(
         line in noise(),
         parameters in parameters(SAMPLES, 1.0),
-        covariance in covariances(),
         n in 0..SAMPLES,
     ) {
-        let response = wide_weights(&line, n, parameters, covariance).sum();
+        let response = wide_weights(&line, n, parameters).sum();
         prop_assert!((response - 1.0).norm() <= UNIT_RESPONSE, "{response}");
     }
 
@@ -151,13 +142,12 @@ proptest! {
         line in noise(),
         parameters in parameters(SAMPLES, 1.0),
         method in methods(),
-        covariance in covariances(),
         n in 0..SAMPLES,
     ) {
         let parameters = Parameters { method, ..parameters };
-        let z = core(&line, parameters, covariance)[n];
-        let sample = exact(&line, n, parameters, covariance);
-        let weights = wide_weights(&line, n, parameters, covariance);
+        let z = core(&line, parameters)[n];
+        let sample = exact(&line, n, parameters);
+        let weights = wide_weights(&line, n, parameters);
         // A method without covariance has a weight for every element.
         let expected = match weights.len() == sample.elements.len() {
             true => weights.dotc(&sample.elements),
@@ -174,13 +164,12 @@ proptest! {
         parameters in parameters(SAMPLES, 1.0),
         method in methods(),
         postfilter in postfilters(),
-        covariance in covariances(),
         seed in any::<u64>(),
     ) {
         let mut gaussian = Gaussian::new(seed);
         let signal: Vec<_> = (0..SAMPLES).map(|_| gaussian.next()).collect();
         let line = Line::from_fn(SAMPLES, elements, |n, _| signal[n]);
-        let z = core(&line, Parameters { method, postfilter, ..parameters }, covariance);
+        let z = core(&line, Parameters { method, postfilter, ..parameters });
         let expected = match method {
             Method::EsmvExcludeFirst => vec![Complex::ZERO; SAMPLES],
             _ => signal.clone(),
@@ -195,14 +184,13 @@ proptest! {
         parameters in parameters(SAMPLES, 1.0),
         method in methods(),
         postfilter in postfilters(),
-        covariance in covariances(),
         exponent in -60..=60,
     ) {
         let parameters = Parameters { method, postfilter, ..parameters };
         let factor = 2.0_f32.powi(exponent);
-        let scaled = core(&line.map(|x| x * factor), parameters, covariance);
+        let scaled = core(&line.map(|x| x * factor), parameters);
         let expected: Vec<_> =
-            core(&line, parameters, covariance).iter().map(|z| z * factor).collect();
+            core(&line, parameters).iter().map(|z| z * factor).collect();
         prop_assert_eq!(scaled, expected);
     }
 
@@ -213,10 +201,9 @@ proptest! {
         parameters in parameters(SAMPLES, 1.0),
         method in methods(),
         postfilter in postfilters(),
-        covariance in covariances(),
     ) {
         let of = |method, postfilter| {
-            core(&line, Parameters { method, postfilter, ..parameters }, covariance)
+            core(&line, Parameters { method, postfilter, ..parameters })
         };
         let das = of(Method::Das, Postfilter::None).into_iter().zip(of(Method::Das, postfilter));
         let z = of(method, Postfilter::None).into_iter().zip(of(method, postfilter));
@@ -232,16 +219,15 @@ proptest! {
         line in signal(),
         parameters in averaging_parameters(),
         method in smooth_methods(),
-        covariance in covariances(),
         length in 0.1_f32..10.0,
         phase in 0.0..std::f32::consts::TAU,
     ) {
         let parameters = Parameters { method, ..parameters };
         let factor = Complex::from_polar(length, phase);
-        let scaled = core(&line.map(|x| x * factor), parameters, covariance);
+        let scaled = core(&line.map(|x| x * factor), parameters);
         let expected: Vec<_> =
-            core(&line, parameters, covariance).iter().map(|z| z * factor).collect();
-        let scale = length * largest(&line, parameters, covariance);
+            core(&line, parameters).iter().map(|z| z * factor).collect();
+        let scale = length * largest(&line, parameters);
         assert_close(&scaled, &expected, BEAMFORMED_TWICE * scale);
     }
 
@@ -250,13 +236,12 @@ proptest! {
         line in signal(),
         parameters in averaging_parameters(),
         method in smooth_methods(),
-        covariance in covariances(),
     ) {
         let parameters = Parameters { method, ..parameters };
-        let z = core(&line, parameters, covariance);
-        let scale = largest(&line, parameters, covariance);
+        let z = core(&line, parameters);
+        let scale = largest(&line, parameters);
         assert_close(
-            &core(&reversed(&line), parameters, covariance),
+            &core(&reversed(&line), parameters),
             &z,
             BEAMFORMED_TWICE * scale,
         );
@@ -267,13 +252,12 @@ proptest! {
         line in signal(),
         parameters in averaging_parameters(),
         method in smooth_methods(),
-        covariance in covariances(),
     ) {
         let parameters = Parameters { method, ..parameters };
         let expected: Vec<_> =
-            core(&line, parameters, covariance).iter().map(|z| z.conj()).collect();
-        let z = core(&line.map(|x| x.conj()), parameters, covariance);
-        let scale = largest(&line, parameters, covariance);
+            core(&line, parameters).iter().map(|z| z.conj()).collect();
+        let z = core(&line.map(|x| x.conj()), parameters);
+        let scale = largest(&line, parameters);
         assert_close(&z, &expected, BEAMFORMED_TWICE * scale);
     }
 
@@ -281,13 +265,12 @@ proptest! {
     fn heavy_loading_tends_to_das_over_subapertures(
         line in noise(),
         parameters in parameters(SAMPLES, 1.0),
-        covariance in covariances(),
     ) {
         let parameters = Parameters { diagonal_loading: 1e6, ..parameters };
-        let z = core(&line, parameters, covariance);
+        let z = core(&line, parameters);
         let scale = line.x.iter().map(|x| x.norm()).fold(0.0, f32::max);
         for n in 0..SAMPLES {
-            let sample = exact(&line, n, parameters, covariance);
+            let sample = exact(&line, n, parameters);
             let length = sample.snapshots.nrows();
             let das = sample.output(&DVector::from_element(length, Complex::from(1.0 / length as f64)));
             prop_assert!((widen(z[n]) - das).norm() <= HEAVY_LOADING * f64::from(scale));
@@ -298,12 +281,11 @@ proptest! {
     fn minimum_variance_is_below_das_over_subapertures(
         line in noise(),
         parameters in parameters(SAMPLES, 1.0),
-        covariance in covariances(),
         n in 0..SAMPLES,
     ) {
-        let r = exact(&line, n, parameters, covariance).covariance;
+        let r = exact(&line, n, parameters).covariance;
         let power = |w: &DVector<Complex<f64>>| w.dotc(&(&r * w)).re;
-        let w = wide_weights(&line, n, parameters, covariance);
+        let w = wide_weights(&line, n, parameters);
         let das = DVector::from_element(w.len(), Complex::from(1.0 / w.len() as f64));
         prop_assert!(power(&w) <= power(&das) * (1.0 + OUTPUT_POWER));
     }
@@ -312,10 +294,9 @@ proptest! {
     fn projected_weights_lie_in_the_signal_subspace(
         line in prop_oneof![noise(), signal()],
         parameters in parameters(SAMPLES, 1.0),
-        covariance in covariances(),
         n in 0..SAMPLES,
     ) {
-        let sample = exact(&line, n, parameters, covariance);
+        let sample = exact(&line, n, parameters);
         let eigenspace = sample.eigenspace();
         let (values, subaperture) = (&eigenspace.values, eigenspace.values.len());
         // A subspace is defined if a gap separates it from the rest.
@@ -325,11 +306,11 @@ proptest! {
         let rank = rank.unwrap_or(1);
         let bound = SIGNAL_SUBSPACE * sample.minimum_variance.norm();
         let parameters = Parameters { method: Method::EsmvRank(rank), ..parameters };
-        let w = wide_weights(&line, n, parameters, covariance);
+        let w = wide_weights(&line, n, parameters);
         prop_assert!(eigenspace.project(&w, rank..subaperture).norm() <= bound);
         if rank == 1 {
             let parameters = Parameters { method: Method::EsmvExcludeFirst, ..parameters };
-            let w = wide_weights(&line, n, parameters, covariance);
+            let w = wide_weights(&line, n, parameters);
             prop_assert!(eigenspace.project(&w, 0..1).norm() <= bound);
         }
     }
@@ -342,7 +323,6 @@ proptest! {
         diagonal_loading in prop::sample::select(vec![0.0, 1e-6, 0.05, 1e6]),
         method in methods(),
         postfilter in postfilters(),
-        covariance in covariances(),
     ) {
         let number = |bits: u32| {
             let value = f32::from_bits(bits);
@@ -361,10 +341,10 @@ proptest! {
             _ => value(n),
         });
         let parameters = Parameters { method, postfilter, diagonal_loading, ..parameters };
-        for z in core(&line, parameters, covariance) {
+        for z in core(&line, parameters) {
             prop_assert!(z.re.is_finite() && z.im.is_finite(), "{z}");
         }
-        for w in core_weights(&line, 0, parameters, covariance) {
+        for w in core_weights(&line, 0, parameters) {
             prop_assert!(w.re.is_finite() && w.im.is_finite(), "{w}");
         }
     }

@@ -1,71 +1,22 @@
-//! Coherence of samples against f64 references: short-lag coherence, and the share of the largest eigenvalue.
+//! The share of the largest eigenvalue, against f64 references.
+//!
+//! `kernels.rs` has the reference of short-lag coherence.
 
 use bonebeam::Complex;
-use bonebeam::beamform::{AlignedLine, Parameters, ShortLagCoherence};
+use bonebeam::beamform::Parameters;
 use bonebeam::covariance::Covariance;
 use bonebeam::geometry::Active;
-use bonebeam::memory::Scratch;
 use bonebeam::simd::InstructionSet;
 use bonebeam_oracle::reference::f64::beamform::Sample;
-use bonebeam_oracle::reference::f64::coherence::short_lag_coherence;
 use bonebeam_tests::kernel::judge;
 use bonebeam_tests::kernels::{beamform::Lines, coherence::Shares};
-use rand::rngs::ChaCha8Rng;
-use rand::{RngExt, SeedableRng};
 
+use crate::common::changed;
 use crate::common::lines::Line;
 
-/// Sums of at most 5·127 positive powers err by fewer units in the last place; the products no more than they.
-#[test]
-fn agrees_with_the_f64_reference() {
-    let bound = 2.0 * 5.0 * 128.0 * f64::from(f32::EPSILON);
-    let mut rng = ChaCha8Rng::seed_from_u64(11);
-    for (elements, temporal_half_window) in [(1, 0), (2, 3), (33, 1), (64, 0), (128, 2)] {
-        let samples = 60;
-        // Echoes that are alike on neighbouring elements, and noise; from tiny to huge.
-        let scale = 10f32.powi(rng.random_range(-15..15));
-        let mut x = Vec::new();
-        for n in 0..samples {
-            let (slope, noise) = (0.02 * n as f32, 0.05 * n as f32);
-            x.extend((0..elements).map(|m| {
-                let mut random = || rng.random_range(-1.0..1.0);
-                let noise = Complex::new(random(), random()) * noise;
-                (Complex::from_polar(1.0, slope * m as f32) + noise) * scale
-            }));
-        }
-        let active = |n: usize| {
-            let count = (elements * (n + 4) / 40).min(elements);
-            Active {
-                first: (elements - count) / 2,
-                count,
-            }
-        };
-        let coherence = ShortLagCoherence {
-            temporal_half_window,
-        };
-        let line = AlignedLine::new(&x, elements).unwrap();
-        let mut real = vec![f32::NAN; coherence.need().real];
-        let scratch = Scratch {
-            real: &mut real,
-            complex: &mut [],
-        };
-        let mut found = vec![f32::NAN; samples];
-        coherence.line(line, active, scratch, &mut found).unwrap();
-        for (n, &found) in found.iter().enumerate() {
-            let expected = short_lag_coherence(&x, elements, active, temporal_half_window, n);
-            let error = (f64::from(found) - expected).abs();
-            assert!(error <= bound, "{elements}, {n}: {found} and {expected}");
-        }
-    }
-}
-
 /// Shares of the largest eigenvalue, the same over any lanes.
-fn shares(line: &Line, parameters: Parameters, covariance: Covariance) -> Vec<f32> {
+fn shares(line: &Line, parameters: Parameters) -> Vec<f32> {
     let (samples, elements) = line.x.dim();
-    let parameters = Parameters {
-        covariance,
-        ..parameters
-    };
     let kernel = Shares(Lines {
         parameters,
         elements,
@@ -86,7 +37,7 @@ fn echo_in_noise(seed: u64, samples: usize, elements: usize, noise: f32) -> Line
     });
     for (n, active) in line.active.iter_mut().enumerate() {
         let count = elements.min(elements * (n + 2) / 20);
-        *active = Active { first: 0, count };
+        *active = Active::new(0, count);
     }
     line
 }
@@ -102,6 +53,7 @@ fn the_share_of_the_largest_eigenvalue_is_that_of_an_f64_eigensolver() {
         for (covariance, depth_step) in [(Covariance::Forward, 1), (Covariance::ForwardBackward, 3)]
         {
             let parameters = Parameters {
+                covariance,
                 temporal_half_window: half_window,
                 depth_step,
                 ..Parameters::default()
@@ -109,11 +61,11 @@ fn the_share_of_the_largest_eigenvalue_is_that_of_an_f64_eigensolver() {
             let delta = f64::from(parameters.diagonal_loading);
             for noise in [0.0, 0.1, 1.0, 30.0] {
                 let line = echo_in_noise(seed as u64, samples, elements, noise);
-                let found = shares(&line, parameters, covariance);
+                let found = shares(&line, parameters);
                 for (&found, n) in found.iter().zip((0..).step_by(depth_step)) {
                     let Active { first, count } = line.active[n];
                     let x = line.x.view();
-                    let sample = Sample::new(x, n, (first, count), &parameters, covariance);
+                    let sample = Sample::new(x, n, (first, count), &parameters);
                     let expected = sample.unwrap().map_or(0.0, |sample| {
                         let values = sample.eigenspace().values;
                         values[0] * (1.0 + delta) / values.sum() - delta / values.len() as f64
@@ -134,6 +86,7 @@ fn the_share_of_the_largest_eigenvalue_is_that_of_an_f64_eigensolver() {
 fn the_largest_eigenvalue_of_independent_noise_is_that_of_wishart_matrices() {
     let (elements, half_window) = (16, 200);
     let parameters = Parameters {
+        covariance: Covariance::Forward,
         temporal_half_window: half_window,
         subaperture_ratio: 1.0,
         ..Parameters::default()
@@ -146,7 +99,7 @@ fn the_largest_eigenvalue_of_independent_noise_is_that_of_wishart_matrices() {
     let found: Vec<f64> = (0..20)
         .map(|seed| {
             let line = Line::noise(seed, 2 * half_window + 1, elements);
-            f64::from(shares(&line, parameters, Covariance::Forward)[half_window])
+            f64::from(shares(&line, parameters)[half_window])
         })
         .collect();
     let mean = found.iter().sum::<f64>() / found.len() as f64;
@@ -165,7 +118,10 @@ fn equal_echoes_have_one_eigenvalue_and_silence_none() {
         active.count = n.min(24);
     }
     for covariance in [Covariance::Forward, Covariance::ForwardBackward] {
-        let found = shares(&line, Parameters::default(), covariance);
+        let found = shares(
+            &line,
+            changed(Parameters::DEFAULT, |p| p.covariance = covariance),
+        );
         for (n, share) in found.iter().enumerate() {
             let expected = if [0, 20].contains(&n) { 0.0 } else { 1.0 };
             assert!((share - expected).abs() < 1e-6, "{n}: {share}");

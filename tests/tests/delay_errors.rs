@@ -1,37 +1,34 @@
 //! The delay stage names the wrong parameter before it writes anything.
 
+use crate::common::changed;
+use crate::common::refused::refused;
+use bonebeam::Complex;
 use bonebeam::delay::{Compounding, Delay, DelayParameters, MAX_SAMPLES, Record, ScanLine, Stage};
 use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
-use bonebeam::{Complex, Error};
 
 const GOOD: DelayParameters = DelayParameters {
-    sound_speed: 1540.0,
-    sampling_rate: 40e6,
-    centre_frequency: 5e6,
-    output_rate: 20e6,
-    output_start: 0.0,
     output_samples: 50,
     elements: 3,
     record_samples: 100,
     hilbert_taps: 2,
+    ..DelayParameters::EXAMPLE
 };
 
-/// A size of the parameters: its name, the largest value, and its field.
-type Size = (&'static str, usize, fn(&mut DelayParameters) -> &mut usize);
-/// A number of the parameters: its name, and its field.
+/// A size of the parameters.
+type Size = fn(&mut DelayParameters) -> &mut usize;
+/// A number's name and field.
 type Number = (&'static str, fn(&mut DelayParameters) -> &mut f64);
-/// One field of the line changed, and the name that the error must give.
+/// One field of the line changed, and the name that the refusal gives.
 type LineChange = (&'static str, fn(&mut ScanLine));
-/// One field of the parameters changed, and the name that the error must give.
+/// One field of the parameters changed, and the name that the refusal gives.
 type Change = (&'static str, fn(&mut DelayParameters));
 
 #[test]
 fn bad_parameters_are_named() {
-    let refused = |name: &str, p: DelayParameters| match Delay::new(p) {
-        Err(Error::Parameter { name: n, .. } | Error::Capacity { name: n, .. }) => {
-            assert_eq!(n, name);
-        }
-        other => panic!("{name}: {other:?}"),
+    let named = |name: &str, p: DelayParameters| {
+        let words = refused(Delay::new(p));
+        let (_, of) = words.split_once(' ').unwrap();
+        assert!(of.starts_with(&format!("{name} ")), "{words}");
     };
     let numbers: [Number; 4] = [
         ("sound_speed", |p| &mut p.sound_speed),
@@ -41,9 +38,7 @@ fn bad_parameters_are_named() {
     ];
     for (name, number) in numbers {
         for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            let mut p = GOOD;
-            *number(&mut p) = bad;
-            refused(name, p);
+            named(name, changed(GOOD, |p| *number(p) = bad));
         }
     }
     let changes: [Change; 9] = [
@@ -58,50 +53,30 @@ fn bad_parameters_are_named() {
         ("record_samples", |p| p.record_samples = 1 << 23),
     ];
     for (name, change) in changes {
-        let mut p = GOOD;
-        change(&mut p);
-        refused(name, p);
+        named(name, changed(GOOD, change));
     }
 }
 
 /// The largest sizes are valid; the next is refused with the largest as capacity.
 #[test]
 fn sizes_are_refused_from_the_first_that_is_too_large() {
-    let [longer, shorter] = [900, 50];
-    let elements = usize::MAX / longer;
-    let samples = |output_samples, record_samples| DelayParameters {
-        output_samples,
-        record_samples,
-        ..GOOD
+    let samples = |output, record| {
+        changed(GOOD, |p| {
+            (p.output_samples, p.record_samples) = (output, record)
+        })
     };
-    let changes: [(DelayParameters, Size); 4] = [
-        (
-            samples(longer, shorter),
-            ("elements", elements, |p| &mut p.elements),
-        ),
-        (
-            samples(shorter, longer),
-            ("elements", elements, |p| &mut p.elements),
-        ),
-        (
-            GOOD,
-            ("output_samples", MAX_SAMPLES, |p| &mut p.output_samples),
-        ),
-        (
-            GOOD,
-            ("record_samples", MAX_SAMPLES, |p| &mut p.record_samples),
-        ),
+    let (elements, most) = (usize::MAX / 900, MAX_SAMPLES);
+    let rows: [(_, &str, usize, Size); 4] = [
+        (samples(900, 50), "elements", elements, |p| &mut p.elements),
+        (samples(50, 900), "elements", elements, |p| &mut p.elements),
+        (GOOD, "output_samples", most, |p| &mut p.output_samples),
+        (GOOD, "record_samples", most, |p| &mut p.record_samples),
     ];
-    for (mut p, (name, capacity, size)) in changes {
-        *size(&mut p) = capacity;
-        assert!(Delay::new(p).is_ok(), "{name}");
-        *size(&mut p) = capacity + 1;
-        let refused = Error::Capacity {
-            name,
-            actual: capacity + 1,
-            capacity,
-        };
-        assert_eq!(Delay::new(p).unwrap_err(), refused);
+    for (p, name, capacity, size) in rows {
+        let of = |count| Delay::new(changed(p, |p| *size(p) = count));
+        assert!(of(capacity).is_ok(), "{name}");
+        let words = format!("capacity {name} {} over {capacity}", capacity + 1);
+        assert_eq!(refused(of(capacity + 1)), words);
     }
 }
 
@@ -148,10 +123,10 @@ fn bad_calls_are_refused_before_anything_is_written() {
         },
         ray: Ray::down(0.0),
         array: Array::LinearAt(&element_x),
-        active: Active { first: 0, count: 3 },
+        active: Active::new(0, 3),
         compounding: Compounding::Replace,
     };
-    let refused = |line: &ScanLine, rf: &[f32], scratch: usize, out: usize| {
+    let of = |line: &ScanLine, rf: &[f32], scratch: usize, out: usize| {
         let mut out = vec![Complex::new(5.0, 6.0); out];
         let record = Record::new(rf, 3).unwrap();
         let result = delay.line(0.0f32, line, &record, &mut vec![0.0; scratch], &mut out);
@@ -159,52 +134,24 @@ fn bad_calls_are_refused_before_anything_is_written() {
             out.iter().all(|y| *y == Complex::new(5.0, 6.0)),
             "written after {result:?}"
         );
-        result.unwrap_err()
+        refused(result)
     };
     let scratch = GOOD.need(1).real;
-    let length = |name, actual, expected| Error::Length {
-        name,
-        actual,
-        expected,
-    };
-
+    let short = of(&line, &rf[3..], scratch, 150);
+    assert_eq!(short, "length record samples 99 for 100");
+    let more = of(&line, &rf, scratch + 1, 150);
     assert_eq!(
-        refused(&line, &rf[3..], scratch, 150),
-        length("record samples", 99, 100)
+        more,
+        format!("length scratch {} for {scratch}", scratch + 1)
     );
-    assert_eq!(
-        refused(&line, &rf, scratch + 1, 150),
-        length("scratch", scratch + 1, scratch)
-    );
-    assert_eq!(refused(&line, &rf, scratch, 151), length("out", 151, 150));
+    assert_eq!(of(&line, &rf, scratch, 151), "length out 151 for 150");
+    let two = changed(line, |l| l.array = Array::LinearAt(&element_x[1..]));
+    assert_eq!(of(&two, &rf, scratch, 150), "length element_x 2 for 3");
     let (mut two, record) = ([Complex::ZERO; 6], Record::new(&rf, 3).unwrap());
-    let behind = delay.block(
-        0.0f32,
-        &line,
-        &record,
-        49,
-        &mut vec![0.0; scratch],
-        &mut two,
-    );
-    let (name, actual, capacity) = ("block", 51, 50);
-    assert_eq!(
-        behind,
-        Err(Error::Capacity {
-            name,
-            actual,
-            capacity
-        })
-    );
-    let two = ScanLine {
-        array: Array::LinearAt(&element_x[1..]),
-        ..line
-    };
-    assert_eq!(refused(&two, &rf, scratch, 150), length("element_x", 2, 3));
+    let memory = &mut vec![0.0; scratch];
+    let behind = delay.block(0.0f32, &line, &record, 49, memory, &mut two);
+    assert_eq!(refused(behind), "capacity block 51 over 50");
 
-    let parameter = |error| match error {
-        Error::Parameter { name, .. } => name,
-        other => panic!("{other:?}"),
-    };
     let changes: [LineChange; 7] = [
         ("t0", |l| l.transmit.t0 = f64::INFINITY),
         ("line position", |l| l.ray = Ray::down(f64::NAN)),
@@ -215,48 +162,28 @@ fn bad_calls_are_refused_before_anything_is_written() {
             l.transmit.law = TransmitLaw::Plane { angle: 1.6 }
         }),
         ("transmit element x", |l| {
-            l.transmit.law = TransmitLaw::Element {
+            (l.transmit.law) = TransmitLaw::Element {
                 x: f64::NAN,
                 z: 0.0,
-            };
-        }),
-        ("active", |l| l.active.first = 1),
-        ("active", |l| {
-            l.active = Active {
-                first: usize::MAX,
-                count: 2,
             }
         }),
+        ("active", |l| l.active.first = 1),
+        ("active", |l| l.active = Active::new(usize::MAX, 2)),
     ];
     for (name, change) in changes {
-        let mut bad = line;
-        change(&mut bad);
-        assert_eq!(parameter(refused(&bad, &rf, scratch, 150)), name);
+        let words = of(&changed(line, change), &rf, scratch, 150);
+        assert!(words.starts_with(&format!("parameter {name} ")), "{words}");
     }
 
-    let add = ScanLine {
-        compounding: Compounding::Add,
-        ..line
-    };
-    let record = Record::new(&rf, 3).unwrap();
+    let add = changed(line, |l| l.compounding = Compounding::Add);
     // One part or both of a sample, one sample or two.
     let nan = Complex::new(0.0, f32::NAN);
     let infinite = Complex::new(f32::INFINITY, f32::NEG_INFINITY);
     for bad in [&[(9, nan)][..], &[(9, infinite)], &[(9, nan), (30, nan)]] {
         let mut out = vec![Complex::new(0.0, 0.0); 150];
-        for &(index, y) in bad {
-            out[index] = y;
-        }
-        let error = delay
-            .line(0.0f32, &add, &record, &mut vec![0.0; scratch], &mut out)
-            .unwrap_err();
-        assert_eq!(
-            error,
-            Error::NonFinite {
-                name: "out",
-                index: 9
-            }
-        );
+        bad.iter().for_each(|&(index, y)| out[index] = y);
+        let added = delay.line(0.0f32, &add, &record, memory, &mut out);
+        assert_eq!(refused(added), "non-finite out 9");
     }
 }
 
@@ -264,31 +191,19 @@ fn bad_calls_are_refused_before_anything_is_written() {
 fn records_are_checked_once() {
     let rf = vec![1.0; 300];
     assert_eq!(Record::new(&rf, 3).unwrap().samples(), 100);
-    let length = |actual, expected| Error::Length {
-        name: "rf",
-        actual,
-        expected,
-    };
-    assert_eq!(Record::new(&rf[1..], 3).unwrap_err(), length(299, 297));
-    assert_eq!(Record::new(&[], 3).unwrap_err(), length(0, 3));
-    assert_eq!(Record::new(&rf[..2], 3).unwrap_err(), length(2, 3));
+    let of = |rf: &[f32], elements| refused(Record::new(rf, elements).map(|_| ()));
+    assert_eq!(of(&rf[1..], 3), "length rf 299 for 297");
+    assert_eq!(of(&[], 3), "length rf 0 for 3");
+    assert_eq!(of(&rf[..2], 3), "length rf 2 for 3");
     for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         // Within a piece, at its ends, and in the last, shorter one.
         for index in [0, 217, 255, 256, 299] {
-            let mut rf = rf.clone();
-            rf[index] = value;
-            let error = Record::new(&rf, 3).unwrap_err();
-            assert_eq!(error, Error::NonFinite { name: "rf", index });
+            let bad = changed(rf.clone(), |rf| rf[index] = value);
+            assert_eq!(of(&bad, 3), format!("non-finite rf {index}"));
         }
     }
-    let named = |result: Result<Record, Error>| match result {
-        Err(Error::Parameter { name, .. }) => name,
-        other => panic!("{other:?}"),
-    };
-    let mut loud = rf.clone();
-    loud[3] = -1.001e29;
-    assert_eq!(named(Record::new(&loud, 3)), "rf");
-    loud[3] = -1e29;
-    assert!(Record::new(&loud, 3).is_ok());
-    assert_eq!(named(Record::new(&rf, 0)), "elements");
+    let loud = |value| changed(rf.clone(), |rf| rf[3] = value);
+    assert!(of(&loud(-1.001e29), 3).starts_with("parameter rf "));
+    assert!(Record::new(&loud(-1e29), 3).is_ok());
+    assert!(of(&rf, 0).starts_with("parameter elements "));
 }

@@ -1,110 +1,24 @@
 //! Lines with a depth step, and their images.
 
 use crate::common;
+use crate::common::refused::refused;
 
+use bonebeam::Complex;
 use bonebeam::beamform::Parameters;
-use bonebeam::covariance::Covariance;
-use bonebeam::delay::Record;
-use bonebeam::geometry::Active;
 use bonebeam::image::{DepthInterpolation, Pooling, envelope};
-use bonebeam::memory::Scratch;
-use bonebeam::pipeline::{self, DepthGate, Frame, Pipeline};
-use bonebeam::simd::InstructionSet;
-use bonebeam::{Complex, Error};
-use bonebeam_drive::beamform::Plan;
-use bonebeam_drive::pipeline::Frames;
+use bonebeam::pipeline::{self, Input, Pipeline};
 use bonebeam_oracle::reference::f64::depth_interpolation as exact;
-use common::frames::{ELEMENTS, LINES, PARAMETERS, focused, record, with_source};
-use common::lines::{Line, core_within, stacked, widen};
+use bonebeam_tests::kernel::bits;
+use common::frames::PARAMETERS;
+use common::lines::{Line, widen};
 use std::f64::consts::{LN_2, TAU};
-
-fn bits(z: &[Complex<f32>]) -> Vec<[u32; 2]> {
-    z.iter().map(|z| [z.re.to_bits(), z.im.to_bits()]).collect()
-}
 
 /// Every `step`-th number.
 fn every(z: &[Complex<f32>], step: usize) -> Vec<Complex<f32>> {
     z.iter().step_by(step).copied().collect()
 }
 
-/// An aperture that is empty at first.
-///
-/// It changes at samples that are no multiple of the depth step.
-fn growing(samples: usize) -> Vec<Active> {
-    let set = |n: usize| match n / 7 {
-        0 => Active { first: 0, count: 0 },
-        step => Active {
-            first: 2,
-            count: (3 + 2 * step).min(20),
-        },
-    };
-    (0..samples).map(set).collect()
-}
-
-/// Lines that end at different samples, so that lanes do too.
-fn lines() -> Vec<Line> {
-    let of = |k: usize| {
-        let mut line = Line::noise(60 + k as u64, 57 + k % 3, 24);
-        line.active = growing(57 + k % 3);
-        line
-    };
-    (0..9).map(of).collect()
-}
-
-/// Segments with any start, as within a range of samples.
-///
-/// The host's frame has the bits of single lines.
-#[test]
-fn a_range_of_samples_of_a_frame_has_the_samples_of_each_line() {
-    let lines: Vec<Line> = lines().into_iter().step_by(3).collect();
-    let active = |beam: usize, sample: usize| lines[beam].active[sample];
-    let x = stacked(&lines);
-    for depth_step in [1, 2, 3, 5] {
-        for temporal_half_window in [0, 1, 3] {
-            let parameters = Parameters {
-                depth_step,
-                temporal_half_window,
-                ..Parameters::default()
-            };
-            let covariance = Covariance::ForwardBackward;
-            for within in [0..57, 13..31, 20..21, 50..57] {
-                let plan = Plan::new(InstructionSet::detect(), parameters, 20).unwrap();
-                let plan = plan.within(within.clone());
-                let z = plan.run(x.view(), &active, &|_| {}).unwrap();
-                for (line, z) in lines.iter().zip(z.rows()) {
-                    let expected = core_within(line, within.clone(), parameters, covariance);
-                    let name = format!("{within:?} {parameters:?}");
-                    assert_eq!(bits(&z.to_vec()), bits(&expected), "{name}");
-                }
-            }
-        }
-    }
-}
-
 type Lines = Vec<Complex<f32>>;
-
-/// All lines and the image of a frame of the core.
-fn framed(parameters: pipeline::Parameters<'static>, gate: Option<DepthGate>) -> (Lines, Vec<f32>) {
-    let mut pipeline = Pipeline::new(parameters).unwrap();
-    if let Some(gate) = gate {
-        pipeline = pipeline.with_gate(gate).unwrap();
-    }
-    let need = pipeline.need();
-    assert_eq!(need, parameters.need().unwrap());
-    let (mut real, mut complex) = (vec![0.0; need.real], vec![Complex::ZERO; need.complex]);
-    let scratch = Scratch {
-        real: &mut real,
-        complex: &mut complex,
-    };
-    let mut frame = Frame::new(&pipeline, scratch).unwrap();
-    let mut z = Vec::new();
-    for line in 0..LINES {
-        let rf = record(line);
-        let record = Record::new(&rf, ELEMENTS).unwrap();
-        z.extend_from_slice(frame.line(line, [(focused(), &record)]).unwrap());
-    }
-    (z, frame.image().unwrap().to_vec())
-}
 
 fn stepped(depth_step: usize, sub_lines: usize, block: usize) -> pipeline::Parameters<'static> {
     pipeline::Parameters {
@@ -118,58 +32,12 @@ fn stepped(depth_step: usize, sub_lines: usize, block: usize) -> pipeline::Param
     }
 }
 
-/// In blocks of any length, inside and outside a depth gate.
-///
-/// The line has every `step`-th sample of a line without a depth step.
-#[test]
-fn a_frames_lines_are_the_samples_of_lines_without_a_depth_step() {
-    let gate = DepthGate {
-        from: 6e-3,
-        to: 9.1e-3,
-    };
-    for (sub_lines, gate) in [(1, None), (2, None), (1, Some(gate)), (2, Some(gate))] {
-        let (full, _) = framed(stepped(1, sub_lines, usize::MAX), gate);
-        let samples = full.len() / LINES;
-        for depth_step in [2, 3, 8] {
-            let of_line = |z: &[Complex<f32>]| -> Lines {
-                let kept = z.chunks_exact(sub_lines).step_by(depth_step);
-                kept.flatten().copied().collect()
-            };
-            let expected: Lines = full.chunks_exact(samples).flat_map(of_line).collect();
-            for block in [1, 7, 50, usize::MAX] {
-                let (z, _) = framed(stepped(depth_step, sub_lines, block), gate);
-                let name = format!("{depth_step} {sub_lines} {block} {gate:?}");
-                assert!(bits(&z) == bits(&expected), "{name}");
-            }
-        }
-    }
-}
-
-/// The core's frame and the host's threads.
-#[test]
-fn frames_have_the_same_image() {
-    for (depth_step, sub_lines) in [(2, 1), (3, 1), (2, 4), (4, 2)] {
-        let parameters = stepped(depth_step, sub_lines, usize::MAX);
-        let (_, image) = framed(parameters, None);
-        let pipeline = Pipeline::new(parameters).unwrap();
-        let frames = Frames::new(&pipeline).unwrap();
-        let z = with_source(&pipeline, |source| frames.lines(source).unwrap());
-        assert_eq!(z.ncols(), pipeline.lines().line_samples());
-        let pixels = frames.image(z.view()).unwrap();
-        assert_eq!(
-            pixels.as_slice().unwrap(),
-            image,
-            "{depth_step} {sub_lines}"
-        );
-    }
-}
-
 /// With a depth step of two a line needs half the memory for its samples.
 #[test]
 fn lines_with_a_depth_step_take_less_memory() {
     let need = |depth_step, sub_lines| {
         let parameters = stepped(depth_step, sub_lines, 16);
-        parameters.need().unwrap().complex
+        parameters.need(Input::Rf, 1).unwrap().complex
     };
     let samples = Pipeline::new(PARAMETERS).unwrap().lines().scan().samples();
     for depth_step in 2..=8 {
@@ -290,13 +158,14 @@ fn a_pulses_envelope_errs_by_what_its_band_leaves_out() {
 
 #[test]
 fn what_is_no_line_is_refused() {
-    let name = |depth_step, cycles| match DepthInterpolation::new(9, depth_step, cycles) {
-        Err(Error::Parameter { name, .. }) => name,
-        other => panic!("{other:?}"),
-    };
-    assert_eq!(name(0, 0.25), "depth_step");
-    assert_eq!(name(9, 0.25), "depth_step");
-    assert_eq!(name(2, f64::NAN), "cycles of the carrier");
+    for (depth_step, cycles, name) in [
+        (0, 0.25, "depth_step"),
+        (9, 0.25, "depth_step"),
+        (2, f64::NAN, "cycles of the carrier"),
+    ] {
+        let words = refused(DepthInterpolation::new(9, depth_step, cycles));
+        assert!(words.starts_with(&format!("parameter {name} ")), "{words}");
+    }
     let row = Parameters::TABLE
         .into_iter()
         .find(|row| row.name == "depth_step");
@@ -311,26 +180,21 @@ fn what_is_no_line_is_refused() {
         let scratch = &mut vec![Complex::ZERO; scratch][..];
         interpolation.envelope(z, (1, Pooling::Largest), scratch, out)
     };
-    let length = |name, actual, expected| {
-        Err(Error::Length {
-            name,
-            actual,
-            expected,
-        })
-    };
-    assert_eq!(run(&z[..5], 12, &mut out), length("envelope output", 10, 9));
-    assert_eq!(run(&z, 12, &mut out[..9]), length("sub-lines", 6, 5));
-    assert_eq!(run(&z[..5], 13, &mut out[..9]), length("scratch", 13, 12));
+    for (samples, scratch, length, words) in [
+        (5, 12, 10, "length envelope output 10 for 9"),
+        (6, 12, 9, "length sub-lines 6 for 5"),
+        (5, 13, 9, "length scratch 13 for 12"),
+    ] {
+        let short = run(&z[..samples], scratch, &mut out[..length]);
+        assert_eq!(refused(short), words);
+    }
     z[3].im = f32::NAN;
-    let bad = Error::NonFinite {
-        name: "analytic signal",
-        index: 3,
-    };
-    assert_eq!(run(&z[..5], 12, &mut out[..9]), Err(bad));
+    let bad = "non-finite analytic signal 3";
+    assert_eq!(refused(run(&z[..5], 12, &mut out[..9])), bad);
     assert_eq!(out, [7.0; 10]);
     let mut line = [Complex::ZERO; 9];
-    let refused = interpolation.line(&z[..5], &mut scratch[..12], &mut line);
-    assert_eq!(refused, Err(bad));
+    let of_line = interpolation.line(&z[..5], &mut scratch[..12], &mut line);
+    assert_eq!(refused(of_line), bad);
     // Magnitudes beyond the largest number become that number.
     let sign = [1.0, -1.0, 1.0, -1.0, 1.0];
     let largest = sign.map(|sign| Complex::new(f32::MAX, f32::MAX) * sign);

@@ -15,7 +15,7 @@ use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
 fn axis(first: f64, step: f64, count: usize) -> Axis {
-    Axis { first, step, count }
+    Axis::new(first, step, count)
 }
 
 /// Beamformed lines of random samples over four orders of magnitude.

@@ -1,5 +1,6 @@
 //! The vertebra, built in or from a mesh: its anatomy, its geometry, and bad files.
 
+use crate::common::changed;
 use std::fs;
 use std::path::Path;
 
@@ -98,10 +99,7 @@ fn scatterers_lie_on_the_surface_and_only_its_back_is_seen() {
 
 #[test]
 fn tissue_fills_its_rectangle_but_not_the_bone() {
-    let tissue = Tissue {
-        density: 10e6,
-        ..Tissue::default()
-    };
+    let tissue = changed(Tissue::default(), |s| s.density = 10e6);
     let bone = Phantom::vertebra(-4e-3, 15e-3).unwrap();
     let on_bone = bone.scatterers.len();
     let phantom = bone.clone().with_tissue(&tissue);

@@ -1,16 +1,18 @@
 //! Lines in blocks, from RF and from I/Q: their memory, their scale, and what is refused.
 
 use crate::common;
+use crate::common::changed;
 
 use bonebeam::beamform::{Beamformer, Workspace};
 use bonebeam::delay::{
-    Compounding, Delay, DelayParameters, IqDelay, IqLayout, IqParameters, IqRecord, IqSamples,
-    Record, ScanLine, Stage,
+    Compounding, Delay, DelayParameters, IqDelay, IqLayout, IqParameters, IqSamples, Record,
+    ScanLine, Stage,
 };
-use bonebeam::geometry::{Depth, Scan, ScanParameters};
+use bonebeam::geometry::{Depth, Scan};
 use bonebeam::memory::Scratch;
 use bonebeam::pipeline::LinePipeline;
 use bonebeam::{Complex, Error};
+use bonebeam_tests::kernel::bits;
 use common::frames::{
     DEMODULATION, ELEMENTS, PARAMETERS, counted, counts, focused, iq_input, iq_parameters, record,
 };
@@ -18,14 +20,10 @@ use common::frames::{
 /// 2⁸⁰.
 const LOUD: f32 = (1u128 << 80) as f32;
 
-fn bits(x: &[Complex<f32>]) -> Vec<[u32; 2]> {
-    x.iter().map(|x| [x.re.to_bits(), x.im.to_bits()]).collect()
-}
-
 /// A line by the pipeline with memory for `block` samples at a time.
 fn line_of<'r, D: Stage>(
     lines: &LinePipeline<'_, D>,
-    record: &'r D::Record<'r>,
+    record: &'r Record<'r>,
     block: usize,
 ) -> Vec<Complex<f32>> {
     let need = lines.need(1, block);
@@ -54,8 +52,8 @@ fn with_workspace<T>(beamformer: &Beamformer, work: impl FnOnce(&mut Workspace<'
 /// Without the working scale the squares of the loud record would overflow.
 fn assert_loud_lines_are_faint_ones<'r, D: Stage>(
     lines: &LinePipeline<'_, D>,
-    faint: &'r D::Record<'r>,
-    loud: &'r D::Record<'r>,
+    faint: &'r Record<'r>,
+    loud: &'r Record<'r>,
 ) {
     let faint = line_of(lines, faint, usize::MAX);
     let expected: Vec<_> = faint.iter().map(|z| *z * LOUD).collect();
@@ -78,7 +76,7 @@ fn a_record_times_a_power_of_two_makes_the_line_times_it() {
     let counts = counts(5);
     let [faint, loud] = [0.25, 0.25 * LOUD].map(|count| {
         let samples = IqSamples::Counts(&counts, count);
-        IqRecord::new(samples, IqLayout::Interleaved, ELEMENTS).unwrap()
+        Record::iq(samples, IqLayout::Interleaved, ELEMENTS).unwrap()
     });
     let scan = Scan::of_iq(iq_parameters(0).scan).unwrap();
     let lines = LinePipeline::of_iq(scan, iq_input(None), PARAMETERS.beamformer).unwrap();
@@ -89,7 +87,7 @@ fn a_record_times_a_power_of_two_makes_the_line_times_it() {
 fn assert_largest_is_not_exceeded<D: Stage>(
     delay: &D,
     line: &ScanLine,
-    record: &D::Record<'_>,
+    record: &Record<'_>,
     samples: usize,
 ) {
     let mut x = vec![Complex::ZERO; samples * ELEMENTS];
@@ -98,7 +96,7 @@ fn assert_largest_is_not_exceeded<D: Stage>(
     done.unwrap();
     let largest = x.iter().flat_map(|x| [x.re.abs(), x.im.abs()]);
     let largest = largest.fold(0.0, f32::max);
-    assert!(largest > 1.2 * LOUD && largest <= D::largest(record));
+    assert!(largest > 1.2 * LOUD && largest <= record.largest_aligned());
 }
 
 #[test]
@@ -123,7 +121,7 @@ fn no_part_of_an_aligned_sample_exceeds_the_largest_of_its_record() {
     let iq: Vec<Complex<f32>> = (0..ELEMENTS * iq_parameters(0).scan.record_samples)
         .map(|_| Complex::new(sign(), sign()))
         .collect();
-    let record = IqRecord::new(IqSamples::Float(&iq), IqLayout::Interleaved, ELEMENTS).unwrap();
+    let record = Record::iq(IqSamples::Float(&iq), IqLayout::Interleaved, ELEMENTS).unwrap();
     let delay = IqDelay::new(IqParameters::of(&scan, DEMODULATION)).unwrap();
     assert_largest_is_not_exceeded(&delay, &line, &record, scan.samples());
 }
@@ -131,22 +129,17 @@ fn no_part_of_an_aligned_sample_exceeds_the_largest_of_its_record() {
 #[test]
 fn memory_for_a_block_does_not_grow_with_the_line_and_less_is_refused() {
     let long = |end: f64| {
-        let scan = ScanParameters {
-            end: Depth::Metres(end),
-            ..iq_parameters(0).scan
-        };
+        let scan = changed(iq_parameters(0).scan, |p| p.end = Depth::Metres(end));
         let scan = Scan::of_iq(scan).unwrap();
         LinePipeline::of_iq(scan, iq_input(None), PARAMETERS.beamformer).unwrap()
     };
     let lines = long(12e-3);
     assert_eq!(lines.need(1, 20), long(60e-3).need(1, 20));
     assert_eq!(lines.need(1, 20).complex, (20 + 2) * ELEMENTS);
-    assert_eq!(lines.need(1, usize::MAX).complex, lines.aligned_len());
+    let aligned = lines.scan().samples() * ELEMENTS;
+    assert_eq!(lines.need(1, usize::MAX).complex, aligned);
     let rf = |end: f64| {
-        let scan = ScanParameters {
-            end: Depth::Metres(end),
-            ..PARAMETERS.scan
-        };
+        let scan = changed(PARAMETERS.scan, |p| p.end = Depth::Metres(end));
         LinePipeline::new(Scan::new(scan).unwrap(), PARAMETERS.beamformer).unwrap()
     };
     assert_eq!(rf(12e-3).need(1, 20), rf(60e-3).need(1, 20));

@@ -34,22 +34,16 @@ fn a_gate_that_is_none_is_refused() {
 #[test]
 fn sizes_follow_from_the_parameters_and_others_are_refused() {
     let pipeline = Pipeline::new(PARAMETERS).unwrap();
-    assert_eq!(pipeline.need(), NEED);
+    assert_eq!(pipeline.need(1), NEED);
     let (mut real, mut complex) = (vec![0.0; NEED.real], vec![Complex::ZERO; NEED.complex]);
     for (shorter, name) in [(0, "real memory"), (1, "complex memory")] {
-        let memory = Scratch {
-            real: &mut real[1 - shorter..],
-            complex: &mut complex[shorter..],
-        };
+        let memory = Scratch::new(&mut real[1 - shorter..], &mut complex[shorter..]);
         match Frame::new(&pipeline, memory).map(drop) {
             Err(Error::Length { name: n, .. }) => assert_eq!(n, name),
             other => panic!("{other:?}"),
         }
     }
-    let memory = Scratch {
-        real: &mut real,
-        complex: &mut complex,
-    };
+    let memory = Scratch::new(&mut real, &mut complex);
     let mut frame = Frame::new(&pipeline, memory).unwrap();
     let rf = record(0);
     let record = Record::new(&rf, ELEMENTS).unwrap();

@@ -1,19 +1,18 @@
 //! The bone surface: known answers, both references, any old memory, bad input.
 
+use crate::common::changed;
 use bonebeam::Error;
 use bonebeam::geometry::Axis;
 use bonebeam::memory::Scratch;
 use bonebeam::surface::{Detector, Levels, Parameters, Point, Ramp, Settings, Survey, Tracker};
 use bonebeam_oracle::reference;
+use bonebeam_tests::draw::Seed;
+use bonebeam_tests::kernels::surface::settings as any_settings;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
 const PARAMETERS: Parameters = Parameters {
-    samples: Axis {
-        first: 2e-3,
-        step: 0.0385e-3,
-        count: 600,
-    },
+    samples: Axis::new(2e-3, 0.0385e-3, 600),
     spacing: 0.3e-3,
     settings: Settings::DEFAULT,
     latency: 39,
@@ -48,10 +47,7 @@ fn found_by(
 ) -> Vec<Option<Point>> {
     let detector = detector(parameters);
     let mut real = vec![f32::NAN; detector.need().real];
-    let scratch = Scratch {
-        real: &mut real,
-        complex: &mut [],
-    };
+    let scratch = Scratch::new(&mut real, &mut []);
     let mut points = vec![None; frame.len() / parameters.samples.count];
     run(&detector, scratch, &mut points).expect("a frame");
     points
@@ -161,10 +157,7 @@ fn tissue_alone_a_black_and_a_white_frame_have_no_surface() {
 #[test]
 fn coherence_tells_clutter_from_tissue() {
     let frame = lines(600, &[Some(250); 40], 110, 3);
-    let parameters = Parameters {
-        settings: Settings::COHERENCE,
-        ..PARAMETERS
-    };
+    let parameters = changed(PARAMETERS, |p| p.settings = Settings::COHERENCE);
     let found = |below: u8| {
         let coherence = |n: usize| if n % 600 < 250 { 130 } else { below };
         let coherence: Vec<u8> = (0..frame.len()).map(coherence).collect();
@@ -195,11 +188,7 @@ fn a_shadow_is_black_or_far_below_the_tissue() {
         line.extend([220; 6]);
         line.resize(400, below);
         let parameters = Parameters {
-            samples: Axis {
-                first: 0.0,
-                step: 0.1e-3,
-                count: 400,
-            },
+            samples: Axis::new(0.0, 0.1e-3, 400),
             settings: Settings::PICTURE,
             ..PARAMETERS
         };
@@ -214,42 +203,6 @@ fn a_shadow_is_black_or_far_below_the_tissue() {
         [(110, 20), (40, 10)].map(|(t, b)| lines_found(t, b)),
         [40; 2]
     );
-}
-
-/// Settings of all kinds, near the usual ones.
-fn any_settings(rng: &mut ChaCha8Rng) -> Settings {
-    let usual = Settings::DEFAULT;
-    let mut ramp = |mut ramp: Ramp| {
-        ramp.weight = rng.random_range(-3.0..3.0);
-        ramp.centre += rng.random_range(-0.1..0.1);
-        ramp.width *= rng.random_range(0.7..2.0);
-        ramp
-    };
-    let terms = [usual.contrast, usual.level, usual.rest, usual.shadow];
-    let [contrast, level, rest, shadow] = terms.map(&mut ramp);
-    let coherence = ramp(usual.coherence);
-    Settings {
-        cell: rng.random_range(0.02e-3..0.2e-3),
-        contrast,
-        level,
-        rest,
-        shadow,
-        coherence,
-        margin: rng.random_range(0.0..1.0),
-        shadow_drop: rng.random_range(0.0..0.5),
-        shadow_black: rng.random_range(0.0..0.3),
-        rest_from: rng.random_range(0.0..3e-3),
-        rest_block: rng.random_range(0.0..2e-3),
-        near: [0.2e-3, rng.random_range(0.3e-3..2e-3)],
-        above: [0.1e-3, rng.random_range(0.2e-3..6e-3)],
-        absence: rng.random_range(-4.0..0.0),
-        end: rng.random_range(0.0..4.0),
-        jump: rng.random_range(0.0..20.0),
-        onset_weight: rng.random_range(0.0..2.0),
-        depths: [rng.random_range(0.0..5e-3), rng.random_range(10e-3..40e-3)],
-        learnt: rng.random(),
-        ..usual
-    }
 }
 
 /// Bound of a score's error.
@@ -274,18 +227,14 @@ fn bound(settings: &Settings, [near, far]: [f64; 2]) -> f64 {
 
 #[test]
 fn scores_stay_within_their_bound_of_the_f64_reference() {
-    let mut rng = ChaCha8Rng::seed_from_u64(5);
     for seed in 0..20 {
         let settings = Settings {
             cell: 0.06e-3,
             depths: [5e-3, f64::INFINITY],
             learnt: false,
-            ..any_settings(&mut rng)
+            ..any_settings(&mut Seed(seed), false)
         };
-        let parameters = Parameters {
-            settings,
-            ..PARAMETERS
-        };
+        let parameters = changed(PARAMETERS, |p| p.settings = settings);
         let frame = lines(600, &[Some(300)], 20, seed);
         let levels = reference::f32::surface::levels(&parameters, &frame);
         let scores = reference::f32::surface::scores(&parameters, &frame, levels);
@@ -321,17 +270,11 @@ fn line_by_line_is_the_frame_if_latency_is_long_enough() {
         .collect();
     let frame = lines(600, &bones, 0, 6);
     let whole = found(PARAMETERS, &frame);
-    let late = Parameters {
-        latency: 9,
-        ..PARAMETERS
-    };
+    let late = changed(PARAMETERS, |p| p.latency = 9);
     let detector = detector(late);
     assert!(detector.need().real < Detector::new(PARAMETERS).unwrap().need().real);
     let mut real = vec![f32::NAN; detector.need().real];
-    let mut scratch = Scratch {
-        real: &mut real,
-        complex: &mut [],
-    };
+    let mut scratch = Scratch::new(&mut real, &mut []);
     let mut survey = Survey::new(&detector, scratch.reborrow()).unwrap();
     for line in frame.chunks(600).step_by(Survey::EVERY) {
         survey.line(line).unwrap();
@@ -360,10 +303,7 @@ fn line_by_line_is_the_frame_if_latency_is_long_enough() {
 fn levels_are_percentiles_of_the_frame() {
     let detector = detector(PARAMETERS);
     let mut real = vec![0.0; detector.need().real];
-    let scratch = Scratch {
-        real: &mut real,
-        complex: &mut [],
-    };
+    let scratch = Scratch::new(&mut real, &mut []);
     let mut survey = Survey::new(&detector, scratch).unwrap();
     let (none, line) = (survey.levels(), [[50u8; 600], [100; 600]]);
     assert_eq!((none.dark, none.tissue), (0, 0));
@@ -461,10 +401,7 @@ fn other_lengths_are_refused() {
         error => panic!("{error}"),
     };
     fn scratch(real: &mut [f32]) -> Scratch<'_> {
-        Scratch {
-            real,
-            complex: &mut [],
-        }
+        Scratch::new(real, &mut [])
     }
     let mut run = |memory: usize, lines: usize| {
         let scratch = scratch(&mut real[..memory]);

@@ -2,14 +2,14 @@
 //!
 //! The delay stage interpolates in another way.
 
+use crate::delay::frames::assert_frames_alike;
 use bonebeam::Complex;
 use bonebeam::delay::{Compounding, Contribution, Delay, DelayParameters, ScanLine, Upsampled};
 use bonebeam::geometry::{Active, Array, Element, Ray, Transmit, TransmitLaw};
-use bonebeam::simd::InstructionSet;
 use bonebeam_drive::config::{Beamform, RfInterpolation};
 use bonebeam_drive::delay::DelayStage;
 use bonebeam_files::{ChannelData, Transmits};
-use ndarray::{Array3, Axis};
+use ndarray::Array3;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use std::f64::consts::PI;
@@ -56,10 +56,7 @@ fn straight_down(array: Array<'_>, t0: f64) -> ScanLine<'_> {
         transmit: Transmit::new(TransmitLaw::Focused, t0),
         ray: Ray::down(0.0),
         array,
-        active: Active {
-            first: 0,
-            count: array.elements(),
-        },
+        active: Active::new(0, array.elements()),
         compounding: Compounding::Replace,
     }
 }
@@ -115,13 +112,7 @@ fn lags_are_paths_or_behind_any_record() {
                 z: depth,
                 angle: 0.0,
             }];
-            let line = straight_down(
-                Array::At {
-                    elements: &elements,
-                    pitch: 1.0,
-                },
-                0.0,
-            );
+            let line = straight_down(Array::at(&elements, 1.0), 0.0);
             upsampled
                 .receive_delays(0.0f32, &line, 0, &mut receive_delays)
                 .unwrap();
@@ -242,22 +233,7 @@ fn is_the_delay_stages_own_way_to_what_straight_lines_leave() {
 fn frames_do_not_depend_on_the_threads_the_instruction_set_or_the_range_of_beams() {
     let data = recording();
     let parameters = parameters(RfInterpolation::Upsampled);
-    let stage = DelayStage::new(&data, &parameters).unwrap();
-    let beams = stage.beam_x().len();
-    let frames = [1, 2, 7].map(|threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        let frame = pool.build().unwrap().install(|| stage.delay(0..beams));
-        frame.unwrap()
-    });
-    assert_eq!(frames[0], frames[1]);
-    assert_eq!(frames[0], frames[2]);
-    assert!(frames[0].iter().any(|y| y.im != 0.0));
-    let part = stage.delay(5..beams - 1).unwrap();
-    let own = frames[0].slice_axis(Axis(0), (5..beams as isize - 1).into());
-    assert_eq!(part, own);
-    assert_eq!(stage.delay(3..3).unwrap().len(), 0);
-    let one = stage.with_instruction_set(InstructionSet::Scalar);
-    assert_eq!(one.delay(0..beams).unwrap(), frames[0]);
+    assert_frames_alike(DelayStage::new(&data, &parameters).unwrap());
 }
 
 #[test]

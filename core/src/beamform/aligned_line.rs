@@ -39,11 +39,11 @@ impl<'a> AlignedLine<'a> {
         };
         if x.is_empty() || x.len() % elements != 0 {
             let samples = (x.len() / elements).max(1);
-            return Err(Error::Length {
-                name: "aligned samples",
-                actual: x.len(),
-                expected: samples * elements.get(),
-            });
+            return Err(Error::length(
+                "aligned samples",
+                x.len(),
+                samples * elements.get(),
+            ));
         }
         let largest = largest_part(x);
         if largest >= f32::INFINITY.to_bits() {
@@ -69,11 +69,7 @@ impl<'a> AlignedLine<'a> {
     pub fn of_line(self, first: usize, samples: usize) -> Result<Self, Error> {
         let end = first.saturating_add(self.x.len() / self.elements);
         if end > samples {
-            return Err(Error::Capacity {
-                name: "block",
-                actual: end,
-                capacity: samples,
-            });
+            return Err(Error::capacity("block", end, samples));
         }
         Ok(AlignedLine {
             first,

@@ -123,22 +123,15 @@ impl ShortLagCoherence {
         if self.temporal_half_window < samples {
             return Ok(());
         }
-        Err(Error::Parameter {
-            name: "temporal_half_window",
-            value: self.temporal_half_window as f64,
-            expected: "fewer than the line's samples",
-        })
+        let expected = "fewer than the line's samples";
+        let value = self.temporal_half_window as f64;
+        Err(Error::parameter("temporal_half_window", value, expected))
     }
 
     fn check(&self, line: AlignedLine<'_>, active: impl Fn(usize) -> Active) -> Result<(), Error> {
         let samples = line.samples();
-        let refused = |name, value: usize, expected| {
-            Err(Error::Parameter {
-                name,
-                value: value as f64,
-                expected,
-            })
-        };
+        let refused =
+            |name, value: usize, expected| Err(Error::parameter(name, value as f64, expected));
         if !line.holds(0..samples) {
             return refused("samples", samples, "a whole line");
         }
@@ -198,7 +191,7 @@ impl<'m> CoherenceOfLine<'m> {
         for sample in self.next..line.end().saturating_add(behind) {
             let set = match sample < line.samples() {
                 true => active(sample),
-                false => Active { first: 0, count: 0 },
+                false => Active::new(0, 0),
             };
             let value = self.push(line, sample, set);
             if sample >= self.half_window {
@@ -272,19 +265,13 @@ mod tests {
     /// The coherence of a line whose elements are all active.
     fn of(x: &[Complex<f32>], elements: usize, temporal_half_window: usize) -> Vec<f32> {
         let line = AlignedLine::new(x, elements).expect("finite");
-        let all = |_| Active {
-            first: 0,
-            count: elements,
-        };
+        let all = |_| Active::new(0, elements);
         let coherence = ShortLagCoherence {
             temporal_half_window,
         };
         let mut real = vec![f32::NAN; coherence.need().real];
         let mut out = vec![f32::NAN; line.samples()];
-        let scratch = Scratch {
-            real: &mut real,
-            complex: &mut [],
-        };
+        let scratch = Scratch::new(&mut real, &mut []);
         let done = coherence.line(line, all, scratch, &mut out);
         done.map(|()| out).expect("a valid line")
     }
@@ -394,11 +381,8 @@ mod tests {
                 line.of_line(1, 9).expect("within")
             };
             let (mut real, mut out) = (vec![0.0; real], vec![0.0; out]);
-            let scratch = Scratch {
-                real: &mut real,
-                complex: &mut [],
-            };
-            coherence.line(line, |_| Active { first: 1, count }, scratch, &mut out)
+            let scratch = Scratch::new(&mut real, &mut []);
+            coherence.line(line, |_| Active::new(1, count), scratch, &mut out)
         };
         assert_eq!(coherence.need(), Need::real(6));
         assert_eq!(run(coherence, 7, 6, 3, true), Ok(()));

@@ -13,7 +13,7 @@ use crate::covariance::Averaging;
 use crate::error::check_length;
 use crate::geometry::Active;
 use crate::linalg::panels::{TILE, panel};
-use crate::simd::{ComplexVector, Scalar, Vector};
+use crate::simd::{ComplexVector, Scalar, Vector, vectorize};
 
 impl Beamformer {
     /// Shapes of the workspace of [`Beamformer::eigenvalue_shares`].
@@ -106,13 +106,10 @@ impl Beamformer {
         // A lane without a segment keeps its zeros.
         let zero = view.zero;
         view.snapshot.fill(ComplexVector::from_real(zero));
-        zero.vectorize(
-            #[inline(always)]
-            || {
-                let extent = Given::<true> { count, subaperture };
-                self.shares_of_lanes(view, segments, extent, shares);
-            },
-        );
+        vectorize!(zero, {
+            let extent = Given::<true> { count, subaperture };
+            self.shares_of_lanes(view, segments, extent, shares);
+        });
     }
 
     #[inline(always)]

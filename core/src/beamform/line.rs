@@ -47,11 +47,7 @@ impl<'a, F: Fn(usize) -> Active> LineBlock<'a, F> {
     /// A segment that begins at the block's sample `sample`.
     #[inline(always)]
     pub(super) fn segment(&self, sample: usize, set: Active) -> Segment<'a> {
-        Segment {
-            line: self.line,
-            first_element: set.first,
-            first_sample: self.first + sample,
-        }
+        Segment::new(self.line, set.first, self.first + sample)
     }
 }
 
@@ -59,14 +55,14 @@ impl<'a, F: Fn(usize) -> Active> LineBlock<'a, F> {
 pub(super) type Run = (usize, usize, Active);
 
 /// Parts of a run, one for each lane.
-pub(super) struct Parts<'a, 'z, T> {
+pub(super) struct LaneParts<'a, 'z, T> {
     segments: [Segment<'a>; MOST_LANES],
     z: [&'z mut [T]; MOST_LANES],
     /// Number of parts.
     count: usize,
 }
 
-impl<'a, 'z, T> Parts<'a, 'z, T> {
+impl<'a, 'z, T> LaneParts<'a, 'z, T> {
     /// The segments and their outputs.
     pub(super) fn used(&mut self) -> (&[Segment<'a>], &mut [&'z mut [T]]) {
         (
@@ -94,17 +90,7 @@ impl Beamformer {
         active: impl Fn(usize) -> Active,
         z: &mut [Complex<f32>],
     ) -> Result<(), Error> {
-        check_length("z", z.len(), self.line_samples(line.samples()))?;
-        let block = LineBlock {
-            line,
-            first: 0,
-            active,
-            samples: line.samples(),
-            adaptive: 0..line.samples(),
-        };
-        let sizes = workspace.sizes();
-        self.check_block(sizes, &block)?;
-        with_view!(workspace, view => self.block(view, sizes, &block, z))
+        self.line_within(workspace, line, active, 0..line.samples(), z)
     }
 
     /// Checks all segments of a block, before any output.
@@ -201,11 +187,11 @@ impl Beamformer {
         (block, (first, samples, set)): (&LineBlock<'a, impl Fn(usize) -> Active>, Run),
         numbers: usize,
         z: &'z mut [T],
-    ) -> Parts<'a, 'z, T> {
+    ) -> LaneParts<'a, 'z, T> {
         let windows = self.parameters().temporal_half_window.saturating_mul(2);
         let windows = windows.saturating_add(1);
         let length = samples.div_ceil(lanes.max(1)).next_multiple_of(windows);
-        let mut parts = Parts {
+        let mut parts = LaneParts {
             segments: [block.segment(first, set); MOST_LANES],
             z: [(); MOST_LANES].map(|()| Default::default()),
             count: 0,
@@ -230,7 +216,7 @@ impl Beamformer {
     ///
     /// # Errors
     /// As [`Beamformer::line`].
-    #[inline]
+    #[inline(always)]
     pub fn line_within<V: Vector>(
         &self,
         workspace: &mut Workspace<'_, V>,

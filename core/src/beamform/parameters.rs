@@ -242,24 +242,20 @@ impl Beamformer {
         ];
         for (compiled, name, expected) in of_features {
             if !compiled {
-                return Err(Error::Parameter {
-                    name,
-                    value: 0.0,
-                    expected,
-                });
+                return Err(Error::parameter(name, 0.0, expected));
             }
         }
         let sub_lines = parameters.sub_lines;
         Parameters::SUB_LINES.check(sub_lines as f64)?;
         if !sub_lines.is_power_of_two() || sub_lines > 1 && !SUB_LINES {
-            return Err(Error::Parameter {
-                name: Parameters::SUB_LINES.name,
-                value: sub_lines as f64,
-                expected: match SUB_LINES {
+            return Err(Error::parameter(
+                Parameters::SUB_LINES.name,
+                sub_lines as f64,
+                match SUB_LINES {
                     true => Parameters::SUB_LINES.range.text,
                     false => "1 without the feature sub-lines",
                 },
-            });
+            ));
         }
         for (row, value) in Parameters::TABLE.iter().zip(parameters.values()) {
             row.check(value)?;

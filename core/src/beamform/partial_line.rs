@@ -19,9 +19,10 @@ impl Beamformer {
     /// `done` on. Returns the first sample without output, which is `done` of the next call; the first call has 0. The
     /// block of the last call ends with the line.
     ///
-    /// The bits are those of the whole line. Time windows are summed in blocks of `2K+1` samples from each change of
-    /// the active set. A call therefore ends at the beginning of such a block, and leaves up to `3K` aligned samples
-    /// for the next call.
+    /// The bits are those of the whole line if its magnitudes lie within 10¹² of each other and 10^±15. Beyond, a faint
+    /// block is more exact than in the whole line: each block has its own working scale. Time windows are summed in
+    /// blocks of `2K+1` samples from each change of the active set. A call therefore ends at the beginning of such a
+    /// block, and leaves up to `3K` aligned samples for the next call.
     ///
     /// ```
     /// use bonebeam::beamform::{AlignedLine, Beamformer, Parameters, Workspace};

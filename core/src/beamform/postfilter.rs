@@ -7,7 +7,7 @@ use super::segment::SegmentGroup;
 use super::snapshot::gather;
 use super::table::{Parameter, choices};
 use crate::geometry::DepthStep;
-use crate::simd::{ComplexVector, Scalar, Vector};
+use crate::simd::{ComplexVector, Scalar, Vector, vectorize};
 use core::f32::consts::TAU;
 use num_complex::Complex;
 
@@ -59,24 +59,21 @@ fn apply<V: Vector>(
     z: &mut [&mut [Complex<f32>]],
 ) {
     let longest = z.iter().map(|z| z.len()).max().unwrap_or(0);
-    zero.vectorize(
-        #[inline(always)]
-        || {
-            for i in 0..longest {
-                let sample = SampleOf {
-                    zero,
-                    group,
-                    sample_index: SampleIndex::output(i, step),
-                };
-                let factor = factor(postfilter, sample.sums(), &sample);
-                for (z, &factor) in z.iter_mut().zip(factor.lanes()) {
-                    if let Some(z) = z.get_mut(i) {
-                        *z *= factor;
-                    }
+    vectorize!(zero, {
+        for i in 0..longest {
+            let sample = SampleOf {
+                zero,
+                group,
+                sample_index: SampleIndex::output(i, step),
+            };
+            let factor = factor(postfilter, sample.sums(), &sample);
+            for (z, &factor) in z.iter_mut().zip(factor.lanes()) {
+                if let Some(z) = z.get_mut(i) {
+                    *z *= factor;
                 }
             }
-        },
-    );
+        }
+    });
 }
 
 /// The active elements of a sample.

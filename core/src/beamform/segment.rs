@@ -18,6 +18,16 @@ pub struct Segment<'a> {
 }
 
 impl<'a> Segment<'a> {
+    /// A segment of `line` from its first active element and its first sample on.
+    #[inline(always)]
+    pub const fn new(line: AlignedLine<'a>, first_element: usize, first_sample: usize) -> Self {
+        Segment {
+            line,
+            first_element,
+            first_sample,
+        }
+    }
+
     /// The snapshots of all samples from the segment's first one on.
     #[inline(always)]
     pub(super) fn all_snapshots(&self) -> impl Iterator<Item = &'a [Complex<f32>]> {
@@ -49,6 +59,14 @@ pub struct SteeredSegments<'s, 'a> {
     pub segments: &'s [Segment<'a>],
     /// Directions of each segment's line, from the line's first sample on.
     pub steering: &'s [Steering<'a>],
+}
+
+impl<'s, 'a> SteeredSegments<'s, 'a> {
+    /// Segments with the directions of their lines.
+    #[inline(always)]
+    pub const fn new(segments: &'s [Segment<'a>], steering: &'s [Steering<'a>]) -> Self {
+        SteeredSegments { segments, steering }
+    }
 }
 
 /// Splits `0..samples` at changes of the active set.
@@ -101,10 +119,7 @@ mod tests {
 
     /// Five samples of one element, five of two.
     fn active(sample: usize) -> Active {
-        Active {
-            first: 0,
-            count: 1 + sample / 5,
-        }
+        Active::new(0, 1 + sample / 5)
     }
 
     #[test]

@@ -20,7 +20,7 @@ use crate::covariance::{Averaging, time_window};
 use crate::error::check_length;
 use crate::linalg::panels::PanelColumn;
 use crate::linalg::size::{CONSTANTS, Size, small_known};
-use crate::simd::{ComplexVector, Scalar, Vector};
+use crate::simd::{ComplexVector, Scalar, Vector, vectorize};
 use core::ops::Range;
 use num_complex::Complex;
 
@@ -80,11 +80,7 @@ impl Beamformer {
     ) -> Result<(), Error> {
         let SegmentGroup { segments, count } = group;
         if segments.len() > V::LANES {
-            return Err(Error::Capacity {
-                name: "segments",
-                actual: segments.len(),
-                capacity: V::LANES,
-            });
+            return Err(Error::capacity("segments", segments.len(), V::LANES));
         }
         check_length("z", z.len(), segments.len())?;
         for (segment, z) in segments.iter().zip(z.iter()) {
@@ -157,10 +153,7 @@ impl Beamformer {
         // A lane without a segment keeps its zeros.
         let zero = view.zero;
         view.snapshot.fill(ComplexVector::from_real(zero));
-        zero.vectorize(
-            #[inline(always)]
-            || self.lanes(view, segments, extent, z),
-        );
+        vectorize!(zero, self.lanes(view, segments, extent, z));
     }
 
     #[inline(always)]
@@ -278,36 +271,30 @@ impl Beamformer {
     ) -> Result<(), Error> {
         let temporal_half_window = self.parameters().temporal_half_window;
         if temporal_half_window >= segment.line.samples() {
-            return Err(Error::Parameter {
-                name: "temporal_half_window",
-                value: temporal_half_window as f64,
-                expected: "fewer than the record's samples",
-            });
+            return Err(Error::parameter(
+                "temporal_half_window",
+                temporal_half_window as f64,
+                "fewer than the record's samples",
+            ));
         }
         let (elements, record) = (segment.line.elements(), segment.line.samples());
         if segment.first_element > elements || count > elements - segment.first_element {
-            return Err(Error::Parameter {
-                name: "first element",
-                value: segment.first_element as f64,
-                expected: "an active set within the line's elements",
-            });
+            let expected = "an active set within the line's elements";
+            let value = segment.first_element as f64;
+            return Err(Error::parameter("first element", value, expected));
         }
         if segment.first_sample > record || samples > record - segment.first_sample {
-            return Err(Error::Parameter {
-                name: "first sample",
-                value: segment.first_sample as f64,
-                expected: "a segment within the line's samples",
-            });
+            let expected = "a segment within the line's samples";
+            let value = segment.first_sample as f64;
+            return Err(Error::parameter("first sample", value, expected));
         }
         let reach = |sample: usize| sample.saturating_add(temporal_half_window).min(record);
         let window = segment.first_sample.saturating_sub(temporal_half_window)
             ..reach(segment.first_sample + samples);
         if !segment.line.holds(window) {
-            return Err(Error::Parameter {
-                name: "first sample",
-                value: segment.first_sample as f64,
-                expected: "a segment whose time windows lie within the line's block",
-            });
+            let expected = "a segment whose time windows lie within the line's block";
+            let value = segment.first_sample as f64;
+            return Err(Error::parameter("first sample", value, expected));
         }
         Ok(())
     }
@@ -321,19 +308,13 @@ impl Beamformer {
             if actual <= capacity {
                 return Ok(());
             }
-            Err(Error::Capacity {
-                name,
-                actual,
-                capacity,
-            })
+            Err(Error::capacity(name, actual, capacity))
         };
         let covariance = self.parameters().covariance;
         if covariance != sizes.covariance {
-            return Err(Error::Parameter {
-                name: "covariance",
-                value: covariance as u8 as f64,
-                expected: "that of the workspace",
-            });
+            let expected = "that of the workspace";
+            let value = covariance as u8 as f64;
+            return Err(Error::parameter("covariance", value, expected));
         }
         let subaperture = self.subaperture(count);
         within("active elements", count, sizes.elements)?;
@@ -367,28 +348,25 @@ fn loaded_matrix<A: Averaging<V>, V: Vector>(
     matrix: &mut [PanelColumn<A::Scalar>],
 ) -> V::Mask {
     let loading = parameters.diagonal_loading;
-    let zero_power = zero.vectorize(
-        #[inline(always)]
-        || {
-            let prefix = subaperture.front(prefix, A::COVARIANCE.lag_count(subaperture.get()))?;
-            match suffix {
-                None => matrix_of::<A, V>(
-                    #[inline(always)]
-                    move |i| prefix.get(i).copied(),
-                    subaperture,
-                    loading,
-                    matrix,
-                ),
-                Some(suffix) => matrix_of::<A, V>(
-                    #[inline(always)]
-                    move |i| Some(*suffix.get(i)? + *prefix.get(i)?),
-                    subaperture,
-                    loading,
-                    matrix,
-                ),
-            }
-        },
-    );
+    let zero_power = vectorize!(zero, {
+        let prefix = subaperture.front(prefix, A::COVARIANCE.lag_count(subaperture.get()))?;
+        match suffix {
+            None => matrix_of::<A, V>(
+                #[inline(always)]
+                move |i| prefix.get(i).copied(),
+                subaperture,
+                loading,
+                matrix,
+            ),
+            Some(suffix) => matrix_of::<A, V>(
+                #[inline(always)]
+                move |i| Some(*suffix.get(i)? + *prefix.get(i)?),
+                subaperture,
+                loading,
+                matrix,
+            ),
+        }
+    });
     match zero_power {
         Some(zero_power) => zero_power,
         None => zero.mask(|_| true),

@@ -41,36 +41,32 @@ impl Sizes {
     /// of the matrix.
     #[inline(always)]
     pub const fn need(self) -> Need {
-        let parts = Parts::new(self);
+        let parts = Lengths::new(self);
         let length = self.subaperture;
-        let need = Need {
-            real: length.saturating_mul(5),
-            complex: self
-                .elements
+        let need = Need::new(
+            length.saturating_mul(5),
+            self.elements
                 .saturating_add(parts.work)
                 .saturating_add(parts.ring)
                 .saturating_add(parts.lags),
-        };
+        );
         let scalars = parts
             .matrix
             .saturating_add(parts.factor)
             .saturating_add(parts.rows)
             .saturating_add(parts.padded.saturating_mul(2));
-        let directions = DirectionParts::new(self);
+        let directions = DirectionLengths::new(self);
         let scalars = scalars.saturating_add(directions.scalars());
         let need = need.and(directions.need());
         need.and(match self.covariance {
-            Covariance::Forward => Need {
-                real: 0,
-                complex: scalars,
-            },
+            Covariance::Forward => Need::new(0, scalars),
             Covariance::ForwardBackward => Need::real(scalars),
         })
     }
 }
 
 /// Memory of the sub-lines, in numbers; see the view's fields.
-pub(super) struct DirectionParts {
+pub(super) struct DirectionLengths {
     pub(super) powers_of_step: usize,
     pub(super) rotated: usize,
     pub(super) sums: usize,
@@ -82,11 +78,11 @@ pub(super) struct DirectionParts {
     pub(super) sub_lines: usize,
 }
 
-impl DirectionParts {
+impl DirectionLengths {
     #[inline(always)]
     pub(super) const fn new(sizes: Sizes) -> Self {
         if sizes.sub_lines <= 1 || sizes.elements == 0 {
-            return DirectionParts {
+            return DirectionLengths {
                 powers_of_step: 0,
                 rotated: 0,
                 sums: 0,
@@ -98,7 +94,7 @@ impl DirectionParts {
             };
         }
         let padded = sizes.subaperture.div_ceil(TILE).saturating_mul(TILE);
-        DirectionParts {
+        DirectionLengths {
             powers_of_step: sizes.elements.div_ceil(2),
             rotated: sizes.elements,
             sums: sizes.subaperture,
@@ -117,20 +113,19 @@ impl DirectionParts {
 
     /// All numbers other than those of the matrix.
     const fn need(&self) -> Need {
-        Need {
-            real: self.tridiagonal.saturating_add(self.sub_lines),
-            complex: self
-                .powers_of_step
+        Need::new(
+            self.tridiagonal.saturating_add(self.sub_lines),
+            self.powers_of_step
                 .saturating_add(self.rotated)
                 .saturating_add(self.sums)
                 .saturating_add(self.data)
                 .saturating_add(self.sub_lines.saturating_mul(2)),
-        }
+        )
     }
 }
 
 /// Lengths of the slices' parts, in numbers; see the view's fields.
-pub(super) struct Parts {
+pub(super) struct Lengths {
     pub(super) ring: usize,
     pub(super) lags: usize,
     pub(super) work: usize,
@@ -141,7 +136,7 @@ pub(super) struct Parts {
     pub(super) padded: usize,
 }
 
-impl Parts {
+impl Lengths {
     #[inline(always)]
     pub(super) const fn new(sizes: Sizes) -> Self {
         let Sizes {
@@ -158,7 +153,7 @@ impl Parts {
             .saturating_mul(TILE / 2);
         // Each Lanczos step except the first and the last leaves a basis vector.
         let basis = padded.saturating_mul(step_limit(subaperture).saturating_sub(1));
-        Parts {
+        Lengths {
             ring: temporal_half_window
                 .saturating_add(1)
                 .saturating_mul(subaperture),

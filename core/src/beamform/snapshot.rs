@@ -7,7 +7,7 @@ use crate::covariance::Averaging;
 use crate::covariance::lag_sums::subaperture_sum;
 use crate::instructions::prefetch;
 use crate::linalg::size::Size;
-use crate::simd::{ComplexVector, MOST_LANES, Vector, transpose};
+use crate::simd::{ComplexVector, MOST_LANES, Vector, transpose, vectorize};
 use num_complex::Complex;
 
 /// Elements of one lane with unrolled products.
@@ -36,17 +36,14 @@ pub(super) fn snapshot<A: Averaging<V>, V: Vector>(
         return;
     };
     let zero = first.re.zero();
-    zero.vectorize(
-        #[inline(always)]
-        || {
-            gather(zero, segments, sample_index, 0, active);
-            match window {
-                None => subaperture_sum(zero, active, sum),
-                Some(window) => window.subaperture_sum(zero, active, sum),
-            }
-            A::data(sum, data);
-        },
-    );
+    vectorize!(zero, {
+        gather(zero, segments, sample_index, 0, active);
+        match window {
+            None => subaperture_sum(zero, active, sum),
+            Some(window) => window.subaperture_sum(zero, active, sum),
+        }
+        A::data(sum, data);
+    });
 }
 
 /// The `active` elements of the segments' sample at `sample_index`.
@@ -57,10 +54,7 @@ pub(super) fn elements<V: Vector>(
     sample_index: SampleIndex,
     active: &mut [ComplexVector<V>],
 ) {
-    zero.vectorize(
-        #[inline(always)]
-        || gather(zero, segments, sample_index, 0, active),
-    );
+    vectorize!(zero, gather(zero, segments, sample_index, 0, active));
 }
 
 /// The active elements of each segment's sample at `sample_index`, at the working scale.
@@ -141,7 +135,7 @@ fn gather_lanes<V: Vector, const N: usize>(
         }
         transpose(&mut square);
         for (x, &[re, im]) in snapshot.iter_mut().zip(square.as_chunks().0) {
-            *x = ComplexVector { re, im };
+            *x = ComplexVector::new(re, im);
         }
     }
 }
@@ -149,10 +143,7 @@ fn gather_lanes<V: Vector, const N: usize>(
 /// A number in every lane, times a scale.
 #[inline(always)]
 fn scaled<V: Vector>(value: Complex<f32>, scale: V) -> ComplexVector<V> {
-    ComplexVector {
-        re: scale.splat(value.re) * scale,
-        im: scale.splat(value.im) * scale,
-    }
+    ComplexVector::new(scale.splat(value.re) * scale, scale.splat(value.im) * scale)
 }
 
 /// The segment's sample at `sample_index`, from its active element `first` on.

@@ -43,11 +43,7 @@ impl Parameter {
         if self.range.contains(value) && (!self.whole || value == libm::floor(value)) {
             return Ok(());
         }
-        Err(Error::Parameter {
-            name: self.name,
-            value,
-            expected: self.range.text,
-        })
+        Err(Error::parameter(self.name, value, self.range.text))
     }
 }
 

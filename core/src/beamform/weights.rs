@@ -36,11 +36,7 @@ impl Beamformer {
     ) -> Result<usize, Error> {
         self.check_segment(segment, count, 1)?;
         if count == 0 {
-            return Err(Error::Parameter {
-                name: "active elements",
-                value: 0.0,
-                expected: "at least 1",
-            });
+            return Err(Error::parameter("active elements", 0.0, "at least 1"));
         }
         let method = self.parameters().method;
         let direct = method.direct();
@@ -50,11 +46,7 @@ impl Beamformer {
         };
         let available = weights.len();
         let Some(weights) = weights.get_mut(..length) else {
-            return Err(Error::Length {
-                name: "weights",
-                actual: available,
-                expected: length,
-            });
+            return Err(Error::length("weights", available, length));
         };
         if let Some(direct) = direct {
             (direct.weights)(segment, self.parameters().window().as_ref(), weights);
@@ -101,7 +93,7 @@ fn kernel_weights<A: Averaging<f32>>(
         return;
     };
     for (i, weight) in weights.iter_mut().enumerate() {
-        unit.fill(ComplexVector { re: 0.0, im: 0.0 });
+        unit.fill(ComplexVector::new(0.0, 0.0));
         if let Some(entry) = unit.get_mut(i) {
             entry.re = 1.0;
         }
@@ -113,10 +105,7 @@ fn kernel_weights<A: Averaging<f32>>(
         return;
     };
     for (result, weight) in result.iter_mut().zip(&*weights) {
-        *result = ComplexVector {
-            re: weight.re,
-            im: weight.im,
-        };
+        *result = ComplexVector::new(weight.re, weight.im);
     }
     A::weights(result, scratch);
     for (weight, value) in weights.iter_mut().zip(&*result) {
@@ -140,7 +129,7 @@ fn keep_subspace(
             *entry = if subspace.has(position, before, total) {
                 entry.divide(eigenvalue.re * total)
             } else {
-                ComplexVector { re: 0.0, im: 0.0 }
+                ComplexVector::new(0.0, 0.0)
             };
         }
         before = metric;
@@ -169,7 +158,7 @@ fn eigenspace_weights<A: Averaging<f32>>(
         work,
         ..
     } = &mut view.solver;
-    let nothing = ComplexVector { re: 0.0, im: 0.0 };
+    let nothing = ComplexVector::new(0.0, 0.0);
     let (filtered, result) = work.split_at_mut(work.len() / 2);
     let (Some((filtered, unit)), Some((result, next))) = (
         filtered.split_at_mut_checked(n),

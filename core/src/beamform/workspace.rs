@@ -1,6 +1,6 @@
 //! The beamformer's memory, divided into the buffers of its kernels.
 
-use super::sizes::{DirectionParts, Parts, Sizes};
+use super::sizes::{DirectionLengths, Lengths, Sizes};
 use crate::Error;
 use crate::covariance::{Averaging, ForwardBackward};
 #[cfg(feature = "forward")]
@@ -140,7 +140,7 @@ impl<'a, A: Averaging<V>, V: Vector> View<'a, A, V> {
             covariance: A::COVARIANCE,
             ..sizes
         };
-        let (length, parts) = (sizes.subaperture, Parts::new(sizes));
+        let (length, parts) = (sizes.subaperture, Lengths::new(sizes));
         let Scratch { mut real, complex } = scratch;
         let mut complex = vectors(complex);
         let mut scalars = |length| A::scalars(&mut real, &mut complex, length);
@@ -150,7 +150,7 @@ impl<'a, A: Averaging<V>, V: Vector> View<'a, A, V> {
             scalars(parts.rows),
         );
         let (vector, phases) = (scalars(parts.padded), scalars(parts.padded));
-        let of = DirectionParts::new(sizes);
+        let of = DirectionLengths::new(sizes);
         let (steering, below, product) = (
             scalars(of.steering),
             scalars(of.steering),

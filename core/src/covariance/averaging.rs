@@ -112,10 +112,7 @@ mod tests {
 
     fn number(k: usize) -> ComplexVector<f32> {
         let part = |k: usize| ((k * 7 + k / 3) % 13) as f32 - 6.0;
-        ComplexVector {
-            re: part(k),
-            im: part(k + 5),
-        }
+        ComplexVector::new(part(k), part(k + 5))
     }
 
     /// The padding rows of the last panel are those of the identity, for every loading.

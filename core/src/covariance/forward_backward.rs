@@ -89,10 +89,7 @@ impl ForwardBackward {
     #[inline(always)]
     fn pair<V: Vector>(s: ComplexVector<V>, mirrored: ComplexVector<V>) -> [ComplexVector<V>; 2] {
         let apart = s - mirrored;
-        let turned = ComplexVector {
-            re: apart.im,
-            im: -apart.re,
-        };
+        let turned = ComplexVector::new(apart.im, -apart.re);
         [s + mirrored, turned]
     }
 
@@ -297,10 +294,7 @@ impl<V: Vector> Basis<V> for ForwardBackward {
     #[inline(always)]
     fn whitened(rows: &[V; RIGHT_SIDES]) -> (V, ComplexVector<V>) {
         let [y, re, im] = *rows;
-        let product = ComplexVector {
-            re: y * re,
-            im: y * im,
-        };
+        let product = ComplexVector::new(y * re, y * im);
         (y * y, product)
     }
 
@@ -317,10 +311,7 @@ impl<V: Vector> Basis<V> for ForwardBackward {
         let (pairs, last) = v.as_chunks::<2>();
         let mut ends = scratch.iter_mut();
         for &[sum, difference] in pairs {
-            let rotated = ComplexVector {
-                re: -difference.im,
-                im: difference.re,
-            };
+            let rotated = ComplexVector::new(-difference.im, difference.re);
             let one_half = sum.re.splat(0.5);
             if let (Some(first), Some(last)) = (ends.next(), ends.next_back()) {
                 *first = (sum + rotated).scale(one_half);

@@ -2,7 +2,7 @@
 
 use super::Averaging;
 use crate::linalg::size::{Known, Size, small_known};
-use crate::simd::{ComplexVector, Scalar, Vector};
+use crate::simd::{ComplexVector, Scalar, Vector, vectorize};
 
 /// Computes the covariance of one sample, summed over its subapertures.
 ///
@@ -91,16 +91,13 @@ fn group<A: Averaging<V>, V: Vector, const LAGS: usize>(
         return;
     };
     let zero = first.re.zero();
-    zero.vectorize(
-        #[inline(always)]
-        || {
-            let (rows, _) = scratch.as_chunks_mut::<LAGS>();
-            if let Some(rows) = rows.get_mut(..subaperture - lag) {
-                diagonals(zero, x, subaperture, lag, rows);
-                A::keep(lags, subaperture, lag, rows);
-            }
-        },
-    );
+    vectorize!(zero, {
+        let (rows, _) = scratch.as_chunks_mut::<LAGS>();
+        if let Some(rows) = rows.get_mut(..subaperture - lag) {
+            diagonals(zero, x, subaperture, lag, rows);
+            A::keep(lags, subaperture, lag, rows);
+        }
+    });
 }
 
 /// Writes the sums of lag `lag + k` at column `j` to `rows[j][k]`.
@@ -233,9 +230,8 @@ mod tests {
 
     /// Sums of integers are exact: sliding sums equal direct sums.
     fn assert_direct<const LAGS: usize>() {
-        let x: [ComplexVector<f32>; ELEMENTS] = core::array::from_fn(|i| ComplexVector {
-            re: (7 * i % 11) as f32 - 5.0,
-            im: (5 * i % 13) as f32 - 6.0,
+        let x: [ComplexVector<f32>; ELEMENTS] = core::array::from_fn(|i| {
+            ComplexVector::new((7 * i % 11) as f32 - 5.0, (5 * i % 13) as f32 - 6.0)
         });
         for count in (LAGS..=ELEMENTS).step_by(crate::step(5)) {
             for subaperture in LAGS..=count {

@@ -5,7 +5,7 @@
 //! sums, the newer one as one growing prefix. A window is one suffix plus the prefix. Cost: three additions for
 //! each number and sample, for every `K`.
 
-use crate::simd::{ComplexVector, Vector, copy};
+use crate::simd::{ComplexVector, Vector, copy, vectorize};
 
 /// Numbers whose suffix sums are formed together, half the widest registers.
 const CHUNK: usize = 8;
@@ -49,18 +49,15 @@ fn suffixes<V: Vector>(memory: &mut [ComplexVector<V>], size: usize, length: usi
     let Some(first) = memory.first() else {
         return;
     };
-    first.re.vectorize(
-        #[inline(always)]
-        || {
-            let whole = size - size % CHUNK;
-            for first in (0..whole).step_by(CHUNK) {
-                chunk::<V, CHUNK>(memory, size, length, first);
-            }
-            for first in whole..size {
-                chunk::<V, 1>(memory, size, length, first);
-            }
-        },
-    );
+    vectorize!(first.re, {
+        let whole = size - size % CHUNK;
+        for first in (0..whole).step_by(CHUNK) {
+            chunk::<V, CHUNK>(memory, size, length, first);
+        }
+        for first in whole..size {
+            chunk::<V, 1>(memory, size, length, first);
+        }
+    });
 }
 
 /// The numbers `first..first + N` of the suffix sums.

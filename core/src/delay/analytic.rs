@@ -60,19 +60,11 @@ impl HilbertTransformer {
     pub(super) const fn new(count: usize) -> Result<Self, Error> {
         if count == 0 {
             let expected = "at least 1";
-            return Err(Error::Parameter {
-                name: "hilbert taps",
-                value: 0.0,
-                expected,
-            });
+            return Err(Error::parameter("hilbert taps", 0.0, expected));
         }
         if count > MAX_HILBERT_TAPS {
             let capacity = MAX_HILBERT_TAPS;
-            return Err(Error::Capacity {
-                name: "hilbert taps",
-                actual: count,
-                capacity,
-            });
+            return Err(Error::capacity("hilbert taps", count, capacity));
         }
         let mut taps = [0.0; MAX_HILBERT_TAPS];
         let window = Kaiser::new(BETA);

@@ -20,12 +20,12 @@ use crate::simd::Vector;
 /// A transmit law prepared for the pixels of one scan line.
 #[derive(Clone, Copy, Debug)]
 pub struct TransmitDelay<'a> {
-    shape: Shape<'a>,
+    shape: Wavefront<'a>,
     c: f64,
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Shape<'a> {
+enum Wavefront<'a> {
     /// `offset + slope · r`, m.
     Straight { offset: f64, slope: f64 },
     /// `√((r − along)² + square)`, m.
@@ -66,7 +66,7 @@ impl<'a> TransmitDelay<'a> {
         ray.check()?;
         let [sine, cosine] = ray.direction();
         let shape = match law {
-            TransmitLaw::Focused => Shape::Straight {
+            TransmitLaw::Focused => Wavefront::Straight {
                 offset: 0.0,
                 slope: 1.0,
             },
@@ -74,14 +74,10 @@ impl<'a> TransmitDelay<'a> {
                 if !(angle > -core::f64::consts::FRAC_PI_2 && angle < core::f64::consts::FRAC_PI_2)
                 {
                     let expected = "an angle between -pi/2 and pi/2";
-                    return Err(Error::Parameter {
-                        name: "angle",
-                        value: angle,
-                        expected,
-                    });
+                    return Err(Error::parameter("angle", angle, expected));
                 }
                 let (sin, cos) = (libm::sin(angle), libm::cos(angle));
-                Shape::Straight {
+                Wavefront::Straight {
                     offset: ray.x() * sin + ray.z() * cos,
                     slope: sine * sin + cosine * cos,
                 }
@@ -90,7 +86,7 @@ impl<'a> TransmitDelay<'a> {
                 super::finite("transmit element x", x)?;
                 super::finite("transmit element z", z)?;
                 let [across, along] = ray.coordinates([x, z]);
-                Shape::Round {
+                Wavefront::Round {
                     along,
                     square: across * across,
                 }
@@ -101,14 +97,14 @@ impl<'a> TransmitDelay<'a> {
                 let [across, along] = ray.coordinates([x, z]);
                 let (square, range) = (across * across, libm::sqrt(x * x + z * z));
                 if z > 0.0 {
-                    Shape::Converging {
+                    Wavefront::Converging {
                         along,
                         square,
                         range,
                         depth: [ray.z(), cosine, z],
                     }
                 } else {
-                    Shape::Diverging {
+                    Wavefront::Diverging {
                         along,
                         square,
                         range,
@@ -120,7 +116,7 @@ impl<'a> TransmitDelay<'a> {
                 if !delays.iter().any(|delay| delay.is_finite()) {
                     return Err(none("elements that fire"));
                 }
-                Shape::Delays {
+                Wavefront::Delays {
                     delays,
                     array: *array,
                     ray: *ray,
@@ -133,7 +129,7 @@ impl<'a> TransmitDelay<'a> {
     /// Growth of the wave's path per metre of the line, if it is linear.
     pub(super) fn slope(&self) -> Option<f64> {
         match self.shape {
-            Shape::Straight { slope, .. } => Some(slope),
+            Wavefront::Straight { slope, .. } => Some(slope),
             _ => None,
         }
     }
@@ -148,14 +144,14 @@ impl<'a> TransmitDelay<'a> {
             libm::sqrt(before * before + square)
         };
         let path = match self.shape {
-            Shape::Straight { offset, slope } => offset + slope * r,
-            Shape::Round { along, square } => distance(along, square),
-            Shape::Diverging {
+            Wavefront::Straight { offset, slope } => offset + slope * r,
+            Wavefront::Round { along, square } => distance(along, square),
+            Wavefront::Diverging {
                 along,
                 square,
                 range,
             } => distance(along, square) - range,
-            Shape::Converging {
+            Wavefront::Converging {
                 along,
                 square,
                 range,
@@ -168,7 +164,7 @@ impl<'a> TransmitDelay<'a> {
                     range + distance
                 }
             }
-            Shape::Delays { delays, array, ray } => {
+            Wavefront::Delays { delays, array, ray } => {
                 let mut first = f64::INFINITY;
                 for (element, &delay) in delays.iter().enumerate() {
                     let [across, along] = ray.coordinates(array.position(element));

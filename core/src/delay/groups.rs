@@ -277,10 +277,7 @@ mod tests {
         assert!(none(&array, range.clone(), &aside));
         let elements: [Element; 24] =
             core::array::from_fn(|m| Element::convex(24, PITCH, 40e-3, m));
-        let convex = Array::At {
-            elements: &elements,
-            pitch: PITCH,
-        };
+        let convex = Array::at(&elements, PITCH);
         assert!(none(&convex, range, &Ray::down(0.0)));
     }
 }

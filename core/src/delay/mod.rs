@@ -3,7 +3,7 @@
 //! [`Delay`] turns the RF of one transmit (a [`Record`]) into the aligned analytic samples of one scan line. Its
 //! parts are delay laws (`delay_law`), a filter that interpolates and decimates (`interpolate`, after half-band
 //! filters of `decimator` if the record is much faster than the output) and a Hilbert transformer (`analytic`).
-//! [`IqDelay`] starts from I/Q (an [`IqRecord`]), with the same laws.
+//! [`IqDelay`] starts from I/Q, with the same laws.
 
 mod analytic;
 mod decimator;
@@ -19,8 +19,8 @@ pub(crate) mod stage;
 
 pub use analytic::{MAX_HILBERT_TAPS, hilbert_taps};
 pub use interpolate::MAX_DECIMATION;
-pub use iq::{IqDelay, IqInterpolation, IqLayout, IqParameters, IqRecord, IqSamples};
-pub use record::{MAX_MAGNITUDE, Record};
+pub use iq::{IqDelay, IqInterpolation, IqParameters};
+pub use record::{IqLayout, IqSamples, MAX_MAGNITUDE, Record};
 pub use rf::{Contribution, Delay, DelayParameters, UPSAMPLING, Upsampled};
 pub use scan_line::{Compounding, ScanLine};
 pub use stage::Stage;
@@ -57,11 +57,7 @@ const fn check_shapes(
         let (name, actual, capacity) = sizes[k];
         attempt!(at_least_one(name, actual));
         if actual > capacity {
-            return Err(Error::Capacity {
-                name,
-                actual,
-                capacity,
-            });
+            return Err(Error::capacity(name, actual, capacity));
         }
         k += 1;
     }

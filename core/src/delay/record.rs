@@ -1,8 +1,8 @@
-//! The RF of one transmit.
+//! The samples of one transmit.
 
-use crate::Error;
-use crate::error::{check_length, none};
-use crate::magnitude::largest;
+use crate::error::{check_length, finite, none};
+use crate::magnitude::{largest, largest_part};
+use crate::{Complex, Error};
 use core::num::NonZeroUsize;
 
 /// Largest accepted magnitude of RF, so that no sum overflows.
@@ -20,17 +20,49 @@ pub const MAX_MAGNITUDE: f32 = 1e29;
 #[cfg(test)]
 const LARGEST_GAIN: f64 = 1.42 * 1.25 * 1.25 * 2.2 * 3.4;
 
-/// RF of one transmit, `[element][sample]`, checked once for all its lines.
+/// Samples of one transmit, checked once for all lines that read them.
+///
+/// They stay in the caller's memory.
 #[derive(Clone, Copy, Debug)]
 pub struct Record<'a> {
-    rf: &'a [f32],
+    pub(super) samples: Samples<'a>,
     elements: NonZeroUsize,
+    length: usize,
+    /// Phase of the demodulator of I/Q, in cycles.
+    pub(super) cycles: f64,
     /// The largest magnitude.
     largest: f32,
 }
 
+/// Baseband samples, as a front end delivers them.
+#[derive(Clone, Copy, Debug)]
+pub enum IqSamples<'a> {
+    /// Complex numbers.
+    Float(&'a [Complex<f32>]),
+    /// Counts `[I, Q]`, and the value of one count.
+    Counts(&'a [[i16; 2]], f32),
+}
+
+/// Order of samples in memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum IqLayout {
+    /// `[element][sample]`, as in recordings.
+    Planar,
+    /// `[sample][element]`, as a front end sends them.
+    Interleaved,
+}
+
+/// Samples of a record.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Samples<'a> {
+    /// `[element][sample]`.
+    Rf(&'a [f32]),
+    Iq(IqSamples<'a>, IqLayout),
+}
+
 impl<'a> Record<'a> {
-    /// Checks shape and magnitude of the RF of `elements` elements.
+    /// Checks shape and magnitude of the RF of `elements` elements, `[element][sample]`.
     ///
     /// Each element has the same number of samples, all within ±[`MAX_MAGNITUDE`].
     ///
@@ -47,30 +79,92 @@ impl<'a> Record<'a> {
     /// empty or ragged `rf`, [`Error::NonFinite`] with the index into `rf`
     /// (`element·samples + sample`).
     pub fn new(rf: &'a [f32], elements: usize) -> Result<Self, Error> {
+        let expected = "a magnitude of at most 1e29";
+        let largest = || within("rf", expected, largest(rf), rf, |&x| [x]);
+        Record::of(Samples::Rf(rf), elements, ("rf", rf.len()), largest)
+    }
+
+    /// Checks shape and magnitude of the I/Q of `elements` elements.
+    ///
+    /// Each element has the same number of samples, and both parts are within ±[`MAX_MAGNITUDE`]. The samples are
+    /// demodulated with e^(−j2π·f_demod·t), where t has the same origin as t0.
+    ///
+    /// ```
+    /// use bonebeam::delay::{IqLayout, IqSamples, Record};
+    ///
+    /// // Two samples of each of three elements, as an ADC of 16 bits delivers them.
+    /// let counts = [[0, 0], [1, -1], [300, 20], [-4, 0], [5, 5], [0, 7]];
+    /// let samples = IqSamples::Counts(&counts, 1.0 / 32768.0);
+    /// let record = Record::iq(samples, IqLayout::Interleaved, 3)?;
+    /// assert_eq!((record.elements(), record.samples()), (3, 2));
+    /// # Ok::<(), bonebeam::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for no elements, or a sample or scale beyond the magnitude; [`Error::Length`] for an
+    /// empty or ragged slice; [`Error::NonFinite`] with the index of a sample.
+    pub fn iq(samples: IqSamples<'a>, layout: IqLayout, elements: usize) -> Result<Self, Error> {
+        let count = match samples {
+            IqSamples::Float(samples) => samples.len(),
+            IqSamples::Counts(samples, _) => samples.len(),
+        };
+        let largest = || match samples {
+            IqSamples::Float(samples) => {
+                let expected = "magnitudes of at most 1e29";
+                let parts = |y: &Complex<f32>| [y.re, y.im];
+                within("iq", expected, largest_part(samples), samples, parts)
+            }
+            IqSamples::Counts(_, scale) => {
+                finite("iq scale", f64::from(scale))?;
+                const LARGEST: f32 = MAX_MAGNITUDE / 32768.0;
+                let expected = "a magnitude of at most 1e29 over 32768";
+                match (-LARGEST..=LARGEST).contains(&scale) {
+                    true => Ok(32768.0 * if scale < 0.0 { -scale } else { scale }),
+                    false => Err(Error::parameter("iq scale", f64::from(scale), expected)),
+                }
+            }
+        };
+        Record::of(
+            Samples::Iq(samples, layout),
+            elements,
+            ("iq", count),
+            largest,
+        )
+    }
+
+    /// Adds a phase of the demodulator: e^(−j(2π·f_demod·t + phase)), rad.
+    ///
+    /// For a demodulator whose time origin differs from that of t0, or for a lens that delays all echoes.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] unless `phase` is finite.
+    pub fn with_phase(self, phase: f64) -> Result<Self, Error> {
+        finite("iq phase", phase)?;
+        Ok(Record {
+            cycles: phase / (2.0 * core::f64::consts::PI),
+            ..self
+        })
+    }
+
+    /// A record of `count` samples of all elements.
+    fn of(
+        samples: Samples<'a>,
+        elements: usize,
+        (name, count): (&'static str, usize),
+        largest: impl FnOnce() -> Result<f32, Error>,
+    ) -> Result<Self, Error> {
         let Some(elements) = NonZeroUsize::new(elements) else {
             return Err(none("elements"));
         };
-        let samples = (rf.len() / elements).max(1);
-        check_length("rf", rf.len(), elements.get().saturating_mul(samples))?;
-        let largest = f32::from_bits(largest(rf));
-        if largest <= MAX_MAGNITUDE {
-            return Ok(Record {
-                rf,
-                elements,
-                largest,
-            });
-        }
-        // True for a NaN, too.
-        let beyond = |value: &f32| !(-MAX_MAGNITUDE..=MAX_MAGNITUDE).contains(value);
-        let index = rf.iter().position(beyond).unwrap_or(0);
-        match rf.get(index) {
-            Some(value) if value.is_finite() => Err(Error::Parameter {
-                name: "rf",
-                value: f64::from(*value),
-                expected: "a magnitude of at most 1e29",
-            }),
-            _ => Err(Error::NonFinite { name: "rf", index }),
-        }
+        let length = (count / elements).max(1);
+        check_length(name, count, elements.get().saturating_mul(length))?;
+        Ok(Record {
+            samples,
+            elements,
+            length,
+            cycles: 0.0,
+            largest: largest()?,
+        })
     }
 
     /// Number of elements.
@@ -80,20 +174,52 @@ impl<'a> Record<'a> {
 
     /// Number of samples of each element.
     pub fn samples(&self) -> usize {
-        self.rf.len() / self.elements
+        self.length
     }
 
     /// Upper bound of the parts of an aligned sample.
-    pub(super) fn largest_aligned(&self) -> f32 {
-        // Above the filters' gains and their roundings.
-        32.0 * self.largest
+    pub fn largest_aligned(&self) -> f32 {
+        match self.samples {
+            // Above the filters' gains and their roundings.
+            Samples::Rf(_) => 32.0 * self.largest,
+            // Interpolation has a gain of at most 2.3, and rotation √2.
+            Samples::Iq(..) => 4.0 * self.largest,
+        }
     }
 
-    /// The samples of one element.
+    /// The RF of one element; nothing for I/Q.
     pub(super) fn element(&self, element: usize) -> &'a [f32] {
-        let samples = self.samples();
-        let own = element * samples..(element + 1) * samples;
-        self.rf.get(own).unwrap_or_default()
+        let own = element * self.length..(element + 1) * self.length;
+        match self.samples {
+            Samples::Rf(rf) => rf.get(own).unwrap_or_default(),
+            Samples::Iq(..) => &[],
+        }
+    }
+}
+
+/// The largest magnitude, of which `bits` are given; a refusal of the first sample beyond the limit.
+fn within<T, const PARTS: usize>(
+    name: &'static str,
+    expected: &'static str,
+    bits: u32,
+    samples: &[T],
+    parts: impl Fn(&T) -> [f32; PARTS],
+) -> Result<f32, Error> {
+    let largest = f32::from_bits(bits);
+    if largest <= MAX_MAGNITUDE {
+        return Ok(largest);
+    }
+    // True for a NaN, too.
+    let beyond = |part: &f32| !(-MAX_MAGNITUDE..=MAX_MAGNITUDE).contains(part);
+    let beyond = |sample: &T| parts(sample).into_iter().find(beyond);
+    let index = samples.iter().position(|sample| beyond(sample).is_some());
+    let index = index.unwrap_or(0);
+    match samples.get(index) {
+        Some(sample) if parts(sample).iter().all(|part| part.is_finite()) => {
+            let value = f64::from(beyond(sample).unwrap_or(0.0));
+            Err(Error::parameter(name, value, expected))
+        }
+        _ => Err(Error::NonFinite { name, index }),
     }
 }
 
@@ -101,11 +227,17 @@ impl<'a> Record<'a> {
 #[cfg(feature = "defmt")]
 impl defmt::Format for Record<'_> {
     fn format(&self, f: defmt::Formatter<'_>) {
+        let kind = match self.samples {
+            Samples::Rf(_) => "RF",
+            Samples::Iq(..) => "I/Q",
+        };
+        let (samples, elements) = (self.samples(), self.elements());
         defmt::write!(
             f,
-            "RF of {} samples of {} elements",
-            self.samples(),
-            self.elements()
+            "{} of {} samples of {} elements",
+            kind,
+            samples,
+            elements
         );
     }
 }
@@ -148,5 +280,25 @@ mod tests {
             f32::MAX + 5.0 * (MAX_MAGNITUDE * LARGEST_GAIN as f32),
             f32::MAX
         );
+    }
+
+    /// 2.3 of interpolation times √2 of rotation, of samples of any size, as numbers and as counts.
+    #[test]
+    fn the_bound_of_aligned_samples_grows_with_the_samples() {
+        for largest in [0.0, 1e-20f32, 1e-3, 1.0, 1000.0, MAX_MAGNITUDE] {
+            let iq = [Complex::new(0.5 * largest, -largest)];
+            let scale = -largest / 32768.0;
+            for samples in [
+                IqSamples::Float(&iq),
+                IqSamples::Counts(&[[0, i16::MIN]], scale),
+            ] {
+                let record = Record::iq(samples, IqLayout::Planar, 1).unwrap();
+                let bound = record.largest_aligned();
+                assert!(
+                    bound >= 3.26 * largest && bound <= 4.01 * largest,
+                    "{largest}"
+                );
+            }
+        }
     }
 }

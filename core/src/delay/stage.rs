@@ -1,6 +1,7 @@
 //! The interface that both delay stages share.
 
 use super::delay_law::TransmitDelay;
+use super::record::Record;
 use super::scan_line::{Compounding, ScanLine};
 use crate::error::{check_length, finite};
 use crate::geometry::DepthStep;
@@ -16,9 +17,6 @@ use crate::{Complex, Error};
 /// [`Delay`]: super::Delay
 /// [`IqDelay`]: super::IqDelay
 pub trait Stage: Sealed {
-    /// The recorded data of one transmit.
-    type Record<'r>: Copy + Sync;
-
     /// Scratch for blocks of `samples` samples with vectors of `lanes` lanes.
     ///
     /// `lanes` is 1 for `f32`. The scratch holds only f32, for all vectors: a plain slice is enough.
@@ -47,11 +45,11 @@ pub trait Stage: Sealed {
         &self,
         zero: V,
         line: &ScanLine,
-        record: &Self::Record<'_>,
+        record: &Record<'_>,
         scratch: &mut [f32],
         out: &mut [Complex<f32>],
     ) -> Result<(), Error> {
-        let Shape {
+        let StageShape {
             elements,
             output_samples,
             ..
@@ -73,40 +71,23 @@ pub trait Stage: Sealed {
         &self,
         zero: V,
         line: &ScanLine,
-        record: &Self::Record<'_>,
+        record: &Record<'_>,
         first: usize,
         scratch: &mut [f32],
         out: &mut [Complex<f32>],
     ) -> Result<(), Error> {
-        self.block_at_every(zero, line, record, (first, 1), scratch, out)
+        self.block_of(zero, line, record, Outputs::every(first, 1), scratch, out)
     }
 
-    /// [`Stage::block`] with only every `step`-th output sample in use.
+    /// [`Stage::block`] with only every `step`-th output sample in use, from the line's first on.
     ///
-    /// Samples are counted from the line's first. At the other samples the stage writes 0, or adds nothing. RF is
-    /// still interpolated at all samples, since an imaginary part needs the real parts around it.
-    fn block_at_every<V: Vector>(
-        &self,
-        zero: V,
-        line: &ScanLine,
-        record: &Self::Record<'_>,
-        (first, step): (usize, usize),
-        scratch: &mut [f32],
-        out: &mut [Complex<f32>],
-    ) -> Result<(), Error> {
-        let rest = Rest::Zero;
-        let step = DepthStep::new(step);
-        let wanted = Outputs { first, step, rest };
-        self.block_of(zero, line, record, wanted, scratch, out)
-    }
-
-    /// [`Stage::block_at_every`], which need not write the numbers that are not wanted.
+    /// RF is still interpolated at all samples, since an imaginary part needs the real parts around it.
     #[doc(hidden)]
     fn block_of<V: Vector>(
         &self,
         zero: V,
         line: &ScanLine,
-        record: &Self::Record<'_>,
+        record: &Record<'_>,
         wanted: Outputs,
         scratch: &mut [f32],
         out: &mut [Complex<f32>],
@@ -117,11 +98,7 @@ pub trait Stage: Sealed {
         check_length("out", out.len(), samples * shape.elements)?;
         let end = first.saturating_add(samples);
         if end > shape.output_samples {
-            return Err(Error::Capacity {
-                name: "block",
-                actual: end,
-                capacity: shape.output_samples,
-            });
+            return Err(Error::capacity("block", end, shape.output_samples));
         }
         let Need { real, .. } = self.need(V::LANES, samples);
         check_length("scratch", scratch.len(), real)?;
@@ -141,23 +118,20 @@ pub trait Stage: Sealed {
         self.compute(zero, &source, scratch, out)
     }
 
-    /// Upper bound of the parts of an aligned sample of this record.
-    fn largest(record: &Self::Record<'_>) -> f32;
-
     /// The shape that calls are checked against.
     #[doc(hidden)]
-    fn shape(&self) -> Shape;
+    fn shape(&self) -> StageShape;
 
-    /// Number of elements and of samples of a record.
+    /// Number of elements and of samples of a record; of another kind, it has none.
     #[doc(hidden)]
-    fn shape_of(record: &Self::Record<'_>) -> [usize; 2];
+    fn shape_of(record: &Record<'_>) -> [usize; 2];
 
     /// Computes the samples after all common checks.
     #[doc(hidden)]
     fn compute<V: Vector>(
         &self,
         zero: V,
-        source: &Source<'_, Self::Record<'_>>,
+        source: &Source<'_>,
         scratch: &mut [f32],
         out: &mut [Complex<f32>],
     ) -> Result<(), Error>;
@@ -169,7 +143,7 @@ pub trait Sealed {}
 impl<S: Sealed> Sealed for &S {}
 
 /// The shapes of a stage, and its speed of sound.
-pub struct Shape {
+pub struct StageShape {
     pub(super) elements: usize,
     pub(super) output_samples: usize,
     pub(super) record_samples: usize,
@@ -186,6 +160,17 @@ pub struct Outputs {
     pub(crate) rest: Rest,
 }
 
+impl Outputs {
+    /// Every `step`-th sample of a line from `first` on; the others are 0, or add nothing.
+    pub(crate) fn every(first: usize, step: usize) -> Self {
+        Outputs {
+            first,
+            step: DepthStep::new(step),
+            rest: Rest::Zero,
+        }
+    }
+}
+
 /// The other samples, and inactive elements.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Rest {
@@ -196,10 +181,10 @@ pub enum Rest {
 }
 
 /// The source data of a line.
-pub struct Source<'a, R> {
+pub struct Source<'a> {
     pub(super) line: &'a ScanLine<'a>,
     pub(super) transmit: TransmitDelay<'a>,
-    pub(super) record: &'a R,
+    pub(super) record: &'a Record<'a>,
     /// The first requested output sample, and the number of them.
     pub(super) first: usize,
     pub(super) samples: usize,
@@ -210,28 +195,22 @@ pub struct Source<'a, R> {
 
 /// A stage by reference, for instance in a static.
 impl<S: Stage> Stage for &S {
-    type Record<'r> = S::Record<'r>;
-
     fn need(&self, lanes: usize, samples: usize) -> Need {
         S::need(self, lanes, samples)
     }
 
-    fn largest(record: &Self::Record<'_>) -> f32 {
-        S::largest(record)
-    }
-
-    fn shape(&self) -> Shape {
+    fn shape(&self) -> StageShape {
         S::shape(self)
     }
 
-    fn shape_of(record: &Self::Record<'_>) -> [usize; 2] {
+    fn shape_of(record: &Record<'_>) -> [usize; 2] {
         S::shape_of(record)
     }
 
     fn compute<V: Vector>(
         &self,
         zero: V,
-        source: &Source<'_, Self::Record<'_>>,
+        source: &Source<'_>,
         scratch: &mut [f32],
         out: &mut [Complex<f32>],
     ) -> Result<(), Error> {
@@ -251,11 +230,7 @@ pub(super) fn check_line<'a>(
     let end = line.active.first.saturating_add(line.active.count);
     if end > elements {
         let expected = "a range that ends within the elements";
-        return Err(Error::Parameter {
-            name: "active",
-            value: end as f64,
-            expected,
-        });
+        return Err(Error::parameter("active", end as f64, expected));
     }
     if line.compounding == Compounding::Add {
         // A whole chunk at a time, since that needs no branch a sample.
@@ -272,12 +247,13 @@ pub(super) fn check_line<'a>(
 #[cfg(feature = "simd")]
 #[cfg(test)]
 mod tests {
+    use super::Outputs;
     use crate::delay::{
         Compounding, Delay, DelayParameters, IqDelay, IqInterpolation, IqLayout, IqParameters,
-        IqRecord, IqSamples, Record, ScanLine, Stage,
+        IqSamples, Record, ScanLine, Stage,
     };
     use crate::geometry::{Array, Axis, Depth, Lines, Scan, ScanParameters, Transmit, TransmitLaw};
-    use crate::simd::{InstructionSet, Task, Vector};
+    use crate::simd::{InstructionSet, Vector};
     use crate::{Complex, Error};
     use std::vec::Vec;
     use std::{format, vec};
@@ -287,67 +263,36 @@ mod tests {
     const SCAN: ScanParameters = ScanParameters {
         array: Array::linear(ELEMENTS, 0.3e-3),
         lines: Lines::Even(Axis::centred(3, 0.4e-3)),
-        sound_speed: 1540.0,
-        centre_frequency: 5e6,
-        sampling_rate: 20e6,
         record_samples: SAMPLES,
-        output_rate: 20e6,
-        start: Depth::Metres(4e-3),
         end: Depth::Metres(9e-3),
-        f_number: 1.5,
-        min_elements: 8,
+        ..ScanParameters::EXAMPLE
     };
 
-    /// Two transmits of a line, every `step`-th sample, in blocks.
-    struct Align<'a, 'r, S: Stage> {
-        stage: &'a S,
-        scan: Scan<'static>,
-        record: &'a S::Record<'r>,
-        step: usize,
-        block: usize,
-    }
-
-    impl<S: Stage> Task for Align<'_, '_, S> {
-        type Output = Result<Vec<Complex<f32>>, Error>;
-
-        fn run<V: Vector>(self, zero: V) -> Self::Output {
-            let samples = self.scan.samples();
-            let mut scratch = vec![0.0; self.stage.need(V::LANES, samples).real];
-            let mut x = vec![Complex::new(f32::NAN, 0.0); samples * ELEMENTS];
-            for (k, x) in x.chunks_mut(self.block * ELEMENTS).enumerate() {
-                for (angle, compounding) in [(0.1, Compounding::Replace), (-0.05, Compounding::Add)]
-                {
-                    let transmit = Transmit::new(TransmitLaw::Plane { angle }, 1e-7);
-                    let line = ScanLine::of(&self.scan, 0, transmit, compounding);
-                    let need = self.stage.need(V::LANES, x.len() / ELEMENTS).real;
-                    let scratch = &mut scratch[..need];
-                    let wanted = (k * self.block, self.step);
-                    let record = self.record;
-                    self.stage
-                        .block_at_every(zero, &line, record, wanted, scratch, x)?;
-                }
+    /// Two transmits of a line, every `step`-th sample, in blocks of `length` samples.
+    fn align<V: Vector, S: Stage>(
+        zero: V,
+        (stage, record, scan): (&S, &Record<'_>, Scan<'_>),
+        (step, length): (usize, usize),
+    ) -> Result<Vec<Complex<f32>>, Error> {
+        let mut x = vec![Complex::new(f32::NAN, 0.0); scan.samples() * ELEMENTS];
+        for (k, x) in x.chunks_mut(length * ELEMENTS).enumerate() {
+            let mut scratch = vec![0.0; stage.need(V::LANES, x.len() / ELEMENTS).real];
+            for (angle, compounding) in [(0.1, Compounding::Replace), (-0.05, Compounding::Add)] {
+                let transmit = Transmit::new(TransmitLaw::Plane { angle }, 1e-7);
+                let line = ScanLine::of(&scan, 0, transmit, compounding);
+                let wanted = Outputs::every(k * length, step);
+                stage.block_of(zero, &line, record, wanted, &mut scratch, x)?;
             }
-            Ok(x)
         }
+        Ok(x)
     }
 
     /// Every `step`-th sample has the bits of the full line; the others are 0.
-    fn assert_stepped<S: Stage>(
-        name: &str,
-        stage: &S,
-        record: &S::Record<'_>,
-        scan: Scan<'static>,
-    ) {
+    fn assert_stepped<S: Stage>(name: &str, stage: &S, record: &Record<'_>, scan: Scan<'static>) {
         for set in InstructionSet::available() {
-            let aligned = |step, block| {
-                let task = Align {
-                    stage,
-                    scan,
-                    record,
-                    step,
-                    block,
-                };
-                set.dispatch(task).unwrap()
+            let aligned = |step, length| {
+                let stage = (stage, record, scan);
+                crate::dispatch!(set, zero => align(zero, stage, (step, length))).unwrap()
             };
             let all = aligned(1, 37);
             assert!(all.iter().any(|x| x.norm_sqr() > 0.0), "{name}");
@@ -370,6 +315,25 @@ mod tests {
         ((k * 7919 + k / 3) % 2003) as f32 - 1001.0
     }
 
+    /// It has no samples of the stage's kind.
+    #[test]
+    fn a_record_of_the_other_kind_is_refused() {
+        let (rf, iq) = (
+            [0.0; ELEMENTS * SAMPLES],
+            [Complex::ZERO; ELEMENTS * SAMPLES],
+        );
+        let rf = Record::new(&rf, ELEMENTS).unwrap();
+        let iq = Record::iq(IqSamples::Float(&iq), IqLayout::Planar, ELEMENTS).unwrap();
+        let scan = Scan::new(SCAN).unwrap();
+        let of_rf = Delay::new(DelayParameters::of(&scan)).unwrap();
+        let of_iq = IqDelay::new(IqParameters::of(&scan, 5e6)).unwrap();
+        let refused = Error::length("record samples", 0, SAMPLES);
+        let found = align(0.0f32, (&of_rf, &iq, scan), (1, 9));
+        assert_eq!(found.unwrap_err(), refused);
+        let found = align(0.0f32, (&of_iq, &rf, scan), (1, 9));
+        assert_eq!(found.unwrap_err(), refused);
+    }
+
     #[test]
     fn samples_at_a_step_are_those_of_all() {
         let rf: Vec<f32> = (0..ELEMENTS * SAMPLES).map(noise).collect();
@@ -384,7 +348,7 @@ mod tests {
             .map(|k| [noise(2 * k) as i16, noise(2 * k + 1) as i16])
             .collect();
         let counts = IqSamples::Counts(&counts, 1.0 / 32768.0);
-        let record = IqRecord::new(counts, IqLayout::Interleaved, ELEMENTS).unwrap();
+        let record = Record::iq(counts, IqLayout::Interleaved, ELEMENTS).unwrap();
         let scan = Scan::of_iq(SCAN).unwrap();
         for interpolation in [
             IqInterpolation::Linear,

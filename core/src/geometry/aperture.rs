@@ -17,6 +17,14 @@ pub struct Active {
     pub count: usize,
 }
 
+impl Active {
+    /// `count` elements from element `first` on.
+    #[inline(always)]
+    pub const fn new(first: usize, count: usize) -> Self {
+        Active { first, count }
+    }
+}
+
 /// Steps per pitch to which a beam's position is rounded.
 pub(super) const GRID: f64 = (1u32 << GRID_BITS) as f64;
 pub(super) const GRID_BITS: u32 = 20;
@@ -140,10 +148,7 @@ impl Aperture {
     /// deeper set contains every shallower one. A NaN beam has no active element; a NaN depth counts as 0.
     pub fn active(&self, beam: f64, depth: f64) -> Active {
         if self.depth_per_element == 0.0 {
-            return Active {
-                first: 0,
-                count: self.elements,
-            };
+            return Active::new(0, self.elements);
         }
         let array = self.elements as f64;
         let wide = self.width(depth);
@@ -155,12 +160,12 @@ impl Aperture {
         if first < end {
             // Beyond 2⁵³ elements their number may have been rounded up.
             let first = (first as usize).min(self.elements);
-            Active {
+            Active::new(
                 first,
-                count: ((end - first as f64) as usize).min(self.elements - first),
-            }
+                ((end - first as f64) as usize).min(self.elements - first),
+            )
         } else {
-            Active { first: 0, count: 0 }
+            Active::new(0, 0)
         }
     }
 }
@@ -192,47 +197,17 @@ mod tests {
     #[test]
     fn grows_with_depth_between_the_limits() {
         // 20 mm / (1.5 · 0.308 mm) = 43.29; ⌈64 − 43/2⌉ = 43.
-        assert_eq!(
-            paper().active(64.0, 20e-3),
-            Active {
-                first: 43,
-                count: 43
-            }
-        );
-        assert_eq!(
-            paper().active(64.0, 0.0),
-            Active {
-                first: 60,
-                count: 8
-            }
-        );
-        assert_eq!(
-            paper().active(63.5, 1.0),
-            Active {
-                first: 0,
-                count: 128
-            }
-        );
+        assert_eq!(paper().active(64.0, 20e-3), Active::new(43, 43));
+        assert_eq!(paper().active(64.0, 0.0), Active::new(60, 8));
+        assert_eq!(paper().active(63.5, 1.0), Active::new(0, 128));
     }
 
     #[test]
     fn is_centred_on_the_beam() {
         // Even count on a beam between two elements: symmetric about it.
-        assert_eq!(
-            paper().active(63.5, 0.0),
-            Active {
-                first: 60,
-                count: 8
-            }
-        );
+        assert_eq!(paper().active(63.5, 0.0), Active::new(60, 8));
         // Odd count on an element: 5 on either side. 11 · 1.5 · 0.308 mm = 5.082 mm.
-        assert_eq!(
-            paper().active(64.0, 5.082e-3),
-            Active {
-                first: 59,
-                count: 11
-            }
-        );
+        assert_eq!(paper().active(64.0, 5.082e-3), Active::new(59, 11));
     }
 
     #[test]
@@ -247,25 +222,13 @@ mod tests {
 
     #[test]
     fn is_cut_at_the_ends() {
-        assert_eq!(
-            paper().active(0.0, 20e-3),
-            Active {
-                first: 0,
-                count: 22
-            }
-        );
-        assert_eq!(
-            paper().active(127.0, 20e-3),
-            Active {
-                first: 106,
-                count: 22
-            }
-        );
+        assert_eq!(paper().active(0.0, 20e-3), Active::new(0, 22));
+        assert_eq!(paper().active(127.0, 20e-3), Active::new(106, 22));
     }
 
     #[test]
     fn a_beam_far_away_has_no_elements() {
-        let none = Active { first: 0, count: 0 };
+        let none = Active::new(0, 0);
         for beam in [
             -1e3,
             1e3,
@@ -301,13 +264,13 @@ mod tests {
     fn full_ignores_beam_and_depth() {
         let full = Aperture::full(5).unwrap();
         assert_eq!((full.elements(), paper().elements()), (5, 128));
-        assert_eq!(full.active(-1e9, 0.0), Active { first: 0, count: 5 });
+        assert_eq!(full.active(-1e9, 0.0), Active::new(0, 5));
     }
 
     #[test]
     fn few_elements_are_all_active() {
         let small = aperture(1.0, PITCH, 4, 8).unwrap();
-        assert_eq!(small.active(1.5, 0.0), Active { first: 0, count: 4 });
+        assert_eq!(small.active(1.5, 0.0), Active::new(0, 4));
     }
 
     #[test]

@@ -30,20 +30,8 @@ impl<'m> ApertureTable<'m> {
     /// down to the first sample whose aperture is the whole array.
     ///
     /// ```
-    /// # use bonebeam::geometry::{Array, Axis, Depth, Lines, Scan, ScanParameters, ApertureTable};
-    /// # let scan = Scan::new(ScanParameters {
-    /// #     array: Array::linear(16, 0.3e-3),
-    /// #     lines: Lines::Even(Axis::centred(64, 0.1e-3)),
-    /// #     sound_speed: 1540.0,
-    /// #     centre_frequency: 5e6,
-    /// #     sampling_rate: 20e6,
-    /// #     record_samples: 512,
-    /// #     output_rate: 20e6,
-    /// #     start: Depth::Metres(4e-3),
-    /// #     end: Depth::Metres(12e-3),
-    /// #     f_number: 1.5,
-    /// #     min_elements: 8,
-    /// # })?;
+    /// # use bonebeam::geometry::{ApertureTable, Scan, ScanParameters};
+    /// # let scan = Scan::new(ScanParameters::EXAMPLE)?;
     /// let mut memory = vec![0.0; scan.samples()];
     /// let table = ApertureTable::new(&scan, &mut memory)?;
     /// let centre = ApertureTable::centre(&scan, 20);
@@ -57,11 +45,7 @@ impl<'m> ApertureTable<'m> {
         check_length("aperture table", memory.len(), scan.samples())?;
         const LARGEST: usize = 1 << f32::MANTISSA_DIGITS;
         if scan.elements() > LARGEST {
-            return Err(Error::Capacity {
-                name: "elements",
-                actual: scan.elements(),
-                capacity: LARGEST,
-            });
+            return Err(Error::capacity("elements", scan.elements(), LARGEST));
         }
         let elements = scan.elements() as f32;
         let mut widths = memory.iter_mut().enumerate();
@@ -94,7 +78,7 @@ impl<'m> ApertureTable<'m> {
     ///
     /// No element is active beyond the last sample.
     pub fn active(&self, centre: ApertureCentre, sample: usize) -> Active {
-        let none = Active { first: 0, count: 0 };
+        let none = Active::new(0, 0);
         let Some(&width) = self.widths.get(sample) else {
             return none;
         };
@@ -104,10 +88,7 @@ impl<'m> ApertureTable<'m> {
         let end = (first + width).min(self.elements);
         let first = first.max(0);
         if first < end {
-            Active {
-                first: first as usize,
-                count: (end - first) as usize,
-            }
+            Active::new(first as usize, (end - first) as usize)
         } else {
             none
         }
@@ -127,15 +108,13 @@ mod tests {
         Scan::new(ScanParameters {
             array: Array::linear(elements, 0.3e-3),
             lines,
-            sound_speed: 1540.0,
-            centre_frequency: 5e6,
             sampling_rate: 40e6,
             record_samples: 1000,
-            output_rate: 20e6,
             start: Depth::Metres(0.1e-3),
             end: Depth::Metres(40e-3),
             f_number,
             min_elements: fewest,
+            ..ScanParameters::EXAMPLE
         })
         .unwrap()
     }
@@ -187,11 +166,11 @@ mod tests {
         let mut memory = vec![0.0; scan.samples() + 1];
         assert_eq!(
             ApertureTable::new(&scan, &mut memory).err(),
-            Some(Error::Length {
-                name: "aperture table",
-                actual: scan.samples() + 1,
-                expected: scan.samples()
-            })
+            Some(Error::length(
+                "aperture table",
+                scan.samples() + 1,
+                scan.samples()
+            ))
         );
         let short = &mut memory[..scan.samples()];
         let table = ApertureTable::new(&scan, short).unwrap();

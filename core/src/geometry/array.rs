@@ -75,6 +75,11 @@ impl Array<'_> {
         Array::Linear { elements, pitch }
     }
 
+    /// Elements along a line or an arc, `pitch` m apart.
+    pub const fn at(elements: &[Element], pitch: f64) -> Array<'_> {
+        Array::At { elements, pitch }
+    }
+
     /// Number of elements, M.
     pub const fn elements(&self) -> usize {
         match *self {

@@ -18,6 +18,11 @@ impl Axis {
     /// Distance beyond an end that still counts as the end, in steps.
     const EDGE: f64 = 1e-6;
 
+    /// `count` positions `step` m apart, from `first` on.
+    pub const fn new(first: f64, step: f64, count: usize) -> Self {
+        Axis { first, step, count }
+    }
+
     /// `count` positions `step` m apart, centred at 0.
     ///
     /// ```
@@ -27,11 +32,7 @@ impl Axis {
     /// assert_eq!([lines.position(0), lines.position(1), lines.last()], [-0.5e-3, 0.0, 0.5e-3]);
     /// ```
     pub const fn centred(count: usize, step: f64) -> Self {
-        Axis {
-            first: -(count.saturating_sub(1) as f64 / 2.0) * step,
-            step,
-            count,
-        }
+        Axis::new(-(count.saturating_sub(1) as f64 / 2.0) * step, step, count)
     }
 
     /// Position of an index, m.
@@ -73,11 +74,8 @@ impl Axis {
         if self.step > 0.0 && self.step.is_finite() && self.first.is_finite() && end.is_finite() {
             Ok(())
         } else {
-            Err(Error::Parameter {
-                name,
-                value: self.step,
-                expected: "a finite number above 0, from a finite first position",
-            })
+            let expected = "a finite number above 0, from a finite first position";
+            Err(Error::parameter(name, self.step, expected))
         }
     }
 }
@@ -87,11 +85,7 @@ mod tests {
     use super::*;
 
     fn axis(count: usize) -> Axis {
-        Axis {
-            first: 0.0,
-            step: 1.0,
-            count,
-        }
+        Axis::new(0.0, 1.0, count)
     }
 
     #[test]

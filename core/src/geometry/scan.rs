@@ -32,6 +32,23 @@ pub struct ScanParameters<'a> {
     pub min_elements: usize,
 }
 
+impl ScanParameters<'_> {
+    /// A small scan for examples: 64 lines of 16 elements from 4 mm to 12 mm, RF at 20 MHz.
+    pub const EXAMPLE: ScanParameters<'static> = ScanParameters {
+        array: Array::linear(16, 0.3e-3),
+        lines: Lines::Even(Axis::centred(64, 0.1e-3)),
+        sound_speed: 1540.0,
+        centre_frequency: 5e6,
+        sampling_rate: 20e6,
+        record_samples: 512,
+        output_rate: 20e6,
+        start: Depth::Metres(4e-3),
+        end: Depth::Metres(12e-3),
+        f_number: 1.5,
+        min_elements: 8,
+    };
+}
+
 /// A valid scan, with derived sizes and positions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -173,11 +190,11 @@ impl<'a> Scan<'a> {
     /// Depths of the output samples.
     pub const fn depths(&self) -> Axis {
         let p = &self.parameters;
-        Axis {
-            first: p.sound_speed * self.start / 2.0,
-            step: p.sound_speed / p.output_rate / 2.0,
-            count: self.samples,
-        }
+        Axis::new(
+            p.sound_speed * self.start / 2.0,
+            p.sound_speed / p.output_rate / 2.0,
+            self.samples,
+        )
     }
 
     /// The receive aperture.
@@ -221,22 +238,15 @@ const fn more_than_twice(output_rate: f64, centre_frequency: f64) -> Result<(), 
     if output_rate / centre_frequency > 2.0 {
         return Ok(());
     }
-    Err(Error::Parameter {
-        name: "output_rate",
-        value: output_rate,
-        expected: "more than twice the centre frequency",
-    })
+    let expected = "more than twice the centre frequency";
+    Err(Error::parameter("output_rate", output_rate, expected))
 }
 
 const fn deeper(start: f64, end: f64) -> Result<(), Error> {
     if end > start {
         return Ok(());
     }
-    Err(Error::Parameter {
-        name: "end",
-        value: end,
-        expected: "a position below the start",
-    })
+    Err(Error::parameter("end", end, "a position below the start"))
 }
 
 #[cfg(test)]
@@ -249,15 +259,11 @@ mod tests {
             pitch: 0.3e-3,
         },
         lines: Lines::Even(Axis::centred(31, 0.15e-3)),
-        sound_speed: 1540.0,
-        centre_frequency: 5e6,
         sampling_rate: 40e6,
         record_samples: 1000,
-        output_rate: 20e6,
         start: Depth::Metres(1.54e-3),
         end: Depth::Metres(15.4e-3),
-        f_number: 1.5,
-        min_elements: 8,
+        ..ScanParameters::EXAMPLE
     };
 
     #[test]

@@ -22,21 +22,12 @@ const AHEAD: [Complex<f32>; PARTS] = [Complex::new(1.0, 0.0); PARTS];
 /// `φ_c + s·(m − centre)`, and the table holds `e^{js/2}` and `e^{−jφ_c}`.
 ///
 /// ```
-/// # use bonebeam::geometry::{Array, Axis, Depth, Lines, Scan, ScanParameters, Steering};
+/// # use bonebeam::geometry::{Axis, Lines, Scan, ScanParameters, Steering};
 /// use bonebeam::Complex;
 ///
 /// # let scan = Scan::new(ScanParameters {
-/// #     array: Array::linear(16, 0.3e-3),
 /// #     lines: Lines::Even(Axis::centred(16, 0.3e-3)),
-/// #     sound_speed: 1540.0,
-/// #     centre_frequency: 5e6,
-/// #     sampling_rate: 20e6,
-/// #     record_samples: 512,
-/// #     output_rate: 20e6,
-/// #     start: Depth::Metres(4e-3),
-/// #     end: Depth::Metres(12e-3),
-/// #     f_number: 1.5,
-/// #     min_elements: 8,
+/// #     ..ScanParameters::EXAMPLE
 /// # })?;
 /// let mut memory = vec![Complex::default(); Steering::need(scan.samples(), 2).complex];
 /// let steering = Steering::new(&scan, 8, 2, &mut memory)?;
@@ -58,10 +49,7 @@ impl<'m> Steering<'m> {
     ///
     /// With a depth step, `samples` is the number of computed samples.
     pub const fn need(samples: usize, sub_lines: usize) -> Need {
-        Need {
-            real: 0,
-            complex: samples.saturating_mul(sub_lines).saturating_mul(PARTS),
-        }
+        Need::new(0, samples.saturating_mul(sub_lines).saturating_mul(PARTS))
     }
 
     /// Computes the directions of a line's sub-lines, once for all frames of a scan.
@@ -178,12 +166,12 @@ impl<'m> SteeringTable<'m> {
     ///
     /// With a depth step, `samples` is the number of computed samples.
     pub const fn need(lines: usize, samples: usize, sub_lines: usize) -> Need {
-        Need {
-            real: 0,
-            complex: Steering::need(samples, sub_lines)
+        Need::new(
+            0,
+            Steering::need(samples, sub_lines)
                 .complex
                 .saturating_mul(lines),
-        }
+        )
     }
 
     /// Computes [`Steering::new`] of every line, in memory of [`SteeringTable::need`].
@@ -412,15 +400,9 @@ mod tests {
         let scan = Scan::new(ScanParameters {
             array: Array::linear(8, 0.3e-3),
             lines: Lines::Even(Axis::centred(3, 0.3e-3)),
-            sound_speed: 1540.0,
-            centre_frequency: 5e6,
-            sampling_rate: 20e6,
-            record_samples: 512,
-            output_rate: 20e6,
-            start: Depth::Metres(4e-3),
             end: Depth::Metres(5e-3),
-            f_number: 1.5,
             min_elements: 4,
+            ..ScanParameters::EXAMPLE
         });
         let scan = scan.expect("valid parameters");
         let samples = scan.samples();

@@ -249,11 +249,7 @@ mod tests {
     #[test]
     fn a_fans_image_is_its_lines_scan_converted() {
         let lines = Axis::centred(3, 0.3);
-        let samples = Axis {
-            first: 0.0,
-            step: 1e-3,
-            count: 4,
-        };
+        let samples = Axis::new(0.0, 1e-3, 4);
         let fan = Fan {
             x: 0.0,
             z: -5e-3,

@@ -77,11 +77,7 @@ impl DepthInterpolation {
     /// [`Error::Parameter`] for a depth step outside 1 to 8, and for cycles that are not finite.
     pub const fn new(samples: usize, depth_step: usize, cycles: f64) -> Result<Self, Error> {
         let Some(step) = checked(depth_step) else {
-            return Err(Error::Parameter {
-                name: "depth_step",
-                value: depth_step as f64,
-                expected: "1 to 8",
-            });
+            return Err(Error::parameter("depth_step", depth_step as f64, "1 to 8"));
         };
         if let Err(error) = finite("cycles of the carrier", cycles) {
             return Err(error);
@@ -152,14 +148,14 @@ impl DepthInterpolation {
     /// [`DepthInterpolation::need`] for lines of `line_samples` complex samples.
     pub(crate) const fn need_of(line_samples: usize, depth_step: usize, sub_lines: usize) -> Need {
         let padded = line_samples.saturating_add(TAPS - 1);
-        Need {
-            real: 0,
-            complex: if depth_step == 1 {
+        Need::new(
+            0,
+            if depth_step == 1 {
                 0
             } else {
                 padded.saturating_mul(sub_lines)
             },
-        }
+        )
     }
 
     /// Computes the envelopes of a line at all samples.

@@ -53,20 +53,12 @@ impl PixelGrid {
 
     /// Depths of the rows.
     pub const fn row_axis(&self) -> Axis {
-        Axis {
-            first: self.z0,
-            step: self.pixel,
-            count: self.rows,
-        }
+        Axis::new(self.z0, self.pixel, self.rows)
     }
 
     /// Lateral positions of the columns.
     pub const fn column_axis(&self) -> Axis {
-        Axis {
-            first: self.x0,
-            step: self.pixel,
-            count: self.columns,
-        }
+        Axis::new(self.x0, self.pixel, self.columns)
     }
 
     /// Number of pixels.

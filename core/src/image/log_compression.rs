@@ -144,22 +144,17 @@ pub(super) fn check_range(dynamic_range: f32) -> Result<(), Error> {
     if dynamic_range > 0.0 && dynamic_range.is_finite() {
         return Ok(());
     }
-    Err(Error::Parameter {
-        name: "dynamic range in dB",
-        value: dynamic_range.into(),
-        expected: "a finite number above 0",
-    })
+    let expected = "a finite number above 0";
+    let value = dynamic_range.into();
+    Err(Error::parameter("dynamic range in dB", value, expected))
 }
 
 fn check_not_negative(name: &'static str, value: f32) -> Result<(), Error> {
     if value >= 0.0 && value.is_finite() {
         Ok(())
     } else {
-        Err(Error::Parameter {
-            name,
-            value: value.into(),
-            expected: "a finite number of at least 0",
-        })
+        let expected = "a finite number of at least 0";
+        Err(Error::parameter(name, value.into(), expected))
     }
 }
 

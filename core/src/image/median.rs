@@ -4,7 +4,7 @@ use super::check_finite;
 use crate::Error;
 use crate::error::check_length;
 use crate::memory::STEP;
-use crate::simd::{Vector, copy};
+use crate::simd::{Vector, copy, vectorize};
 
 /// Computes the median of each pixel's 3×3 neighbourhood.
 ///
@@ -46,11 +46,7 @@ pub(super) fn median_in_steps<V: Vector>(
     progress: &mut dyn FnMut(),
 ) -> Result<(), Error> {
     if columns == 0 {
-        return Err(Error::Parameter {
-            name: "image columns",
-            value: 0.0,
-            expected: "at least 1",
-        });
+        return Err(Error::parameter("image columns", 0.0, "at least 1"));
     }
     let rows = image.len() / columns;
     check_length("image", image.len(), rows * columns)?;
@@ -59,10 +55,7 @@ pub(super) fn median_in_steps<V: Vector>(
 
     let step = (STEP / columns).max(1);
     for (k, out) in out.chunks_mut((step * columns).max(1)).enumerate() {
-        zero.vectorize(
-            #[inline(always)]
-            || rows_of(zero, image, k * step, columns, out),
-        );
+        vectorize!(zero, rows_of(zero, image, k * step, columns, out));
         progress();
     }
     Ok(())

@@ -107,11 +107,7 @@ mod tests {
     fn what_is_not_a_line_is_refused() {
         let mut out = [9.0; 2];
         let z = [Complex::new(1.0, 0.0); 5];
-        let length = Error::Length {
-            name: "sub-lines",
-            actual: 5,
-            expected: 4,
-        };
+        let length = Error::length("sub-lines", 5, 4);
         let pooled = pooled_envelope(&z, 2, Pooling::Rms, &mut out);
         assert_eq!(pooled, Err(length));
         let bad = [z[0], z[0], Complex::new(0.0, f32::NAN), z[0]];

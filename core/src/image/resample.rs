@@ -111,11 +111,8 @@ pub(super) fn check_axes(
     }
     for (axis, name) in [(beams, "number of beams"), (samples, "number of samples")] {
         if axis.count < 2 {
-            return Err(Error::Parameter {
-                name,
-                value: axis.count as f64,
-                expected: "at least 2, to interpolate between",
-            });
+            let expected = "at least 2, to interpolate between";
+            return Err(Error::parameter(name, axis.count as f64, expected));
         }
     }
     Ok(())

@@ -27,11 +27,8 @@ impl Fan {
         if self.radius >= 0.0 && self.radius.is_finite() {
             return Ok(());
         }
-        Err(Error::Parameter {
-            name: "fan radius",
-            value: self.radius,
-            expected: "a finite number of at least 0",
-        })
+        let expected = "a finite number of at least 0";
+        Err(Error::parameter("fan radius", self.radius, expected))
     }
 }
 
@@ -107,20 +104,12 @@ mod tests {
             radius: 40e-3,
         };
         let angles = Axis::centred(41, 0.02);
-        let samples = Axis {
-            first: 2e-3,
-            step: 0.5e-3,
-            count: 60,
-        };
+        let samples = Axis::new(2e-3, 0.5e-3, 60);
         let field = |angle: f64, distance: f64| (3.0 * angle + 50.0 * distance + 2.0) as f32;
         let data: [f32; 41 * 60] =
             core::array::from_fn(|k| field(angles.position(k / 60), samples.position(k % 60)));
         let every = crate::step(2);
-        let rows = Axis {
-            first: -3e-3,
-            step: 0.7e-3 * every as f64,
-            count: 60 / every,
-        };
+        let rows = Axis::new(-3e-3, 0.7e-3 * every as f64, 60 / every);
         let columns = Axis::centred(80 / every, 0.9e-3 * every as f64);
         let mut out = [f32::NAN; 60 * 80];
         let out = &mut out[..rows.count * columns.count];

@@ -411,7 +411,7 @@ mod tests {
     #[test]
     fn an_entry_whose_power_is_below_300_db_has_the_phase_of_one() {
         let least = 1.0 / (1u64 << 50) as f32;
-        let entry = |im: f32| ComplexVector { re: 0.0, im };
+        let entry = |im: f32| ComplexVector::new(0.0, im);
         let (length, phase) = polar(entry(-least));
         assert_eq!((length, phase.re, phase.im), (least, 0.0, -1.0));
         let (_, phase) = polar(entry(-least.next_down()));

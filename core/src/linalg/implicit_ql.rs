@@ -406,7 +406,7 @@ mod tests {
     #[cfg(feature = "simd")]
     mod over_lanes {
         use super::*;
-        use crate::simd::{InstructionSet, MOST_LANES, Task};
+        use crate::simd::{InstructionSet, MOST_LANES};
         use rand::rngs::ChaCha8Rng;
         use rand::{RngExt, SeedableRng};
 
@@ -414,66 +414,61 @@ mod tests {
         const ROWS: usize = 9;
 
         /// A matrix in each lane, and by the one-lane path; short ones have no coupling after their last row.
-        struct SearchBeside {
-            matrices: [([f32; ROWS], [f32; ROWS]); MOST_LANES],
-            random: ChaCha8Rng,
-        }
-
-        impl Task for SearchBeside {
-            type Output = ();
-
-            fn run<V: Vector>(mut self, zero: V) {
-                let search = || Search {
-                    first: 0.0_f32,
-                    steps: 0.0,
-                    lowest: 0,
-                };
-                let mut alone = [(); MOST_LANES].map(|()| search());
-                let mut all = Search {
-                    first: zero,
-                    steps: zero,
-                    lowest: 0,
-                };
-                // 40 steps for each eigenvalue, and nothing more.
-                for _ in 0..=40 * ROWS {
-                    let (mut d, mut e) = ([zero; ROWS], [zero; ROWS]);
-                    for i in 0..ROWS {
-                        for (lane, (own_d, own_e)) in self.matrices[..V::LANES].iter().enumerate() {
-                            d[i].lanes_mut()[lane] = own_d[i];
-                            e[i].lanes_mut()[lane] = own_e[i];
-                        }
-                    }
-                    let block = all.block(&d, &e);
-                    // An empty range of rows.
-                    let mut rows = std::ops::Range {
-                        start: ROWS,
-                        end: 0,
-                    };
-                    for (lane, search) in alone[..V::LANES].iter_mut().enumerate() {
-                        let (d, e) = &mut self.matrices[lane];
-                        let own = search.block_of_one(d, e);
-                        let wanted = block.as_ref().is_some_and(|all| all.wanted.lane(lane));
-                        assert_eq!(own.is_some(), wanted);
-                        let (Some(own), Some(block)) = (own, &block) else {
-                            continue;
-                        };
-                        let of = |x: V| x.lanes()[lane];
-                        assert_eq!(of(all.steps), search.steps);
-                        assert_eq!([of(block.first), of(block.last)], [own.first, own.last]);
-                        assert_eq!(block.ends.map(of), own.ends);
-                        assert_eq!(of(block.coupling), own.coupling);
-                        rows = rows.start.min(own.rows.start)..rows.end.max(own.rows.end);
-                        // Now and then an entry of the block becomes negligible, or changes its sign.
-                        let k = self.random.random_range(own.rows);
-                        e[k] *= [1.0, -1.0, 1e-9, 0.0][self.random.random_range(0..4)];
-                    }
-                    match block {
-                        Some(block) => assert_eq!(block.rows, rows),
-                        None => return,
+        fn search_beside<V: Vector>(
+            zero: V,
+            mut matrices: [([f32; ROWS], [f32; ROWS]); MOST_LANES],
+            mut random: ChaCha8Rng,
+        ) {
+            let search = || Search {
+                first: 0.0_f32,
+                steps: 0.0,
+                lowest: 0,
+            };
+            let mut alone = [(); MOST_LANES].map(|()| search());
+            let mut all = Search {
+                first: zero,
+                steps: zero,
+                lowest: 0,
+            };
+            // 40 steps for each eigenvalue, and nothing more.
+            for _ in 0..=40 * ROWS {
+                let (mut d, mut e) = ([zero; ROWS], [zero; ROWS]);
+                for i in 0..ROWS {
+                    for (lane, (own_d, own_e)) in matrices[..V::LANES].iter().enumerate() {
+                        d[i].lanes_mut()[lane] = own_d[i];
+                        e[i].lanes_mut()[lane] = own_e[i];
                     }
                 }
-                panic!("the search goes on");
+                let block = all.block(&d, &e);
+                // An empty range of rows.
+                let mut rows = std::ops::Range {
+                    start: ROWS,
+                    end: 0,
+                };
+                for (lane, search) in alone[..V::LANES].iter_mut().enumerate() {
+                    let (d, e) = &mut matrices[lane];
+                    let own = search.block_of_one(d, e);
+                    let wanted = block.as_ref().is_some_and(|all| all.wanted.lane(lane));
+                    assert_eq!(own.is_some(), wanted);
+                    let (Some(own), Some(block)) = (own, &block) else {
+                        continue;
+                    };
+                    let of = |x: V| x.lanes()[lane];
+                    assert_eq!(of(all.steps), search.steps);
+                    assert_eq!([of(block.first), of(block.last)], [own.first, own.last]);
+                    assert_eq!(block.ends.map(of), own.ends);
+                    assert_eq!(of(block.coupling), own.coupling);
+                    rows = rows.start.min(own.rows.start)..rows.end.max(own.rows.end);
+                    // Now and then an entry of the block becomes negligible, or changes its sign.
+                    let k = random.random_range(own.rows);
+                    e[k] *= [1.0, -1.0, 1e-9, 0.0][random.random_range(0..4)];
+                }
+                match block {
+                    Some(block) => assert_eq!(block.rows, rows),
+                    None => return,
+                }
             }
+            panic!("the search goes on");
         }
 
         #[test]
@@ -491,7 +486,7 @@ mod tests {
                         });
                         (d, e)
                     });
-                    set.dispatch(SearchBeside { matrices, random });
+                    crate::dispatch!(set, zero => search_beside(zero, matrices, random));
                 }
             }
         }

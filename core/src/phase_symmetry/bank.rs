@@ -98,20 +98,18 @@ impl PhaseSymmetry {
         } = *parameters;
         let Sizes { rows, columns, .. } = sizes;
         if scales.len() > MAX_SCALES {
-            return Err(Error::Capacity {
-                name: "number of scales",
-                actual: scales.len(),
-                capacity: MAX_SCALES,
-            });
+            return Err(Error::capacity(
+                "number of scales",
+                scales.len(),
+                MAX_SCALES,
+            ));
         }
         at_least_one("number of scales", scales.len())?;
         at_least_one("strip height", sizes.strip)?;
         if !(threshold >= 0.0 && threshold.is_finite()) {
-            return Err(Error::Parameter {
-                name: "noise threshold",
-                value: threshold.into(),
-                expected: "a finite number of at least 0",
-            });
+            let expected = "a finite number of at least 0";
+            let value = threshold.into();
+            return Err(Error::parameter("noise threshold", value, expected));
         }
         let mut filled = [Scale::new(rows, columns, 0.5)?; MAX_SCALES];
         for (filled, &scale) in filled.iter_mut().zip(scales) {
@@ -129,11 +127,7 @@ impl PhaseSymmetry {
 
     /// Image size and strip height, at most the longer side.
     pub const fn sizes(&self) -> Sizes {
-        Sizes {
-            rows: self.rows,
-            columns: self.columns,
-            strip: self.strip,
-        }
+        Sizes::new(self.rows, self.columns, self.strip)
     }
 
     /// Number of filters: six per scale.
@@ -166,20 +160,18 @@ impl PhaseSymmetry {
         mut strips: impl Iterator<Item = Range<usize>>,
     ) -> Result<(), Error> {
         if filter >= self.filters() {
-            return Err(Error::Capacity {
-                name: "number of the filter",
-                actual: filter,
-                capacity: self.filters() - 1,
-            });
+            return Err(Error::capacity(
+                "number of the filter",
+                filter,
+                self.filters() - 1,
+            ));
         }
         if strips.any(|known| known == *strip) {
             return Ok(());
         }
-        Err(Error::Parameter {
-            name: "first line of a strip",
-            value: strip.start as f64,
-            expected: "one of the bank's strips",
-        })
+        let expected = "one of the bank's strips";
+        let value = strip.start as f64;
+        Err(Error::parameter("first line of a strip", value, expected))
     }
 }
 
@@ -197,11 +189,7 @@ mod tests {
     #[test]
     fn steps_that_the_bank_does_not_have_are_refused() {
         let bank = PhaseSymmetry::new(&Parameters {
-            sizes: Sizes {
-                rows: 64,
-                columns: 128,
-                strip: 48,
-            },
+            sizes: Sizes::new(64, 128, 48),
             scales: &[0.1, 0.2],
             threshold: 3.0,
         })
@@ -214,11 +202,7 @@ mod tests {
             assert_eq!(columns(filter, 48..65), Ok(()));
         }
         for filter in [12, usize::MAX] {
-            let refused = Err(Error::Capacity {
-                name: "number of the filter",
-                actual: filter,
-                capacity: 11,
-            });
+            let refused = Err(Error::capacity("number of the filter", filter, 11));
             assert_eq!(rows(filter, 0..48), refused);
             assert_eq!(columns(filter, 0..48), refused);
         }

@@ -8,7 +8,7 @@ use super::lines::{in_groups, load_complex, parts, store_partial};
 use super::memory::StripSlices;
 use super::strip::Kernels;
 use crate::Error;
-use crate::simd::{MOST_LANES, Vector, get, transpose};
+use crate::simd::{MOST_LANES, Vector, get, transpose, vectorize};
 use core::hint::cold_path;
 use core::ops::Range;
 use num_complex::Complex;
@@ -44,14 +44,11 @@ impl PhaseSymmetry {
         let strip = strip.get_mut(..2 * self.rows * columns.len());
         let strip = view_or_read(spectrum, offset, strip.ok_or(Error::Memory)?)?;
         for mirrored in [false, true] {
-            let half = Half::new(self, filter, &columns, mirrored, strip);
+            let half = HalfSpectrum::new(self, filter, &columns, mirrored, strip);
             if half.wanted.is_empty() {
                 continue;
             }
-            zero.vectorize(
-                #[inline(always)]
-                || half.filter(kernels, line, gains, sums),
-            );
+            vectorize!(zero, half.filter(kernels, line, gains, sums));
             for rows in self.row_strips() {
                 let [from, to] = [rows.start, rows.end].map(|row| 2 * row * half.wanted.len());
                 let first = self.offset(half.wanted.start, mirrored);
@@ -85,7 +82,7 @@ impl PhaseSymmetry {
 }
 
 /// The columns of a strip of the half spectrum, or their mirror images.
-struct Half<'a> {
+struct HalfSpectrum<'a> {
     bank: &'a PhaseSymmetry,
     filter: usize,
     /// The strip.
@@ -97,7 +94,7 @@ struct Half<'a> {
     spectrum: &'a [f32],
 }
 
-impl<'a> Half<'a> {
+impl<'a> HalfSpectrum<'a> {
     fn new(
         bank: &'a PhaseSymmetry,
         filter: usize,
@@ -110,7 +107,7 @@ impl<'a> Half<'a> {
         } else {
             columns.clone()
         };
-        Half {
+        HalfSpectrum {
             bank,
             filter,
             columns,

@@ -28,11 +28,8 @@ pub fn scale_for_display(map: &mut [f32]) -> Result<(), Error> {
             });
         }
         if value < 0.0 {
-            return Err(Error::Parameter {
-                name: "phase symmetry",
-                value: value.into(),
-                expected: "at least 0",
-            });
+            let expected = "at least 0";
+            return Err(Error::parameter("phase symmetry", value.into(), expected));
         }
         if value > largest {
             largest = value;

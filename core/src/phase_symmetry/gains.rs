@@ -189,11 +189,11 @@ impl<V: Vector, M: AsRef<[f32]>> Gains<V> for GainTables<M> {
         if of(&self.bank) == of(bank) {
             return Ok(());
         }
-        Err(Error::Parameter {
-            name: "number of scales of the gain tables",
-            value: self.bank.scale_count as f64,
-            expected: "tables made for this image size, these scales and this strip height",
-        })
+        Err(Error::parameter(
+            "number of scales of the gain tables",
+            self.bank.scale_count as f64,
+            "tables made for this image size, these scales and this strip height",
+        ))
     }
 
     #[inline(always)]
@@ -358,11 +358,7 @@ mod tests {
 
     fn both_kinds<V: Vector>(zero: V) {
         let bank = PhaseSymmetry::new(&Parameters {
-            sizes: Sizes {
-                rows: 64,
-                columns: 64,
-                strip: 11,
-            },
+            sizes: Sizes::new(64, 64, 11),
             scales: &[0.1, 0.25],
             threshold: 0.0,
         })
@@ -379,18 +375,8 @@ mod tests {
     fn a_lane_has_the_gains_of_its_column() {
         both_kinds(0.0f32);
         #[cfg(feature = "simd")]
-        {
-            use crate::simd::{InstructionSet, Task};
-            struct All;
-            impl Task for All {
-                type Output = ();
-                fn run<V: Vector>(self, zero: V) {
-                    both_kinds(zero);
-                }
-            }
-            for set in InstructionSet::available() {
-                set.dispatch(All);
-            }
+        for set in crate::simd::InstructionSet::available() {
+            crate::dispatch!(set, zero => both_kinds(zero));
         }
     }
 }

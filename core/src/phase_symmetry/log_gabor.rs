@@ -133,19 +133,13 @@ impl Scale {
     pub(super) fn new(rows: usize, columns: usize, r0: f64) -> Result<Self, Error> {
         for (name, side) in [("image rows", rows), ("image columns", columns)] {
             if !is_supported(side) {
-                return Err(Error::Parameter {
-                    name,
-                    value: side as f64,
-                    expected: "a power of two: 64, 128, 256, 512 or 1024",
-                });
+                let expected = "a power of two: 64, 128, 256, 512 or 1024";
+                return Err(Error::parameter(name, side as f64, expected));
             }
         }
         if !(1.0 / 1024.0..=0.5).contains(&r0) {
-            return Err(Error::Parameter {
-                name: "scale in cycles per pixel",
-                value: r0,
-                expected: "from 2^-10 to 2^-1",
-            });
+            let expected = "from 2^-10 to 2^-1";
+            return Err(Error::parameter("scale in cycles per pixel", r0, expected));
         }
         let longest = rows.max(columns);
         let radius = r0 * longest as f64;

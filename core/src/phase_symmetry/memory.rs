@@ -33,6 +33,15 @@ pub struct Sizes {
 }
 
 impl Sizes {
+    /// An image of `rows` × `columns` pixels, in strips of `strip` rows or columns.
+    pub const fn new(rows: usize, columns: usize, strip: usize) -> Self {
+        Sizes {
+            rows,
+            columns,
+            strip,
+        }
+    }
+
     /// Fast memory for one line at a time, for [`StripSlices::new`].
     ///
     /// `4·S·N + N` real numbers and N complex ones, 16·S·N + 12·N bytes, with N the longer side and S the strip
@@ -49,10 +58,7 @@ impl Sizes {
     /// 512.
     pub const fn need(&self) -> Need {
         let strips = Need::real(self.strip_len()).and(Need::real(self.sums_len()));
-        strips.and(Need {
-            real: self.gains_len(),
-            complex: self.line_len(),
-        })
+        strips.and(Need::new(self.gains_len(), self.line_len()))
     }
 
     /// Length of [`StripSlices::strip`]: `2·S·N` numbers.

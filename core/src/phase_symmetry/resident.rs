@@ -24,10 +24,7 @@ impl Sizes {
     pub const fn map_need(&self) -> Need {
         let images = self.filtered_len().saturating_add(self.amplitude_len());
         let whole = Need::real(self.spectrum_len()).and(Need::real(images));
-        whole.and(Need {
-            real: self.gains_len(),
-            complex: self.line_len(),
-        })
+        whole.and(Need::new(self.gains_len(), self.line_len()))
     }
 }
 

@@ -8,7 +8,7 @@ use super::lines::{add_partial, in_groups, load_complex, parts};
 use super::memory::StripSlices;
 use super::strip::Kernels;
 use crate::Error;
-use crate::simd::Vector;
+use crate::simd::{Vector, vectorize};
 use core::ops::Range;
 use num_complex::Complex;
 
@@ -88,10 +88,7 @@ impl PhaseSymmetry {
             return;
         };
         let vector = bin.re;
-        vector.vectorize(
-            #[inline(always)]
-            || self.add_strip(fft, strip, line, sums),
-        );
+        vectorize!(vector, self.add_strip(fft, strip, line, sums));
     }
 
     #[inline(always)]

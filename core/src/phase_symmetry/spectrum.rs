@@ -8,7 +8,7 @@ use super::lines::{in_groups, load_partial, store_partial};
 use super::memory::StripSlices;
 use super::strip::Kernels;
 use crate::Error;
-use crate::simd::{Vector, get};
+use crate::simd::{Vector, get, vectorize};
 use core::hint::cold_path;
 use num_complex::Complex;
 
@@ -57,10 +57,7 @@ impl PhaseSymmetry {
             let strip = strip.ok_or(Error::Memory)?;
             let line = memory.line.get_mut(..columns).ok_or(Error::Memory)?;
             let zero = line.first().ok_or(Error::Memory)?.re.zero();
-            zero.vectorize(
-                #[inline(always)]
-                || self.transform_strip_of_rows(fft, pixels, line, strip),
-            );
+            vectorize!(zero, self.transform_strip_of_rows(fft, pixels, line, strip));
             for columns in self.column_strips() {
                 let tile = strip.get(2 * height * columns.start..2 * height * columns.end);
                 let offset = self.rows * columns.start + rows.start * columns.len();
@@ -140,9 +137,9 @@ impl PhaseSymmetry {
             let strip = strip.ok_or(Error::Memory)?;
             spectrum.read_at(offset, strip)?;
             let line = memory.line.get_mut(..self.rows).ok_or(Error::Memory)?;
-            zero.vectorize(
-                #[inline(always)]
-                || transform_strip_of_columns(zero, fft, strip, width, line),
+            vectorize!(
+                zero,
+                transform_strip_of_columns(zero, fft, strip, width, line)
             );
             spectrum.write_at(offset, strip)?;
         }
@@ -188,11 +185,8 @@ pub(super) fn check_pixels(pixels: &[f32], offset: usize) -> Result<(), Error> {
             });
         }
         if pixel.abs() > MAX_PIXEL {
-            return Err(Error::Parameter {
-                name: "image pixel",
-                value: pixel.into(),
-                expected: "a magnitude of at most 1e12",
-            });
+            let expected = "a magnitude of at most 1e12";
+            return Err(Error::parameter("image pixel", pixel.into(), expected));
         }
     }
     Ok(())

@@ -28,6 +28,13 @@ pub struct Kernels<'a, F, G> {
     pub gains: &'a G,
 }
 
+impl<'a, F, G> Kernels<'a, F, G> {
+    /// A transform with gains.
+    pub const fn new(fft: &'a F, gains: &'a G) -> Self {
+        Kernels { fft, gains }
+    }
+}
+
 impl PhaseSymmetry {
     /// Computes the map `PS`, in `[0, 1)`, into [`External::symmetry`].
     ///
@@ -83,20 +90,12 @@ impl PhaseSymmetry {
             ("gain buffer", sizes.gains_len(), memory.gains.len()),
         ] {
             if actual > capacity {
-                return Err(Error::Capacity {
-                    name,
-                    actual,
-                    capacity,
-                });
+                return Err(Error::capacity(name, actual, capacity));
             }
         }
         match memory.gains.first() {
             Some(gain) => Ok(gain.zero()),
-            None => Err(Error::Capacity {
-                name: "gain buffer",
-                actual: sizes.gains_len(),
-                capacity: 0,
-            }),
+            None => Err(Error::capacity("gain buffer", sizes.gains_len(), 0)),
         }
     }
 }
@@ -161,10 +160,9 @@ mod tests {
             gains: &LogGabor::fixed(),
         };
         let need = sizes.need();
-        let scratch = Scratch {
-            real: &mut std::vec![0.0; need.real],
-            complex: &mut std::vec![Complex::ZERO; need.complex],
-        };
+        let mut real = std::vec![0.0; need.real];
+        let mut complex = std::vec![Complex::ZERO; need.complex];
+        let scratch = Scratch::new(&mut real, &mut complex);
         let mut memory = StripSlices::new(sizes, scratch).unwrap();
         let mut heard = Vec::new();
         let mut progress = |done| heard.push(done);

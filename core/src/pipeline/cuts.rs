@@ -65,10 +65,7 @@ mod tests {
     #[test]
     fn lines_are_cut_at_blocks_from_where_the_active_set_changed() {
         let samples = 100;
-        let active = |sample: usize| Active {
-            first: 0,
-            count: [3, 4, 9, 9][sample / 30],
-        };
+        let active = |sample: usize| Active::new(0, [3, 4, 9, 9][sample / 30]);
         for half_window in [0, 1, 5, 10] {
             let window = 2 * half_window + 1;
             for block in (window..=2 * samples).step_by(crate::step(41)) {

@@ -48,13 +48,7 @@ impl DepthGate {
     /// [`Error::Parameter`] for a depth that is not finite, an end that is not below the start, and a gate without
     /// a sample of the line.
     pub fn samples(&self, depths: &Axis) -> Result<Range<usize>, Error> {
-        let refused = |name, value, expected| {
-            Err(Error::Parameter {
-                name,
-                value,
-                expected,
-            })
-        };
+        let refused = |name, value, expected| Err(Error::parameter(name, value, expected));
         if !self.from.is_finite() {
             return refused("depth gate's start", self.from, "a depth in metres");
         }
@@ -81,11 +75,7 @@ impl DepthGate {
 mod tests {
     use super::*;
 
-    const DEPTHS: Axis = Axis {
-        first: 5e-3,
-        step: 38.5e-6,
-        count: 300,
-    };
+    const DEPTHS: Axis = Axis::new(5e-3, 38.5e-6, 300);
 
     fn samples(from: f64, to: f64) -> Result<Range<usize>, Error> {
         DepthGate { from, to }.samples(&DEPTHS)

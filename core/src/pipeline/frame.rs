@@ -2,13 +2,13 @@
 
 use super::coherence_map::{CoherenceMap, CoherenceRow};
 use super::output::Output;
-use super::{LinePipeline, Parts, Pipeline};
+use super::{FrameLayout, LinePipeline, Pipeline};
 
 use crate::beamform::{SUB_LINES, Sizes, View, Workspace, with_view};
 use crate::covariance::{Averaging, ForwardBackward};
 #[cfg(feature = "forward")]
 use crate::covariance::{Covariance, Forward};
-use crate::delay::{Delay, Stage};
+use crate::delay::{Delay, Record, Stage};
 use crate::error::check_length;
 use crate::geometry::{ApertureTable, Steering, SteeringTable, Transmit};
 use crate::image::{Pooling, largest};
@@ -24,40 +24,14 @@ use crate::{Complex, Error};
 /// RF or I/Q enters line by line. One output is computed at a time, as on a microcontroller.
 ///
 /// ```
-/// # use bonebeam::beamform;
-/// # use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
 /// use bonebeam::Complex;
 /// use bonebeam::delay::Record;
 /// use bonebeam::geometry::{Transmit, TransmitLaw};
 /// use bonebeam::memory::Scratch;
 /// use bonebeam::pipeline::{Frame, Parameters, Pipeline};
 ///
-/// # let parameters = Parameters {
-/// #     scan: ScanParameters {
-/// #         array: Array::linear(16, 0.3e-3),
-/// #         lines: Lines::Even(Axis::centred(64, 0.1e-3)),
-/// #         sound_speed: 1540.0,
-/// #         centre_frequency: 5e6,
-/// #         sampling_rate: 20e6,
-/// #         record_samples: 512,
-/// #         output_rate: 20e6,
-/// #         start: Depth::Metres(4e-3),
-/// #         end: Depth::Metres(12e-3),
-/// #         f_number: 1.5,
-/// #         min_elements: 8,
-/// #     },
-/// #     beamformer: beamform::Parameters::DEFAULT,
-/// #     rows: 64,
-/// #     columns: 64,
-/// #     dynamic_range: 50.0,
-/// #     median: true,
-/// #     scales: &[0.125],
-/// #     threshold: 10.0,
-/// #     strip: 8,
-/// #     block: 32,
-/// # };
-/// let pipeline = Pipeline::new(parameters)?;
-/// let need = pipeline.need();
+/// let pipeline = Pipeline::new(Parameters::EXAMPLE)?;
+/// let need = pipeline.need(1);
 /// let mut real = vec![0.0; need.real];
 /// let mut complex = vec![Complex::new(0.0, 0.0); need.complex];
 /// let scratch = Scratch { real: &mut real, complex: &mut complex };
@@ -175,11 +149,8 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
     pub fn line<'r>(
         &mut self,
         line: usize,
-        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>), IntoIter: Clone>,
-    ) -> Result<&[Complex<f32>], Error>
-    where
-        D::Record<'r>: 'r,
-    {
+        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r Record<'r>), IntoIter: Clone>,
+    ) -> Result<&[Complex<f32>], Error> {
         self.line_by(self.pipeline.parts.beamformer, line, transmits)
     }
 
@@ -196,11 +167,8 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
         &mut self,
         sizes: Sizes,
         line: usize,
-        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>), IntoIter: Clone>,
-    ) -> Result<&[Complex<f32>], Error>
-    where
-        D::Record<'r>: 'r,
-    {
+        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r Record<'r>), IntoIter: Clone>,
+    ) -> Result<&[Complex<f32>], Error> {
         // Here, so that a constant covariance leaves the other's kernels out.
         match sizes.covariance {
             #[cfg(feature = "forward")]
@@ -214,11 +182,8 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
         &mut self,
         sizes: Sizes,
         line: usize,
-        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>), IntoIter: Clone>,
-    ) -> Result<&[Complex<f32>], Error>
-    where
-        D::Record<'r>: 'r,
-    {
+        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r Record<'r>), IntoIter: Clone>,
+    ) -> Result<&[Complex<f32>], Error> {
         let own = self.pipeline.parts.line;
         let beamform = |of: OfLine<'_, '_, D>, mut scratch: Scratch<'_>, z: &mut _| {
             let memory = scratch.take(own)?;
@@ -231,12 +196,10 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
 
     /// [`Frame::line`] by vectors, each lane a part of the depths.
     ///
-    /// The line has the same bits. The memory of the frame has [`Pipeline::need_over`] numbers; the workspace is
+    /// The line has the same bits. The memory of the frame has [`Pipeline::need`] numbers; the workspace is
     /// apart, with the shapes of [`Beamformer::sizes`] for the scan's elements.
     ///
     /// ```
-    /// # use bonebeam::beamform;
-    /// # use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
     /// use bonebeam::beamform::Workspace;
     /// use bonebeam::delay::Record;
     /// use bonebeam::geometry::{Transmit, TransmitLaw};
@@ -245,33 +208,9 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
     /// use bonebeam::simd::Vector;
     /// use bonebeam::{Complex, Error};
     ///
-    /// # let parameters = Parameters {
-    /// #     scan: ScanParameters {
-    /// #         array: Array::linear(16, 0.3e-3),
-    /// #         lines: Lines::Even(Axis::centred(64, 0.1e-3)),
-    /// #         sound_speed: 1540.0,
-    /// #         centre_frequency: 5e6,
-    /// #         sampling_rate: 20e6,
-    /// #         record_samples: 512,
-    /// #         output_rate: 20e6,
-    /// #         start: Depth::Metres(4e-3),
-    /// #         end: Depth::Metres(12e-3),
-    /// #         f_number: 1.5,
-    /// #         min_elements: 8,
-    /// #     },
-    /// #     beamformer: beamform::Parameters::DEFAULT,
-    /// #     rows: 64,
-    /// #     columns: 64,
-    /// #     dynamic_range: 50.0,
-    /// #     median: true,
-    /// #     scales: &[0.125],
-    /// #     threshold: 10.0,
-    /// #     strip: 8,
-    /// #     block: 32,
-    /// # };
-    /// /// By the vectors of `zero`: see `InstructionSet::dispatch`.
+    /// /// By the vectors of `zero`: see `dispatch!`.
     /// fn top_left<V: Vector>(zero: V, pipeline: &Pipeline) -> Result<f32, Error> {
-    ///     let need = pipeline.need_over(V::LANES);
+    ///     let need = pipeline.need(V::LANES);
     ///     let (mut real, mut complex) = (vec![0.0; need.real], vec![Complex::ZERO; need.complex]);
     ///     let scratch = Scratch { real: &mut real, complex: &mut complex };
     ///     let mut frame = Frame::new(pipeline, scratch)?;
@@ -292,7 +231,7 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
     ///     Ok(frame.image()?[0])
     /// }
     ///
-    /// assert_eq!(top_left(0.0f32, &Pipeline::new(parameters)?)?, 0.0);
+    /// assert_eq!(top_left(0.0f32, &Pipeline::new(Parameters::EXAMPLE)?)?, 0.0);
     /// # Ok::<(), Error>(())
     /// ```
     ///
@@ -304,11 +243,8 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
         &mut self,
         workspace: &mut Workspace<'_, V>,
         line: usize,
-        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>), IntoIter: Clone>,
-    ) -> Result<&[Complex<f32>], Error>
-    where
-        D::Record<'r>: 'r,
-    {
+        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r Record<'r>), IntoIter: Clone>,
+    ) -> Result<&[Complex<f32>], Error> {
         let sizes = workspace.sizes();
         with_view!(workspace, view => {
             let beamform = |of: OfLine<'_, '_, D>, scratch: Scratch<'_>, z: &mut _| {
@@ -325,7 +261,7 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
         line: usize,
         beamform: impl FnOnce(OfLine<'_, '_, D>, Scratch<'_>, &mut [Complex<f32>]) -> Result<(), Error>,
     ) -> Result<&[Complex<f32>], Error> {
-        let Parts {
+        let FrameLayout {
             samples,
             line_samples,
             interpolation,
@@ -334,11 +270,7 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
         } = self.pipeline.parts;
         let lines = self.pipeline.lines().scan().lines();
         let Some(envelopes) = self.envelopes.chunks_exact_mut(samples.max(1)).nth(line) else {
-            return Err(Error::Capacity {
-                name: "line",
-                actual: line,
-                capacity: lines.saturating_sub(1),
-            });
+            return Err(Error::capacity("line", line, lines.saturating_sub(1)));
         };
         let mut scratch = self.scratch.reborrow();
         let z = split_front(&mut scratch.complex, line_samples.saturating_mul(sub_lines));
@@ -460,14 +392,11 @@ impl<D: Stage> OfLine<'_, '_, D> {
     #[inline(always)]
     fn beamform<'r, A: Averaging<V>, V: Vector>(
         self,
-        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>), IntoIter: Clone>,
+        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r Record<'r>), IntoIter: Clone>,
         memory: Scratch<'_>,
         by: (&mut View<'_, A, V>, Sizes),
         z: &mut [Complex<f32>],
-    ) -> Result<(), Error>
-    where
-        D::Record<'r>: 'r,
-    {
+    ) -> Result<(), Error> {
         let centre = ApertureTable::centre(self.lines.scan(), self.line);
         let active = |sample| self.apertures.active(centre, sample);
         let output = Output {

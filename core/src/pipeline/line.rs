@@ -10,7 +10,8 @@ use crate::beamform::{
 use crate::covariance::Averaging;
 use crate::delay::stage::{Outputs, Rest};
 use crate::delay::{
-    Compounding, Delay, DelayParameters, IqDelay, IqInterpolation, IqParameters, ScanLine, Stage,
+    Compounding, Delay, DelayParameters, IqDelay, IqInterpolation, IqParameters, Record, ScanLine,
+    Stage,
 };
 use crate::error::{check_length, none};
 use crate::geometry::{Active, DepthStep, Scan, Steering, Transmit};
@@ -27,29 +28,18 @@ use core::ops::Range;
 /// that beamform many lines at once ([`Beamformer::segments`]).
 ///
 /// ```
-/// # use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
+/// # use bonebeam::geometry::ScanParameters;
 /// use bonebeam::Complex;
 /// use bonebeam::beamform::Parameters;
 /// use bonebeam::delay::Record;
 /// use bonebeam::geometry::{Scan, Transmit, TransmitLaw};
 /// use bonebeam::pipeline::{Block, LinePipeline};
 ///
-/// # const PARAMETERS: ScanParameters = ScanParameters {
-/// #     array: Array::linear(16, 0.3e-3),
-/// #     lines: Lines::Even(Axis::centred(64, 0.1e-3)),
-/// #     sound_speed: 1540.0,
-/// #     centre_frequency: 5e6,
-/// #     sampling_rate: 20e6,
-/// #     record_samples: 512,
-/// #     output_rate: 20e6,
-/// #     start: Depth::Metres(4e-3),
-/// #     end: Depth::Metres(12e-3),
-/// #     f_number: 1.5,
-/// #     min_elements: 8,
-/// # };
+/// # const PARAMETERS: ScanParameters = ScanParameters::EXAMPLE;
 /// let lines = LinePipeline::new(Scan::new(PARAMETERS)?, Parameters::DEFAULT)?;
-/// let mut scratch = vec![0.0; lines.align_need(1).real];
-/// let mut aligned = vec![Complex::new(0.0, 0.0); lines.aligned_len()];
+/// let need = lines.need(1, usize::MAX);
+/// let mut scratch = vec![0.0; need.real];
+/// let mut aligned = vec![Complex::new(0.0, 0.0); need.complex];
 /// let rf = vec![0.0; 16 * 512];
 /// let record = Record::new(&rf, 16)?;
 /// // Two plane waves, compounded.
@@ -85,12 +75,8 @@ impl<'a> LinePipeline<'a> {
     /// # Errors
     /// As [`Delay::new`] and [`Beamformer::new`].
     pub fn new(scan: Scan<'a>, beamformer: Parameters) -> Result<Self, Error> {
-        Ok(LinePipeline {
-            delay: Delay::new(DelayParameters::of(&scan))?,
-            beamformer: Beamformer::new(beamformer)?,
-            adaptive: 0..scan.samples(),
-            scan,
-        })
+        let delay = Delay::new(DelayParameters::of(&scan))?;
+        Self::of(delay, scan, beamformer)
     }
 }
 
@@ -120,19 +106,10 @@ impl<'a> LinePipeline<'a, &'a Delay> {
         for ((name, value), (_, expected)) in numbers(p).into_iter().zip(numbers(&expected)) {
             if value != expected {
                 let expected = "that of the scan";
-                return Err(Error::Parameter {
-                    name,
-                    value,
-                    expected,
-                });
+                return Err(Error::parameter(name, value, expected));
             }
         }
-        Ok(LinePipeline {
-            delay,
-            beamformer: Beamformer::new(beamformer)?,
-            adaptive: 0..scan.samples(),
-            scan,
-        })
+        Self::of(delay, scan, beamformer)
     }
 }
 
@@ -144,19 +121,24 @@ impl<'a> LinePipeline<'a, IqDelay> {
     pub fn of_iq(scan: Scan<'a>, iq: IqInput, beamformer: Parameters) -> Result<Self, Error> {
         let parameters = IqParameters::of(&scan, iq.demodulation_frequency);
         let interpolation = iq.interpolation.unwrap_or(parameters.interpolation);
+        let delay = IqDelay::new(IqParameters {
+            interpolation,
+            ..parameters
+        })?;
+        Self::of(delay, scan, beamformer)
+    }
+}
+
+impl<'a, D: Stage> LinePipeline<'a, D> {
+    fn of(delay: D, scan: Scan<'a>, beamformer: Parameters) -> Result<Self, Error> {
         Ok(LinePipeline {
-            delay: IqDelay::new(IqParameters {
-                interpolation,
-                ..parameters
-            })?,
+            delay,
             beamformer: Beamformer::new(beamformer)?,
             adaptive: 0..scan.samples(),
             scan,
         })
     }
-}
 
-impl<'a, D: Stage> LinePipeline<'a, D> {
     /// The same lines, with the beamformer within `gate` only, and DAS elsewhere.
     ///
     /// # Errors
@@ -198,19 +180,9 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         &self.beamformer
     }
 
-    /// Scratch of the delay stage for whole lines and vectors of `lanes` lanes.
-    pub fn align_need(&self, lanes: usize) -> Need {
-        self.delay.need(lanes, self.scan.samples())
-    }
-
     /// Number of computed samples of a line, with its [depth step](Parameters::depth_step).
     pub fn line_samples(&self) -> usize {
         self.beamformer.line_samples(self.scan.samples())
-    }
-
-    /// Length of a line's aligned samples, `[sample][element]`.
-    pub fn aligned_len(&self) -> usize {
-        self.scan.samples() * self.scan.elements()
     }
 
     /// Memory for lines in blocks of `block` samples, by vectors of `lanes`.
@@ -220,10 +192,9 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
     pub fn need(&self, lanes: usize, block: usize) -> Need {
         let half_window = self.beamformer.parameters().temporal_half_window;
         let buffered = buffered(self.scan.samples(), half_window, block);
-        self.delay.need(lanes, buffered).and(Need {
-            real: 0,
-            complex: buffered * self.scan.elements(),
-        })
+        self.delay
+            .need(lanes, buffered)
+            .and(Need::new(0, buffered * self.scan.elements()))
     }
 
     /// Computes aligned analytic samples of a line, `[sample][element]`.
@@ -234,7 +205,7 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
     /// line.
     ///
     /// `zero`: any vector of the instruction set to compute with. `scratch`:
-    /// [`LinePipeline::align_need`] values at least, contents irrelevant.
+    /// the real numbers of [`LinePipeline::need`] at least, contents irrelevant.
     ///
     /// # Errors
     /// [`Error::Parameter`] for no transmits; [`Error::Capacity`] for a block that ends behind the line; as
@@ -243,13 +214,10 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         &self,
         zero: V,
         block: Block,
-        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>)>,
+        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r Record<'r>)>,
         scratch: &mut [f32],
         out: &'x mut [Complex<f32>],
-    ) -> Result<AlignedLine<'x>, Error>
-    where
-        D::Record<'r>: 'r,
-    {
+    ) -> Result<AlignedLine<'x>, Error> {
         let Some(elements) = NonZeroUsize::new(self.scan.elements()) else {
             return Err(none("elements"));
         };
@@ -280,22 +248,15 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         &self,
         zero: V,
         (block, step, rest): (Block, DepthStep, Rest),
-        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>)>,
+        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r Record<'r>)>,
         scratch: &mut [f32],
         out: &mut [Complex<f32>],
-    ) -> Result<f32, Error>
-    where
-        D::Record<'r>: 'r,
-    {
+    ) -> Result<f32, Error> {
         let samples = out.len() / self.scan.elements().max(1);
         let actual = scratch.len();
         let expected = self.delay.need(V::LANES, samples).real;
         let Some(scratch) = scratch.get_mut(..expected) else {
-            return Err(Error::Length {
-                name: "scratch",
-                actual,
-                expected,
-            });
+            return Err(Error::length("scratch", actual, expected));
         };
         let mut count = 0;
         let mut largest = 0.0;
@@ -319,7 +280,7 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
             };
             self.delay
                 .block_of(zero, &line, record, wanted, scratch, out)?;
-            let of_record = D::largest(record);
+            let of_record = record.largest_aligned();
             if of_record > largest {
                 largest = of_record;
             }
@@ -353,14 +314,11 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
     pub fn line<'r, V: Vector>(
         &self,
         line: usize,
-        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>), IntoIter: Clone>,
+        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r Record<'r>), IntoIter: Clone>,
         scratch: Scratch<'_>,
         workspace: &mut Workspace<'_, V>,
         z: &mut [Complex<f32>],
-    ) -> Result<(), Error>
-    where
-        D::Record<'r>: 'r,
-    {
+    ) -> Result<(), Error> {
         let active = |sample| self.scan.active(line, sample);
         let output = Output::new(None, z);
         self.line_with(line, transmits, scratch, workspace, (active, output))
@@ -375,14 +333,11 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
     pub fn sub_lines<'r, V: Vector>(
         &self,
         line: usize,
-        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>), IntoIter: Clone>,
+        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r Record<'r>), IntoIter: Clone>,
         scratch: Scratch<'_>,
         workspace: &mut Workspace<'_, V>,
         (steering, z): (Steering<'_>, &mut [Complex<f32>]),
-    ) -> Result<(), Error>
-    where
-        D::Record<'r>: 'r,
-    {
+    ) -> Result<(), Error> {
         let active = |sample| self.scan.active(line, sample);
         let output = Output::new(Some(steering), z);
         self.line_with(line, transmits, scratch, workspace, (active, output))
@@ -393,14 +348,11 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
     fn line_with<'r, V: Vector>(
         &self,
         line: usize,
-        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>), IntoIter: Clone>,
+        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r Record<'r>), IntoIter: Clone>,
         scratch: Scratch<'_>,
         workspace: &mut Workspace<'_, V>,
         by: (impl Fn(usize) -> Active, Output<'_>),
-    ) -> Result<(), Error>
-    where
-        D::Record<'r>: 'r,
-    {
+    ) -> Result<(), Error> {
         let sizes = workspace.sizes();
         with_view!(workspace, view => self.blocks(line, transmits, scratch, (view, sizes), by))
     }
@@ -409,14 +361,11 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
     pub(super) fn blocks<'r, A: Averaging<V>, V: Vector>(
         &self,
         line: usize,
-        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>), IntoIter: Clone>,
+        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r Record<'r>), IntoIter: Clone>,
         scratch: Scratch<'_>,
         (view, sizes): (&mut View<'_, A, V>, Sizes),
         (active, output): (impl Fn(usize) -> Active, Output<'_>),
-    ) -> Result<(), Error>
-    where
-        D::Record<'r>: 'r,
-    {
+    ) -> Result<(), Error> {
         let samples = self.scan.samples();
         let Output {
             steering,
@@ -504,11 +453,11 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         }
         let fewest = buffered(samples, half_window, 0);
         if capacity < fewest {
-            return Err(Error::Length {
-                name: "memory for aligned samples",
-                actual: aligned,
-                expected: fewest * elements.get(),
-            });
+            return Err(Error::length(
+                "memory for aligned samples",
+                aligned,
+                fewest * elements.get(),
+            ));
         }
         Ok(capacity - 2 * half_window)
     }

@@ -1,9 +1,10 @@
 //! Memory of a frame.
 
-use super::{Parameters, coherence_map, even};
+use super::{Input, Parameters, coherence_map, even};
 use crate::Error;
 use crate::beamform::{self, ShortLagCoherence};
 use crate::delay::{DelayParameters, IqParameters};
+use crate::error::attempt;
 use crate::geometry::{Scan, SteeringTable};
 use crate::image::DepthInterpolation;
 use crate::memory::Need;
@@ -13,7 +14,7 @@ use crate::surface::{self, Settings};
 /// Division of a frame's memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub(crate) struct Parts {
+pub(crate) struct FrameLayout {
     /// Samples of a line.
     pub(super) samples: usize,
     /// Samples that its beamformer computes.
@@ -37,43 +38,14 @@ pub(crate) struct Parts {
 }
 
 impl Parameters<'_> {
-    /// Memory of a [`Frame`](super::Frame) of RF, for a `static`:
+    /// Memory of a [`Frame`](super::Frame) with lines by vectors of `lanes` lanes, for a `static`:
     ///
     /// ```
-    /// # use bonebeam::beamform;
-    /// # use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
     /// use bonebeam::memory::{Memory, Need};
-    /// use bonebeam::pipeline::Parameters;
+    /// use bonebeam::pipeline::{Input, Parameters};
     ///
-    /// const PARAMETERS: Parameters = Parameters {
-    ///     // …
-    /// #   scan: ScanParameters {
-    /// #       array: Array::Linear { elements: 16, pitch: 0.3e-3 },
-    /// #       lines: Lines::Even(Axis::centred(64, 0.1e-3)),
-    /// #       sound_speed: 1540.0,
-    /// #       centre_frequency: 5e6,
-    /// #       sampling_rate: 20e6,
-    /// #       record_samples: 512,
-    /// #       output_rate: 20e6,
-    /// #       start: Depth::Metres(4e-3),
-    /// #       end: Depth::Metres(12e-3),
-    /// #       f_number: 1.5,
-    /// #       min_elements: 8,
-    /// #   },
-    /// #   beamformer: beamform::Parameters {
-    /// #       temporal_half_window: 1,
-    /// #       ..beamform::Parameters::DEFAULT
-    /// #   },
-    /// #   rows: 64,
-    /// #   columns: 64,
-    /// #   dynamic_range: 50.0,
-    /// #   median: true,
-    /// #   scales: &[0.125],
-    /// #   threshold: 10.0,
-    /// #   strip: 8,
-    /// #   block: usize::MAX,
-    /// };
-    /// const NEED: Need = match PARAMETERS.need() {
+    /// const PARAMETERS: Parameters = Parameters::EXAMPLE;
+    /// const NEED: Need = match PARAMETERS.need(Input::Rf, 1) {
     ///     Ok(need) => need,
     ///     Err(_) => panic!("the scan is not valid"),
     /// };
@@ -81,80 +53,27 @@ impl Parameters<'_> {
     /// ```
     ///
     /// # Errors
-    /// As [`Scan::new`].
-    pub const fn need(&self) -> Result<Need, Error> {
-        match self.parts() {
-            Ok(parts) => Ok(parts.need()),
-            Err(error) => Err(error),
-        }
-    }
-
-    /// Memory of a frame of I/Q.
-    ///
-    /// # Errors
-    /// As [`Scan::of_iq`].
-    pub const fn need_of_iq(&self) -> Result<Need, Error> {
-        match self.parts_of_iq() {
-            Ok(parts) => Ok(parts.need()),
-            Err(error) => Err(error),
-        }
-    }
-
-    /// Memory of a frame of RF with lines by vectors, for a `static`.
-    ///
-    /// The vectors have `lanes` lanes: see [`Pipeline::need_over`].
-    ///
-    /// # Errors
-    /// As [`Scan::new`].
-    ///
-    /// [`Pipeline::need_over`]: super::Pipeline::need_over
-    pub const fn need_over(&self, lanes: usize) -> Result<Need, Error> {
-        match (self.parts(), self.parts_over(lanes)) {
-            (Ok(parts), Ok(over)) => Ok(parts.need_over(over.line)),
-            (Err(error), _) | (_, Err(error)) => Err(error),
-        }
-    }
-
-    /// [`Parameters::need_over`] of a frame of I/Q.
-    ///
-    /// # Errors
-    /// As [`Scan::of_iq`].
-    pub const fn need_over_of_iq(&self, lanes: usize) -> Result<Need, Error> {
-        match (self.parts_of_iq(), self.parts_of_iq_over(lanes)) {
-            (Ok(parts), Ok(over)) => Ok(parts.need_over(over.line)),
-            (Err(error), _) | (_, Err(error)) => Err(error),
-        }
-    }
-
-    pub(super) const fn parts(&self) -> Result<Parts, Error> {
-        self.parts_over(1)
-    }
-
-    pub(super) const fn parts_of_iq(&self) -> Result<Parts, Error> {
-        self.parts_of_iq_over(1)
+    /// As [`Scan::new`], and for I/Q as [`Scan::of_iq`].
+    pub const fn need(&self, input: Input, lanes: usize) -> Result<Need, Error> {
+        let parts = attempt!(self.parts(input, 1));
+        Ok(parts.need_over(attempt!(self.parts(input, lanes)).line))
     }
 
     /// The parts with the delay stage's memory for vectors.
-    const fn parts_over(&self, lanes: usize) -> Result<Parts, Error> {
-        match Scan::new(self.scan) {
-            Ok(scan) => {
-                let delay = DelayParameters::of(&scan);
-                let scratch = delay.block_need(lanes, self.buffered(&scan));
-                Ok(self.parts_of(&scan, scratch))
+    pub(super) const fn parts(&self, input: Input, lanes: usize) -> Result<FrameLayout, Error> {
+        let (scan, delay) = match input {
+            Input::Rf => {
+                let scan = attempt!(Scan::new(self.scan));
+                let samples = self.buffered(&scan);
+                (scan, DelayParameters::of(&scan).block_need(lanes, samples))
             }
-            Err(error) => Err(error),
-        }
-    }
-
-    const fn parts_of_iq_over(&self, lanes: usize) -> Result<Parts, Error> {
-        match Scan::of_iq(self.scan) {
-            Ok(scan) => {
+            Input::Iq => {
+                let scan = attempt!(Scan::of_iq(self.scan));
                 // The same for every frequency.
-                let scratch = IqParameters::of(&scan, 0.0).need(lanes);
-                Ok(self.parts_of(&scan, scratch))
+                (scan, IqParameters::of(&scan, 0.0).need(lanes))
             }
-            Err(error) => Err(error),
-        }
+        };
+        Ok(self.parts_of(&scan, delay))
     }
 
     /// Parameters of a surface [`Detector`](crate::surface::Detector) for these lines.
@@ -165,14 +84,8 @@ impl Parameters<'_> {
     /// As [`Scan::new`]; [`Error::Parameter`] for lines that are not evenly spaced.
     pub const fn surface(&self, settings: Settings) -> Result<surface::Parameters, Error> {
         // For I/Q the samples are at the same depths.
-        let scan = match Scan::of_iq(self.scan) {
-            Ok(scan) => scan,
-            Err(error) => return Err(error),
-        };
-        let lines = match even(&self.scan.lines) {
-            Ok(lines) => lines,
-            Err(error) => return Err(error),
-        };
+        let scan = attempt!(Scan::of_iq(self.scan));
+        let lines = attempt!(even(&self.scan.lines));
         Ok(surface::Parameters {
             samples: scan.depths(),
             spacing: lines.step,
@@ -189,10 +102,7 @@ impl Parameters<'_> {
     /// As [`Scan::new`].
     pub const fn coherence_len(&self, coherence: ShortLagCoherence) -> Result<usize, Error> {
         // A frame of RF has as many samples.
-        match self.parts_of_iq() {
-            Ok(parts) => Ok(parts.coherence_len(coherence)),
-            Err(error) => Err(error),
-        }
+        Ok(attempt!(self.parts(Input::Iq, 1)).coherence_len(coherence))
     }
 
     /// Aligned samples in memory at a time.
@@ -201,7 +111,7 @@ impl Parameters<'_> {
         buffered(scan.samples(), half_window, self.block)
     }
 
-    const fn parts_of(&self, scan: &Scan<'_>, delay: Need) -> Parts {
+    const fn parts_of(&self, scan: &Scan<'_>, delay: Need) -> FrameLayout {
         let elements = scan.elements();
         let envelopes = scan.lines().saturating_mul(scan.samples());
         let strips = self.strips();
@@ -211,17 +121,14 @@ impl Parameters<'_> {
         let interpolation = DepthInterpolation::need_of(line_samples, step, sub_lines);
         let steering = SteeringTable::need(scan.lines(), line_samples, sub_lines).complex;
         let before_median = if self.median { strips.image_len() } else { 0 };
-        Parts {
+        FrameLayout {
             samples: scan.samples(),
             line_samples,
             interpolation,
             sub_lines,
             steering: if sub_lines > 1 { steering } else { 0 },
             envelopes,
-            line: delay.and(Need {
-                real: 0,
-                complex: elements.saturating_mul(self.buffered(scan)),
-            }),
+            line: delay.and(Need::new(0, elements.saturating_mul(self.buffered(scan)))),
             beamformer: self.beamformer.sizes(elements),
             b_mode: envelopes.saturating_add(before_median),
             strips,
@@ -238,8 +145,8 @@ impl Parameters<'_> {
     }
 }
 
-impl Parts {
-    /// [`Parts::need`], or that of lines by vectors, whose workspace is apart.
+impl FrameLayout {
+    /// [`FrameLayout::need`], or that of lines by vectors, whose workspace is apart.
     pub(super) const fn need_over(self, line: Need) -> Need {
         let beamformer = beamform::Sizes {
             covariance: self.beamformer.covariance,
@@ -248,7 +155,7 @@ impl Parts {
             temporal_half_window: 0,
             sub_lines: 0,
         };
-        let of_lines = Parts {
+        let of_lines = FrameLayout {
             line,
             beamformer,
             ..self
@@ -260,14 +167,8 @@ impl Parts {
         // Apertures; envelopes, image and map, which pass from stage to stage.
         let images = self.strips.image_len().saturating_mul(2);
         let lines = self.envelopes.saturating_add(self.samples);
-        let kept = Need {
-            real: lines.saturating_add(images),
-            complex: self.steering,
-        };
-        let line = Need {
-            real: 0,
-            complex: self.line_samples.saturating_mul(self.sub_lines),
-        };
+        let kept = Need::new(lines.saturating_add(images), self.steering);
+        let line = Need::new(0, self.line_samples.saturating_mul(self.sub_lines));
         let beamformed = self.line.and(self.beamformer.need());
         let line = line.and(beamformed.or(self.interpolation));
         let work = line.or(Need::real(self.b_mode)).or(self.strips.map_need());

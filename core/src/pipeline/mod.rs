@@ -36,7 +36,7 @@ use crate::geometry::{Axis, Lines, Scan, ScanParameters};
 use crate::image::{BMode, BModeParameters, DepthInterpolation, Logarithm, PixelGrid};
 use crate::memory::Need;
 use crate::phase_symmetry::{self, PhaseSymmetry};
-pub(crate) use memory::Parts;
+pub(crate) use memory::FrameLayout;
 
 /// Parameters of a [`Pipeline`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,6 +69,32 @@ pub struct Parameters<'a> {
     ///
     /// At least the time window, at most the whole line. The number changes memory and time, never the line.
     pub block: usize,
+}
+
+impl Parameters<'_> {
+    /// A small pipeline for examples: [`ScanParameters::EXAMPLE`], an image of 64 × 64 pixels, one scale.
+    pub const EXAMPLE: Parameters<'static> = Parameters {
+        scan: ScanParameters::EXAMPLE,
+        beamformer: beamform::Parameters::DEFAULT,
+        rows: 64,
+        columns: 64,
+        dynamic_range: 50.0,
+        median: true,
+        scales: &[0.125],
+        threshold: 10.0,
+        strip: 8,
+        block: 64,
+    };
+}
+
+/// Kind of records.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Input {
+    /// RF.
+    Rf,
+    /// I/Q.
+    Iq,
 }
 
 /// The plan of all stages.
@@ -114,7 +140,7 @@ pub struct Pipeline<'a, D = Delay> {
     interpolation: DepthInterpolation,
     b_mode: BMode,
     phase_symmetry: PhaseSymmetry,
-    parts: Parts,
+    parts: FrameLayout,
     /// Samples of a line that are beamformed at a time.
     block: usize,
 }
@@ -129,7 +155,7 @@ impl<'a> Pipeline<'a> {
         let scan = Scan::new(parameters.scan)?;
         even(&parameters.scan.lines)?;
         let lines = LinePipeline::new(scan, parameters.beamformer)?;
-        Self::of_lines(lines, parameters, parameters.parts()?)
+        Self::of_lines(lines, parameters, parameters.parts(Input::Rf, 1)?)
     }
 }
 
@@ -139,37 +165,11 @@ impl<'a> Pipeline<'a, &'a Delay> {
     /// The filters of the stage are not computed again, and the plan is small.
     ///
     /// ```
-    /// # use bonebeam::beamform;
-    /// # use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
     /// use bonebeam::delay::{Delay, DelayParameters};
     /// use bonebeam::geometry::Scan;
     /// use bonebeam::pipeline::{Parameters, Pipeline};
     ///
-    /// const PARAMETERS: Parameters = Parameters {
-    ///     // …
-    /// #   scan: ScanParameters {
-    /// #       array: Array::Linear { elements: 16, pitch: 0.3e-3 },
-    /// #       lines: Lines::Even(Axis::centred(64, 0.1e-3)),
-    /// #       sound_speed: 1540.0,
-    /// #       centre_frequency: 5e6,
-    /// #       sampling_rate: 20e6,
-    /// #       record_samples: 512,
-    /// #       output_rate: 20e6,
-    /// #       start: Depth::Metres(4e-3),
-    /// #       end: Depth::Metres(12e-3),
-    /// #       f_number: 1.5,
-    /// #       min_elements: 8,
-    /// #   },
-    /// #   beamformer: beamform::Parameters::DEFAULT,
-    /// #   rows: 64,
-    /// #   columns: 64,
-    /// #   dynamic_range: 50.0,
-    /// #   median: true,
-    /// #   scales: &[0.125],
-    /// #   threshold: 10.0,
-    /// #   strip: 8,
-    /// #   block: 64,
-    /// };
+    /// const PARAMETERS: Parameters = Parameters::EXAMPLE;
     /// const SCAN: Scan = match Scan::new(PARAMETERS.scan) {
     ///     Ok(scan) => scan,
     ///     Err(_) => panic!("the scan is not valid"),
@@ -189,7 +189,7 @@ impl<'a> Pipeline<'a, &'a Delay> {
         let scan = Scan::new(parameters.scan)?;
         even(&parameters.scan.lines)?;
         let lines = LinePipeline::by(delay, scan, parameters.beamformer)?;
-        Self::of_lines(lines, parameters, parameters.parts()?)
+        Self::of_lines(lines, parameters, parameters.parts(Input::Rf, 1)?)
     }
 }
 
@@ -198,38 +198,22 @@ impl<'a> Pipeline<'a, IqDelay> {
     ///
     /// ```
     /// # use bonebeam::Error;
-    /// use bonebeam::beamform;
-    /// use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
-    /// use bonebeam::pipeline::{IqInput, Parameters, Pipeline};
+    /// use bonebeam::geometry::ScanParameters;
+    /// use bonebeam::pipeline::{Input, IqInput, Parameters, Pipeline};
     ///
     /// let parameters = Parameters {
     ///     scan: ScanParameters {
-    ///         array: Array::Linear { elements: 16, pitch: 0.3e-3 },
-    ///         lines: Lines::Even(Axis::centred(64, 0.1e-3)),
-    ///         sound_speed: 1540.0,
-    ///         centre_frequency: 5e6,
     ///         sampling_rate: 10e6,
     ///         record_samples: 256,
     ///         output_rate: 10e6,
-    ///         start: Depth::Metres(4e-3),
-    ///         end: Depth::Metres(12e-3),
-    ///         f_number: 1.5,
-    ///         min_elements: 8,
+    ///         ..ScanParameters::EXAMPLE
     ///     },
-    ///     beamformer: beamform::Parameters::default(),
-    ///     rows: 64,
-    ///     columns: 64,
-    ///     dynamic_range: 50.0,
-    ///     median: true,
-    ///     scales: &[0.125, 0.0625],
-    ///     threshold: 10.0,
-    ///     strip: 8,
-    ///     block: 32,
+    ///     ..Parameters::EXAMPLE
     /// };
     /// let iq = IqInput { demodulation_frequency: 5e6, interpolation: None };
     /// let pipeline = Pipeline::of_iq(parameters, iq)?;
     /// assert_eq!(pipeline.lines().scan().samples(), 104);
-    /// assert_eq!(pipeline.need(), parameters.need_of_iq()?);
+    /// assert_eq!(pipeline.need(1), parameters.need(Input::Iq, 1)?);
     /// # Ok::<(), Error>(())
     /// ```
     ///
@@ -239,7 +223,7 @@ impl<'a> Pipeline<'a, IqDelay> {
         let scan = Scan::of_iq(parameters.scan)?;
         even(&parameters.scan.lines)?;
         let lines = LinePipeline::of_iq(scan, iq, parameters.beamformer)?;
-        Self::of_lines(lines, parameters, parameters.parts_of_iq()?)
+        Self::of_lines(lines, parameters, parameters.parts(Input::Iq, 1)?)
     }
 }
 
@@ -247,7 +231,7 @@ impl<'a, D: Stage> Pipeline<'a, D> {
     fn of_lines(
         of_scan: LinePipeline<'a, D>,
         parameters: Parameters<'a>,
-        parts: Parts,
+        parts: FrameLayout,
     ) -> Result<Self, Error> {
         let (lines, samples) = (even(&parameters.scan.lines)?, of_scan.scan().depths());
         let (rows, columns) = (parameters.rows, parameters.columns);
@@ -304,15 +288,10 @@ impl<'a, D: Stage> Pipeline<'a, D> {
         &self.phase_symmetry
     }
 
-    /// Memory of a [`Frame`].
-    pub fn need(&self) -> Need {
-        self.parts.need()
-    }
-
-    /// Memory of a [`Frame`] with lines by vectors, [`Frame::line_over`].
+    /// Memory of a [`Frame`], with lines by vectors of `lanes` lanes: 1, or those of [`Frame::line_over`].
     ///
-    /// The vectors have `lanes` lanes. The beamformer's workspace is not included.
-    pub fn need_over(&self, lanes: usize) -> Need {
+    /// The beamformer's workspace of [`Frame::line_over`] is not included.
+    pub fn need(&self, lanes: usize) -> Need {
         let line = self.lines.need(lanes, self.block);
         self.parts.need_over(line)
     }
@@ -326,10 +305,10 @@ impl<'a, D: Stage> Pipeline<'a, D> {
 const fn even(lines: &Lines) -> Result<Axis, Error> {
     match *lines {
         Lines::Even(axis) => Ok(axis),
-        _ => Err(Error::Parameter {
-            name: "lines",
-            value: lines.count() as f64,
-            expected: "evenly spaced lines, for an image",
-        }),
+        _ => Err(Error::parameter(
+            "lines",
+            lines.count() as f64,
+            "evenly spaced lines, for an image",
+        )),
     }
 }

@@ -6,10 +6,16 @@ use core::ops::{Add, Sub};
 use num_complex::Complex;
 
 impl<V: Vector> ComplexVector<V> {
+    /// A complex vector of real and imaginary parts.
+    #[inline(always)]
+    pub fn new(re: V, im: V) -> Self {
+        ComplexVector { re, im }
+    }
+
     /// Complex vector of a real one.
     #[inline(always)]
     pub fn from_real(re: V) -> Self {
-        ComplexVector { re, im: re.zero() }
+        ComplexVector::new(re, re.zero())
     }
 
     /// Zero in every lane.
@@ -47,10 +53,7 @@ impl<V: Vector> ComplexVector<V> {
     /// Divides each lane by a real number.
     #[inline(always)]
     pub fn divide(self, divisor: V) -> Self {
-        ComplexVector {
-            re: self.re / divisor,
-            im: self.im / divisor,
-        }
+        ComplexVector::new(self.re / divisor, self.im / divisor)
     }
 }
 
@@ -58,10 +61,7 @@ impl<V: Vector> Add for ComplexVector<V> {
     type Output = Self;
     #[inline(always)]
     fn add(self, rhs: Self) -> Self {
-        ComplexVector {
-            re: self.re + rhs.re,
-            im: self.im + rhs.im,
-        }
+        ComplexVector::new(self.re + rhs.re, self.im + rhs.im)
     }
 }
 
@@ -69,10 +69,7 @@ impl<V: Vector> Sub for ComplexVector<V> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, rhs: Self) -> Self {
-        ComplexVector {
-            re: self.re - rhs.re,
-            im: self.im - rhs.im,
-        }
+        ComplexVector::new(self.re - rhs.re, self.im - rhs.im)
     }
 }
 
@@ -142,10 +139,7 @@ impl<V: Vector> Scalar<V> for V {
     }
     #[inline(always)]
     fn conj_mul_complex(self, rhs: ComplexVector<V>) -> ComplexVector<V> {
-        ComplexVector {
-            re: self * rhs.re,
-            im: self * rhs.im,
-        }
+        ComplexVector::new(self * rhs.re, self * rhs.im)
     }
     #[inline(always)]
     fn mul_complex(self, rhs: ComplexVector<V>) -> ComplexVector<V> {
@@ -182,24 +176,21 @@ impl<V: Vector> Scalar<V> for ComplexVector<V> {
     }
     #[inline(always)]
     fn conj(self) -> Self {
-        ComplexVector {
-            re: self.re,
-            im: -self.im,
-        }
+        ComplexVector::new(self.re, -self.im)
     }
     #[inline(always)]
     fn mul_conj(self, rhs: Self) -> Self {
-        ComplexVector {
-            re: self.re * rhs.re + self.im * rhs.im,
-            im: self.im * rhs.re - self.re * rhs.im,
-        }
+        ComplexVector::new(
+            self.re * rhs.re + self.im * rhs.im,
+            self.im * rhs.re - self.re * rhs.im,
+        )
     }
     #[inline(always)]
     fn mul(self, rhs: Self) -> Self {
-        ComplexVector {
-            re: self.re * rhs.re - self.im * rhs.im,
-            im: self.re * rhs.im + self.im * rhs.re,
-        }
+        ComplexVector::new(
+            self.re * rhs.re - self.im * rhs.im,
+            self.re * rhs.im + self.im * rhs.re,
+        )
     }
     #[inline(always)]
     fn conj_mul_complex(self, rhs: ComplexVector<V>) -> ComplexVector<V> {
@@ -211,10 +202,7 @@ impl<V: Vector> Scalar<V> for ComplexVector<V> {
     }
     #[inline(always)]
     fn scale(self, factor: V) -> Self {
-        ComplexVector {
-            re: self.re * factor,
-            im: self.im * factor,
-        }
+        ComplexVector::new(self.re * factor, self.im * factor)
     }
     #[inline(always)]
     fn norm_sqr(self) -> V {
@@ -226,9 +214,9 @@ impl<V: Vector> Scalar<V> for ComplexVector<V> {
     }
     #[inline(always)]
     fn select(mask: V::Mask, yes: Self, no: Self) -> Self {
-        ComplexVector {
-            re: Vector::select(mask, yes.re, no.re),
-            im: Vector::select(mask, yes.im, no.im),
-        }
+        ComplexVector::new(
+            Vector::select(mask, yes.re, no.re),
+            Vector::select(mask, yes.im, no.im),
+        )
     }
 }

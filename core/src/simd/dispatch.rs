@@ -1,6 +1,5 @@
 //! Selection of an instruction set at run time.
 
-use super::Vector;
 use core::fmt;
 use core::str::FromStr;
 
@@ -26,17 +25,6 @@ pub enum InstructionSet {
     Neon,
     /// No vectors; one lane, as on a microcontroller.
     Scalar,
-}
-
-/// A generic function over [`Vector`] with its arguments, for run-time dispatch.
-///
-/// [`InstructionSet::dispatch`] calls it with vectors of the chosen instruction set.
-pub trait Task {
-    /// Return type.
-    type Output;
-
-    /// Runs the task with vectors of the type of `zero`, a vector of zeros.
-    fn run<V: Vector>(self, zero: V) -> Self::Output;
 }
 
 impl InstructionSet {
@@ -65,17 +53,24 @@ impl InstructionSet {
 
     /// Whether this processor has the instruction set.
     pub fn is_available(self) -> bool {
-        match self {
+        self == InstructionSet::Scalar || !matches!(self.token(), Token::Scalar)
+    }
+
+    /// Proof that the processor has the instruction set; [`Token::Scalar`] if it has not.
+    #[doc(hidden)]
+    pub fn token(self) -> Token {
+        let token = match self {
             #[cfg(target_arch = "x86_64")]
-            InstructionSet::Avx512 => level().as_avx512().is_some(),
+            InstructionSet::Avx512 => level().as_avx512().map(Token::Avx512),
             #[cfg(target_arch = "x86_64")]
-            InstructionSet::Avx2 => level().as_avx2().is_some(),
+            InstructionSet::Avx2 => level().as_avx2().map(Token::Avx2),
             #[cfg(target_arch = "x86_64")]
-            InstructionSet::Sse2 => level().as_sse2().is_some(),
+            InstructionSet::Sse2 => level().as_sse2().map(Token::Sse2),
             #[cfg(target_arch = "aarch64")]
-            InstructionSet::Neon => level().as_neon().is_some(),
-            InstructionSet::Scalar => true,
-        }
+            InstructionSet::Neon => level().as_neon().map(Token::Neon),
+            InstructionSet::Scalar => None,
+        };
+        token.unwrap_or(Token::Scalar)
     }
 
     /// Name for people.
@@ -107,67 +102,69 @@ impl InstructionSet {
             InstructionSet::Scalar => "scalar",
         }
     }
+}
 
-    /// Runs `task` with this instruction set's vectors.
-    ///
-    /// On a processor without it, the task runs with one lane.
-    ///
-    /// ```
-    /// use bonebeam::Error;
-    /// use bonebeam::image::median;
-    /// use bonebeam::simd::{InstructionSet, Task, Vector};
-    ///
-    /// struct Median<'a> {
-    ///     image: &'a [f32],
-    ///     out: &'a mut [f32],
-    /// }
-    ///
-    /// impl Task for Median<'_> {
-    ///     type Output = Result<(), Error>;
-    ///
-    ///     fn run<V: Vector>(self, zero: V) -> Self::Output {
-    ///         median(zero, self.image, 8, self.out)
-    ///     }
-    /// }
-    ///
-    /// let mut image = [1.0; 64];
-    /// image[27] = 255.0;
-    /// let mut out = [0.0; 64];
-    /// let task = Median { image: &image, out: &mut out };
-    /// InstructionSet::detect().dispatch(task)?;
-    /// assert_eq!(out, [1.0; 64]);
-    /// # Ok::<(), Error>(())
-    /// ```
-    pub fn dispatch<T: Task>(self, task: T) -> T::Output {
-        match self {
+/// What an [`InstructionSet`] is chosen by in [`dispatch!`](crate::dispatch).
+#[doc(hidden)]
+pub enum Token {
+    #[cfg(target_arch = "x86_64")]
+    Avx512(fearless_simd::Avx512),
+    #[cfg(target_arch = "x86_64")]
+    Avx2(fearless_simd::Avx2),
+    #[cfg(target_arch = "x86_64")]
+    Sse2(fearless_simd::Sse2),
+    #[cfg(target_arch = "aarch64")]
+    Neon(fearless_simd::Neon),
+    Scalar,
+}
+
+/// Evaluates an expression with a zero vector of an instruction set.
+///
+/// The expression is compiled for each instruction set of the processor architecture. On a processor without the
+/// chosen one, it has one lane.
+///
+/// ```
+/// use bonebeam::dispatch;
+/// use bonebeam::image::median;
+/// use bonebeam::simd::InstructionSet;
+///
+/// let mut image = [1.0; 64];
+/// image[27] = 255.0;
+/// let mut out = [0.0; 64];
+/// dispatch!(InstructionSet::detect(), zero => median(zero, &image, 8, &mut out))?;
+/// assert_eq!(out, [1.0; 64]);
+/// # Ok::<(), bonebeam::Error>(())
+/// ```
+#[macro_export]
+macro_rules! dispatch {
+    ($set:expr, $zero:ident => $work:expr) => {
+        match $crate::simd::InstructionSet::token($set) {
             #[cfg(target_arch = "x86_64")]
-            InstructionSet::Avx512 => {
-                if let Some(simd) = level().as_avx512() {
-                    return task.run(super::Lanes::new(simd));
-                }
+            $crate::simd::Token::Avx512(simd) => {
+                let $zero = $crate::simd::Lanes::new(simd);
+                $work
             }
             #[cfg(target_arch = "x86_64")]
-            InstructionSet::Avx2 => {
-                if let Some(simd) = level().as_avx2() {
-                    return task.run(super::Lanes::new(simd));
-                }
+            $crate::simd::Token::Avx2(simd) => {
+                let $zero = $crate::simd::Lanes::new(simd);
+                $work
             }
             #[cfg(target_arch = "x86_64")]
-            InstructionSet::Sse2 => {
-                if let Some(simd) = level().as_sse2() {
-                    return task.run(super::Lanes::new(simd));
-                }
+            $crate::simd::Token::Sse2(simd) => {
+                let $zero = $crate::simd::Lanes::new(simd);
+                $work
             }
             #[cfg(target_arch = "aarch64")]
-            InstructionSet::Neon => {
-                if let Some(simd) = level().as_neon() {
-                    return task.run(super::Lanes::new(simd));
-                }
+            $crate::simd::Token::Neon(simd) => {
+                let $zero = $crate::simd::Lanes::new(simd);
+                $work
             }
-            InstructionSet::Scalar => {}
+            $crate::simd::Token::Scalar => {
+                let $zero = 0.0f32;
+                $work
+            }
         }
-        task.run(0.0f32)
-    }
+    };
 }
 
 /// The processor's level, or, if it cannot be asked, the target's.
@@ -207,6 +204,7 @@ impl FromStr for InstructionSet {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simd::Vector;
     use std::string::ToString;
     use std::vec::Vec;
 
@@ -234,26 +232,18 @@ mod tests {
         }
     }
 
-    struct Lanes;
-
-    impl Task for Lanes {
-        type Output = usize;
-
-        fn run<V: Vector>(self, _: V) -> usize {
-            V::LANES
-        }
+    fn lanes(set: InstructionSet) -> usize {
+        crate::dispatch!(set, zero => zero.lanes().len())
     }
 
     #[test]
     fn what_is_there_is_dispatched_to_and_the_widest_comes_first() {
-        let lanes: Vec<usize> = InstructionSet::available()
-            .map(|set| set.dispatch(Lanes))
-            .collect();
-        assert!(lanes.is_sorted_by(|a, b| a > b), "{lanes:?}");
-        assert_eq!(lanes.last(), Some(&1));
-        assert_eq!(InstructionSet::detect().dispatch(Lanes), lanes[0]);
+        let all: Vec<usize> = InstructionSet::available().map(lanes).collect();
+        assert!(all.is_sorted_by(|a, b| a > b), "{all:?}");
+        assert_eq!(all.last(), Some(&1));
+        assert_eq!(lanes(InstructionSet::detect()), all[0]);
         for set in InstructionSet::ALL.iter().filter(|set| !set.is_available()) {
-            assert_eq!(set.dispatch(Lanes), 1);
+            assert_eq!(lanes(*set), 1);
         }
     }
 }

@@ -21,7 +21,7 @@ pub struct LanesMask<S: Simd>(S::mask32s);
 impl<S: Simd> Lanes<S> {
     /// Zero in every lane; `simd` is proof of the instruction set.
     ///
-    /// [`InstructionSet::dispatch`](super::InstructionSet::dispatch) makes the token after asking the processor. If
+    /// [`dispatch!`](crate::dispatch) makes the token after asking the processor. If
     /// the target promises the instructions, a token needs no check:
     ///
     /// ```
@@ -375,59 +375,27 @@ impl<S: Simd> Mask for LanesMask<S> {
     }
 }
 
-impl<S: Simd> Add for Lanes<S> {
-    type Output = Self;
-    #[inline(always)]
-    fn add(self, rhs: Self) -> Self {
-        Lanes(self.0 + rhs.0)
-    }
+/// Operators of two operands, lane by lane.
+macro_rules! operators {
+    ($($kind:ident $operator:ident $function:ident $symbol:tt),*) => {$(
+        impl<S: Simd> $operator for $kind<S> {
+            type Output = Self;
+            #[inline(always)]
+            fn $function(self, rhs: Self) -> Self {
+                $kind(self.0 $symbol rhs.0)
+            }
+        }
+    )*};
 }
 
-impl<S: Simd> Sub for Lanes<S> {
-    type Output = Self;
-    #[inline(always)]
-    fn sub(self, rhs: Self) -> Self {
-        Lanes(self.0 - rhs.0)
-    }
-}
-
-impl<S: Simd> Mul for Lanes<S> {
-    type Output = Self;
-    #[inline(always)]
-    fn mul(self, rhs: Self) -> Self {
-        Lanes(self.0 * rhs.0)
-    }
-}
-
-impl<S: Simd> Div for Lanes<S> {
-    type Output = Self;
-    #[inline(always)]
-    fn div(self, rhs: Self) -> Self {
-        Lanes(self.0 / rhs.0)
-    }
-}
+operators!(Lanes Add add +, Lanes Sub sub -, Lanes Mul mul *, Lanes Div div /);
+operators!(LanesMask BitAnd bitand &, LanesMask BitOr bitor |);
 
 impl<S: Simd> Neg for Lanes<S> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
         Lanes(-self.0)
-    }
-}
-
-impl<S: Simd> BitAnd for LanesMask<S> {
-    type Output = Self;
-    #[inline(always)]
-    fn bitand(self, rhs: Self) -> Self {
-        LanesMask(self.0 & rhs.0)
-    }
-}
-
-impl<S: Simd> BitOr for LanesMask<S> {
-    type Output = Self;
-    #[inline(always)]
-    fn bitor(self, rhs: Self) -> Self {
-        LanesMask(self.0 | rhs.0)
     }
 }
 

@@ -13,7 +13,7 @@
 //! The first vector is one of three:
 //!
 //! - `0.0f32`, one lane;
-//! - from `InstructionSet::dispatch`, which asks the processor at run time (features `simd` and `std`);
+//! - from `dispatch!`, which asks the processor at run time (features `simd` and `std`);
 //! - from `Lanes::new` with a token of the `fearless_simd` crate, for a target that promises the instructions
 //!   (feature `simd`).
 //!
@@ -45,12 +45,23 @@ mod memory;
 pub use complex::ComplexVector;
 pub(crate) use complex::Scalar;
 #[cfg(feature = "simd")]
-pub use dispatch::{InstructionSet, Task, UnknownInstructionSet};
+pub use dispatch::{InstructionSet, Token, UnknownInstructionSet};
 pub(crate) use dot::{Dot, PARTIAL_SUMS, Term};
 pub(crate) use gather::Gather;
 #[cfg(feature = "simd")]
 pub use lanes::Lanes;
 pub(crate) use memory::{MOST_LANES, copy, get, get_mut, load, load_at, split_front, transpose};
+
+/// [`Vector::vectorize`] with an expression that is inlined.
+macro_rules! vectorize {
+    ($vector:expr, $work:expr) => {
+        $vector.vectorize(
+            #[inline(always)]
+            || $work,
+        )
+    };
+}
+pub(crate) use vectorize;
 
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
@@ -371,7 +382,7 @@ mod tests {
             assert_mask(less | positive, &|a, b| a < b || a > 0.0);
             assert_mask(a.is_nan(), &|a, _| a.is_nan());
             assert_mask(a.is_finite(), &|a, _| a.is_finite());
-            let both = ComplexVector { re: a, im: b };
+            let both = ComplexVector::new(a, b);
             assert_mask(both.is_finite(), &|a, b| a.is_finite() && b.is_finite());
         }
         assert!(!zero.mask(|_| false).any() && zero.mask(|_| true).all());
@@ -485,17 +496,8 @@ mod tests {
     fn lanes_are_numbers_side_by_side() {
         lanes_side_by_side(0.0f32);
         #[cfg(feature = "simd")]
-        {
-            struct All;
-            impl Task for All {
-                type Output = ();
-                fn run<V: Vector>(self, zero: V) {
-                    lanes_side_by_side(zero);
-                }
-            }
-            for set in InstructionSet::available() {
-                set.dispatch(All);
-            }
+        for set in InstructionSet::available() {
+            crate::dispatch!(set, zero => lanes_side_by_side(zero));
         }
     }
 }

@@ -160,11 +160,8 @@ const fn ramp(name: &'static str, ramp: &Ramp) -> Result<f64, Error> {
     attempt!(within(name, centre, [-2.0, 2.0], "a centre of -2 to 2"));
     let least = magnitude(weight) / 127.0;
     if !(width > 0.0 && width >= least && width < 1e6) {
-        return Err(Error::Parameter {
-            name,
-            value: width,
-            expected: "a width above 0, at least a 127th of the weight, and below 1e6",
-        });
+        let expected = "a width above 0, at least a 127th of the weight, and below 1e6";
+        return Err(Error::parameter(name, width, expected));
     }
     Ok(weight / width * (NAT as f64) * 4096.0)
 }
@@ -196,11 +193,8 @@ const fn prices(parameters: &Parameters, sizes: &Sizes) -> Result<Prices, Error>
     let nat = NAT as f64;
     let step = integer(slope * cell * nat);
     if step < 1 || step > 1 << 16 {
-        return Err(Error::Parameter {
-            name: "slope",
-            value: slope,
-            expected: "between 1/1024 nat and 64 nats for a cell",
-        });
+        let expected = "between 1/1024 nat and 64 nats for a cell";
+        return Err(Error::parameter("slope", slope, expected));
     }
     // A longer move costs more than a jump, so that back pointers fit seven bits.
     let (jump, most) = (integer(jump * nat), step * Prices::FARTHEST - 1);
@@ -225,11 +219,7 @@ const fn within(
     if value >= least && value <= most {
         return Ok(());
     }
-    Err(Error::Parameter {
-        name,
-        value,
-        expected,
-    })
+    Err(Error::parameter(name, value, expected))
 }
 
 const fn magnitude(value: f64) -> f64 {

@@ -327,27 +327,20 @@ impl Parameters {
         attempt!(self.samples.check("samples"));
         attempt!(positive("line spacing", self.spacing));
         if self.samples.count > Self::MAX_SAMPLES {
-            return Err(Error::Capacity {
-                name: "samples",
-                actual: self.samples.count,
-                capacity: Self::MAX_SAMPLES,
-            });
+            return Err(Error::capacity(
+                "samples",
+                self.samples.count,
+                Self::MAX_SAMPLES,
+            ));
         }
         if self.latency > Self::MAX_LATENCY {
-            return Err(Error::Capacity {
-                name: "latency",
-                actual: self.latency,
-                capacity: Self::MAX_LATENCY,
-            });
+            return Err(Error::capacity("latency", self.latency, Self::MAX_LATENCY));
         }
         let Settings { depths, near, .. } = self.settings;
         attempt!(window("near", near));
         if !(depths[0] < depths[1] && depths[0].is_finite()) {
-            return Err(Error::Parameter {
-                name: "depths",
-                value: depths[0],
-                expected: "a finite depth, below the second",
-            });
+            let expected = "a finite depth, below the second";
+            return Err(Error::parameter("depths", depths[0], expected));
         }
         // The casts truncate and saturate; negative numbers become 0.
         attempt!(positive("cell", self.settings.cell));
@@ -364,11 +357,9 @@ impl Parameters {
         let last = cells.saturating_sub(cells_of(near[1], cell));
         let end = if end < last { end } else { last };
         if end < first.saturating_add(3) {
-            return Err(Error::Parameter {
-                name: "end of the lines (m)",
-                value: self.samples.last(),
-                expected: "the first of the depths, three cells, and the near window below them",
-            });
+            let expected = "the first of the depths, three cells, and the near window below them";
+            let value = self.samples.last();
+            return Err(Error::parameter("end of the lines (m)", value, expected));
         }
         let Settings {
             echo,
@@ -430,11 +421,12 @@ pub(super) const fn window(name: &'static str, [from, to]: [f64; 2]) -> Result<(
     if from >= 0.0 && from <= to && to < LONGEST {
         return Ok(());
     }
-    Err(Error::Parameter {
+    let expected = "lengths of at least 0 and below 1 m, the first at most the second";
+    Err(Error::parameter(
         name,
-        value: if from >= 0.0 && from <= to { to } else { from },
-        expected: "lengths of at least 0 and below 1 m, the first at most the second",
-    })
+        if from >= 0.0 && from <= to { to } else { from },
+        expected,
+    ))
 }
 
 /// Prices as scores, [`Settings`](super::Settings).

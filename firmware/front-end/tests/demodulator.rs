@@ -168,33 +168,21 @@ fn what_the_demodulator_does_not_take_is_refused_unsent() {
         profile: 0,
         profile_bits: 0,
     };
+    let with = |change: fn(&mut Demodulator<'static>)| {
+        let mut setup = good;
+        change(&mut setup);
+        setup
+    };
     for (setup, name, value) in [
+        (with(|d| d.base = 255), "end of the coefficients", 257),
+        (with(|d| d.profile = 32), "profile", 32),
         (
-            Demodulator { base: 255, ..good },
-            "end of the coefficients",
-            257,
-        ),
-        (
-            Demodulator {
-                profile: 32,
-                ..good
-            },
-            "profile",
-            32,
-        ),
-        (
-            Demodulator {
-                coefficients: &[[0; 8], [0, 0, 0, 0, 0, 0, 0, 8192]],
-                ..good
-            },
+            with(|d| d.coefficients = &[[0; 8], [0, 0, 0, 0, 0, 0, 0, 8192]]),
             "coefficient",
             8192,
         ),
         (
-            Demodulator {
-                coefficients: &[[-8193, 0, 0, 0, 0, 0, 0, 0]],
-                ..good
-            },
+            with(|d| d.coefficients = &[[-8193, 0, 0, 0, 0, 0, 0, 0]]),
             "coefficient",
             -8193,
         ),
@@ -202,14 +190,12 @@ fn what_the_demodulator_does_not_take_is_refused_unsent() {
         let part = MockAfe::new(MockPart::Afe5809);
         let refused = block(driver(&part).demodulate(&setup));
         let Err(Error::Range {
-            name: reported,
-            value: number,
-            ..
+            name: n, value: v, ..
         }) = refused
         else {
             panic!("{setup:?} was not refused: {refused:?}");
         };
-        assert_eq!((reported, number, part.frames()), (name, value, 0));
+        assert_eq!((n, v, part.frames()), (name, value, 0));
     }
     let part = MockAfe::new(MockPart::Afe5808a);
     let mut afe = Afe::afe5808a(Blocking(part.spi()), part.reset());

@@ -135,49 +135,32 @@ fn no_limit_can_be_passed() {
     let met = profile(&both);
     let mut board = Limited::new(MockPulser::<2>::new(CLOCK), LIMITS).unwrap();
     assert_eq!(block(board.load(0, &met)), Ok(()));
-    let waveform = |change: fn(&mut Waveform)| {
+    let with = |change: fn(&mut Profile<'_>)| {
         let mut profile = met;
-        change(&mut profile.waveform);
+        change(&mut profile);
         profile
     };
     for (profile, limit, value) in [
-        (waveform(|w| w.volts = 50.1), Limit::Volts, 50.1),
-        (Profile { prf: 4001.0, ..met }, Limit::Prf, 4001.0),
+        (with(|p| p.waveform.volts = 50.1), Limit::Volts, 50.1),
+        (with(|p| p.prf = 4001.0), Limit::Prf, 4001.0),
         // Driven for 5/6 more, with a voltage that keeps the energy.
         (
-            waveform(|w| (w.driven, w.volts) = (0.7, 40.0)),
+            with(|p| (p.waveform.driven, p.waveform.volts) = (0.7, 40.0)),
             Limit::Duty,
             280e-9 * 4000.0,
         ),
         // Lower PRF: the duty is the same, and each transmit has more energy.
         (
-            Profile {
-                prf: 2000.0,
-                ..waveform(|w| w.half_cycles = 6)
-            },
+            with(|p| (p.prf, p.waveform.half_cycles) = (2000.0, 6)),
             Limit::Energy,
             2.0 * 2.5 * 360e-9,
         ),
         // 30 ns of delay, 400 ns of waveform, 200 ns of damping, and the switch.
-        (
-            Profile {
-                receive_after: 250e-6,
-                ..met
-            },
-            Limit::Period,
-            250.63e-6,
-        ),
-        (waveform(|w| w.frequency = 0.0), Limit::Value, 0.0),
-        (waveform(|w| w.driven = 1.1), Limit::Value, 1.1),
-        (waveform(|w| w.volts = -50.0), Limit::Value, -50.0),
-        (
-            Profile {
-                prf: f64::INFINITY,
-                ..met
-            },
-            Limit::Value,
-            f64::INFINITY,
-        ),
+        (with(|p| p.receive_after = 250e-6), Limit::Period, 250.63e-6),
+        (with(|p| p.waveform.frequency = 0.0), Limit::Value, 0.0),
+        (with(|p| p.waveform.driven = 1.1), Limit::Value, 1.1),
+        (with(|p| p.waveform.volts = -50.0), Limit::Value, -50.0),
+        (with(|p| p.prf = f64::INFINITY), Limit::Value, f64::INFINITY),
     ] {
         let Err(LimitedError::Limit(error)) = block(board.load(1, &profile)) else {
             panic!("{profile:?} was let through");
@@ -195,13 +178,12 @@ fn no_limit_can_be_passed() {
         assert!(limit == Limit::Value || got > most);
         assert_eq!(block(board.select(1)), Err(MockPulserError::NotLoaded(1)));
     }
-    let nan = waveform(|w| w.volts = f64::NAN);
+    let nan = with(|p| p.waveform.volts = f64::NAN);
     assert!(block(board.load(1, &nan)).is_err());
     // One silent channel halves the energy.
     let one = Profile {
         delays: &[Some(0), None],
-        prf: 2000.0,
-        ..waveform(|w| w.half_cycles = 6)
+        ..with(|p| (p.prf, p.waveform.half_cycles) = (2000.0, 6))
     };
     assert_eq!(block(board.load(1, &one)), Ok(()));
     let error = LimitError {
@@ -217,28 +199,16 @@ fn no_limit_can_be_passed() {
 
 #[test]
 fn limits_are_limits() {
-    for limits in [
-        Limits {
-            volts: f64::INFINITY,
-            ..LIMITS
-        },
-        Limits {
-            duty: 1.5,
-            ..LIMITS
-        },
-        Limits {
-            energy: f64::NAN,
-            ..LIMITS
-        },
-        Limits {
-            prf: -1.0,
-            ..LIMITS
-        },
-        Limits {
-            load: 0.0,
-            ..LIMITS
-        },
-    ] {
+    let changes: [fn(&mut Limits); 5] = [
+        |limits| limits.volts = f64::INFINITY,
+        |limits| limits.duty = 1.5,
+        |limits| limits.energy = f64::NAN,
+        |limits| limits.prf = -1.0,
+        |limits| limits.load = 0.0,
+    ];
+    for change in changes {
+        let mut limits = LIMITS;
+        change(&mut limits);
         assert!(Limited::new(MockPulser::<2>::new(CLOCK), limits).is_err());
     }
 }

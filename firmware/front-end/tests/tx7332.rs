@@ -129,55 +129,33 @@ fn patterns_are_the_waveform() {
     let (part, board) = (MockTx7332::default(), MockBoard::default());
     let mut tx = tx(&part, &board);
     let (positive, negative, ground) = (2, 1, 3);
-    for (waveform, entries) in [
+    type Change = fn(&mut Waveform);
+    let rows: [(Change, &[(u8, u32)]); 5] = [
         // An odd number of half cycles is listed; negative first; two levels.
         (
-            Waveform {
-                half_cycles: 3,
-                positive_first: false,
-                driven: 1.0,
-                ..WAVEFORM
-            },
-            vec![(negative, 10), (positive, 10), (negative, 10)],
+            |w| (w.half_cycles, w.positive_first, w.driven) = (3, false, 1.0),
+            &[(negative, 10), (positive, 10), (negative, 10)],
         ),
         // 35 clock cycles are two entries, and 33 are not 32 and 1.
         (
-            Waveform {
-                half_cycles: 1,
-                frequency: CLOCK / 70.0,
-                driven: 1.0,
-                ..WAVEFORM
-            },
-            vec![(positive, 32), (positive, 3)],
+            |w| (w.half_cycles, w.frequency, w.driven) = (1, CLOCK / 70.0, 1.0),
+            &[(positive, 32), (positive, 3)],
         ),
         (
-            Waveform {
-                half_cycles: 1,
-                frequency: CLOCK / 66.0,
-                driven: 1.0,
-                ..WAVEFORM
-            },
-            vec![(positive, 31), (positive, 2)],
+            |w| (w.half_cycles, w.frequency, w.driven) = (1, CLOCK / 66.0, 1.0),
+            &[(positive, 31), (positive, 2)],
         ),
         // 7.5 driven clock cycles of 10 are 7, never 8.
         (
-            Waveform {
-                half_cycles: 1,
-                driven: 0.75,
-                ..WAVEFORM
-            },
-            vec![(positive, 7), (ground, 3)],
+            |w| (w.half_cycles, w.driven) = (1, 0.75),
+            &[(positive, 7), (ground, 3)],
         ),
         // One clock cycle of ground is no entry: it is left out.
-        (
-            Waveform {
-                half_cycles: 1,
-                driven: 0.95,
-                ..WAVEFORM
-            },
-            vec![(positive, 9)],
-        ),
-    ] {
+        (|w| (w.half_cycles, w.driven) = (1, 0.95), &[(positive, 9)]),
+    ];
+    for (change, entries) in rows {
+        let mut waveform = WAVEFORM;
+        change(&mut waveform);
         let profile = Profile {
             waveform,
             ..profile(&[Some(0); 32])
@@ -202,9 +180,10 @@ fn what_a_tx7332_does_not_take_is_refused_unsent() {
     let on = [Some(0); 32];
     let mut long = on;
     long[4] = Some(8192);
-    let with = |waveform| Profile {
-        waveform,
-        ..profile(&on)
+    let with = |change: fn(&mut Waveform)| {
+        let mut profile = profile(&on);
+        change(&mut profile.waveform);
+        profile
     };
     let mut refuse = |index, profile: &Profile<'_>| match block(tx.load(index, profile)) {
         Err(LimitedError::Pulser(error)) => error,
@@ -217,49 +196,17 @@ fn what_a_tx7332_does_not_take_is_refused_unsent() {
     assert_eq!(refuse(16, &profile(&on)), TxError::Profile(16));
     assert_eq!(refuse(0, &profile(&on[1..])), TxError::Channels(31));
     assert_eq!(refuse(0, &profile(&long)), cycles);
+    let late = Profile {
+        receive_after: 50e-6,
+        ..profile(&on)
+    };
     for (profile, name) in [
-        (
-            with(Waveform {
-                half_cycles: 0,
-                ..WAVEFORM
-            }),
-            "half_cycles",
-        ),
-        (
-            with(Waveform {
-                half_cycles: 9,
-                ..WAVEFORM
-            }),
-            "half_cycles",
-        ),
-        (
-            with(Waveform {
-                half_cycles: 66,
-                ..WAVEFORM
-            }),
-            "half_cycles",
-        ),
-        (
-            with(Waveform {
-                frequency: 30e6,
-                ..WAVEFORM
-            }),
-            "half cycle",
-        ),
-        (
-            with(Waveform {
-                damping: 1e-6,
-                ..WAVEFORM
-            }),
-            "damping",
-        ),
-        (
-            Profile {
-                receive_after: 50e-6,
-                ..profile(&on)
-            },
-            "receive_after",
-        ),
+        (with(|w| w.half_cycles = 0), "half_cycles"),
+        (with(|w| w.half_cycles = 9), "half_cycles"),
+        (with(|w| w.half_cycles = 66), "half_cycles"),
+        (with(|w| w.frequency = 30e6), "half cycle"),
+        (with(|w| w.damping = 1e-6), "damping"),
+        (late, "receive_after"),
     ] {
         let refused = refuse(0, &profile);
         let TxError::Part(Error::Range { name: reported, .. }) = refused else {
@@ -270,6 +217,17 @@ fn what_a_tx7332_does_not_take_is_refused_unsent() {
     assert_eq!(part.register(0x120), 0);
     assert_eq!(block(tx.select(0)), Err(TxError::NotLoaded(0)));
     assert_eq!(block(tx.select(16)), Err(TxError::Profile(16)));
+}
+
+/// Loads a profile that fires, and a faster one.
+fn load_both(tx: &mut Tx<'_>) {
+    let faster = Profile {
+        prf: 5000.0,
+        ..profile(&[Some(0); 32])
+    };
+    block(tx.load(0, &profile(&delays()))).unwrap();
+    block(tx.load(1, &faster)).unwrap();
+    block(tx.select(0)).unwrap();
 }
 
 /// Whichever frame fails, nothing fires afterwards.
@@ -298,13 +256,7 @@ fn nothing_fires_after_an_error() {
     for frame in 0..6 + 2 * 6 + 3 + 1 {
         let (part, board) = (MockTx7332::default(), MockBoard::default());
         let mut tx = tx(&part, &board);
-        block(tx.load(0, &profile(&delays()))).unwrap();
-        let faster = Profile {
-            prf: 5000.0,
-            ..profile(&[Some(0); 32])
-        };
-        block(tx.load(1, &faster)).unwrap();
-        block(tx.select(0)).unwrap();
+        load_both(&mut tx);
         part.fail(frame);
         assert_eq!(block(tx.select(1)), Err(reported), "frame {frame}");
         assert!(quiet(&board), "frame {frame}");
@@ -313,13 +265,7 @@ fn nothing_fires_after_an_error() {
     for call in 0..4 {
         let (part, board) = (MockTx7332::default(), MockBoard::default());
         let mut tx = tx(&part, &board);
-        block(tx.load(0, &profile(&delays()))).unwrap();
-        let faster = Profile {
-            prf: 5000.0,
-            ..profile(&[Some(0); 32])
-        };
-        block(tx.load(1, &faster)).unwrap();
-        block(tx.select(0)).unwrap();
+        load_both(&mut tx);
         board.fail.set(Some(call));
         assert_eq!(block(tx.select(1)), Err(TxError::Board(BoardFailed)));
         let fires = board.prf.get().is_some() && board.volts.get() > 0.0;

@@ -58,10 +58,7 @@ fn line(arrays: &mut Arrays) -> Result<u32, Error> {
     let beamformer = Beamformer::new(PARAMETERS)?;
     let mut workspace = Workspace::new(0.0, SIZES, arrays.memory.scratch())?;
     let line = AlignedLine::new(&arrays.x, ELEMENTS)?;
-    let all = |_| Active {
-        first: 0,
-        count: ELEMENTS,
-    };
+    let all = |_| Active::new(0, ELEMENTS);
     beamformer.line(&mut workspace, line, all, &mut arrays.z)?;
     let words = arrays.z.iter().flat_map(|z| [z.re, z.im]);
     let mix = |hash: u32, word: f32| (hash ^ word.to_bits()).wrapping_mul(0x0100_0193);

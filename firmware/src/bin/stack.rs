@@ -23,7 +23,7 @@ use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Sizes, Wor
 use bonebeam::covariance::Covariance;
 use bonebeam::delay::{
     Compounding, Delay, DelayParameters, IqDelay, IqInterpolation, IqLayout, IqParameters,
-    IqRecord, IqSamples, Record, ScanLine, Stage,
+    IqSamples, Record, ScanLine, Stage,
 };
 use bonebeam::geometry::{Active, ApertureTable, Array, Axis, Ray, Scan, Transmit, TransmitLaw};
 use bonebeam::image::{
@@ -206,10 +206,7 @@ fn line() -> ScanLine<'static> {
         ),
         ray: Ray::new(0.0, 0.0, 0.1),
         array: Array::linear(ELEMENTS, 0.3e-3),
-        active: Active {
-            first: 0,
-            count: ELEMENTS,
-        },
+        active: Active::new(0, ELEMENTS),
         compounding: Compounding::Replace,
     }
 }
@@ -240,8 +237,8 @@ fn delay(arrays: &mut Arrays) -> Result<(), Error> {
     }
     let samples = IqSamples::Counts(&arrays.counts[..ELEMENTS * IQ.record_samples], 1e-3);
     let layout = IqLayout::Interleaved;
-    of("IqRecord::new", || IqRecord::new(samples, layout, ELEMENTS))?;
-    let record = IqRecord::new(samples, layout, ELEMENTS)?;
+    of("Record::iq", || Record::iq(samples, layout, ELEMENTS))?;
+    let record = Record::iq(samples, layout, ELEMENTS)?;
     of("IqDelay::new", || IqDelay::new(black_box(IQ)))?;
     for (name, interpolation) in [
         ("IqDelay::line, linear", IqInterpolation::Linear),
@@ -303,10 +300,7 @@ fn beamformed(
     })?;
     let x = AlignedLine::new(x, ELEMENTS)?;
     // An aperture that grows with depth.
-    let active = |n: usize| Active {
-        first: 0,
-        count: (8 + n / 8).min(ELEMENTS),
-    };
+    let active = |n: usize| Active::new(0, (8 + n / 8).min(ELEMENTS));
     let averaging = match sizes.covariance {
         Covariance::Forward => "forward",
         Covariance::ForwardBackward => "forward-backward",
@@ -354,11 +348,7 @@ fn image(arrays: &mut Arrays) -> Result<(), Error> {
     };
     let (angles, depths) = (
         Axis::centred(ELEMENTS, 0.02),
-        Axis {
-            first: 0.0,
-            step: 0.1e-3,
-            count: SAMPLES,
-        },
+        Axis::new(0.0, 0.1e-3, SAMPLES),
     );
     of("scan_convert", || {
         scan_convert(levels, fan, [angles, depths], [rows, columns], pixels)
@@ -452,10 +442,7 @@ fn map(
     strip: &mut StripSlices<'_, f32>,
     external: &mut External<'_>,
 ) -> Result<(), Error> {
-    let kernels = Kernels {
-        fft: &Microfft,
-        gains,
-    };
+    let kernels = Kernels::new(&Microfft, gains);
     of(name, || bank.run(&kernels, external, strip, &mut |_| {}))
 }
 

@@ -1,7 +1,7 @@
 //! From blocks to a bone map, for the main loop.
 
 use bonebeam::Error;
-use bonebeam::delay::Stage;
+use bonebeam::delay::Record;
 use bonebeam::memory::Scratch;
 use bonebeam::pipeline::Frame;
 
@@ -90,7 +90,7 @@ impl<'m, P: Probe, const LINES: usize> Chain<'m, P, LINES> {
     pub fn line<'r>(
         &mut self,
         line: usize,
-        record: &'r <P::Stage as Stage>::Record<'r>,
+        record: &'r Record<'r>,
         stamp: Stamp,
     ) -> Result<(), Error> {
         let transmits = [(P::TRANSMIT, record)];

@@ -17,7 +17,7 @@ pub trait Probe {
     const PARAMETERS: Parameters<'static>;
     /// Memory of a frame.
     ///
-    /// `Parameters::need` or `Parameters::need_of_iq` of [`Probe::PARAMETERS`].
+    /// `Parameters::need` of [`Probe::PARAMETERS`].
     const NEED: Need;
     /// Transmit of every beam.
     const TRANSMIT: Transmit<'static>;

@@ -5,10 +5,10 @@
 
 use bonebeam::Error;
 use bonebeam::beamform::{self, Method};
-use bonebeam::delay::{IqDelay, IqInterpolation, IqLayout, IqRecord, IqSamples};
+use bonebeam::delay::{IqDelay, IqInterpolation, IqLayout, IqSamples, Record};
 use bonebeam::geometry::{Array, Axis, Depth, Lines, Scan, ScanParameters, Transmit, TransmitLaw};
 use bonebeam::memory::{Memory, Need};
-use bonebeam::pipeline::{IqInput, Parameters, Pipeline};
+use bonebeam::pipeline::{Input, IqInput, Parameters, Pipeline};
 
 use crate::{Block, Plan, Probe};
 
@@ -83,7 +83,7 @@ pub enum Reference {}
 impl Probe for Reference {
     type Stage = IqDelay;
     const PARAMETERS: Parameters<'static> = PARAMETERS;
-    const NEED: Need = match PARAMETERS.need_of_iq() {
+    const NEED: Need = match PARAMETERS.need(Input::Iq, 1) {
         Ok(need) => need,
         Err(_) => panic!("the scan is not valid"),
     };
@@ -108,7 +108,7 @@ impl Probe for Shallow {
         block: LENGTH / 2,
         ..PARAMETERS
     };
-    const NEED: Need = match Self::PARAMETERS.need_of_iq() {
+    const NEED: Need = match Self::PARAMETERS.need(Input::Iq, 1) {
         Ok(need) => need,
         Err(_) => panic!("the scan is not valid"),
     };
@@ -126,9 +126,9 @@ pub type ScanMemory = Memory<{ Reference::NEED.real }, { Reference::NEED.complex
 ///
 /// # Errors
 /// None: a block has the scan's elements.
-pub fn record(block: &ScanBlock) -> Result<IqRecord<'_>, Error> {
+pub fn record(block: &ScanBlock) -> Result<Record<'_>, Error> {
     let samples = IqSamples::Counts(block.samples.as_flattened(), 1.0);
-    IqRecord::new(samples, IqLayout::Interleaved, ELEMENTS)
+    Record::iq(samples, IqLayout::Interleaved, ELEMENTS)
 }
 
 /// Simulated record of a beam: 14 bits, demodulated with [`INPUT`].

@@ -8,7 +8,7 @@ use bonebeam::beamform;
 use bonebeam::delay::{Delay, IqLayout};
 use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters, Transmit, TransmitLaw};
 use bonebeam::memory::{Memory, Need};
-use bonebeam::pipeline::{Parameters, Pipeline};
+use bonebeam::pipeline::{Input, Parameters, Pipeline};
 use bonebeam_stream::scan::{self, BEAMS, ELEMENTS, Reference, ScanBlock, ScanMemory};
 use bonebeam_stream::{
     Chain, Fault, Line, Overflow, Plan, Pool, Probe, Sequence, Stamp, rf_record,
@@ -192,7 +192,7 @@ impl Probe for Rf {
         beamformer: beamform::Parameters::DEFAULT,
         ..scan::PARAMETERS
     };
-    const NEED: Need = match Self::PARAMETERS.need() {
+    const NEED: Need = match Self::PARAMETERS.need(Input::Rf, 1) {
         Ok(need) => need,
         Err(_) => panic!("the scan is not valid"),
     };

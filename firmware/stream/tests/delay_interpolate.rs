@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use bonebeam::Complex;
 use bonebeam::delay::{
-    Compounding, IqDelay, IqInterpolation, IqLayout, IqParameters, IqRecord, IqSamples, ScanLine,
+    Compounding, IqDelay, IqInterpolation, IqLayout, IqParameters, IqSamples, Record, ScanLine,
     Stage,
 };
 use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
@@ -50,7 +50,7 @@ fn of_the_core(
     samples: &[[i16; 2]],
 ) -> Vec<[i64; 2]> {
     let samples = IqSamples::Counts(samples, SCALE);
-    let record = IqRecord::new(samples, IqLayout::Interleaved, parameters.elements).unwrap();
+    let record = Record::iq(samples, IqLayout::Interleaved, parameters.elements).unwrap();
     let mut scratch = vec![0.0; parameters.need(1).real];
     let mut out = vec![Complex::ZERO; parameters.output_samples * parameters.elements];
     let delay = IqDelay::new(parameters).unwrap();
@@ -69,10 +69,7 @@ fn scan_line(elements: usize, x: f64, law: TransmitLaw<'static>, t0: f64) -> Sca
         transmit: Transmit::new(law, t0),
         ray: Ray::down(x),
         array: Array::linear(elements, PITCH),
-        active: Active {
-            first: 0,
-            count: elements,
-        },
+        active: Active::new(0, elements),
         compounding: Compounding::Replace,
     }
 }

@@ -48,86 +48,70 @@ const ALL_EIGENVECTORS: &[Method] = &[
     Method::EsmvExcludeFirst,
 ];
 
+/// A comparison forward-backward, of an echo.
+const fn comparison(
+    name: &'static str,
+    methods: &'static [Method],
+    targets: [f64; 4],
+) -> Comparison {
+    Comparison {
+        name,
+        methods,
+        covariance: Covariance::ForwardBackward,
+        wavefield: Wavefield::Echo,
+        one_lane: false,
+        targets: Some(targets),
+    }
+}
+
+impl Comparison {
+    const fn forward(mut self) -> Self {
+        self.covariance = Covariance::Forward;
+        self
+    }
+
+    const fn of_noise(mut self) -> Self {
+        self.wavefield = Wavefield::Noise;
+        self
+    }
+}
+
+const MV: &[Method] = &[Method::Mv];
+const RANK_1: &[Method] = &[Method::EsmvRank1];
+const TARGETS_OF_RANK_1: [f64; 4] = [80.0, 40.0, 50.0, 40.0];
+const TARGETS_OF_ALL: [f64; 4] = [45.0, 24.0, 30.0, 25.0];
+const TARGETS_OF_ALL_FORWARD: [f64; 4] = [20.0, 11.0, 16.0, 16.0];
+
 const COMPARISONS: [Comparison; 10] = [
+    comparison("rank-1 ESMV", RANK_1, TARGETS_OF_RANK_1),
+    comparison("rank-1 ESMV, noise alone", RANK_1, TARGETS_OF_RANK_1).of_noise(),
+    comparison("MV", MV, [60.0, 15.0, 25.0, 20.0]),
+    comparison("MV, forward", MV, [20.0, 5.0, 5.0, 5.0]).forward(),
+    comparison("rank-1 ESMV, forward", RANK_1, [20.0, 5.0, 5.0, 5.0]).forward(),
+    comparison("ESMV by β and others", ALL_EIGENVECTORS, TARGETS_OF_ALL),
+    comparison(
+        "ESMV by β and others, noise alone",
+        ALL_EIGENVECTORS,
+        TARGETS_OF_ALL,
+    )
+    .of_noise(),
+    comparison(
+        "ESMV by β and others, forward",
+        ALL_EIGENVECTORS,
+        TARGETS_OF_ALL_FORWARD,
+    )
+    .forward(),
+    comparison(
+        "ESMV by β and others, forward, noise alone",
+        ALL_EIGENVECTORS,
+        TARGETS_OF_ALL_FORWARD,
+    )
+    .forward()
+    .of_noise(),
     Comparison {
-        name: "rank-1 ESMV",
-        methods: &[Method::EsmvRank1],
-        covariance: Covariance::ForwardBackward,
-        wavefield: Wavefield::Echo,
-        one_lane: false,
-        targets: Some([80.0, 40.0, 50.0, 40.0]),
-    },
-    Comparison {
-        name: "rank-1 ESMV, noise alone",
-        methods: &[Method::EsmvRank1],
-        covariance: Covariance::ForwardBackward,
-        wavefield: Wavefield::Noise,
-        one_lane: false,
-        targets: Some([80.0, 40.0, 50.0, 40.0]),
-    },
-    Comparison {
-        name: "MV",
-        methods: &[Method::Mv],
-        covariance: Covariance::ForwardBackward,
-        wavefield: Wavefield::Echo,
-        one_lane: false,
-        targets: Some([60.0, 15.0, 25.0, 20.0]),
-    },
-    Comparison {
-        name: "MV, forward",
-        methods: &[Method::Mv],
-        covariance: Covariance::Forward,
-        wavefield: Wavefield::Echo,
-        one_lane: false,
-        targets: Some([20.0, 5.0, 5.0, 5.0]),
-    },
-    Comparison {
-        name: "rank-1 ESMV, forward",
-        methods: &[Method::EsmvRank1],
-        covariance: Covariance::Forward,
-        wavefield: Wavefield::Echo,
-        one_lane: false,
-        targets: Some([20.0, 5.0, 5.0, 5.0]),
-    },
-    Comparison {
-        name: "ESMV by β and others",
-        methods: ALL_EIGENVECTORS,
-        covariance: Covariance::ForwardBackward,
-        wavefield: Wavefield::Echo,
-        one_lane: false,
-        targets: Some([45.0, 24.0, 30.0, 25.0]),
-    },
-    Comparison {
-        name: "ESMV by β and others, noise alone",
-        methods: ALL_EIGENVECTORS,
-        covariance: Covariance::ForwardBackward,
-        wavefield: Wavefield::Noise,
-        one_lane: false,
-        targets: Some([45.0, 24.0, 30.0, 25.0]),
-    },
-    Comparison {
-        name: "ESMV by β and others, forward",
-        methods: ALL_EIGENVECTORS,
-        covariance: Covariance::Forward,
-        wavefield: Wavefield::Echo,
-        one_lane: false,
-        targets: Some([20.0, 11.0, 16.0, 16.0]),
-    },
-    Comparison {
-        name: "ESMV by β and others, forward, noise alone",
-        methods: ALL_EIGENVECTORS,
-        covariance: Covariance::Forward,
-        wavefield: Wavefield::Noise,
-        one_lane: false,
-        targets: Some([20.0, 11.0, 16.0, 16.0]),
-    },
-    Comparison {
-        name: "MV, one lane",
-        methods: &[Method::Mv],
-        covariance: Covariance::ForwardBackward,
-        wavefield: Wavefield::Echo,
         one_lane: true,
         targets: None,
+        ..comparison("MV, one lane", MV, [0.0; 4])
     },
 ];
 

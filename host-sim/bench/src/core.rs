@@ -33,11 +33,7 @@ pub fn with_core(
     let mut segments = Vec::new();
     for line in lines.axis_iter(Axis(0)) {
         let line = line.to_slice().expect("a standard layout");
-        segments.push(Segment {
-            line: AlignedLine::new(line, elements)?,
-            first_element: 0,
-            first_sample: 0,
-        });
+        segments.push(Segment::new(AlignedLine::new(line, elements)?, 0, 0));
     }
     let sub_lines = parameters.sub_lines;
     let directions = steered(lines.dim().1, sub_lines);
@@ -51,7 +47,7 @@ pub fn with_core(
         for (segments, z) in segments.chunks(lanes).zip(rows.chunks_mut(lanes)) {
             if sub_lines > 1 {
                 let steering = &steering[..segments.len()];
-                let lines = SteeredSegments { segments, steering };
+                let lines = SteeredSegments::new(segments, steering);
                 memory.sub_lines(&beamformer, lines, elements, z)?;
             } else {
                 memory.segments(&beamformer, segments, elements, z)?;

@@ -4,7 +4,7 @@ use std::hint::black_box;
 use std::ops::Range;
 
 use bonebeam::beamform::{Method, Parameters};
-use bonebeam::delay::{IqLayout, IqRecord, IqSamples, Record, Stage};
+use bonebeam::delay::{IqLayout, IqSamples, Record, Stage};
 use bonebeam::geometry::{Active, Transmit, TransmitLaw};
 use bonebeam::pipeline::Pipeline;
 use ndarray::ArrayView3;
@@ -74,10 +74,7 @@ fn gpu_frame(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result
         temporal_half_window: 1,
         ..InVivo::PARAMETERS
     };
-    let all = Active {
-        first: 0,
-        count: elements,
-    };
+    let all = Active::new(0, elements);
     step("the GPU's frame");
     let threads = |threads: usize| -> Result<_> {
         let pool = pool(threads)?;
@@ -229,7 +226,7 @@ fn of_iq(data: &ChannelData, kind: &Kind, settings: &Settings) -> Result<Row> {
     };
     let records = iq.outer_iter().map(|iq| {
         let iq = iq.to_slice().expect("a standard layout");
-        IqRecord::new(IqSamples::Float(iq), IqLayout::Planar, InVivo::ELEMENTS)
+        Record::iq(IqSamples::Float(iq), IqLayout::Planar, InVivo::ELEMENTS)
     });
     let records = records.collect::<std::result::Result<Vec<_>, _>>()?;
     let kind = Kind {

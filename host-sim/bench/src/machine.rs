@@ -3,7 +3,8 @@
 use std::thread::available_parallelism;
 use std::time::Duration;
 
-use bonebeam::simd::{InstructionSet, Task, Vector};
+use bonebeam::dispatch;
+use bonebeam::simd::{InstructionSet, Vector};
 
 use serde::{Deserialize, Serialize};
 
@@ -69,17 +70,7 @@ pub fn unit_bits() -> Option<usize> {
 
 /// The number of lanes of an instruction set's registers.
 pub fn lanes(set: InstructionSet) -> usize {
-    set.dispatch(Lanes)
-}
-
-struct Lanes;
-
-impl Task for Lanes {
-    type Output = usize;
-
-    fn run<V: Vector>(self, _: V) -> usize {
-        V::LANES
-    }
+    dispatch!(set, zero => zero.lanes().len())
 }
 
 /// The name of the processor, or its architecture if it has none.

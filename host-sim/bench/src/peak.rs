@@ -3,7 +3,8 @@
 use std::hint::black_box;
 use std::time::Duration;
 
-use bonebeam::simd::{InstructionSet, Task, Vector};
+use bonebeam::dispatch;
+use bonebeam::simd::{InstructionSet, Vector};
 
 use super::timing::fastest;
 
@@ -14,26 +15,15 @@ const STEPS: usize = 20_000;
 
 /// Flop/s of one core, with as many multiplications as additions, not fused.
 pub fn peak(set: InstructionSet, budget: Duration) -> f64 {
-    set.dispatch(Peak { budget: budget / 4 })
-}
-
-struct Peak {
-    budget: Duration,
-}
-
-impl Task for Peak {
-    type Output = f64;
-
-    fn run<V: Vector>(self, zero: V) -> f64 {
-        // Too few chains wait for one another; too many do not fit the registers.
-        let rates = [
-            rate::<V, 12>(zero, self.budget),
-            rate::<V, 13>(zero, self.budget),
-            rate::<V, 14>(zero, self.budget),
-            rate::<V, 24>(zero, self.budget),
-        ];
-        rates.into_iter().fold(0.0, f64::max)
-    }
+    let budget = budget / 4;
+    // Too few chains wait for one another; too many do not fit the registers.
+    let rates = dispatch!(set, zero => [
+        rate::<_, 12>(zero, budget),
+        rate::<_, 13>(zero, budget),
+        rate::<_, 14>(zero, budget),
+        rate::<_, 24>(zero, budget),
+    ]);
+    rates.into_iter().fold(0.0, f64::max)
 }
 
 /// Flop/s of a number of chains.

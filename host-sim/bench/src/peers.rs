@@ -152,10 +152,7 @@ impl Peer {
             "zea" => Covariance::Forward,
             _ => return Ok(Box::new(|| Ok(recording.beamform()?.z))),
         };
-        let all = Active {
-            first: 0,
-            count: FRAME.2,
-        };
+        let all = Active::new(0, FRAME.2);
         let parameters = Parameters {
             method: Method::Mv,
             covariance,

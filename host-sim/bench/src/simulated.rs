@@ -190,7 +190,7 @@ fn below_full_aperture(
                 0 => 0,
                 _ => InVivo::ELEMENTS - count,
             };
-            Active { first, count }
+            Active::new(first, count)
         }
     };
     let mut rows = Vec::new();

@@ -67,10 +67,7 @@ pub(super) fn array_of<'e>(data: &'e ChannelData, elements: &'e [Element]) -> Ar
     if elements.is_empty() {
         return Array::LinearAt(&data.element_x);
     }
-    Array::At {
-        elements,
-        pitch: data.pitch(),
-    }
+    Array::at(elements, data.pitch())
 }
 
 impl Beams {

@@ -72,10 +72,7 @@ impl Kernel {
         match self {
             Kernel::ShortLag(coherence) => {
                 let mut real = vec![0.0; coherence.need().real];
-                let scratch = Scratch {
-                    real: &mut real,
-                    complex: &mut [],
-                };
+                let scratch = Scratch::new(&mut real, &mut []);
                 Ok(coherence.line(line, active, scratch, row)?)
             }
             Kernel::LargestEigenvalue(beamformer, sizes) => {
@@ -109,6 +106,10 @@ pub fn of_frame(
             let largest = largest.unwrap_or(0);
             let kernel = Kernel::new(measure, parameters, &stage.depths(), largest)?;
             of_stage(stage, samples, &kernel)
+        }
+        (Recording::Lines(_), None) => {
+            let needs = "coherence needs the samples of the elements; the file holds lines";
+            Err(crate::Error::Data(needs.into()))
         }
         (Recording::Aligned(data), None) => of_aligned_data(data, frame, (measure, parameters)),
         _ => Err(other_kind()),
@@ -174,17 +175,10 @@ fn of_aligned_data(
         return Err(no_frame(frame, frames));
     }
     let c = parameters.sound_speed.unwrap_or(DEFAULT_SOUND_SPEED);
-    let depths = geometry::Axis {
-        first: 0.0,
-        step: c / data.fs / 2.0,
-        count: samples,
-    };
+    let depths = geometry::Axis::new(0.0, c / data.fs / 2.0, samples);
     let kernel = Kernel::new(measure, parameters, &depths, elements)?;
     let x = data.x.index_axis(Axis(0), frame);
-    let all = |_| Active {
-        first: 0,
-        count: elements,
-    };
+    let all = |_| Active::new(0, elements);
     let mut map: Array2<f32> = Array2::zeros((beams, samples));
     let rows = map.as_slice_mut().unwrap_or_default();
     let rows = rows.par_chunks_mut(samples.max(1)).enumerate();

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use bonebeam::beamform::Parameters;
-use bonebeam::delay::{Delay, DelayParameters, IqLayout, IqRecord, IqSamples, MAX_SAMPLES, Record};
+use bonebeam::delay::{Delay, DelayParameters, IqLayout, IqSamples, MAX_SAMPLES, Record};
 use bonebeam::geometry::{
     Active, Aperture, Array, Axis, Depth, Element, Lines, Ray, Scan, ScanParameters, Transmit,
     TransmitLaw,
@@ -261,11 +261,11 @@ impl<'a> DelayStage<'a> {
 
     /// The depths of the output samples, m.
     pub fn depths(&self) -> Axis {
-        Axis {
-            first: self.parameters.sound_speed * self.start / 2.0,
-            step: self.parameters.sound_speed / self.parameters.output_rate / 2.0,
-            count: self.samples,
-        }
+        Axis::new(
+            self.parameters.sound_speed * self.start / 2.0,
+            self.parameters.sound_speed / self.parameters.output_rate / 2.0,
+            self.samples,
+        )
     }
 
     /// The speed of sound in use, m/s.
@@ -417,8 +417,7 @@ impl<'a> DelayStage<'a> {
                 let phase = late * std::f64::consts::TAU;
                 let iq = self.weighted(&iq);
                 let records = records(iq.view(), |iq, elements| {
-                    IqRecord::new(IqSamples::Float(iq), IqLayout::Planar, elements)?
-                        .with_phase(phase)
+                    Record::iq(IqSamples::Float(iq), IqLayout::Planar, elements)?.with_phase(phase)
                 })?;
                 let pipeline = LinePipeline::of_iq(scan, *input, beamformer)?;
                 work(&LineSource::Iq(Recorded {

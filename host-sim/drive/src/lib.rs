@@ -2,6 +2,7 @@
 
 pub mod beamform;
 mod beams;
+pub mod check;
 pub mod coherence;
 pub mod config;
 pub mod delay;

@@ -102,7 +102,7 @@ pub fn working_memory(
     let frame = recording.bytes() / recording.frames().max(1);
     let blocks = product(&[(2 * frames).saturating_sub(1), frame]);
     let beamforming = match recording {
-        Recording::Aligned(_) => vec![blocks, frame],
+        Recording::Aligned(_) | Recording::Lines(_) => vec![blocks, frame],
         Recording::Channel(data) => {
             let c = parameters.sound_speed.unwrap_or(data.c);
             let [first, last] = depths_of(data, parameters);
@@ -190,11 +190,7 @@ pub fn phase_symmetry_memory([rows, columns]: [usize; 2], section: &PhaseSymmetr
             .unwrap_or(side)
             .min(LONGEST)
     };
-    let sizes = Sizes {
-        rows: side(high),
-        columns: side(wide),
-        strip: section.strip,
-    };
+    let sizes = Sizes::new(side(high), side(wide), section.strip);
     let lanes = 16 * (2 * sizes.line_len() + sizes.gains_len());
     let thread = sizes.strip_len() + sizes.sums_len() + lanes;
     let scales = match section.scales_from_image {

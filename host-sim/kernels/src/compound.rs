@@ -4,9 +4,10 @@ use std::ops::Range;
 
 use bonebeam::beamform::AlignedLine;
 use bonebeam::delay::{Compounding, Contribution, Delay, ScanLine, Upsampled};
+use bonebeam::dispatch;
 use bonebeam::geometry::{Active, Scan, Transmit};
 use bonebeam::pipeline::Block;
-use bonebeam::simd::{InstructionSet, Task, Vector};
+use bonebeam::simd::{InstructionSet, Vector};
 use num_complex::Complex;
 use rayon::prelude::*;
 
@@ -59,7 +60,7 @@ impl<'a> Compounded<'a> {
             lines,
             values: Vec::new(),
         };
-        compounded.values = set.dispatch(Values(&compounded, rf))?;
+        compounded.values = dispatch!(set, zero => compounded.values(zero, rf))?;
         Ok(compounded)
     }
 
@@ -79,12 +80,7 @@ impl<'a> Compounded<'a> {
         scratch: &mut Vec<f32>,
         x: &'x mut [Complex<f32>],
     ) -> Result<AlignedLine<'x>> {
-        set.dispatch(Analytic {
-            compounded: self,
-            block,
-            scratch,
-            x: &mut *x,
-        })?;
+        dispatch!(set, zero => self.analytic(zero, block, scratch, x))?;
         let line = AlignedLine::new(x, self.scan.elements())?;
         Ok(line.of_line(block.first, self.scan.samples())?)
     }
@@ -122,31 +118,27 @@ impl<'a> Compounded<'a> {
         }
         Some(low)
     }
-}
 
-/// Real parts of all elements: the mean over the transmits, added in their order.
-struct Values<'s, 'a>(&'s Compounded<'a>, &'s [f32]);
-
-impl Task for Values<'_, '_> {
-    type Output = Result<Vec<f32>>;
-
-    fn run<V: Vector>(self, zero: V) -> Self::Output {
-        let Values(of, rf) = self;
-        let upsampled = &of.upsampled;
-        let p = of.delay.parameters();
-        let (lines, length) = (of.lines.len(), upsampled.line_len());
+    /// Real parts of all elements: the mean over the transmits, added in their order.
+    fn values<V: Vector>(&self, zero: V, rf: &[f32]) -> Result<Vec<f32>> {
+        let upsampled = &self.upsampled;
+        let p = self.delay.parameters();
+        let (lines, length) = (self.lines.len(), upsampled.line_len());
         let of_lines = lines * length;
         if lines == 0 {
             return Ok(Vec::new());
         }
         // All elements share them.
-        let mut centres = vec![0; of.transmits.len() * of_lines];
+        let mut centres = vec![0; self.transmits.len() * of_lines];
         let positions = centres.par_chunks_exact_mut(length).enumerate();
         positions.try_for_each(|(k, positions)| {
-            upsampled.centre(&of.line(k / lines, of.lines.start + k % lines), positions)
+            upsampled.centre(
+                &self.line(k / lines, self.lines.start + k % lines),
+                positions,
+            )
         })?;
         let mut values = vec![0.0; p.elements * of_lines];
-        let scale = 1.0 / of.transmits.len() as f32;
+        let scale = 1.0 / self.transmits.len() as f32;
         let of_elements = values.par_chunks_mut(TOGETHER * of_lines);
         let record_len = upsampled.record_len();
         let memory = || {
@@ -164,15 +156,15 @@ impl Task for Values<'_, '_> {
                 // [element, line], as the lags and the values.
                 let mut first = Vec::with_capacity(elements.len() * lines);
                 for element in elements.clone() {
-                    first.extend(of.lines.clone().map(|line| of.first(line, element)));
+                    first.extend(self.lines.clone().map(|line| self.first(line, element)));
                 }
                 for (k, receive_delays) in receive_delays.chunks_exact_mut(length).enumerate() {
                     if first.get(k).is_some_and(Option::is_some) {
                         let (line, element) =
-                            (of.lines.start + k % lines, elements.start + k / lines);
+                            (self.lines.start + k % lines, elements.start + k / lines);
                         upsampled.receive_delays(
                             zero,
-                            &of.line(0, line),
+                            &self.line(0, line),
                             element,
                             receive_delays,
                         )?;
@@ -210,47 +202,36 @@ impl Task for Values<'_, '_> {
         )?;
         Ok(values)
     }
-}
 
-/// The analytic samples of a block.
-struct Analytic<'s, 'a> {
-    compounded: &'s Compounded<'a>,
-    block: Block,
-    scratch: &'s mut Vec<f32>,
-    x: &'s mut [Complex<f32>],
-}
-
-impl Task for Analytic<'_, '_> {
-    type Output = Result<()>;
-
-    fn run<V: Vector>(self, zero: V) -> Self::Output {
-        let Analytic {
-            compounded: of,
-            block,
-            scratch,
-            x,
-        } = self;
-        let p = of.delay.parameters();
-        let length = of.upsampled.line_len();
-        let own_length = of.upsampled.block_len(x.len() / p.elements);
+    /// The analytic samples of a block.
+    fn analytic<V: Vector>(
+        &self,
+        zero: V,
+        block: Block,
+        scratch: &mut Vec<f32>,
+        x: &mut [Complex<f32>],
+    ) -> Result<()> {
+        let p = self.delay.parameters();
+        let length = self.upsampled.line_len();
+        let own_length = self.upsampled.block_len(x.len() / p.elements);
         let stage_len = p.need(V::LANES).real;
         scratch.resize(stage_len, 0.0);
         let mut own = Vec::with_capacity(block.active.count * own_length);
         for element in range(block.active) {
-            let row = element * of.lines.len() + block.line - of.lines.start;
-            let row = &of.values[row * length..(row + 1) * length];
+            let row = element * self.lines.len() + block.line - self.lines.start;
+            let row = &self.values[row * length..(row + 1) * length];
             let end = length.min(block.first + own_length);
             own.extend_from_slice(&row[block.first..end]);
             own.resize(own.len() + own_length - (end - block.first), 0.0);
         }
         let line = ScanLine {
             active: block.active,
-            ..of.line(0, block.line)
+            ..self.line(0, block.line)
         };
-        of.upsampled.analytic(zero, &line, &own, scratch, x)?;
+        self.upsampled.analytic(zero, &line, &own, scratch, x)?;
         // What is not active is not complete.
         for (sample, row) in x.chunks_exact_mut(p.elements).enumerate() {
-            let active = of.active(block.line, block.first + sample);
+            let active = self.active(block.line, block.first + sample);
             row[..active.start].fill(Complex::ZERO);
             row[active.end..].fill(Complex::ZERO);
         }

@@ -1,9 +1,10 @@
 //! Memory of a thread for the core's beamformer, for sizes known at run time.
 
 use bonebeam::beamform::{AlignedLine, Beamformer, Segment, Sizes, SteeredSegments, Workspace};
+use bonebeam::dispatch;
 use bonebeam::geometry::Active;
 use bonebeam::memory::Scratch;
-use bonebeam::simd::{InstructionSet, Task, Vector};
+use bonebeam::simd::{InstructionSet, Vector};
 use num_complex::Complex;
 
 use crate::{Error, Result};
@@ -42,10 +43,7 @@ impl<V: Vector> Memory<V> {
 
     /// The workspace for the core.
     pub fn view(&mut self) -> Workspace<'_, V> {
-        let scratch = Scratch {
-            real: &mut self.real,
-            complex: &mut self.complex,
-        };
+        let scratch = Scratch::new(&mut self.real, &mut self.complex);
         Workspace::new(self.zero, self.sizes, scratch).expect("memory of the length needed")
     }
 }
@@ -154,15 +152,5 @@ impl<V: Vector> AnyMemory for Memory<V> {
 /// # Errors
 /// As [`Memory::new`].
 pub fn memory(set: InstructionSet, sizes: Sizes) -> Result<Box<dyn AnyMemory>> {
-    set.dispatch(Lanes(sizes))
-}
-
-struct Lanes(Sizes);
-
-impl Task for Lanes {
-    type Output = Result<Box<dyn AnyMemory>>;
-
-    fn run<V: Vector>(self, zero: V) -> Self::Output {
-        Ok(Box::new(Memory::new(zero, self.0)?))
-    }
+    Ok(dispatch!(set, zero => Box::new(Memory::new(zero, sizes)?)))
 }

@@ -3,10 +3,11 @@
 use std::ops::Range;
 
 use bonebeam::beamform::AlignedLine;
-use bonebeam::delay::{Delay, IqDelay, Stage};
+use bonebeam::delay::{Delay, IqDelay, Record, Stage};
+use bonebeam::dispatch;
 use bonebeam::geometry::{Scan, Transmit};
 use bonebeam::pipeline::{Block, LinePipeline};
-use bonebeam::simd::{InstructionSet, Task, Vector};
+use bonebeam::simd::{InstructionSet, Vector};
 use num_complex::Complex;
 use rayon::prelude::*;
 
@@ -29,7 +30,7 @@ pub struct Recorded<'a, D: Stage> {
     /// The transmits.
     pub transmits: &'a [Transmit<'a>],
     /// The record of each transmit.
-    pub records: &'a [D::Record<'a>],
+    pub records: &'a [Record<'a>],
     /// Transmits of a line; its samples are their mean.
     pub of_line: &'a (dyn Fn(usize) -> Range<usize> + Sync),
 }
@@ -67,8 +68,8 @@ impl<'a> LineSource<'a> {
         x: &'x mut [Complex<f32>],
     ) -> Result<AlignedLine<'x>> {
         match self {
-            LineSource::Rf(recorded) => set.dispatch(recorded.task(block, scratch, x)),
-            LineSource::Iq(recorded) => set.dispatch(recorded.task(block, scratch, x)),
+            LineSource::Rf(recorded) => recorded.align(set, block, scratch, x),
+            LineSource::Iq(recorded) => recorded.align(set, block, scratch, x),
             LineSource::Upsampled(compounded) => compounded.align(set, block, scratch, x),
         }
     }
@@ -95,46 +96,24 @@ impl<'a> LineSource<'a> {
     }
 }
 
-impl<'a, D: Stage> Recorded<'a, D> {
-    fn task<'s, 'x>(
-        &'s self,
+impl<D: Stage> Recorded<'_, D> {
+    fn align<'x>(
+        &self,
+        set: InstructionSet,
         block: Block,
-        scratch: &'s mut Vec<f32>,
+        scratch: &mut Vec<f32>,
         x: &'x mut [Complex<f32>],
-    ) -> Align<'s, 'a, 'x, D> {
-        Align {
-            recorded: self,
-            block,
-            scratch,
-            x,
-        }
-    }
-}
-
-struct Align<'s, 'a, 'x, D: Stage> {
-    recorded: &'s Recorded<'a, D>,
-    block: Block,
-    scratch: &'s mut Vec<f32>,
-    x: &'x mut [Complex<f32>],
-}
-
-impl<'x, D: Stage> Task for Align<'_, '_, 'x, D> {
-    type Output = Result<AlignedLine<'x>>;
-
-    fn run<V: Vector>(self, zero: V) -> Self::Output {
-        let Align {
-            recorded,
-            block,
-            scratch,
-            x,
-        } = self;
-        let pipeline = &recorded.pipeline;
+    ) -> Result<AlignedLine<'x>> {
+        let pipeline = &self.pipeline;
         let samples = x.len() / pipeline.scan().elements();
-        let needed = pipeline.delay().need(V::LANES, samples).real;
-        scratch.resize(scratch.len().max(needed), 0.0);
-        let own = (recorded.of_line)(block.line);
-        let transmits = recorded.transmits[own.clone()].iter().copied();
-        let transmits = transmits.zip(&recorded.records[own]);
-        Ok(pipeline.align(zero, block, transmits, scratch, x)?)
+        let own = (self.of_line)(block.line);
+        let transmits = self.transmits[own.clone()].iter().copied();
+        let transmits = transmits.zip(&self.records[own]);
+        let line = dispatch!(set, zero => {
+            let needed = pipeline.delay().need(zero.lanes().len(), samples).real;
+            scratch.resize(scratch.len().max(needed), 0.0);
+            pipeline.align(zero, block, transmits, scratch, x)
+        });
+        Ok(line?)
     }
 }

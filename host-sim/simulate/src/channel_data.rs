@@ -11,6 +11,7 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use bonebeam::dispatch;
 use bonebeam::simd::InstructionSet;
 use ndarray::Array3;
 use num_complex::Complex;
@@ -20,7 +21,7 @@ use crate::{Error, Result};
 use bonebeam_files::memory::{self, product};
 use bonebeam_files::{ChannelData, Samples, Transmits};
 
-use super::cell_sum::{self, Beam, Sum, Tile};
+use super::cell_sum::{self, Beam, Tile};
 use super::cells::cells;
 use super::checkpoint::Checkpoint;
 use super::coherence::decorrelate;
@@ -322,12 +323,7 @@ impl Acquisition<'_> {
         let legs = [settings.elements, 64, longest_frequencies(longest, band), 8];
         self.check_memory(&input.window, product(&legs))?;
         let mut tiles = Tile::all(&input);
-        set.dispatch(Sum {
-            input: &input,
-            tiles: &mut tiles,
-            checkpoint,
-            tick,
-        })?;
+        dispatch!(set, zero => cell_sum::sum(zero, &input, &mut tiles, checkpoint, tick))?;
         let beams = input.beams.map(<[Beam]>::len);
         let spectra = spectra(&input.window, tiles, settings.elements, beams);
         Ok((input.window, spectra))

@@ -1,6 +1,7 @@
 //! Bones given as a triangle mesh in a PLY, STL or OBJ file.
 
 use std::collections::BTreeMap;
+use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
@@ -9,7 +10,7 @@ use bonebeam_files::input;
 use bonebeam_files::terminal::short;
 
 use super::outline::Outline;
-use super::ply::{self, Raw};
+use super::ply::{self, Columns, Raw};
 use super::surface::Surface;
 
 /// Outline of a mesh at height `slice` in m.
@@ -20,7 +21,7 @@ use super::surface::Surface;
 /// # Errors
 /// A file that cannot be read, or a mesh that the plane does not cut or that is open there.
 pub fn slice_mesh(path: &Path, slice: f64) -> Result<Outline> {
-    let mesh = read(path)?;
+    let mesh = read(path, MAX_EXTENT)?;
     let outline = mesh.placed(slice).outline();
     if let Some(outline) = outline.map_err(|message| file_error(path, message))? {
         return Ok(outline);
@@ -42,7 +43,7 @@ pub fn slice_mesh(path: &Path, slice: f64) -> Result<Outline> {
 pub fn slice_ply(bytes: &[u8], slice: f64) -> Result<Outline> {
     let raw = ply::read(bytes, bytes.len() as u64);
     let outline = raw
-        .and_then(weld)
+        .and_then(|raw| weld(raw, MAX_EXTENT))
         .and_then(|mesh| mesh.placed(slice).outline());
     let outline = outline.and_then(|outline| outline.ok_or_else(|| "is not cut".into()));
     outline.map_err(|message| Error::Data(format!("the mesh {message}")))
@@ -55,7 +56,7 @@ pub fn slice_ply(bytes: &[u8], slice: f64) -> Result<Outline> {
 /// # Errors
 /// A file that cannot be read, or a surface that is not closed.
 pub fn read_mesh(path: &Path, slice: f64) -> Result<(Surface, Vec<String>)> {
-    let mesh = read(path)?;
+    let mesh = read(path, MAX_EXTENT)?;
     let mut surface = mesh.placed(slice);
     let mut warnings = Vec::new();
     let found = surface
@@ -63,10 +64,7 @@ pub fn read_mesh(path: &Path, slice: f64) -> Result<(Surface, Vec<String>)> {
         .map_err(|message| file_error(path, message))?;
     if found.inverted {
         surface = surface.inside_out();
-        warnings.push(format!(
-            "{}: the surface is inside out; its triangles are reversed",
-            path.display()
-        ));
+        warnings.push(inside_out(path));
     }
     if found.mixed > 0 {
         warnings.push(format!(
@@ -76,6 +74,37 @@ pub fn read_mesh(path: &Path, slice: f64) -> Result<(Surface, Vec<String>)> {
         ));
     }
     Ok((surface, warnings))
+}
+
+fn inside_out(path: &Path) -> String {
+    format!(
+        "{}: the surface is inside out; its triangles are reversed",
+        path.display()
+    )
+}
+
+/// A mesh as it stands in its file, in mm, closed or not, with warnings.
+///
+/// # Errors
+/// A file that cannot be read, or a mesh without triangles.
+pub fn read_surface(path: &Path) -> Result<(Surface, Vec<String>)> {
+    let mesh = read(path, MAX_DISTANCE)?;
+    let index = |k: usize| k as u32;
+    let triangles = mesh.triangles.iter().map(|t| t.map(index));
+    let surface = Surface::new(mesh.vertices, triangles.collect());
+    Ok(match surface.check() {
+        Ok(found) if found.inverted => (surface.inside_out(), vec![inside_out(path)]),
+        _ => (surface, Vec::new()),
+    })
+}
+
+/// The values of a PLY file's vertices by their names; it needs no faces.
+///
+/// # Errors
+/// A file that cannot be read.
+pub fn read_vertices(path: &Path) -> Result<Columns> {
+    let (reader, length) = open_ply(path)?;
+    ply::read_columns(reader, length).map_err(|message| file_error(path, message))
 }
 
 fn file_error(path: &Path, message: String) -> Error {
@@ -106,22 +135,26 @@ impl Mesh {
 
 /// Largest distance of a bone's surface from the origin, mm.
 const MAX_EXTENT: f64 = 1000.0;
+/// The same in a scanner's coordinates.
+const MAX_DISTANCE: f64 = 10_000.0;
 /// Smallest size of a bone, mm; a smaller mesh is in metres.
 const MIN_EXTENT: f64 = 1.0;
 
 /// Reads the mesh of a file, by the ending of its name: STL, OBJ, else PLY.
-fn read(path: &Path) -> Result<Mesh> {
+fn read(path: &Path, most: f64) -> Result<Mesh> {
     let ending = path.extension().and_then(|e| e.to_str()).unwrap_or("");
     let raw = match ending.to_ascii_lowercase().as_str() {
         "stl" => read_stl(path)?,
         "obj" => read_obj(path)?,
         _ => read_ply(path)?,
     };
-    weld(raw).map_err(|message| file_error(path, message))
+    weld(raw, most).map_err(|message| file_error(path, message))
 }
 
 /// Joins corners at the same position, which STL repeats per triangle; checks them.
-fn weld(raw: Raw) -> std::result::Result<Mesh, String> {
+///
+/// `most` is the largest distance from the origin, mm.
+fn weld(raw: Raw, most: f64) -> std::result::Result<Mesh, String> {
     let mut vertices = Vec::new();
     let mut known = BTreeMap::new();
     let mut merged = Vec::new();
@@ -131,9 +164,9 @@ fn weld(raw: Raw) -> std::result::Result<Mesh, String> {
             if !value.is_finite() {
                 return Err(format!("vertex {index}: {key} is not finite"));
             }
-            if value.abs() > MAX_EXTENT {
+            if value.abs() > most {
                 return Err(format!(
-                    "vertex {index}: {key} is {} mm; expected at most {MAX_EXTENT} mm either way",
+                    "vertex {index}: {key} is {} mm; expected at most {most} mm either way",
                     short(value)
                 ));
             }
@@ -179,10 +212,7 @@ fn read_stl(path: &Path) -> Result<Raw> {
     let mut reader = BufReader::new(file);
     let unreadable = |error: std::io::Error| fail(format!("not a readable STL file: {error}"));
     let triangles = stl_io::create_stl_reader(&mut reader).map_err(unreadable)?;
-    let mut raw = Raw {
-        vertices: Vec::new(),
-        triangles: Vec::new(),
-    };
+    let mut raw = Raw::default();
     for triangle in triangles {
         let triangle = triangle.map_err(unreadable)?;
         let first = raw.vertices.len();
@@ -209,10 +239,7 @@ fn read_obj(path: &Path) -> Result<Raw> {
     let nothing = |_: &Path| Ok((Vec::new(), Default::default()));
     let (models, _) = tobj::load_obj_buf(&mut BufReader::new(file), &options, nothing)
         .map_err(|error| fail(format!("not a readable OBJ file: {error}")))?;
-    let mut raw = Raw {
-        vertices: Vec::new(),
-        triangles: Vec::new(),
-    };
+    let mut raw = Raw::default();
     for tobj::Model { mesh, .. } in models {
         let first = raw.vertices.len();
         let (positions, _) = mesh.positions.as_chunks::<3>();
@@ -232,9 +259,14 @@ fn read_obj(path: &Path) -> Result<Raw> {
 }
 
 fn read_ply(path: &Path) -> Result<Raw> {
-    let fail = |message: String| file_error(path, message);
-    let open = |error: std::io::Error| fail(input::cannot_be_opened(&error));
+    let (reader, length) = open_ply(path)?;
+    ply::read(reader, length).map_err(|message| file_error(path, message))
+}
+
+/// A file and its length, bytes.
+fn open_ply(path: &Path) -> Result<(BufReader<File>, u64)> {
+    let open = |error: std::io::Error| file_error(path, input::cannot_be_opened(&error));
     let file = input::open(path).map_err(open)?;
     let length = file.metadata().map_err(open)?.len();
-    ply::read(BufReader::new(file), length).map_err(fail)
+    Ok((BufReader::new(file), length))
 }

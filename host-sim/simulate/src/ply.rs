@@ -4,6 +4,7 @@
 //!
 //! Source: G. Turk, The PLY Polygon File Format, 1994.
 
+use std::collections::BTreeMap;
 use std::io::{BufRead, Read};
 
 type Result<T> = std::result::Result<T, String>;
@@ -13,12 +14,16 @@ const MAX_LINE: u64 = 4096;
 const MAX_NUMBER: usize = 128;
 
 /// Corners and triangles from a file.
+#[derive(Default)]
 pub(super) struct Raw {
     /// In mm, not checked.
     pub(super) vertices: Vec<[f64; 3]>,
     /// Indices, checked.
     pub(super) triangles: Vec<[usize; 3]>,
 }
+
+/// Values of the vertices by their names.
+pub type Columns = BTreeMap<String, Vec<f64>>;
 
 #[derive(Clone, Copy, PartialEq)]
 enum Format {
@@ -56,7 +61,20 @@ struct Element {
 ///
 /// # Errors
 /// A message on one line.
-pub(super) fn read(mut reader: impl BufRead, length: u64) -> Result<Raw> {
+pub(super) fn read(reader: impl BufRead, length: u64) -> Result<Raw> {
+    Ok(read_parts(reader, length, true)?.0)
+}
+
+/// The vertices' values of a file of `length` bytes, which needs no faces.
+///
+/// # Errors
+/// A message on one line.
+pub(super) fn read_columns(reader: impl BufRead, length: u64) -> Result<Columns> {
+    Ok(read_parts(reader, length, false)?.1)
+}
+
+/// The mesh, or the values of its vertices.
+fn read_parts(mut reader: impl BufRead, length: u64, mesh: bool) -> Result<(Raw, Columns)> {
     let unreadable = |reason: String| format!("not a readable PLY file: {reason}");
     let (format, elements) = header(&mut reader).map_err(unreadable)?;
     check_counts(&elements, length)?;
@@ -66,12 +84,12 @@ pub(super) fn read(mut reader: impl BufRead, length: u64) -> Result<Raw> {
             .map(|element| element.count)
             .ok_or_else(|| format!("the PLY file has no element \"{name}\""))
     };
-    let (known, _) = (count("vertex")?, count("face")?);
+    let known = count("vertex")?;
+    if mesh {
+        count("face")?;
+    }
     let mut values = Values { reader, format };
-    let mut raw = Raw {
-        vertices: Vec::new(),
-        triangles: Vec::new(),
-    };
+    let (mut raw, mut columns) = (Raw::default(), Columns::new());
     for element in &elements {
         check_properties(element)?;
         for index in 0..element.count {
@@ -81,6 +99,10 @@ pub(super) fn read(mut reader: impl BufRead, length: u64) -> Result<Raw> {
                 let mut next = |scalar| values.next(scalar).map_err(unreadable);
                 let Some(list) = property.list else {
                     let value = next(property.scalar)?;
+                    if !mesh && element.name == "vertex" {
+                        let column = columns.entry(property.name.clone());
+                        column.or_default().push(value);
+                    }
                     if let Some(axis) = ["x", "y", "z"].iter().position(|k| *k == property.name) {
                         vertex[axis] = value;
                     }
@@ -89,7 +111,7 @@ pub(super) fn read(mut reader: impl BufRead, length: u64) -> Result<Raw> {
                 let entries = next(list)?;
                 let entries = whole(entries)
                     .ok_or_else(|| unreadable(format!("a list of {entries} entries")))?;
-                let is_face = element.name == "face" && names_corners(property);
+                let is_face = mesh && element.name == "face" && names_corners(property);
                 let mut corners = [0; 2];
                 for k in 0..entries {
                     let value = next(property.scalar)?;
@@ -106,12 +128,12 @@ pub(super) fn read(mut reader: impl BufRead, length: u64) -> Result<Raw> {
                     corners[k.min(1)] = corner;
                 }
             }
-            if element.name == "vertex" {
+            if mesh && element.name == "vertex" {
                 raw.vertices.push(vertex);
             }
         }
     }
-    Ok(raw)
+    Ok((raw, columns))
 }
 
 fn names_corners(property: &Property) -> bool {

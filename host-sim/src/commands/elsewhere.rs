@@ -1,8 +1,7 @@
-//! `host-sim paper` and `host-sim tune`: commands of the program `bonebeam-paper`.
+//! Commands of `bonebeam-paper`, which has experiments and references.
 
 use std::env;
 use std::ffi::OsString;
-use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -13,7 +12,7 @@ use crate::{Error, Result};
 /// The program, beside this one or in a folder of `PATH`.
 const PROGRAM: &str = "bonebeam-paper";
 
-/// Arguments, passed on as they are.
+/// Arguments, which the program reads.
 #[derive(Debug, Args)]
 #[command(disable_help_flag = true)]
 pub struct Arguments {
@@ -26,16 +25,13 @@ pub struct Arguments {
     rest: Vec<OsString>,
 }
 
-/// Runs a command of the program in place of this one.
+/// Runs the program with the arguments of this one, in its place.
 ///
 /// # Errors
-/// [`Error::Usage`] if the program is not there.
-pub fn run(command: &str, threads: Option<NonZeroUsize>, arguments: &Arguments) -> Result<()> {
-    let mut program = Command::new(found().ok_or_else(|| missing(command))?);
-    program.arg(command).args(&arguments.rest);
-    if let Some(threads) = threads {
-        program.arg(format!("--threads={threads}"));
-    }
+/// [`Error::Usage`] if it is not there, with `what` needs it.
+pub fn run(what: &str) -> Result<()> {
+    let mut program = Command::new(found().ok_or_else(|| missing(what))?);
+    program.args(env::args_os().skip(1));
     let error = replace(&mut program);
     Err(Error::Data(format!("{PROGRAM} cannot be run: {error}")))
 }
@@ -65,8 +61,8 @@ fn found() -> Option<PathBuf> {
         .find(|path| path.is_file())
 }
 
-fn missing(command: &str) -> Error {
+fn missing(what: &str) -> Error {
     Error::Usage(format!(
-        "{command} is a command of {PROGRAM}, which is not here; build it in the folder paper: cargo build --release"
+        "{what} is done by {PROGRAM}, which is not here; build it in the folder paper: cargo build --release"
     ))
 }

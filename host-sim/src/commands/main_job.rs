@@ -10,6 +10,7 @@ use super::{about, read_document};
 use crate::progress::Progress;
 use crate::provenance::PROGRAM;
 use crate::{Error, Result};
+use bonebeam_drive::check::References;
 use bonebeam_files::atomic::{Outputs, check_writable};
 use bonebeam_files::temporary_files;
 use bonebeam_files::terminal::{one_line, print};
@@ -26,6 +27,10 @@ pub struct Arguments {
     /// Folder for the main job's report, pictures and configuration [default: out]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+
+    /// Also compare the results with the references, by the program bonebeam-paper
+    #[arg(long)]
+    pub references: bool,
 
     #[command(flatten)]
     overrides: Overrides,
@@ -50,6 +55,7 @@ impl Arguments {
         let own = [
             ("--quick", self.quick),
             ("--out", self.out.is_some()),
+            ("--references", self.references),
             ("--docs", self.docs.is_some()),
             ("--config", self.config.is_some()),
         ];
@@ -65,9 +71,11 @@ impl Arguments {
 
 /// Runs the main job, prints its tables and writes its folder.
 ///
+/// Results are compared with `references` if there are some.
+///
 /// # Errors
 /// A parameter out of range, a folder that cannot be written, or a check that fails.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub fn run(arguments: &Arguments, references: Option<&'static References>) -> Result<()> {
     let mut job = match &arguments.config {
         Some(path) => Job::read(MAIN_JOB, path)?,
         None if arguments.quick => Job::quick(MAIN_JOB),
@@ -75,6 +83,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     };
     job.apply(&arguments.overrides);
     job.validate()?;
+    job.compare_with(references);
     let folder = arguments.out.as_deref().unwrap_or(Path::new("out"));
     let bar = Progress::new("", 1000);
     let docs = arguments.docs.as_deref();

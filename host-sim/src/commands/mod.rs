@@ -5,15 +5,16 @@ pub mod beamform;
 pub mod bench;
 #[cfg(not(feature = "bench"))]
 pub mod bench_left_out;
+pub mod check;
 pub mod completions;
 pub mod convert;
 pub mod elsewhere;
 mod frames;
-pub mod golden;
 pub mod info;
 pub mod main_job;
 mod measures;
 pub mod phase_symmetry;
+pub mod register;
 mod sequence;
 pub mod simulate;
 pub mod surface;
@@ -21,7 +22,6 @@ mod surface_files;
 mod surface_inputs;
 mod surface_mesh;
 pub mod sweep;
-pub mod verify;
 
 use std::env;
 use std::path::{Path, PathBuf};

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::check::EstimateArgument;
 use super::frames::{FrameRange, parse_frames};
 use super::surface_files::{Kind, Overlay, add_surfaces_to};
 use super::surface_inputs::{Crop, Found, Source, parse_crop};
@@ -63,6 +64,9 @@ pub struct Arguments {
     variables: VariableArguments,
 
     #[command(flatten)]
+    estimate: EstimateArgument,
+
+    #[command(flatten)]
     beamform: Flags<Beamform>,
 
     #[command(flatten)]
@@ -119,6 +123,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     check_outputs(&[&arguments.input], &outputs)?;
 
     let snapshot = Snapshot::of(&arguments.input)?;
+    arguments.estimate.apply(&arguments.input, &mut config)?;
     let picture = arguments
         .surface
         .given()

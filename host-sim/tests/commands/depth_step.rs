@@ -1,6 +1,7 @@
 //! Lines by a depth step and by a preset.
 
-use super::{brightest, laws, point, run, write_aligned};
+use super::{brightest, laws, point, write_aligned};
+use crate::common::program::Folder;
 use bonebeam_files::BeamformedLines;
 use num_complex::Complex;
 use std::fs;
@@ -16,11 +17,8 @@ fn folder_with_point() -> TempDir {
 }
 
 fn lines(folder: &TempDir, recording: &str, flags: &str) -> BeamformedLines {
-    run(
-        folder,
-        &format!("beamform {recording} -o lines.npz {flags}"),
-    );
-    BeamformedLines::read(&folder.path().join("lines.npz")).unwrap()
+    folder.works(&format!("beamform {recording} -o lines.npz {flags}"));
+    folder.lines("lines.npz")
 }
 
 /// Every `step`-th sample of each line.

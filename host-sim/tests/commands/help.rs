@@ -58,20 +58,30 @@ fn help_has_examples_that_name_real_flags() {
         &["phase-symmetry", "--help"],
         &["surface", "--help"],
         &["sweep", "--help"],
+        &["register", "--help"],
     ] {
         let text = help(command);
         let (flags, examples) = text.split_once("Examples:").expect("examples");
         let mut known = flags.to_owned();
         if command == ["--help"] {
             // The examples of the whole program also belong to its commands.
-            for name in ["simulate", "beamform", "phase-symmetry", "surface", "sweep"] {
+            for name in [
+                "simulate",
+                "beamform",
+                "phase-symmetry",
+                "surface",
+                "sweep",
+                "register",
+            ] {
                 known += &help(&[name, "--help"]);
             }
         }
         // The program that has the experiments checks its own.
-        let own = examples
-            .lines()
-            .filter(|line| !line.contains("host-sim paper"));
+        let own = examples.lines().filter(|line| {
+            !["paper", "golden"]
+                .iter()
+                .any(|own| line.contains(&format!("host-sim {own}")))
+        });
         for word in own
             .flat_map(str::split_whitespace)
             .filter(|word| word.starts_with("--"))

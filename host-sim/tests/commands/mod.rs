@@ -13,6 +13,7 @@ use bonebeam::covariance::Covariance;
 use bonebeam_drive::config::{Beamform, Image};
 use bonebeam_drive::methods::MethodName;
 use bonebeam_files::{AlignedData, BeamformedLines, ChannelData, Transmits, image};
+use common::program::Folder;
 use common::{Npz, scalar, vector};
 use host_sim::config::Config;
 use ndarray::{Array2, Array3, Axis};
@@ -21,17 +22,6 @@ use std::f64::consts::TAU;
 use std::fs;
 use std::process::Command;
 use tempfile::{TempDir, tempdir};
-
-/// Runs the program in a folder; it must succeed.
-fn run(folder: &TempDir, arguments: &str) {
-    let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
-        .args(arguments.split(' '))
-        .current_dir(folder.path())
-        .output()
-        .unwrap();
-    let message = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{arguments}: {message}");
-}
 
 const ELEMENTS: usize = 32;
 const PITCH: f64 = 0.3e-3;
@@ -137,12 +127,10 @@ fn a_point_appears_where_it_is_with_every_delay_law_and_method() {
             "esmv --beta 0.001",
             "esmv-rank1",
         ] {
-            run(
-                &folder,
-                &format!("beamform data.npz -o lines.npz --method {method} {depths}"),
-            );
-            let (x, z) =
-                brightest(&BeamformedLines::read(&folder.path().join("lines.npz")).unwrap());
+            folder.works(&format!(
+                "beamform data.npz -o lines.npz --method {method} {depths}"
+            ));
+            let (x, z) = brightest(&folder.lines("lines.npz"));
             // Half a line, and half a sample of 38.5 µm.
             assert!((x - POINT.0).abs() < 0.5 * PITCH, "{method}: x is {x}");
             assert!(
@@ -159,8 +147,8 @@ fn depths_and_rate_are_those_asked_for() {
     let [_, plane, _] = laws();
     point(plane).write(&folder.path().join("data.npz")).unwrap();
     let command = "beamform data.npz -o lines.npz --depth-start 0.005 --depth-end 0.015";
-    run(&folder, &format!("{command} --output-rate 30.8e6"));
-    let lines = BeamformedLines::read(&folder.path().join("lines.npz")).unwrap();
+    folder.works(&format!("{command} --output-rate 30.8e6"));
+    let lines = folder.lines("lines.npz");
     // Four lines an element, 75 µm apart; 25 µm a sample: 401 of them from 5 to 15 mm.
     assert_eq!(lines.z.dim(), (4 * ELEMENTS, 401));
     assert!((lines.beam_x[1] - lines.beam_x[0] - PITCH / 4.0).abs() < 1e-12);
@@ -195,11 +183,8 @@ fn the_method_works_between_the_depths_asked_for() {
     let depths = "--sub-lines 1 --depth-start 0.009 --depth-end 0.0135";
     for recording in [format!("data.npz {depths}"), "delayed.npz".into()] {
         let lines = |flags: &str| {
-            run(
-                &folder,
-                &format!("beamform {recording} -o lines.npz {flags}"),
-            );
-            BeamformedLines::read(&folder.path().join("lines.npz")).unwrap()
+            folder.works(&format!("beamform {recording} -o lines.npz {flags}"));
+            folder.lines("lines.npz")
         };
         let (method, das) = (
             "--power-steps 4 --temporal-half-window 2",
@@ -249,10 +234,7 @@ fn the_written_configuration_repeats_the_run() {
     let flags = "--method esmv --rank 3 --temporal-half-window 2 --covariance forward --diagonal-loading 0.1 \
                  --subaperture-ratio 0.4 --postfilter coherence-factor --apodization hamming --f-number 2 --min-elements 6 --output-rate 25e6 \
                  --depth-start 0.004 --depth-end 0.018 --dynamic-range 45 --rows 200 --median";
-    run(
-        &folder,
-        &format!("beamform data.npz -o a.npz --image a.png {flags}"),
-    );
+    folder.works(&format!("beamform data.npz -o a.npz --image a.png {flags}"));
     let written = Config::read(&folder.path().join("a.npz.config.toml")).unwrap();
     let expected = Config {
         beamform: Beamform {
@@ -283,13 +265,8 @@ fn the_written_configuration_repeats_the_run() {
         ..Config::default()
     };
     assert_eq!(written, expected);
-    run(
-        &folder,
-        "beamform data.npz -o b.npz --image b.png --config a.npz.config.toml",
-    );
-    let same = |a: &str, b: &str| {
-        fs::read(folder.path().join(a)).unwrap() == fs::read(folder.path().join(b)).unwrap()
-    };
+    folder.works("beamform data.npz -o b.npz --image b.png --config a.npz.config.toml");
+    let same = |a: &str, b: &str| folder.bytes(a) == folder.bytes(b);
     assert!(same("a.npz", "b.npz"));
     assert!(same("a.png", "b.png"));
 
@@ -298,19 +275,13 @@ fn the_written_configuration_repeats_the_run() {
         .replace("temporal-half-window", "temporal")
         .replace("diagonal-loading", "loading")
         .replace("subaperture-ratio", "subarray-ratio");
-    run(&folder, &format!("beamform data.npz -o b.npz {older}"));
+    folder.works(&format!("beamform data.npz -o b.npz {older}"));
     assert!(same("a.npz", "b.npz"));
 
     // A flag overrides the file, and removes keys that contradict it.
-    run(
-        &folder,
-        "beamform data.npz -o c.npz --config a.npz.config.toml --method mv",
-    );
-    run(
-        &folder,
-        "beamform data.npz -o c.npz --config a.npz.config.toml --beta 0.5",
-    );
-    let written = fs::read_to_string(folder.path().join("c.npz.config.toml")).unwrap();
+    folder.works("beamform data.npz -o c.npz --config a.npz.config.toml --method mv");
+    folder.works("beamform data.npz -o c.npz --config a.npz.config.toml --beta 0.5");
+    let written = folder.text("c.npz.config.toml");
     assert!(
         written.contains("\nbeta = 0.5") && !written.contains("\nrank ="),
         "{written}"
@@ -326,13 +297,12 @@ fn the_number_of_threads_changes_no_byte() {
         .write(&folder.path().join("data.npz"))
         .unwrap();
     for threads in [1, 2, 5] {
-        run(
-            &folder,
-            &format!("--threads {threads} beamform data.npz -o {threads}.npz"),
-        );
+        folder.works(&format!(
+            "--threads {threads} beamform data.npz -o {threads}.npz"
+        ));
         assert_eq!(
-            fs::read(folder.path().join("1.npz")).unwrap(),
-            fs::read(folder.path().join(format!("{threads}.npz"))).unwrap(),
+            folder.bytes("1.npz"),
+            folder.bytes(&format!("{threads}.npz")),
         );
     }
 }
@@ -355,8 +325,8 @@ fn sixteen_bit_samples_give_the_lines_of_the_same_numbers_in_f32() {
         .with("tx_angle", vector(&ANGLES))
         .finish();
     let lines = |name: &str| {
-        run(&folder, &format!("beamform {name}.npz -o lines.npz"));
-        BeamformedLines::read(&folder.path().join("lines.npz")).unwrap()
+        folder.works(&format!("beamform {name}.npz -o lines.npz"));
+        folder.lines("lines.npz")
     };
     assert_eq!(lines("f32"), lines("i16"));
 }
@@ -380,8 +350,8 @@ fn aligned_data_are_not_delayed_again() {
         beam_x: beam_x.clone(),
     };
     data.write(&path).unwrap();
-    run(&folder, "beamform delayed.npz -o lines.npz --method das");
-    let lines = BeamformedLines::read(&folder.path().join("lines.npz")).unwrap();
+    folder.works("beamform delayed.npz -o lines.npz --method das");
+    let lines = folder.lines("lines.npz");
     let mean = Array2::from_shape_fn((3, 20), |(b, n)| {
         (0..8).map(|m| x[(b, n, m)]).sum::<Complex<f32>>() / 8.0
     });
@@ -396,11 +366,8 @@ fn aligned_data_are_not_delayed_again() {
     }
     .write(&path)
     .unwrap();
-    run(
-        &folder,
-        "beamform delayed.npz -o lines.npz --beam-spacing 0.002 --sound-speed 1480",
-    );
-    let lines = BeamformedLines::read(&folder.path().join("lines.npz")).unwrap();
+    folder.works("beamform delayed.npz -o lines.npz --beam-spacing 0.002 --sound-speed 1480");
+    let lines = folder.lines("lines.npz");
     assert_eq!(lines.beam_x, [-2e-3, 0.0, 2e-3]);
     assert_eq!(lines.c, 1480.0);
 }

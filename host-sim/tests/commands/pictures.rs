@@ -9,8 +9,8 @@ fn an_image_has_the_size_and_the_depths_asked_for() {
     // right of the middle.
     let command = "beamform data.npz -o lines.npz --method das --depth-start 0.006 \
                    --image image.npy --rows 101 --columns 81 --depth 0.016 --width 0.008";
-    run(&folder, command);
-    let pixels = image::read(&folder.path().join("image.npy")).unwrap();
+    folder.works(command);
+    let pixels = folder.image("image.npy");
     assert_eq!(pixels.dim(), (101, 81));
     let (mut best, mut position) = (0.0, (0, 0));
     for (at, &level) in pixels.indexed_iter() {
@@ -31,7 +31,6 @@ fn an_image_has_the_size_and_the_depths_asked_for() {
 #[test]
 fn a_bone_map_is_the_phase_symmetry_of_the_image() {
     let folder = folder_of_a_point();
-    let bytes = |name: &str| fs::read(folder.path().join(name)).unwrap();
     let beamform = "beamform data.npz -o lines.npz --method das";
     let filter = "--scales 2^-3,2^-4 --threshold 5";
     for (size, flags) in [
@@ -43,81 +42,65 @@ fn a_bone_map_is_the_phase_symmetry_of_the_image() {
         ),
     ] {
         let command = format!("{beamform} --image image.npy {size} --bone-map map.npy {flags}");
-        run(&folder, &command);
-        run(
-            &folder,
-            &format!("{beamform} {size} --bone-map map.png {flags}"),
-        );
+        folder.works(&command);
+        folder.works(&format!("{beamform} {size} --bone-map map.png {flags}"));
         let command = format!("phase-symmetry image.npy -o ps.npy --image ps.png {flags}");
-        run(&folder, &command);
-        assert!(bytes("map.npy") == bytes("ps.npy"), "{size} {flags}");
-        assert!(bytes("map.png") == bytes("ps.png"), "{size} {flags}");
-        let map = image::read(&folder.path().join("map.npy")).unwrap();
+        folder.works(&command);
+        assert!(
+            folder.bytes("map.npy") == folder.bytes("ps.npy"),
+            "{size} {flags}"
+        );
+        assert!(
+            folder.bytes("map.png") == folder.bytes("ps.png"),
+            "{size} {flags}"
+        );
+        let map = folder.image("map.npy");
         assert!(map.iter().any(|&symmetry| symmetry > 0.1), "{size} {flags}");
     }
-    image::write(
-        &image::read(&folder.path().join("image.npy")).unwrap(),
-        &folder.path().join("image.png"),
-    )
-    .unwrap();
-    run(
-        &folder,
-        "phase-symmetry image.png -o rounded.npy --config lines.npz.config.toml",
-    );
-    assert!(bytes("rounded.npy") != bytes("map.npy"));
+    image::write(&folder.image("image.npy"), &folder.path().join("image.png")).unwrap();
+    folder.works("phase-symmetry image.png -o rounded.npy --config lines.npz.config.toml");
+    assert!(folder.bytes("rounded.npy") != folder.bytes("map.npy"));
     let again =
         "beamform data.npz -o lines.npz --bone-map again.npy --config lines.npz.config.toml";
-    run(&folder, again);
-    assert!(bytes("again.npy") == bytes("map.npy"));
+    folder.works(again);
+    assert!(folder.bytes("again.npy") == folder.bytes("map.npy"));
     // An image without a requested size is padded.
-    run(
-        &folder,
-        "beamform data.npz -o own.npz --image own.npy --bone-map own-map.npy",
-    );
-    run(&folder, "phase-symmetry own.npy -o own-ps.npy --pad");
-    assert!(bytes("own-map.npy") == bytes("own-ps.npy"));
+    folder.works("beamform data.npz -o own.npz --image own.npy --bone-map own-map.npy");
+    folder.works("phase-symmetry own.npy -o own-ps.npy --pad");
+    assert!(folder.bytes("own-map.npy") == folder.bytes("own-ps.npy"));
 }
 
 /// Wavelengths are scales by the size of a pixel, and noise gives a threshold, in both commands.
 #[test]
 fn a_bone_map_by_wavelengths_and_the_images_noise() {
     let folder = folder_of_a_point();
-    let map = |name: &str| image::read(&folder.path().join(name)).unwrap();
     let wavelengths = "--pixel-size 0.0001 --wavelengths 0.0004,0.0008";
     let beamform = "beamform data.npz -o lines.npz --method das --image image.npy";
-    run(
-        &folder,
-        &format!("{beamform} --bone-map map.npy {wavelengths} --noise-deviations 2"),
-    );
+    folder.works(&format!(
+        "{beamform} --bone-map map.npy {wavelengths} --noise-deviations 2"
+    ));
     let filter = "phase-symmetry image.npy --pad";
-    run(
-        &folder,
-        &format!("{filter} {wavelengths} --noise-deviations 2 -o ps.npy"),
-    );
-    assert!(map("map.npy") == map("ps.npy"));
-    run(
-        &folder,
-        &format!("{filter} --scales 0.25,0.125 --noise-deviations 2 -o scales.npy"),
-    );
-    assert!(map("map.npy") == map("scales.npy"));
-    run(
-        &folder,
-        &format!("{filter} {wavelengths} --noise-deviations 2 --noise-by-direction -o own.npy"),
-    );
-    assert!(map("own.npy") != map("ps.npy"));
+    folder.works(&format!(
+        "{filter} {wavelengths} --noise-deviations 2 -o ps.npy"
+    ));
+    assert!(folder.image("map.npy") == folder.image("ps.npy"));
+    folder.works(&format!(
+        "{filter} --scales 0.25,0.125 --noise-deviations 2 -o scales.npy"
+    ));
+    assert!(folder.image("map.npy") == folder.image("scales.npy"));
+    folder.works(&format!(
+        "{filter} {wavelengths} --noise-deviations 2 --noise-by-direction -o own.npy"
+    ));
+    assert!(folder.image("own.npy") != folder.image("ps.npy"));
     // The written configuration repeats the run; --scales and --threshold replace its keys.
-    run(
-        &folder,
-        "phase-symmetry image.npy --config own.npy.config.toml -o again.npy",
-    );
-    assert!(map("again.npy") == map("own.npy"));
+    folder.works("phase-symmetry image.npy --config own.npy.config.toml -o again.npy");
+    assert!(folder.image("again.npy") == folder.image("own.npy"));
     let plain = "--scales 0.25,0.125 --threshold 5";
-    run(
-        &folder,
-        &format!("phase-symmetry image.npy --config own.npy.config.toml {plain} -o a.npy"),
-    );
-    run(&folder, &format!("{filter} {plain} -o b.npy"));
-    assert!(map("a.npy") == map("b.npy"));
+    folder.works(&format!(
+        "phase-symmetry image.npy --config own.npy.config.toml {plain} -o a.npy"
+    ));
+    folder.works(&format!("{filter} {plain} -o b.npy"));
+    assert!(folder.image("a.npy") == folder.image("b.npy"));
 }
 
 #[test]
@@ -125,9 +108,9 @@ fn a_figure_has_axes_in_mm_and_the_image_in_it() {
     let folder = folder_of_a_point();
     let beamform = "beamform data.npz -o lines.npz --method das --depth-start 0.006 --depth 0.016 \
                     --dynamic-range 50";
-    run(&folder, &format!("{beamform} --image figure.svg"));
-    run(&folder, &format!("{beamform} --image image.png"));
-    let figure = fs::read_to_string(folder.path().join("figure.svg")).unwrap();
+    folder.works(&format!("{beamform} --image figure.svg"));
+    folder.works(&format!("{beamform} --image image.png"));
+    let figure = folder.text("figure.svg");
     for part in [
         "lateral, mm",
         "depth, mm",
@@ -141,7 +124,7 @@ fn a_figure_has_axes_in_mm_and_the_image_in_it() {
     let (_, data) = figure.split_once("data:image/png;base64,").unwrap();
     let (data, _) = data.split_once('"').unwrap();
     let bytes = STANDARD.decode(data).unwrap();
-    assert!(bytes == fs::read(folder.path().join("image.png")).unwrap());
+    assert!(bytes == folder.bytes("image.png"));
 }
 
 #[test]
@@ -154,11 +137,8 @@ fn phase_symmetry_marks_a_ridge_alike_for_every_strip() {
     });
     image::write(&picture, &folder.path().join("image.npy")).unwrap();
     let command = "phase-symmetry image.npy --scales 2^-4,2^-5 --threshold 5";
-    run(
-        &folder,
-        &format!("{command} -o all.npy --strip 128 --image all.png"),
-    );
-    let map = image::read(&folder.path().join("all.npy")).unwrap();
+    folder.works(&format!("{command} -o all.npy --strip 128 --image all.png"));
+    let map = folder.image("all.npy");
     assert_eq!(map.dim(), (128, 64));
     assert!(map.iter().all(|&v| (0.0..1.0).contains(&v)));
     let brightest_row = |map: &Array2<f32>| {
@@ -170,27 +150,20 @@ fn phase_symmetry_marks_a_ridge_alike_for_every_strip() {
     };
     let (row, value) = brightest_row(&map);
     assert!(row == 40 && value > 0.0, "row {row}, {value}");
-    let (row, level) = brightest_row(&image::read(&folder.path().join("all.png")).unwrap());
+    let (row, level) = brightest_row(&folder.image("all.png"));
     assert_eq!((row, level), (40, 255.0));
 
-    let bytes = |name: &str| fs::read(folder.path().join(name)).unwrap();
     for strip in [1, 7, 64] {
-        run(&folder, &format!("{command} -o strip.npy --strip {strip}"));
-        assert!(bytes("strip.npy") == bytes("all.npy"), "strip {strip}");
+        folder.works(&format!("{command} -o strip.npy --strip {strip}"));
+        assert!(
+            folder.bytes("strip.npy") == folder.bytes("all.npy"),
+            "strip {strip}"
+        );
     }
-    run(
-        &folder,
-        "phase-symmetry image.npy -o again.npy --config all.npy.config.toml",
-    );
-    assert!(bytes("again.npy") == bytes("all.npy"));
-    run(
-        &folder,
-        "phase-symmetry image.npy -o small.npy --resize 64x128",
-    );
-    assert_eq!(
-        image::read(&folder.path().join("small.npy")).unwrap().dim(),
-        (64, 128)
-    );
+    folder.works("phase-symmetry image.npy -o again.npy --config all.npy.config.toml");
+    assert!(folder.bytes("again.npy") == folder.bytes("all.npy"));
+    folder.works("phase-symmetry image.npy -o small.npy --resize 64x128");
+    assert_eq!(folder.image("small.npy").dim(), (64, 128));
 }
 
 /// Another measure of the map changes no surface, which has short-lag coherence.
@@ -198,38 +171,31 @@ fn phase_symmetry_marks_a_ridge_alike_for_every_strip() {
 fn a_map_of_the_largest_eigenvalue_beside_the_surface() {
     let folder = folder_of_a_point();
     let beamform = "beamform data.npz --method das -o lines.npz";
-    let map = |name: &str| image::read(&folder.path().join(name)).unwrap();
-    let bytes = |name: &str| fs::read(folder.path().join(name)).unwrap();
-    run(
-        &folder,
-        &format!("{beamform} --surface a.csv --coherence short.npy"),
-    );
+    folder.works(&format!("{beamform} --surface a.csv --coherence short.npy"));
     let own = "--coherence own.npy --coherence-of largest-eigenvalue";
-    run(&folder, &format!("{beamform} --surface b.csv {own}"));
-    assert!(bytes("a.csv") == bytes("b.csv"));
-    assert_eq!(map("own.npy").dim(), map("short.npy").dim());
+    folder.works(&format!("{beamform} --surface b.csv {own}"));
+    assert!(folder.bytes("a.csv") == folder.bytes("b.csv"));
+    assert_eq!(
+        folder.image("own.npy").dim(),
+        folder.image("short.npy").dim()
+    );
     // Silence has 0, all else at least 1 over the elements.
     let least = 1.0 / 128.0;
     let within = |share: &f32| *share == 0.0 || (least..=1.0).contains(share);
-    assert!(map("own.npy").iter().all(within));
-    assert!(map("own.npy").iter().any(|share| *share > 0.9));
+    assert!(folder.image("own.npy").iter().all(within));
+    assert!(folder.image("own.npy").iter().any(|share| *share > 0.9));
 }
 
 /// Both commands choose the same scales, tell them, and write them down.
 #[test]
 fn a_bone_map_with_scales_from_the_image() {
     let folder = folder_of_a_point();
-    let map = |name: &str| image::read(&folder.path().join(name)).unwrap();
     let beamform = "beamform data.npz -o lines.npz --method das --image image.npy";
-    run(
-        &folder,
-        &format!("{beamform} --bone-map map.npy --scales-from-image"),
-    );
-    run(
-        &folder,
-        "phase-symmetry image.npy --pad --scales-from-image -o ps.npy",
-    );
-    assert!(map("map.npy") == map("ps.npy"));
+    folder.works(&format!(
+        "{beamform} --bone-map map.npy --scales-from-image"
+    ));
+    folder.works("phase-symmetry image.npy --pad --scales-from-image -o ps.npy");
+    assert!(folder.image("map.npy") == folder.image("ps.npy"));
     let config = folder.path().join("ps.npy.config.toml");
     let config: toml::Value = toml::from_str(&fs::read_to_string(config).unwrap()).unwrap();
     let section = &config["phase_symmetry"];
@@ -240,9 +206,6 @@ fn a_bone_map_with_scales_from_the_image() {
         .map(|scale| scale.as_float().unwrap())
         .collect();
     assert!(scales.len() == 3 && scales[0] == 2.0 * scales[1] && scales[1] == 2.0 * scales[2]);
-    run(
-        &folder,
-        "phase-symmetry image.npy --config ps.npy.config.toml -o again.npy",
-    );
-    assert!(map("again.npy") == map("ps.npy"));
+    folder.works("phase-symmetry image.npy --config ps.npy.config.toml -o again.npy");
+    assert!(folder.image("again.npy") == folder.image("ps.npy"));
 }

@@ -77,3 +77,9 @@ pub fn column_major_ramp() -> ArrayD<f32> {
     array.assign(&ramp());
     array.into_dyn()
 }
+
+/// A value with something changed.
+pub fn changed<T>(mut value: T, change: impl FnOnce(&mut T)) -> T {
+    change(&mut value);
+    value
+}

@@ -4,6 +4,8 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use bonebeam_files::BeamformedLines;
+use ndarray::Array2;
 use tempfile::{TempDir, tempdir};
 
 use super::channel_data_without;
@@ -25,6 +27,39 @@ pub fn run(folder: &TempDir, arguments: &str) -> (i32, String) {
         output.status.code().expect("ended by a signal"),
         String::from_utf8(output.stderr).unwrap(),
     )
+}
+
+/// A folder in which the program runs, and the files that it leaves there.
+pub trait Folder {
+    /// Runs the program, which must succeed.
+    fn works(&self, arguments: &str);
+    fn bytes(&self, name: &str) -> Vec<u8>;
+    fn text(&self, name: &str) -> String;
+    fn lines(&self, name: &str) -> BeamformedLines;
+    fn image(&self, name: &str) -> Array2<f32>;
+}
+
+impl Folder for TempDir {
+    fn works(&self, arguments: &str) {
+        let (status, message) = run(self, arguments);
+        assert_eq!(status, 0, "{arguments}: {message}");
+    }
+
+    fn bytes(&self, name: &str) -> Vec<u8> {
+        fs::read(self.path().join(name)).unwrap()
+    }
+
+    fn text(&self, name: &str) -> String {
+        fs::read_to_string(self.path().join(name)).unwrap()
+    }
+
+    fn lines(&self, name: &str) -> BeamformedLines {
+        BeamformedLines::read(&self.path().join(name)).unwrap()
+    }
+
+    fn image(&self, name: &str) -> Array2<f32> {
+        bonebeam_files::image::read(&self.path().join(name)).unwrap()
+    }
 }
 
 /// The names of the files in a folder, in order.

@@ -5,6 +5,7 @@
 mod refused;
 
 use crate::common;
+use crate::common::changed;
 use std::fs;
 use std::path::Path;
 
@@ -116,10 +117,7 @@ fn iq_frames_curved_arrays_and_a_lens_return_as_written() {
         Samples::Rf(all)
     };
     for samples in [ramp().into(), Samples::iq(iq, 5.2e6), frames(3), frames(1)] {
-        let data = ChannelData {
-            samples,
-            ..curved(plane())
-        };
+        let data = changed(curved(plane()), |s| s.samples = samples);
         data.write(&path).unwrap();
         let read = ChannelData::read(&path).unwrap();
         assert_eq!(read, data);

@@ -10,6 +10,7 @@ use crate::experiments::{ExperimentFilter, Job, Overrides};
 use crate::page;
 use crate::{Error, Result};
 use bonebeam_files::input::{self, cannot_be_opened};
+use bonebeam_oracle::verify::REFERENCES;
 use host_sim::commands::{about, main_job};
 use host_sim::progress::Progress;
 
@@ -114,6 +115,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         job.merge(report).map_err(|e| about(path, e))?;
     }
     job.validate()?;
+    job.compare_with(Some(&REFERENCES));
     let folder = arguments
         .output
         .as_deref()

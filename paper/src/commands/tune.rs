@@ -138,6 +138,7 @@ fn tuned(tune: &Tune, folder: &Path) -> Result<Shown> {
         common: &Common::default(),
         kept: Some(&kept),
         merged: &[],
+        references: None,
         progress: &|what, done| bar.set_step(what, done),
     })?;
     bar.clear();

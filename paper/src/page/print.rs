@@ -5,7 +5,7 @@ use plotters::prelude::*;
 use crate::experiments::outcome::{Coloured, Picture};
 use crate::{Error, Result};
 
-use bonebeam_report::page::axes::{Extent, Margins, axes, register_font};
+use bonebeam_report::page::axes::{Extent, Margins, axes};
 use bonebeam_report::page::bar::Bar;
 use bonebeam_report::page::colours::colour;
 
@@ -143,6 +143,15 @@ impl Sheet {
 
 fn failed(error: &dyn std::fmt::Display) -> Error {
     Error::Data(format!("a picture cannot be drawn for print: {error}"))
+}
+
+/// Registers the font that measures and draws text.
+///
+/// The reader's own fonts show the page.
+pub fn register_font() -> Result<()> {
+    let bytes = dejavu::sans::regular();
+    plotters::style::register_font("sans-serif", plotters::style::FontStyle::Normal, bytes)
+        .map_err(|_| Error::Data("the font of the axes cannot be read".into()))
 }
 
 #[cfg(test)]

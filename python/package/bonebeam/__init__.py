@@ -27,6 +27,7 @@ from ._keywords import (
     DelayParameters,
 )
 from ._native import __version__
+from ._register import Registration, register
 from ._simulate import simulate
 from ._surface import Fan, Surface, surface
 from ._tracked import Cloud, TrackedSequence, read_sequence, sweep
@@ -44,6 +45,7 @@ __all__ = [
     "Fan",
     "Image",
     "Lines",
+    "Registration",
     "Surface",
     "TrackedSequence",
     "__version__",
@@ -55,6 +57,7 @@ __all__ = [
     "phase_symmetry",
     "read",
     "read_sequence",
+    "register",
     "simulate",
     "surface",
     "sweep",

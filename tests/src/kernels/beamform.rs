@@ -123,10 +123,10 @@ impl Lines {
 
     /// The active elements of a line's sample.
     pub fn active(&self, line: usize, sample: usize) -> Active {
-        Active {
-            first: self.lines[line].1 + usize::from(sample >= self.turn),
-            count: self.counts[sample],
-        }
+        Active::new(
+            self.lines[line].1 + usize::from(sample >= self.turn),
+            self.counts[sample],
+        )
     }
 
     /// The directions of a line's sub-lines, in their memory.
@@ -252,11 +252,11 @@ impl Lines {
             for &line in lines {
                 let first_sample = first.min(self.samples(line));
                 let first_element = self.active(line, first).first;
-                segments.push(Segment {
-                    line: self.aligned(line)?,
+                segments.push(Segment::new(
+                    self.aligned(line)?,
                     first_element,
                     first_sample,
-                });
+                ));
             }
             let mut out: Vec<_> = Vec::new();
             for (&line, z) in lines.iter().zip(&mut *z) {
@@ -269,10 +269,7 @@ impl Lines {
             match self.parameters.sub_lines {
                 1 => beamformer.segments(workspace, &segments, set.count, &mut out)?,
                 _ => {
-                    let lines = SteeredSegments {
-                        segments: &segments,
-                        steering,
-                    };
+                    let lines = SteeredSegments::new(&segments, steering);
                     beamformer.sub_line_segments(workspace, lines, set.count, &mut out)?;
                 }
             }
@@ -376,6 +373,10 @@ impl Kernel for Lines {
         z: &mut [Complex<f32>],
     ) -> Result<(), Error> {
         self.of_way(zero, way, memory, z)
+    }
+
+    fn is_one_call(&self, way: usize) -> bool {
+        way == 0 && self.lines.len() == 1
     }
 
     fn ways(&self) -> Vec<usize> {

@@ -40,6 +40,10 @@ impl Kernel for Shares {
         self.0.numbers()
     }
 
+    fn is_one_call(&self, _: usize) -> bool {
+        self.0.lines.len() == 1
+    }
+
     fn run<V: Vector>(
         &self,
         zero: V,
@@ -84,6 +88,10 @@ impl Kernel for ShortLag {
 
     fn numbers(&self) -> usize {
         self.0.numbers()
+    }
+
+    fn is_one_call(&self, _: usize) -> bool {
+        self.0.lines.len() == 1
     }
 
     fn run<V: Vector>(

@@ -6,7 +6,7 @@ use std::vec::Vec;
 
 use bonebeam::delay::{
     Compounding, Delay, DelayParameters, IqDelay, IqInterpolation, IqLayout, IqParameters,
-    IqRecord, IqSamples, Record, ScanLine, Stage,
+    IqSamples, Record, ScanLine, Stage,
 };
 use bonebeam::geometry::{Active, Array, Element, Ray, Transmit, TransmitLaw};
 use bonebeam::memory::{Need, Scratch};
@@ -48,8 +48,8 @@ pub struct Lines {
 /// A stage with its record.
 #[derive(Clone, Debug)]
 pub enum Input {
-    /// RF, `[element][sample]`.
-    Rf(Box<Delay>, Vec<f32>),
+    /// RF, `[element][sample]`, and whether the filter is made in f32.
+    Rf(Box<Delay>, Vec<f32>, bool),
     /// I/Q.
     Iq(IqDelay, Iq),
 }
@@ -84,16 +84,12 @@ impl Place {
         match self {
             Place::Even(elements, pitch) => Array::linear(*elements, *pitch),
             Place::Level(x) => Array::LinearAt(x),
-            Place::Any(elements) => Array::At {
-                elements,
-                pitch: 0.3e-3,
-            },
+            Place::Any(elements) => Array::at(elements, 0.3e-3),
         }
     }
 
-    /// An array of `elements` elements.
-    pub fn draw(draw: &mut impl Draw, wild: bool, elements: usize) -> Self {
-        let pitch = draw.number(wild, [1e-5, 2e-3]);
+    /// An array of some elements, at a pitch if it is even.
+    pub fn draw(draw: &mut impl Draw, wild: bool, (elements, pitch): (usize, f64)) -> Self {
         match draw.below(4) {
             0 => Place::Even(elements, pitch),
             1 => Place::Level((0..elements).map(|m| m as f64 * pitch).collect()),
@@ -203,7 +199,7 @@ impl Lines {
     /// Elements and samples of the output.
     pub fn shape(&self) -> [usize; 2] {
         match &self.input {
-            Input::Rf(stage, _) => [
+            Input::Rf(stage, ..) => [
                 stage.parameters().elements,
                 stage.parameters().output_samples,
             ],
@@ -219,7 +215,7 @@ impl Lines {
 fn with_iq<T>(
     iq: &Iq,
     elements: usize,
-    work: impl FnOnce(&IqRecord<'_>) -> Result<T, Error>,
+    work: impl FnOnce(&Record<'_>) -> Result<T, Error>,
 ) -> Result<T, Error> {
     let samples = iq.planar.len() / elements;
     let place = |n: usize| {
@@ -235,7 +231,7 @@ fn with_iq<T>(
     } else {
         IqLayout::Planar
     };
-    let of = |samples| IqRecord::new(samples, layout, elements)?.with_phase(iq.phase);
+    let of = |samples| Record::iq(samples, layout, elements)?.with_phase(iq.phase);
     match iq.counts {
         None => work(&of(IqSamples::Float(&numbers.collect::<Vec<_>>()))?),
         Some(scale) => {
@@ -249,7 +245,7 @@ fn with_iq<T>(
 fn run<V: Vector, D: Stage>(
     zero: V,
     lines: &Lines,
-    (stage, record): (&D, &D::Record<'_>),
+    (stage, record): (&D, &Record<'_>),
     block: usize,
     scratch: &mut [f32],
     out: &mut [Complex<f32>],
@@ -292,12 +288,19 @@ impl Kernel for Lines {
                 draw.number(wild, [5e6, 60e6])
             };
         }
-        let place = Place::draw(draw, wild, elements);
+        let pitch = draw.number(wild, [1e-5, 2e-3]);
+        let place = Place::draw(draw, wild, (elements, pitch));
         let waves = (0..1 + draw.below(2)).map(|_| {
             let law = Law::draw(draw, wild, elements);
-            let ray = match draw.flag() {
-                true => Ray::down(draw.number(wild, [-3e-3, 3e-3])),
-                false => {
+            // On the grid of an even array, where the elements are in pairs, or anywhere.
+            let ray = match draw.below(4) {
+                0 => Ray::down(draw.below(2 * elements) as f64 * pitch / 2.0),
+                1 => {
+                    let half = draw.below(2 * elements) as f64 - (elements as f64 - 1.0);
+                    Ray::down(half * pitch / 2.0)
+                }
+                2 => Ray::down(draw.number(wild, [-3e-3, 3e-3])),
+                _ => {
                     let mut at = |usual| draw.number(wild, usual);
                     Ray::new(at([-3e-3, 3e-3]), at([-3e-3, 3e-3]), at([-0.6, 0.6]))
                 }
@@ -306,14 +309,8 @@ impl Kernel for Lines {
         });
         let waves = waves.collect();
         let active = match draw.byte() {
-            0..128 => Active {
-                first: 0,
-                count: elements,
-            },
-            _ => Active {
-                first: draw.below(8),
-                count: draw.below(elements + 2),
-            },
+            0..128 => Active::new(0, elements),
+            _ => Active::new(draw.below(8), draw.below(elements + 2)),
         };
         // So that a line begins before the record, within it, or behind it.
         let length = record_samples as f64 / sampling_rate;
@@ -322,7 +319,7 @@ impl Kernel for Lines {
         let block = 1 + draw.below(output_samples);
         let input = match iq {
             false => {
-                let stage = stage(DelayParameters {
+                let mut stage = stage(DelayParameters {
                     sound_speed,
                     sampling_rate,
                     centre_frequency,
@@ -333,9 +330,14 @@ impl Kernel for Lines {
                     record_samples,
                     hilbert_taps: 1 + draw.below(40),
                 })?;
+                let in_f32 = draw.once_in(8);
+                if in_f32 {
+                    let parameters = *stage.parameters();
+                    stage.set_in_f32(parameters)?;
+                }
                 let rf = draw.record(elements * record_samples);
                 Record::new(&rf, elements)?;
-                Input::Rf(Box::new(stage), rf)
+                Input::Rf(Box::new(stage), rf, in_f32)
             }
             true => {
                 let interpolation = draw.one_of(&[
@@ -392,7 +394,7 @@ impl Kernel for Lines {
     fn need(&self, lanes: usize, way: usize) -> [Need; 2] {
         let samples = if way == 0 { self.shape()[1] } else { way };
         let need = match &self.input {
-            Input::Rf(stage, _) => Stage::need(&**stage, lanes, samples),
+            Input::Rf(stage, ..) => Stage::need(&**stage, lanes, samples),
             Input::Iq(stage, _) => Stage::need(stage, lanes, samples),
         };
         [need, Need::default()]
@@ -412,7 +414,7 @@ impl Kernel for Lines {
     ) -> Result<(), Error> {
         let [elements, _] = self.shape();
         match &self.input {
-            Input::Rf(stage, rf) => {
+            Input::Rf(stage, rf, _) => {
                 let record = Record::new(rf, elements)?;
                 run(zero, self, (&**stage, &record), way, scratch.real, out)
             }
@@ -420,6 +422,10 @@ impl Kernel for Lines {
                 run(zero, self, (stage, record), way, scratch.real, out)
             }),
         }
+    }
+
+    fn is_one_call(&self, way: usize) -> bool {
+        way == 0 && self.waves.len() == 1
     }
 
     fn ways(&self) -> Vec<usize> {

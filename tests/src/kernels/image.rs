@@ -37,7 +37,7 @@ impl Kernel for Image {
         });
         let [lines, samples, rows, columns] = counts;
         let mut at = |usual| draw.number(wild, usual);
-        let axis = |[first, step]: [f64; 2], count| Axis { first, step, count };
+        let axis = |[first, step]: [f64; 2], count| Axis::new(first, step, count);
         let lines = match in_fan {
             true => axis([at([-0.8, 0.0]), at([1e-3, 0.2])], lines),
             false => axis([at([-5e-3, 0.0]), at([1e-4, 1e-3])], lines),

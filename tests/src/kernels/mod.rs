@@ -3,6 +3,8 @@
 pub mod beamform;
 pub mod coherence;
 pub mod delay;
+pub mod depth_interpolation;
+pub mod frame;
 pub mod image;
 pub mod phase_symmetry;
 pub mod pipeline;
@@ -19,9 +21,11 @@ macro_rules! for_each_kernel {
             $crate::kernels::upsampled::Waves,
             $crate::kernels::beamform::Lines,
             $crate::kernels::image::Image,
+            $crate::kernels::depth_interpolation::Envelopes,
             $crate::kernels::scan::Apertures,
             $crate::kernels::surface::Frame,
             $crate::kernels::pipeline::Line,
+            $crate::kernels::frame::Frame,
             $crate::kernels::coherence::Shares,
             $crate::kernels::coherence::ShortLag,
             $crate::kernels::phase_symmetry::Map;

@@ -29,17 +29,13 @@ pub struct Map {
     pub image: Vec<f32>,
 }
 
-/// The way in one memory; over one lane whatever the instruction set.
-const IN_ONE_MEMORY: usize = usize::MAX;
+/// The ways in one memory, over one lane whatever the instruction set: gains on the fly, and from tables.
+const IN_ONE_MEMORY: [usize; 2] = [usize::MAX, usize::MAX - 1];
 
 impl Map {
     fn bank(&self, strip: usize) -> Result<PhaseSymmetry, Error> {
         let [rows, columns] = self.shape;
-        let sizes = Sizes {
-            rows,
-            columns,
-            strip,
-        };
+        let sizes = Sizes::new(rows, columns, strip);
         PhaseSymmetry::new(&Parameters {
             sizes,
             scales: &self.scales,
@@ -49,11 +45,7 @@ impl Map {
 
     fn sizes(&self, way: usize) -> Sizes {
         let [rows, columns] = self.shape;
-        Sizes {
-            rows,
-            columns,
-            strip: if way == 0 { self.strips[0] } else { way },
-        }
+        Sizes::new(rows, columns, if way == 0 { self.strips[0] } else { way })
     }
 }
 
@@ -61,7 +53,11 @@ impl Kernel for Map {
     type Number = f32;
 
     fn draw(draw: &mut impl Draw) -> Result<Self, Error> {
-        let shape = draw.one_of(&[[64, 64], [64, 64], [64, 64], [64, 64], [64, 128], [128, 64]]);
+        let shape = match draw.byte() {
+            0..160 => [64, 64],
+            160..240 => draw.one_of(&[[64, 128], [128, 64], [128, 128]]),
+            _ => draw.one_of(&[[64, 512], [256, 64], [1024, 64]]),
+        };
         let wild = draw.once_in(4);
         let scales = (0..1 + draw.below(3)).map(|_| draw.number(wild, [1.0 / 1024.0, 0.5]));
         let scales = scales.collect();
@@ -89,15 +85,12 @@ impl Kernel for Map {
 
     fn need(&self, _: usize, way: usize) -> [Need; 2] {
         let sizes = self.sizes(way);
-        if way == IN_ONE_MEMORY {
+        if IN_ONE_MEMORY.contains(&way) {
             return [sizes.map_need(), Need::default()];
         }
         [
             Need::real(sizes.strip_len() + sizes.sums_len()),
-            Need {
-                real: sizes.gains_len(),
-                complex: sizes.line_len(),
-            },
+            Need::new(sizes.gains_len(), sizes.line_len()),
         ]
     }
 
@@ -113,10 +106,21 @@ impl Kernel for Map {
         out: &mut [f32],
     ) -> Result<(), Error> {
         let sizes = self.sizes(way);
-        if way == IN_ONE_MEMORY {
-            let gains = LogGabor::fixed();
-            self.bank(1)?
-                .map(&gains, &self.image, numbers, out, &mut |_| {})?;
+        if IN_ONE_MEMORY.contains(&way) {
+            let (bank, filters) = (self.bank(1)?, LogGabor::fixed());
+            let mut done = 0;
+            let step = &mut |steps| {
+                done += 1;
+                assert_eq!(steps, done);
+            };
+            if way == IN_ONE_MEMORY[0] {
+                bank.map(&filters, &self.image, numbers, out, step)?;
+            } else {
+                let memory = vec![f32::NAN; bank.gain_tables_len()];
+                let tables = GainTables::new(&filters, &bank.by_columns(), memory)?;
+                bank.map(&tables, &self.image, numbers, out, step)?;
+            }
+            assert_eq!(done, bank.map_steps());
         } else {
             let bank = self.bank(sizes.strip)?;
             // The second way has its gains in tables.
@@ -137,10 +141,7 @@ impl Kernel for Map {
             let fft = &LaneFft::new();
             if way == 0 {
                 bank.run(
-                    &Kernels {
-                        fft,
-                        gains: &filters,
-                    },
+                    &Kernels::new(fft, &filters),
                     &mut external,
                     &mut fast,
                     &mut |_| {},
@@ -149,7 +150,7 @@ impl Kernel for Map {
                 let gains =
                     &GainTables::new(&filters, &bank, vec![f32::NAN; bank.gain_tables_len()])?;
                 bank.run(
-                    &Kernels { fft, gains },
+                    &Kernels::new(fft, gains),
                     &mut external,
                     &mut fast,
                     &mut |_| {},
@@ -164,6 +165,6 @@ impl Kernel for Map {
     }
 
     fn ways(&self) -> Vec<usize> {
-        vec![self.strips[1], IN_ONE_MEMORY]
+        vec![self.strips[1], IN_ONE_MEMORY[0], IN_ONE_MEMORY[1]]
     }
 }

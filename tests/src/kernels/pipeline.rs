@@ -5,12 +5,12 @@ use std::vec::Vec;
 
 use bonebeam::beamform::{Parameters, Workspace};
 use bonebeam::covariance::Covariance;
-use bonebeam::delay::{IqInterpolation, IqLayout, IqRecord, IqSamples, Record, Stage};
+use bonebeam::delay::{IqInterpolation, IqLayout, IqSamples, Record, Stage};
 use bonebeam::geometry::{
     Array, Axis, Depth, Lines, Scan, ScanParameters, Steering, Transmit, TransmitLaw,
 };
 use bonebeam::memory::{Need, Scratch};
-use bonebeam::pipeline::{Block, DepthGate, IqInput, LinePipeline};
+use bonebeam::pipeline::{Block, DepthGate, IqInput, LinePipeline, Pipeline};
 use bonebeam::simd::Vector;
 use bonebeam::{Complex, Error};
 
@@ -46,22 +46,82 @@ const STAGES: usize = usize::MAX;
 pub const LINES: usize = 3;
 
 impl Line {
+    /// The input of I/Q; `None` for RF.
+    pub fn input(&self) -> Option<IqInput> {
+        let interpolation = self.iq?;
+        Some(IqInput {
+            demodulation_frequency: 5e6,
+            interpolation: Some(interpolation),
+        })
+    }
+
+    /// Calls `work` with the record of I/Q, in counts for fixed point.
+    ///
+    /// # Errors
+    /// Those of the core and of `work`.
+    pub fn with_iq<T>(
+        &self,
+        work: impl FnOnce(&Record<'_>) -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        let part = |part: f32| (part * 300.0) as i16;
+        let counts = self.samples.iter().map(|x| [part(x.re), part(x.im)]);
+        let counts: Vec<_> = counts.collect();
+        let samples = match self.iq {
+            Some(IqInterpolation::LinearFixed) => IqSamples::Counts(&counts, 0.25),
+            _ => IqSamples::Float(&self.samples),
+        };
+        let elements = self.scan.array.elements();
+        work(&Record::iq(samples, IqLayout::Planar, elements)?)
+    }
+
+    /// Calls `work` with the record of RF.
+    ///
+    /// # Errors
+    /// Those of the core and of `work`.
+    pub fn with_rf<T>(
+        &self,
+        work: impl FnOnce(&Record<'_>) -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        let rf: Vec<f32> = self.samples.iter().map(|x| x.re).collect();
+        work(&Record::new(&rf, self.scan.array.elements())?)
+    }
+
+    /// The transmits of any line, each with the same record.
+    pub fn transmits<'r, R>(
+        &self,
+        record: &'r R,
+    ) -> impl Iterator<Item = (Transmit<'r>, &'r R)> + Clone {
+        let laws = self.transmits.iter();
+        laws.map(move |&law| (Transmit::new(law, 0.0), record))
+    }
+
     /// Calls `work` with the pipeline and the record.
     fn with<W: Work>(&self, work: W) -> Result<W::Output, Error> {
-        let elements = self.scan.array.elements();
-        if let Some(interpolation) = self.iq {
-            let input = IqInput {
-                demodulation_frequency: 5e6,
-                interpolation: Some(interpolation),
-            };
-            let record =
-                IqRecord::new(IqSamples::Float(&self.samples), IqLayout::Planar, elements)?;
-            let pipeline = LinePipeline::of_iq(Scan::new(self.scan)?, input, self.beamformer)?;
-            return work.run(self, &self.gated(pipeline)?, &record);
+        let scan = Scan::new(self.scan)?;
+        match self.input() {
+            Some(input) => self.with_iq(|record| {
+                let pipeline = LinePipeline::of_iq(scan, input, self.beamformer)?;
+                work.run(self, &self.gated(pipeline)?, record)
+            }),
+            None => self.with_rf(|record| {
+                let pipeline = LinePipeline::new(scan, self.beamformer)?;
+                work.run(self, &self.gated(pipeline)?, record)
+            }),
         }
-        let rf: Vec<f32> = self.samples.iter().map(|x| x.re).collect();
-        let pipeline = LinePipeline::new(Scan::new(self.scan)?, self.beamformer)?;
-        work.run(self, &self.gated(pipeline)?, &Record::new(&rf, elements)?)
+    }
+
+    /// The pipeline of frames, with the gate.
+    ///
+    /// # Errors
+    /// Those of the core.
+    pub fn gated_frame<'a, D: Stage>(
+        &self,
+        pipeline: Pipeline<'a, D>,
+    ) -> Result<Pipeline<'a, D>, Error> {
+        match self.gate {
+            None => Ok(pipeline),
+            Some(gate) => pipeline.with_gate(gate),
+        }
     }
 
     fn gated<'a, D: Stage>(
@@ -74,7 +134,8 @@ impl Line {
         }
     }
 
-    fn samples(&self) -> usize {
+    /// Samples of a line.
+    pub fn samples(&self) -> usize {
         Scan::new(self.scan).map_or(0, |scan| scan.samples())
     }
 }
@@ -87,7 +148,7 @@ trait Work {
         self,
         line: &Line,
         pipeline: &LinePipeline<'_, D>,
-        record: &'r D::Record<'r>,
+        record: &'r Record<'r>,
     ) -> Result<Self::Output, Error>;
 }
 
@@ -101,7 +162,7 @@ impl Work for Checked {
         self,
         _: &Line,
         _: &LinePipeline<'_, D>,
-        _: &'r D::Record<'r>,
+        _: &'r Record<'r>,
     ) -> Result<(), Error> {
         Ok(())
     }
@@ -120,15 +181,11 @@ impl Work for Needs {
         self,
         line: &Line,
         pipeline: &LinePipeline<'_, D>,
-        _: &'r D::Record<'r>,
+        _: &'r Record<'r>,
     ) -> Result<[Need; 2], Error> {
         let sizes = pipeline.beamformer().sizes(line.scan.array.elements());
         let numbers = match self.way {
-            0 => pipeline.need(self.lanes, usize::MAX),
-            STAGES => Need {
-                complex: pipeline.aligned_len(),
-                ..pipeline.align_need(self.lanes)
-            },
+            0 | STAGES => pipeline.need(self.lanes, usize::MAX),
             block => pipeline.need(self.lanes, block),
         };
         Ok([numbers, sizes.need()])
@@ -151,14 +208,11 @@ impl<V: Vector> Work for Compute<'_, V> {
         self,
         line: &Line,
         pipeline: &LinePipeline<'_, D>,
-        record: &'r D::Record<'r>,
+        record: &'r Record<'r>,
     ) -> Result<(), Error> {
         let sizes = pipeline.beamformer().sizes(line.scan.array.elements());
         let mut workspace = Workspace::new(self.zero, sizes, self.vectors)?;
-        let transmits = line
-            .transmits
-            .iter()
-            .map(|&law| (Transmit { law, t0: 0.0 }, record));
+        let transmits = line.transmits(record);
         let sub_lines = line.beamformer.sub_lines;
         if self.way == STAGES {
             let (scan, Scratch { real, complex }) = (pipeline.scan(), self.numbers);
@@ -229,6 +283,7 @@ impl Kernel for Line {
             IqInterpolation::Linear,
             IqInterpolation::Cubic,
             IqInterpolation::Sinc,
+            IqInterpolation::LinearFixed,
         ];
         let mut line = Line {
             scan,

@@ -51,7 +51,8 @@ impl Kernel for Apertures {
     fn draw(draw: &mut impl Draw) -> Result<Self, Error> {
         let wild = draw.once_in(4);
         let (elements, lines) = (draw.size(8, 200), draw.size(4, 40));
-        let place = Place::draw(draw, wild, elements);
+        let pitch = draw.number(wild, [1e-5, 2e-3]);
+        let place = Place::draw(draw, wild, (elements, pitch));
         let mut at = |usual| draw.number(wild, usual);
         let (step, angle) = (at([1e-5, 2e-3]), at([-1.0, 1.0]));
         let parameters = ScanParameters {

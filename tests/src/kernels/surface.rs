@@ -24,9 +24,14 @@ pub struct Frame {
     pub coherence: Option<Vec<u8>>,
 }
 
-/// A ramp's weight, centre and width from usual ranges.
-fn settings(draw: &mut impl Draw, wild: bool) -> Settings {
-    let mut settings = draw.one_of(&[Settings::DEFAULT, Settings::PICTURE, Settings::COHERENCE]);
+/// Settings of all kinds, near the usual ones unless `wild`.
+pub fn settings(draw: &mut impl Draw, wild: bool) -> Settings {
+    let mut settings = draw.one_of(&[
+        Settings::DEFAULT,
+        Settings::PICTURE,
+        Settings::COHERENCE,
+        Settings::LEARNT,
+    ]);
     let mut at = |usual| draw.number(wild, usual);
     let far = at([1e-2, 4e-2]);
     settings.depths = [
@@ -83,11 +88,7 @@ impl Kernel for Frame {
         let wild = draw.once_in(8);
         let (lines, count) = (draw.size(12, 40), draw.size(400, 2000));
         let mut at = |usual| draw.number(wild, usual);
-        let samples = Axis {
-            first: at([-1e-3, 3e-3]),
-            step: at([0.02e-3, 0.2e-3]),
-            count,
-        };
+        let samples = Axis::new(at([-1e-3, 3e-3]), at([0.02e-3, 0.2e-3]), count);
         let spacing = at([0.05e-3, 0.6e-3]);
         let settings = settings(draw, wild);
         let latency = draw.below(lines);

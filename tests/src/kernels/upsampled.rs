@@ -67,7 +67,8 @@ impl Kernel for Waves {
             record_samples,
             hilbert_taps: 1 + draw.below(20),
         })?;
-        let place = Place::draw(draw, wild, elements);
+        let pitch = draw.number(wild, [1e-5, 2e-3]);
+        let place = Place::draw(draw, wild, (elements, pitch));
         let waves = (0..1 + draw.below(3)).map(|_| {
             (
                 Law::draw(draw, wild, elements),
@@ -78,10 +79,7 @@ impl Kernel for Waves {
         let mut at = |usual| draw.number(wild, usual);
         let ray = Ray::new(at([-3e-3, 3e-3]), at([-3e-3, 3e-3]), at([-0.6, 0.6]));
         let first = draw.below(elements);
-        let active = Active {
-            first,
-            count: 1 + draw.below(elements - first),
-        };
+        let active = Active::new(first, 1 + draw.below(elements - first));
         let block = 1 + draw.below(200);
         let rf = draw.record(elements * record_samples);
         Ok(Waves {

@@ -1,13 +1,10 @@
 //! The scan, the records and the lines of a small frame, by RF and by I/Q.
 
 use bonebeam::beamform::{self, Method};
-use bonebeam::delay::{IqInterpolation, IqLayout, IqRecord, IqSamples, Record};
-use bonebeam::geometry::{
-    Array, Axis as Positions, Depth, Lines, ScanParameters, Transmit, TransmitLaw,
-};
+use bonebeam::delay::{IqInterpolation, IqLayout, IqSamples, Record};
+use bonebeam::geometry::{Array, Axis as Positions, Lines, ScanParameters, Transmit, TransmitLaw};
 use bonebeam::memory::Need;
-use bonebeam::pipeline::{IqInput, Parameters, Pipeline};
-use bonebeam_drive::source::{LineSource, Recorded};
+use bonebeam::pipeline::{Input, IqInput, Parameters};
 
 pub const ELEMENTS: usize = 16;
 pub const LINES: usize = 40;
@@ -15,32 +12,21 @@ pub const PARAMETERS: Parameters = Parameters {
     scan: ScanParameters {
         array: Array::linear(ELEMENTS, 0.3e-3),
         lines: Lines::Even(Positions::centred(LINES, 0.2e-3)),
-        sound_speed: 1540.0,
-        centre_frequency: 5e6,
         sampling_rate: 40e6,
         record_samples: 700,
-        output_rate: 20e6,
-        start: Depth::Metres(4e-3),
-        end: Depth::Metres(12e-3),
-        f_number: 1.5,
-        min_elements: 8,
+        ..ScanParameters::EXAMPLE
     },
     beamformer: beamform::Parameters {
         method: Method::EsmvRank1,
         temporal_half_window: 1,
         ..beamform::Parameters::DEFAULT
     },
-    rows: 64,
-    columns: 64,
-    dynamic_range: 50.0,
-    median: true,
     scales: &[1.0 / 8.0, 1.0 / 16.0, 1.0 / 32.0],
-    threshold: 10.0,
-    strip: 8,
     block: usize::MAX,
+    ..Parameters::EXAMPLE
 };
 /// Its memory.
-pub const NEED: Need = match PARAMETERS.need() {
+pub const NEED: Need = match PARAMETERS.need(Input::Rf, 1) {
     Ok(need) => need,
     Err(_) => panic!("the scan is not valid"),
 };
@@ -76,21 +62,6 @@ pub fn record(line: usize) -> Vec<f32> {
 
 pub fn focused() -> Transmit<'static> {
     Transmit::new(TransmitLaw::Focused, 0.0)
-}
-
-/// The host's source of the records of all lines, one record a line.
-pub fn with_source<T>(pipeline: &Pipeline, run: impl FnOnce(&LineSource<'_>) -> T) -> T {
-    let rf: Vec<Vec<f32>> = (0..LINES).map(record).collect();
-    let records: Vec<Record> = rf
-        .iter()
-        .map(|rf| Record::new(rf, ELEMENTS).unwrap())
-        .collect();
-    run(&LineSource::Rf(Recorded {
-        pipeline: pipeline.lines().by_reference(),
-        transmits: &[focused(); LINES],
-        records: &records,
-        of_line: &|line| line..line + 1,
-    }))
 }
 
 pub const DEMODULATION: f64 = 5.2e6;
@@ -144,8 +115,8 @@ pub fn counts(line: usize) -> Vec<[i16; 2]> {
     counts
 }
 
-pub fn counted(counts: &[[i16; 2]]) -> IqRecord<'_> {
-    IqRecord::new(
+pub fn counted(counts: &[[i16; 2]]) -> Record<'_> {
+    Record::iq(
         IqSamples::Counts(counts, 0.25),
         IqLayout::Interleaved,
         ELEMENTS,

@@ -1,15 +1,12 @@
-//! Aligned lines for tests of beamformers, and three beamformers for them.
-//!
-//! They are the core, the f32 reference and the f64 reference.
+//! Aligned lines for tests of beamformers, and the core's results for them.
 
 use bonebeam::beamform::{
     AlignedLine, Apodization, Beamformer, Method, Parameter, Parameters, Postfilter, Segment,
 };
 use bonebeam::covariance::Covariance;
-use bonebeam::geometry::{Active, Steering};
+use bonebeam::geometry::Active;
 use bonebeam::simd::Vector;
 use bonebeam_drive::beamform::Memory;
-use bonebeam_oracle::reference::f32 as f32_reference;
 use ndarray::{Array2, Array3};
 use num_complex::Complex;
 use rand::rngs::ChaCha8Rng;
@@ -62,10 +59,7 @@ pub struct Line {
 impl Line {
     /// With every element active.
     pub fn full(x: Array2<Complex<f32>>) -> Self {
-        let all = Active {
-            first: 0,
-            count: x.ncols(),
-        };
+        let all = Active::new(0, x.ncols());
         let active = vec![all; x.nrows()];
         Line { x, active }
     }
@@ -121,15 +115,6 @@ pub fn widen(z: Complex<f32>) -> Complex<f64> {
     Complex::new(f64::from(z.re), f64::from(z.im))
 }
 
-/// A beamformer of this covariance.
-fn beamformer(parameters: Parameters, covariance: Covariance) -> Beamformer {
-    Beamformer::new(Parameters {
-        covariance,
-        ..parameters
-    })
-    .expect("valid parameters")
-}
-
 /// Memory of exactly the size that a line needs.
 fn line_memory<V: Vector>(zero: V, beamformer: &Beamformer, line: &Line) -> Memory<V> {
     let counts = line.active.iter().map(|set| set.count);
@@ -138,8 +123,8 @@ fn line_memory<V: Vector>(zero: V, beamformer: &Beamformer, line: &Line) -> Memo
 }
 
 /// The core, one line at a time.
-pub fn core(line: &Line, parameters: Parameters, covariance: Covariance) -> Vec<Complex<f32>> {
-    let beamformer = beamformer(parameters, covariance);
+pub fn core(line: &Line, parameters: Parameters) -> Vec<Complex<f32>> {
+    let beamformer = Beamformer::new(parameters).expect("valid parameters");
     let mut memory = line_memory(0.0, &beamformer, line);
     let mut z = vec![Complex::ZERO; beamformer.line_samples(line.active.len())];
     beamformer
@@ -153,39 +138,12 @@ pub fn core(line: &Line, parameters: Parameters, covariance: Covariance) -> Vec<
     z
 }
 
-/// The core within a range of samples, DAS elsewhere.
-pub fn core_within(
-    line: &Line,
-    within: std::ops::Range<usize>,
-    parameters: Parameters,
-    covariance: Covariance,
-) -> Vec<Complex<f32>> {
-    let beamformer = beamformer(parameters, covariance);
-    let mut memory = line_memory(0.0, &beamformer, line);
-    let outputs = beamformer.line_samples(line.active.len());
-    let mut z = vec![Complex::new(f32::NAN, 0.0); outputs];
-    let (mut view, active) = (memory.view(), |n: usize| line.active[n]);
-    beamformer
-        .line_within(&mut view, line.delayed(), active, within, &mut z)
-        .expect("a line that fits");
-    z
-}
-
 /// The core's weights of one sample.
-pub fn core_weights(
-    line: &Line,
-    sample: usize,
-    parameters: Parameters,
-    covariance: Covariance,
-) -> Vec<Complex<f32>> {
-    let beamformer = beamformer(parameters, covariance);
+pub fn core_weights(line: &Line, sample: usize, parameters: Parameters) -> Vec<Complex<f32>> {
+    let beamformer = Beamformer::new(parameters).expect("valid parameters");
     let mut memory = line_memory(0.0, &beamformer, line);
     let active = line.active[sample];
-    let segment = Segment {
-        line: line.delayed(),
-        first_element: active.first,
-        first_sample: sample,
-    };
+    let segment = Segment::new(line.delayed(), active.first, sample);
     let mut weights = vec![Complex::ZERO; active.count];
     let count = beamformer
         .weights(&mut memory.view(), &segment, active.count, &mut weights)
@@ -201,50 +159,9 @@ pub fn stacked(lines: &[Line]) -> Array3<Complex<f32>> {
 }
 
 /// The core through the host's driver: lines of one length, on all threads.
-pub fn frame(
-    lines: &[Line],
-    parameters: Parameters,
-    covariance: Covariance,
-) -> Array2<Complex<f32>> {
+pub fn frame(lines: &[Line], parameters: Parameters) -> Array2<Complex<f32>> {
     let x = stacked(lines);
-    let parameters = Parameters {
-        covariance,
-        ..parameters
-    };
     let active = |beam: usize, sample: usize| lines[beam].active[sample];
     bonebeam_drive::beamform::beamform(x.view(), &active, parameters, &|_| {})
         .expect("a frame that fits")
-}
-
-/// The f32 reference.
-pub fn scalar(line: &Line, parameters: Parameters, covariance: Covariance) -> Vec<Complex<f32>> {
-    let x: Vec<Vec<Complex<f32>>> = line.x.rows().into_iter().map(|row| row.to_vec()).collect();
-    let active: Vec<_> = line
-        .active
-        .iter()
-        .map(|set| (set.first, set.count))
-        .collect();
-    f32_reference::beamform::beamform(&x, &active, &parameters, covariance)
-}
-
-/// The f32 reference of a line's sub-lines, `[sample][sub-line]`.
-pub fn scalar_sub_lines(
-    line: &Line,
-    steering: Steering<'_>,
-    parameters: Parameters,
-    covariance: Covariance,
-) -> Vec<Complex<f32>> {
-    let x: Vec<Vec<_>> = line.x.rows().into_iter().map(|row| row.to_vec()).collect();
-    let active: Vec<_> = line
-        .active
-        .iter()
-        .map(|set| (set.first, set.count))
-        .collect();
-    let of_sample = |n| {
-        (0..steering.sub_lines())
-            .map(|k| steering.direction(n, k))
-            .collect()
-    };
-    let directions: Vec<Vec<_>> = (0..line.active.len()).map(of_sample).collect();
-    f32_reference::sub_lines::sub_lines(&x, &active, &directions, &parameters, covariance).concat()
 }

@@ -17,11 +17,6 @@ pub const DELAYED_PULSE_40_MHZ: f64 = 3.0e-4;
 /// 10² samples of lag (8e-6 samples). The slope is at most π a sample: 3e-5 of the largest sample.
 pub const DELAY_SHIFT: f32 = 3e-5;
 
-/// A filter computed in f32 against one in f64, relative to the largest sample.
-///
-/// The errors of 32 taps, up to ±5e-7 of the record's largest sample each, add up as their squares do.
-pub const FILTER_IN_F32: f32 = 3e-6;
-
 pub use bonebeam_oracle::verify::tolerances::{BEAMFORMED, PHASE_SYMMETRY};
 
 /// z of a rank that splits a cluster of eigenvalues.

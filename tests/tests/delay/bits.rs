@@ -1,6 +1,7 @@
 //! The bits of the references, of constant stages and of every instruction set.
 
 use super::*;
+use crate::common::changed;
 
 #[test]
 fn a_stage_that_is_set_is_a_new_one() {
@@ -11,30 +12,13 @@ fn a_stage_that_is_set_is_a_new_one() {
     // Each stage from the one before: a change that keeps the filters, one that changes one of them, and one that
     // changes both.
     let all = [
-        DelayParameters {
-            sound_speed: 1580.0,
-            ..first
-        },
-        DelayParameters {
-            output_start: 1e-6,
-            output_samples: 31,
-            ..first
-        },
-        DelayParameters {
-            hilbert_taps: 3,
-            ..first
-        },
-        DelayParameters {
-            centre_frequency: 3e6,
-            ..first
-        },
+        changed(first, |p| p.sound_speed = 1580.0),
+        changed(first, |p| (p.output_start, p.output_samples) = (1e-6, 31)),
+        changed(first, |p| p.hilbert_taps = 3),
+        changed(first, |p| p.centre_frequency = 3e6),
         parameters(100e6, 20e6, 5, 400),
         parameters(20e6, 20e6, 5, 400),
-        DelayParameters {
-            hilbert_taps: 31,
-            output_rate: 30e6,
-            ..first
-        },
+        changed(first, |p| (p.hilbert_taps, p.output_rate) = (31, 30e6)),
     ];
     let mut delay = Delay::new(first).unwrap();
     for p in all {
@@ -42,18 +26,9 @@ fn a_stage_that_is_set_is_a_new_one() {
         assert_eq!(delay.parameters(), &p);
         // An error leaves everything unchanged, for any wrong parameter.
         for wrong in [
-            DelayParameters {
-                sound_speed: 0.0,
-                ..parameters(60e6, 20e6, 5, 400)
-            },
-            DelayParameters {
-                hilbert_taps: 0,
-                ..parameters(60e6, 20e6, 5, 400)
-            },
-            DelayParameters {
-                hilbert_taps: 4,
-                ..parameters(600e6, 20e6, 5, 400)
-            },
+            changed(parameters(60e6, 20e6, 5, 400), |p| p.sound_speed = 0.0),
+            changed(parameters(60e6, 20e6, 5, 400), |p| p.hilbert_taps = 0),
+            changed(parameters(600e6, 20e6, 5, 400), |p| p.hilbert_taps = 4),
         ] {
             delay.set(wrong).unwrap_err();
         }
@@ -88,43 +63,4 @@ fn a_constant_stage_is_one_made_when_the_program_runs() {
     line_by(&DELAY, 0.0f32, &line, &rf, &mut out);
     let p = std::hint::black_box(PARAMETERS);
     assert_same_bits(&out, &core_line(&p, &line, &rf), "constant");
-}
-
-/// The line of both references: the bits of the f32 one, and near the f64 one.
-#[test]
-fn a_filter_in_f32_equals_its_reference_to_the_bit() {
-    let element_x = line_up(5);
-    let mut delay = Delay::new(parameters(20e6, 20e6, 1, 1)).unwrap();
-    for (fs, fout, f0) in [
-        (20e6, 20e6, 5e6),
-        (20e6, 20e6, 6.6e6),
-        (20e6, 40e6, 5e6),
-        (25e6, 20e6, 5e6),
-        (40e6, 20e6, 5e6),
-        (41.66e6, 20.83e6, 4.2e6),
-        (62.5e6, 8e6, 2e6),
-        (100e6, 20e6, 5e6),
-        (80e6, 5e6, 1.5e6),
-    ] {
-        for law in LAWS {
-            let p = DelayParameters {
-                centre_frequency: f0,
-                ..parameters(fs, fout, 5, 911)
-            };
-            let (rf, line) = (noise(5 * 911, 21), line_of(law, &element_x));
-            delay.set_in_f32(p).unwrap();
-            let mut ours = vec![Complex::new(f32::NAN, f32::NAN); p.output_samples * 5];
-            line_by(&delay, 0.0f32, &line, &rf, &mut ours);
-            let mut reference = vec![Complex::new(7.0, 7.0); ours.len()];
-            reference::f32::delay::line_in_f32(&p, &line, &rf, &mut reference);
-            let what = format!("{fs} -> {fout}, {f0}, {law:?}");
-            assert_same_bits(&ours, &reference, &what);
-
-            let in_f64 = core_line(&p, &line, &rf);
-            assert!(ours != in_f64, "{what}: no other bits");
-            let errors = ours.iter().zip(&in_f64).map(|(a, b)| (a - b).norm());
-            let worst = errors.fold(0.0, f32::max);
-            assert!(worst < FILTER_IN_F32, "{what}: {worst}");
-        }
-    }
 }

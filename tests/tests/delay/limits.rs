@@ -24,10 +24,7 @@ fn nothing_is_read_from_2_to_the_23_samples_on() {
         let line = ScanLine {
             transmit: Transmit::new(TransmitLaw::Focused, t0),
             ray: Ray::down(0.0),
-            array: Array::At {
-                elements: &elements,
-                pitch: 1.0,
-            },
+            array: Array::at(&elements, 1.0),
             ..line_of(TransmitLaw::Focused, &[0.0])
         };
         let rf = noise(100, 9);
@@ -56,63 +53,13 @@ fn a_line_towards_an_element_reads_one_position() {
     }];
     let line = ScanLine {
         ray: Ray::down(0.0),
-        array: Array::At {
-            elements: &elements,
-            pitch: 1.0,
-        },
+        array: Array::at(&elements, 1.0),
         ..line_of(TransmitLaw::Focused, &[0.0])
     };
     let rf = noise(2500, 13);
     let ours = core_line(&p, &line, &rf);
     assert_reference(&ours, &p, &line, &rf, "one place");
     assert!(ours.iter().all(|y| y.re == ours[0].re && y.re != 0.0));
-}
-
-/// Lines within, before and after a halved record.
-///
-/// Only the samples that they read are halved. The rest of the memory is NaN. Some elements are beside the line, and
-/// in front of its start.
-#[test]
-fn any_part_of_a_halved_record_has_the_bits_of_the_reference() {
-    let samples = 700;
-    let rf = noise(3 * samples, 12);
-    let level = [-9e-3, 0.4e-3, 14e-3];
-    let elements =
-        [(-5e-3, 3e-3), (1e-3, 9e-3), (12e-3, -4e-3)].map(|(x, z)| Element { x, z, angle: 0.0 });
-    let arrays = [
-        Array::LinearAt(&level),
-        Array::At {
-            elements: &elements,
-            pitch: 6e-3,
-        },
-    ];
-    let mut read = 0;
-    for (array, fs) in arrays
-        .into_iter()
-        .flat_map(|a| [50e6, 100e6].map(|fs| (a, fs)))
-    {
-        let mut p = parameters(fs, 20e6, 3, samples);
-        (p.output_samples, p.hilbert_taps) = (32, 4);
-        let mut delay = Delay::new(p).unwrap();
-        // All residues of their first and last sample, and a depth of 0 at each of the line's samples.
-        let starts = (-60..400).step_by(3).map(|k| (k, 0.0));
-        let starts = starts.chain((0..130).map(|k| (k, 5.1e-6)));
-        for (k, late) in starts.chain((-60..0).map(|k| (k, -6.3e-6))) {
-            p.output_start = f64::from(k) / 20e6;
-            delay.set(p).unwrap();
-            let line = ScanLine {
-                transmit: Transmit::new(TransmitLaw::Focused, late),
-                array,
-                ..line_of(TransmitLaw::Focused, &level)
-            };
-            let mut ours = vec![ZERO; 3 * 32];
-            line_by(&delay, 0.0f32, &line, &rf, &mut ours);
-            let what = format!("{array:?} {fs} {k} {late}");
-            assert_reference(&ours, &p, &line, &rf, &what);
-            read += ours.iter().filter(|y| y.re != 0.0).count();
-        }
-    }
-    assert!(read > 5000, "{read}");
 }
 
 /// Half of the line is so deep that c·t overflows; the other half is still read.

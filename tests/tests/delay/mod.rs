@@ -1,8 +1,8 @@
-//! The delay stage against both references, echoes by hand, and its invariants.
+//! The delay stage: its invariants and its limits. `geometry.rs` has echoes and the f64 reference.
 
 mod bits;
 mod echoes;
-mod frames;
+pub mod frames;
 mod limits;
 
 use crate::common;
@@ -14,11 +14,11 @@ use bonebeam_drive::config::Beamform;
 use bonebeam_drive::delay::DelayStage;
 use bonebeam_files::{ChannelData, Transmits};
 use bonebeam_oracle::reference;
-use common::tolerances::{DELAY_SHIFT, DELAYED_PULSE_20_MHZ, DELAYED_PULSE_40_MHZ, FILTER_IN_F32};
+use common::assert_same_bits;
+use common::tolerances::DELAY_SHIFT;
 use ndarray::{Array3, Axis};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use std::f64::consts::PI;
 
 const C: f64 = 1540.0;
 const F0: f64 = 5e6;
@@ -63,10 +63,7 @@ fn line_of<'a>(law: TransmitLaw<'a>, element_x: &'a [f64]) -> ScanLine<'a> {
         transmit: Transmit { law, t0: 0.0 },
         ray: Ray::down(0.3e-3),
         array: Array::LinearAt(element_x),
-        active: Active {
-            first: 0,
-            count: element_x.len(),
-        },
+        active: Active::new(0, element_x.len()),
         compounding: Compounding::Replace,
     }
 }
@@ -99,14 +96,6 @@ fn line_by<V: Vector>(
     let record = Record::new(rf, p.elements).unwrap();
     let mut scratch = vec![f32::NAN; p.need(V::LANES).real];
     delay.line(zero, line, &record, &mut scratch, out).unwrap();
-}
-
-fn assert_same_bits(left: &[Complex<f32>], right: &[Complex<f32>], what: &str) {
-    assert_eq!(left.len(), right.len());
-    for (index, (a, b)) in left.iter().zip(right).enumerate() {
-        let same = a.re.to_bits() == b.re.to_bits() && a.im.to_bits() == b.im.to_bits();
-        assert!(same, "{what}: {a} and {b} at {index}");
-    }
 }
 
 /// Asserts that `ours` has the bits of the reference.

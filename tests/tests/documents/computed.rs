@@ -190,7 +190,7 @@ fn blocks() -> String {
         let held = LENGTH.min(block + 4);
         let complex = held * ELEMENTS;
         let [slow, fast, iq] =
-            [rf(1, held), rf(5, held), 7 * ELEMENTS].map(|real| size(Need { real, complex }));
+            [rf(1, held), rf(5, held), 7 * ELEMENTS].map(|real| size(Need::new(real, complex)));
         let name = match block {
             LENGTH => format!("{block} (the whole)"),
             _ => block.to_string(),

@@ -1,6 +1,8 @@
 //! Counts with interpolation and phase rotation in fixed point.
 
+use super::refused::refused_name;
 use super::*;
+use crate::common::changed;
 
 /// Noise as counts.
 fn counted(samples: usize, seed: u64) -> Vec<[i16; 2]> {
@@ -26,7 +28,7 @@ fn the_documented_errors_of_fixed_point_hold() {
                 .map(|y| [y.re, y.im].map(|part| (16_000.0 * part).round() as i16))
                 .collect();
             let samples = IqSamples::Counts(&counts, 1.0 / 16_000.0);
-            let record = IqRecord::new(samples, IqLayout::Planar, ELEMENTS).unwrap();
+            let record = Record::iq(samples, IqLayout::Planar, ELEMENTS).unwrap();
             let ours = core_line(0.0f32, &p, &line, &record);
             let exact = reference::f64::iq::line(&p, &line, &iq);
             let error = worst(&ours, exact.iter().copied());
@@ -41,82 +43,15 @@ fn the_documented_errors_of_fixed_point_hold() {
 }
 
 #[test]
-fn fixed_point_takes_extreme_geometry_and_refuses_what_it_cannot_read() {
-    let mut rng = ChaCha8Rng::seed_from_u64(9);
-    let mut extreme = || {
-        let magnitude = 10f64.powf(rng.random_range(-40.0..40.0));
-        [magnitude, -magnitude, 0.0, 1e-2][rng.random_range(0..4)]
-    };
-    let counts = [[i16::MIN, i16::MAX]; 30];
-    let record = IqRecord::new(IqSamples::Counts(&counts, 1e24), IqLayout::Planar, 3).unwrap();
-    let (mut read, mut refused) = (0, 0);
-    for round in 0..3000 {
-        let x = [extreme(), extreme(), extreme()];
-        let fs = extreme().abs() + 1e-40;
-        let p = IqParameters {
-            sound_speed: extreme().abs() + 1e-40,
-            sampling_rate: fs,
-            demodulation_frequency: fs * [0.3, 1.9, -1.9, 0.0][round % 4],
-            output_rate: extreme().abs() + 1e-40,
-            output_start: extreme(),
-            output_samples: 20,
-            elements: 3,
-            record_samples: 10,
-            interpolation: IqInterpolation::LinearFixed,
-        };
-        let ray = if round % 2 == 0 {
-            Ray::down(extreme())
-        } else {
-            Ray::new(extreme(), extreme(), extreme())
-        };
-        let line = ScanLine {
-            transmit: Transmit::new(TransmitLaw::Plane { angle: 0.3 }, extreme()),
-            ray,
-            array: Array::LinearAt(&x),
-            active: Active { first: 0, count: 3 },
-            compounding: Compounding::Replace,
-        };
-        let mut out = vec![Complex::new(f32::NAN, 0.0); p.output_samples * p.elements];
-        let mut scratch = vec![0.0; p.need(1).real];
-        let delay = IqDelay::new(p).unwrap();
-        match delay.line(0.0f32, &line, &record, &mut scratch, &mut out) {
-            Ok(()) => read += 1,
-            Err(Error::Parameter { name, .. }) => {
-                assert_eq!(name, "element's way to the line");
-                assert!(out.iter().all(|y| y.re.is_nan()), "written, then refused");
-                refused += 1;
-                continue;
-            }
-            Err(error) => panic!("{error}"),
-        }
-        for y in out {
-            assert!(y.re.is_finite() && y.im.is_finite(), "{p:?} {line:?}");
-        }
-    }
-    assert!(read > 300 && refused > 300, "{read} {refused}");
+fn what_fixed_point_cannot_read_is_refused() {
     let good = parameters(10e6, 100, IqInterpolation::LinearFixed);
-    let name = |p: IqParameters| match IqDelay::new(p) {
-        Err(Error::Parameter { name, .. } | Error::Capacity { name, .. }) => name,
-        other => panic!("{other:?}"),
-    };
-    let demodulation_frequency = 20e6;
+    let name = |change| refused_name(good, change);
     assert_eq!(
-        name(IqParameters {
-            demodulation_frequency,
-            ..good
-        }),
+        name(|p| p.demodulation_frequency = 20e6),
         "demodulation_frequency"
     );
-    let record_samples = 65_537;
-    assert_eq!(
-        name(IqParameters {
-            record_samples,
-            ..good
-        }),
-        "record_samples"
-    );
-    let elements = 4097;
-    assert_eq!(name(IqParameters { elements, ..good }), "elements");
+    assert_eq!(name(|p| p.record_samples = 65_537), "record_samples");
+    assert_eq!(name(|p| p.elements = 4097), "elements");
     let floats = noise(ELEMENTS * 100, 1);
     let mut scratch = vec![0.0; good.need(1).real];
     let mut out = vec![ZERO; good.output_samples * ELEMENTS];
@@ -153,7 +88,7 @@ fn assert_reference(
         (&interleaved[..], IqLayout::Interleaved),
     ] {
         let samples = IqSamples::Counts(counts, scale);
-        let record = IqRecord::new(samples, layout, p.elements).unwrap();
+        let record = Record::iq(samples, layout, p.elements).unwrap();
         let record = record.with_phase(phase).unwrap();
         let mut ours = before.to_vec();
         line_into(0.0f32, p, line, &record, &mut ours);
@@ -181,22 +116,10 @@ fn plain(interpolation: IqInterpolation) -> (IqParameters, ScanLine<'static>) {
         transmit: Transmit::new(TransmitLaw::Focused, 0.0),
         ray: Ray::down(0.0),
         array: Array::linear(3, 7.0),
-        active: Active { first: 0, count: 3 },
+        active: Active::new(0, 3),
         compounding: Compounding::Add,
     };
     (p, line)
-}
-
-#[test]
-fn fixed_point_reads_to_the_end_of_a_record_and_no_further() {
-    let convex = convex();
-    let mut p = parameters(10e6, 60, IqInterpolation::LinearFixed);
-    p.output_samples = 120;
-    for (seed, line) in lines(&convex).into_iter().enumerate() {
-        let counts = counted(60, seed as u64);
-        let before = vec![ZERO; p.output_samples * ELEMENTS];
-        assert_reference(&p, &line, (&counts, 0.3, 0.7), &before, "end");
-    }
 }
 
 #[test]
@@ -216,13 +139,10 @@ fn fixed_point_has_the_bits_of_the_reference_where_nothing_is_above_and_far_from
         assert_reference(&p, &at_sixty, (counts, 0.3, phase), &before, "turns");
     }
     // A negative scale: zeros have its sign.
-    let replace = ScanLine {
-        compounding: Compounding::Replace,
-        ..at_five
-    };
+    let replace = changed(at_five, |l| l.compounding = Compounding::Replace);
     let zeros = vec![[0; 2]; 600];
     let samples = IqSamples::Counts(&zeros, -0.3);
-    let record = IqRecord::new(samples, IqLayout::Interleaved, 3).unwrap();
+    let record = Record::iq(samples, IqLayout::Interleaved, 3).unwrap();
     let floats = vec![ZERO; 600];
     let (mut ours, mut expected) = (before.clone(), before.clone());
     line_into(0.0f32, &p, &replace, &record, &mut ours);
@@ -307,7 +227,7 @@ fn fixed_point_reads_elements_below_8191_samples_way() {
     (p.sound_speed, p.sampling_rate) = (1.0, 2.0);
     line.active.count = 1;
     let counts = vec![[1i16, 2]; 200];
-    let record = IqRecord::new(IqSamples::Counts(&counts, 1.0), IqLayout::Planar, 1).unwrap();
+    let record = Record::iq(IqSamples::Counts(&counts, 1.0), IqLayout::Planar, 1).unwrap();
     let read = |array: Array| {
         let line = ScanLine { array, ..line };
         let mut out = vec![ZERO; p.output_samples];
@@ -366,7 +286,7 @@ fn fixed_point_of_an_element_far_ahead_has_the_bits_of_the_reference() {
                 elements: &[element],
                 pitch: 1.0,
             },
-            active: Active { first: 0, count: 1 },
+            active: Active::new(0, 1),
             ..line
         };
         for position in [-100_000.0, -66_000.0, 66_000.0, 100_000.0] {

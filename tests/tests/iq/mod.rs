@@ -9,14 +9,15 @@ use crate::common;
 
 use bonebeam::delay::{
     Compounding, Delay, DelayParameters, IqDelay, IqInterpolation, IqLayout, IqParameters,
-    IqRecord, IqSamples, MAX_SAMPLES, Record, ScanLine, Stage, hilbert_taps,
+    IqSamples, MAX_SAMPLES, Record, ScanLine, Stage, hilbert_taps,
 };
 use bonebeam::geometry::{
-    Active, Array, Axis, Depth, Element, Lines, Ray, Scan, ScanParameters, Transmit, TransmitLaw,
+    Active, Array, Axis, Element, Lines, Ray, Scan, ScanParameters, Transmit, TransmitLaw,
 };
 use bonebeam::simd::Vector;
 use bonebeam::{Complex, Error};
 use bonebeam_oracle::reference;
+use common::assert_same_bits;
 use common::tolerances::{DELAYED_PULSE_20_MHZ, DELAYED_PULSE_40_MHZ};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
@@ -56,18 +57,12 @@ fn parameters(fs: f64, samples: usize, interpolation: IqInterpolation) -> IqPara
 /// A line and a law for each: straight down, of a sector, and along a convex array's normal.
 fn lines(convex: &[Element]) -> [ScanLine<'_>; 4] {
     let linear = Array::linear(ELEMENTS, PITCH);
-    let array = Array::At {
-        elements: convex,
-        pitch: PITCH,
-    };
+    let array = Array::at(convex, PITCH);
     let line = |array, ray, law| ScanLine {
         transmit: Transmit::new(law, 0.37e-6),
         ray,
         array,
-        active: Active {
-            first: 2,
-            count: ELEMENTS - 3,
-        },
+        active: Active::new(2, ELEMENTS - 3),
         compounding: Compounding::Replace,
     };
     [
@@ -101,15 +96,15 @@ fn noise(length: usize, seed: u64) -> Vec<Complex<f32>> {
         .collect()
 }
 
-fn planar(iq: &[Complex<f32>]) -> IqRecord<'_> {
-    IqRecord::new(IqSamples::Float(iq), IqLayout::Planar, ELEMENTS).unwrap()
+fn planar(iq: &[Complex<f32>]) -> Record<'_> {
+    Record::iq(IqSamples::Float(iq), IqLayout::Planar, ELEMENTS).unwrap()
 }
 
 fn core_line<V: Vector>(
     zero: V,
     p: &IqParameters,
     line: &ScanLine,
-    record: &IqRecord,
+    record: &Record,
 ) -> Vec<Complex<f32>> {
     let mut out = vec![Complex::new(f32::NAN, f32::NAN); p.output_samples * p.elements];
     line_into(zero, p, line, record, &mut out);
@@ -120,20 +115,12 @@ fn line_into<V: Vector>(
     zero: V,
     p: &IqParameters,
     line: &ScanLine,
-    record: &IqRecord,
+    record: &Record,
     out: &mut [Complex<f32>],
 ) {
     let delay = IqDelay::new(*p).unwrap();
     let mut scratch = vec![f32::NAN; p.need(V::LANES).real];
     delay.line(zero, line, record, &mut scratch, out).unwrap();
-}
-
-fn assert_same_bits(left: &[Complex<f32>], right: &[Complex<f32>], what: &str) {
-    assert_eq!(left.len(), right.len());
-    for (index, (a, b)) in left.iter().zip(right).enumerate() {
-        let same = a.re.to_bits() == b.re.to_bits() && a.im.to_bits() == b.im.to_bits();
-        assert!(same, "{what}: {a} and {b} at {index}");
-    }
 }
 
 /// Envelope of a Gaussian pulse with this bandwidth at −6 dB, Hz.
@@ -302,10 +289,7 @@ fn memory_and_the_way_of_reading_follow_from_the_parameters() {
             sampling_rate,
             record_samples: 256,
             output_rate: 15e6,
-            start: Depth::Metres(4e-3),
-            end: Depth::Metres(12e-3),
-            f_number: 1.5,
-            min_elements: 8,
+            ..ScanParameters::EXAMPLE
         });
         let found = IqParameters::of(&scan.unwrap(), 4.8e6).interpolation;
         assert_eq!(found, interpolation, "{sampling_rate}");

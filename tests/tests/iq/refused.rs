@@ -1,19 +1,22 @@
 //! Parameters, lines and samples that are refused.
 
 use super::*;
+use crate::common::changed;
 use common::refused::refused;
+
+/// What a stage of changed parameters is refused for.
+pub fn refused_name(mut p: IqParameters, change: fn(&mut IqParameters)) -> &'static str {
+    change(&mut p);
+    match IqDelay::new(p) {
+        Err(Error::Parameter { name, .. } | Error::Capacity { name, .. }) => name,
+        other => panic!("{other:?}"),
+    }
+}
 
 #[test]
 fn what_is_wrong_is_named() {
     let good = parameters(10e6, 100, IqInterpolation::Cubic);
-    let name = |change: fn(&mut IqParameters)| {
-        let mut p = good;
-        change(&mut p);
-        match IqDelay::new(p) {
-            Err(Error::Parameter { name, .. } | Error::Capacity { name, .. }) => name,
-            other => panic!("{other:?}"),
-        }
-    };
+    let name = |change| refused_name(good, change);
     assert_eq!(name(|p| p.sound_speed = 0.0), "sound_speed");
     assert_eq!(name(|p| p.sampling_rate = f64::NAN), "sampling_rate");
     assert_eq!(name(|p| p.output_rate = -1.0), "output_rate");
@@ -31,7 +34,7 @@ fn what_is_wrong_is_named() {
 
     let mut iq = noise(ELEMENTS * 100, 1);
     let record = |iq: &[Complex<f32>], elements: usize| {
-        IqRecord::new(IqSamples::Float(iq), IqLayout::Planar, elements).map(|_| ())
+        Record::iq(IqSamples::Float(iq), IqLayout::Planar, elements).map(|_| ())
     };
     let starts = |refused: String, words: &str| assert!(refused.starts_with(words), "{refused}");
     starts(refused(record(&iq, 0)), "parameter elements ");
@@ -44,7 +47,7 @@ fn what_is_wrong_is_named() {
     for scale in [f32::NAN, 1e25] {
         let counts = IqSamples::Counts(&[[1, 2]], scale);
         starts(
-            refused(IqRecord::new(counts, IqLayout::Planar, 1)),
+            refused(Record::iq(counts, IqLayout::Planar, 1)),
             "parameter iq scale ",
         );
     }
@@ -63,18 +66,9 @@ fn what_is_wrong_is_named() {
     let (scratch, out) = (good.need(1).real, good.output_samples * ELEMENTS);
     assert!(of_line(&line, scratch - 1, out).starts_with("scratch"));
     assert!(of_line(&line, scratch, out + 1).starts_with("out"));
-    let beyond = ScanLine {
-        active: Active {
-            first: 1,
-            count: ELEMENTS,
-        },
-        ..line
-    };
+    let beyond = changed(line, |l| l.active = Active::new(1, ELEMENTS));
     assert!(of_line(&beyond, scratch, out).starts_with("active"));
-    let nowhere = ScanLine {
-        ray: Ray::new(0.0, f64::NAN, 0.0),
-        ..line
-    };
+    let nowhere = changed(line, |l| l.ray = Ray::new(0.0, f64::NAN, 0.0));
     assert!(of_line(&nowhere, scratch, out).starts_with("line depth"));
 }
 
@@ -82,7 +76,7 @@ fn what_is_wrong_is_named() {
 fn a_sample_of_which_both_parts_are_too_large_is_named() {
     let mut iq = noise(ELEMENTS * 10, 1);
     iq[77] = Complex::new(-2e29, 3e29);
-    let refused = refused(IqRecord::new(
+    let refused = refused(Record::iq(
         IqSamples::Float(&iq),
         IqLayout::Planar,
         ELEMENTS,

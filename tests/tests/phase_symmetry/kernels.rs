@@ -3,16 +3,6 @@
 use super::*;
 
 /// A line for each lane against microfft's transform of the same line.
-struct CheckLaneFft;
-
-impl Task for CheckLaneFft {
-    type Output = ();
-
-    fn run<V: Vector>(self, zero: V) {
-        check_lane_fft(zero);
-    }
-}
-
 fn check_lane_fft<V: Vector>(zero: V) {
     let mut rng = ChaCha8Rng::seed_from_u64(9);
     let lane_fft = core::LaneFft::new();
@@ -39,34 +29,7 @@ fn check_lane_fft<V: Vector>(zero: V) {
 #[test]
 fn the_transform_over_lanes_gives_microffts_numbers() {
     for set in InstructionSet::available() {
-        set.dispatch(CheckLaneFft);
-    }
-}
-
-#[test]
-fn gains_from_tables_have_the_bits_of_those_on_the_fly() {
-    for (rows, columns, strip) in [(64, 64, 16), (64, 128, 7), (256, 64, 64)] {
-        let bank = bank(rows, columns, &FIVE, 1.0, strip).unwrap();
-        let mut memory = core::LogGaborTables::new();
-        let filters = core::LogGabor::new(&mut memory);
-        let length = bank.gain_tables_len();
-        let tables = core::GainTables::new(&filters, &bank, vec![0.0; length]).unwrap();
-        let nyquist = columns / 2;
-        for mirrored in [false, true] {
-            let ends = if mirrored { 1..nyquist } else { 0..nyquist + 1 };
-            for (first, filter) in ends.flat_map(|k| (0..30).map(move |filter| (k, filter))) {
-                let group = core::LaneColumns {
-                    first,
-                    lanes: 1,
-                    mirrored,
-                };
-                let (mut a, mut b) = (vec![f32::NAN; rows], vec![f32::NAN; rows]);
-                filters.fill(&bank, filter, group, &mut a);
-                tables.fill(&bank, filter, group, &mut b);
-                let same = a.iter().zip(&b).all(|(a, b)| a.to_bits() == b.to_bits());
-                assert!(same, "{group:?}, filter {filter} of {rows}x{columns}");
-            }
-        }
+        dispatch!(set, zero => check_lane_fft(zero));
     }
 }
 

@@ -1,6 +1,8 @@
 //! Fast memory, external memory and fixed workspaces.
 
 use super::*;
+use crate::common::changed;
+use crate::common::refused::refused;
 use bonebeam::memory::Scratch;
 
 /// Fast memory.
@@ -21,10 +23,7 @@ impl Strips {
     }
 
     fn slices(&mut self) -> core::StripSlices<'_, f32> {
-        let scratch = Scratch {
-            real: &mut self.real,
-            complex: &mut self.complex,
-        };
+        let scratch = Scratch::new(&mut self.real, &mut self.complex);
         core::StripSlices::new(self.sizes, scratch).unwrap()
     }
 }
@@ -32,17 +31,23 @@ impl Strips {
 /// External memory that counts its accesses, and fails at a given one.
 struct Counting {
     data: Vec<f32>,
-    largest: usize,
+    /// As fast as the buffers: also worked on where it lies.
+    fast: bool,
     left: usize,
+    /// The numbers copied from it, and the most numbers copied at once.
+    copied: usize,
+    largest: usize,
 }
 
 impl Counting {
     /// Memory full of NaN: the former contents have no effect.
-    fn new(length: usize, left: usize) -> Self {
+    fn new(length: usize, fast: bool, left: usize) -> Self {
         Counting {
             data: vec![f32::NAN; length],
-            largest: 0,
+            fast,
             left,
+            copied: 0,
+            largest: 0,
         }
     }
 
@@ -56,7 +61,13 @@ impl Counting {
 impl core::ReadAt for Counting {
     fn read_at(&mut self, first: usize, into: &mut [f32]) -> Result<(), bonebeam::Error> {
         self.count(into.len())?;
+        self.copied += into.len();
         self.data.as_slice().read_at(first, into)
+    }
+
+    fn view(&self, first: usize, length: usize) -> Option<&[f32]> {
+        let data = self.fast.then_some(&self.data)?;
+        data.get(first..)?.get(..length)
     }
 }
 
@@ -65,108 +76,80 @@ impl core::WriteAt for Counting {
         self.count(from.len())?;
         self.data.as_mut_slice().write_at(first, from)
     }
-}
-
-/// Memory as fast as the buffers; counts the numbers still copied from it.
-struct Fast {
-    data: Vec<f32>,
-    copied: usize,
-}
-
-impl Fast {
-    fn new(length: usize) -> Self {
-        Fast {
-            data: vec![f32::NAN; length],
-            copied: 0,
-        }
-    }
-}
-
-impl core::ReadAt for Fast {
-    fn read_at(&mut self, first: usize, into: &mut [f32]) -> Result<(), bonebeam::Error> {
-        self.copied += into.len();
-        self.data.as_slice().read_at(first, into)
-    }
-
-    fn view(&self, first: usize, length: usize) -> Option<&[f32]> {
-        self.data.get(first..)?.get(..length)
-    }
-}
-
-impl core::WriteAt for Fast {
-    fn write_at(&mut self, first: usize, from: &[f32]) -> Result<(), bonebeam::Error> {
-        self.data.as_mut_slice().write_at(first, from)
-    }
 
     fn view_mut(&mut self, first: usize, length: usize) -> Option<&mut [f32]> {
-        self.data.get_mut(first..)?.get_mut(..length)
+        let data = self.fast.then_some(&mut self.data)?;
+        data.get_mut(first..)?.get_mut(..length)
     }
 }
 
-#[test]
-fn fast_memory_is_worked_on_where_it_lies_and_gives_the_same_bits() {
-    let image = test_image(128, 64, 7);
-    let bank = bank(128, 64, &THREE, 3.0, 5).unwrap();
-    let mut memory = Strips::new(bank.sizes());
+/// As on a microcontroller: fixed workspace and tables, and the caller's memory: fast, or failing after `left` accesses.
+///
+/// Returns the map and the memory of the spectrum, what is filtered, the amplitude and the symmetry.
+fn on_target(
+    image: &Array2<f32>,
+    strip: usize,
+    (fast, left): (bool, usize),
+) -> Result<(Array2<f32>, [Counting; 4]), bonebeam::Error> {
+    let (rows, columns) = image.dim();
+    let bank = bank(rows, columns, &THREE, 3.0, strip)?;
+    let mut memory = Strips::new(changed(bank.sizes(), |s| s.strip = 5));
     let mut tables = core::LogGaborTables::new();
     let kernels = core::Kernels {
         fft: &core::Microfft,
         gains: &core::LogGabor::new(&mut tables),
     };
     let sizes = bank.sizes();
-    let mut spectrum = Fast::new(sizes.spectrum_len());
-    let mut filtered = Fast::new(sizes.filtered_len());
-    let mut amplitude = Fast::new(sizes.amplitude_len());
-    let mut symmetry = Fast::new(sizes.symmetry_len());
-    let mut external = core::External {
-        image: &mut image.as_slice().expect("row-major"),
-        spectrum: &mut spectrum,
-        filtered: &mut filtered,
-        amplitude: &mut amplitude,
-        symmetry: &mut symmetry,
-    };
-    bank.run(&kernels, &mut external, &mut memory.slices(), &mut |_| {})
-        .unwrap();
-    let map = Array2::from_shape_vec((128, 64), symmetry.data).expect("the image's size");
-    assert!(bits(&map) == bits(&in_core(&image, &THREE, 3.0)));
-    // Copied: the columns that are transformed in place, and the sums before the division.
-    assert_eq!(spectrum.copied, sizes.spectrum_len());
-    assert_eq!(filtered.copied, 0);
-    assert_eq!([amplitude.copied, symmetry.copied], [128 * 64; 2]);
+    let lengths = [
+        sizes.spectrum_len(),
+        sizes.filtered_len(),
+        sizes.amplitude_len(),
+        sizes.symmetry_len(),
+    ];
+    let mut counting = lengths.map(|length| Counting::new(length, fast, left));
+    let [spectrum, filtered, amplitude, symmetry] = &mut counting;
+    bank.run(
+        &kernels,
+        &mut core::External {
+            image: &mut image.as_slice().expect("row-major"),
+            spectrum,
+            filtered,
+            amplitude,
+            symmetry,
+        },
+        &mut memory.slices(),
+        &mut |_| {},
+    )?;
+    let map = counting[3].data.clone();
+    let map = Array2::from_shape_vec((rows, columns), map).expect("the image's size");
+    Ok((map, counting))
 }
 
-/// Makes a map in memory, and reports the finished steps.
-type Map<'a> = dyn Fn(Scratch<'_>, &mut [f32], &mut dyn FnMut(usize)) + 'a;
-
-/// Sizes with and without 64 points, gains of both kinds.
-///
-/// The steps are counted. The former contents of the memory have no effect.
 #[test]
-fn in_one_memory_a_map_has_the_same_bits() {
-    for (rows, columns) in [(64, 64), (64, 128), (256, 64), (128, 128)] {
-        let image = test_image(rows, columns, 7);
-        let expected = bits(&in_core(&image, &THREE, 3.0));
-        let bank = bank(rows, columns, &THREE, 3.0, 5).unwrap();
-        let filters = core::LogGabor::fixed();
-        let tables = vec![0.0; bank.gain_tables_len()];
-        let tables = core::GainTables::new(&filters, &bank.by_columns(), tables).unwrap();
-        let need = bank.sizes().map_need();
-        let map = |gains: &Map<'_>| {
-            let scratch = Scratch {
-                real: &mut vec![f32::NAN; need.real],
-                complex: &mut vec![Complex::new(f32::NAN, f32::NAN); need.complex],
-            };
-            let mut map = vec![f32::NAN; rows * columns];
-            let mut heard = Vec::new();
-            gains(scratch, &mut map, &mut |done| heard.push(done));
-            assert!((1..=bank.map_steps()).eq(heard), "{rows}x{columns}");
-            let map = Array2::from_shape_vec((rows, columns), map).expect("the image's size");
-            assert!(bits(&map) == expected, "{rows}x{columns}");
-        };
-        let image = image.as_slice().expect("row-major");
-        map(&|scratch, map, heard| bank.map(&filters, image, scratch, map, heard).unwrap());
-        map(&|scratch, map, heard| bank.map(&tables, image, scratch, map, heard).unwrap());
+fn any_memory_gives_the_same_bits_and_what_is_fast_is_worked_on_where_it_lies() {
+    let image = test_image(128, 64, 7);
+    let (map, slow) = on_target(&image, 5, (false, usize::MAX)).unwrap();
+    assert!(bits(&map) == bits(&in_core(&image, &THREE, 3.0)));
+    // Rows or columns of 128 complex numbers moved at once.
+    let largest = slow[0].largest.max(slow[1].largest);
+    assert_eq!(largest / (2 * 128), 5);
+    let (map, fast) = on_target(&image, 5, (true, usize::MAX)).unwrap();
+    assert!(bits(&map) == bits(&in_core(&image, &THREE, 3.0)));
+    // Copied: the columns that are transformed in place, and the sums before the division.
+    let copied = fast.each_ref().map(|memory| memory.copied);
+    let spectrum = slow[0].data.len();
+    assert_eq!(copied, [spectrum, 0, 128 * 64, 128 * 64]);
+}
+
+#[test]
+fn failing_memory_and_small_buffers_are_errors() {
+    let image = test_image(128, 64, 7);
+    let of = |strip, left| refused(on_target(&image, strip, (false, left)));
+    for accesses in [0, 1, 50, 500] {
+        assert_eq!(of(5, accesses), "Memory");
     }
+    let words = format!("capacity strip buffer {} over {}", 2 * 6 * 128, 2 * 5 * 128);
+    assert_eq!(of(6, usize::MAX), words);
 }
 
 #[test]
@@ -182,31 +165,16 @@ fn a_map_in_one_memory_refuses_what_does_not_fit_it_and_stays() {
         bank.map(&filters, image, scratch, map, &mut |_| {})
     };
     let (image, mut map) = (vec![1.0; 64 * 128], vec![7.0; 64 * 128]);
-    let length = |name, actual, expected| {
-        Err(bonebeam::Error::Length {
-            name,
-            actual,
-            expected,
-        })
-    };
-    let (real, complex, pixels) = (need.real, need.complex, 64 * 128);
-    assert_eq!(
-        run(&image[1..], real, complex, &mut map),
-        length("image", pixels - 1, pixels)
-    );
-    assert_eq!(
-        run(&image, real, complex, &mut map[1..]),
-        length("map", pixels - 1, pixels)
-    );
+    let (real, complex) = (need.real, need.complex);
+    let short = refused(run(&image[1..], real, complex, &mut map));
+    assert_eq!(short, "length image 8191 for 8192");
+    let short = refused(run(&image, real, complex, &mut map[1..]));
+    assert_eq!(short, "length map 8191 for 8192");
     assert!(run(&image, real - 1, complex, &mut map).is_err());
     assert!(run(&image, real, complex - 1, &mut map).is_err());
-    let mut bad = image.clone();
-    bad[5000] = f32::NAN;
-    let refused = bonebeam::Error::NonFinite {
-        name: "image",
-        index: 5000,
-    };
-    assert_eq!(run(&bad, real, complex, &mut map), Err(refused));
+    let bad = changed(image.clone(), |image| image[5000] = f32::NAN);
+    let bad = refused(run(&bad, real, complex, &mut map));
+    assert_eq!(bad, "non-finite image 5000");
     let strips = vec![0.0; bank.gain_tables_len()];
     let strips = core::GainTables::new(&filters, &bank, strips).unwrap();
     let scratch = Scratch {
@@ -220,71 +188,6 @@ fn a_map_in_one_memory_refuses_what_does_not_fit_it_and_stays() {
     assert!(map.iter().all(|&ps| ps == 7.0));
     assert_eq!(run(&image, real, complex, &mut map), Ok(()));
     assert!(map.iter().all(|&ps| ps == 0.0));
-}
-
-/// As on a microcontroller: fixed workspace and tables, and the caller's memory.
-///
-/// Returns the map and the largest number of rows or columns of 128 complex numbers moved at once.
-fn on_target(
-    image: &Array2<f32>,
-    strip: usize,
-    accesses: usize,
-) -> Result<(Array2<f32>, usize), bonebeam::Error> {
-    let (rows, columns) = image.dim();
-    let bank = bank(rows, columns, &THREE, 3.0, strip)?;
-    let mut memory = Strips::new(core::Sizes {
-        strip: 5,
-        ..bank.sizes()
-    });
-    let mut tables = core::LogGaborTables::new();
-    let kernels = core::Kernels {
-        fft: &core::Microfft,
-        gains: &core::LogGabor::new(&mut tables),
-    };
-    let sizes = bank.sizes();
-    let mut spectrum = Counting::new(sizes.spectrum_len(), usize::MAX);
-    let mut filtered = Counting::new(sizes.filtered_len(), accesses);
-    let mut amplitude = vec![f32::NAN; sizes.amplitude_len()];
-    let mut symmetry = vec![f32::NAN; sizes.symmetry_len()];
-    bank.run(
-        &kernels,
-        &mut core::External {
-            image: &mut image.as_slice().expect("row-major"),
-            spectrum: &mut spectrum,
-            filtered: &mut filtered,
-            amplitude: &mut amplitude.as_mut_slice(),
-            symmetry: &mut symmetry.as_mut_slice(),
-        },
-        &mut memory.slices(),
-        &mut |_| {},
-    )?;
-    let largest = filtered.largest.max(spectrum.largest);
-    let map = Array2::from_shape_vec((rows, columns), symmetry).expect("the image's size");
-    Ok((map, largest / (2 * 128)))
-}
-
-#[test]
-fn a_fixed_workspace_and_own_memory_give_the_same_bits() {
-    let image = test_image(128, 64, 7);
-    let (map, largest) = on_target(&image, 5, usize::MAX).unwrap();
-    assert!(bits(&map) == bits(&in_core(&image, &THREE, 3.0)));
-    assert_eq!(largest, 5, "rows or columns moved at once");
-}
-
-#[test]
-fn failing_memory_and_small_buffers_are_errors() {
-    let image = test_image(128, 64, 7);
-    for accesses in [0, 1, 50, 500] {
-        let result = on_target(&image, 5, accesses);
-        assert_eq!(result.unwrap_err(), bonebeam::Error::Memory);
-    }
-    let too_high = on_target(&image, 6, usize::MAX).unwrap_err();
-    let expected = bonebeam::Error::Capacity {
-        name: "strip buffer",
-        actual: 2 * 6 * 128,
-        capacity: 2 * 5 * 128,
-    };
-    assert_eq!(too_high, expected);
 }
 
 #[test]

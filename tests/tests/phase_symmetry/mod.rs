@@ -7,8 +7,9 @@ mod map;
 mod memory;
 
 use crate::common;
+use bonebeam::dispatch;
 use bonebeam::phase_symmetry as core;
-use bonebeam::simd::{InstructionSet, Task, Vector};
+use bonebeam::simd::{InstructionSet, Vector};
 use bonebeam_drive::phase_symmetry::{Parameters, Plan, phase_symmetry};
 use bonebeam_oracle::reference;
 use common::tolerances;
@@ -129,28 +130,6 @@ fn largest_difference(a: &Array2<f32>, b: &Array2<f64>) -> f64 {
 
 const SIZES: [(usize, usize); 3] = [(512, 512), (128, 512), (512, 64)];
 
-#[test]
-fn every_strip_height_gives_the_bits_of_the_whole() {
-    for (rows, columns) in [(128, 512), (512, 64), (64, 64), (1024, 64)] {
-        let image = test_image(rows, columns, 2);
-        let whole = bits(&in_core(&image, &FIVE, 3.0));
-        for strip in [1, 3, 7, 16, 64, rows.max(columns), usize::MAX] {
-            let map = in_strips(&image, &FIVE, 3.0, strip);
-            assert!(bits(&map) == whole, "{rows}x{columns} in strips of {strip}");
-        }
-    }
-}
-
-#[test]
-fn strips_of_512_pixels_give_the_bits_of_the_whole() {
-    let image = test_image(512, 512, 3);
-    let whole = bits(&in_core(&image, &THREE, 15.0));
-    for strip in [7, 16, 512] {
-        let map = in_strips(&image, &THREE, 15.0, strip);
-        assert!(bits(&map) == whole, "in strips of {strip}");
-    }
-}
-
 /// Asserts the bits `whole` of the plan's map for every set and thread count.
 fn assert_every_set_and_thread(plan: &mut Plan, image: &Array2<f32>, whole: &[u32], strip: usize) {
     for set in InstructionSet::available() {
@@ -165,45 +144,26 @@ fn assert_every_set_and_thread(plan: &mut Plan, image: &Array2<f32>, whole: &[u3
 }
 
 #[test]
-fn every_instruction_set_and_number_of_threads_gives_the_bits_of_the_whole() {
+fn a_plan_gives_the_bits_of_the_whole_by_every_set_and_number_of_threads() {
     for (rows, columns) in [(64, 256), (128, 64)] {
-        let image = test_image(rows, columns, 8);
-        let whole = bits(&in_core(&image, &FIVE, 3.0));
-        for strip in [1, 7, 8, 16, 48, 256] {
+        let images = [8, 10].map(|seed| test_image(rows, columns, seed));
+        for strip in [1, 7, 8, 16, 48, 256, usize::MAX] {
             let parameters = Parameters {
                 scales: FIVE.to_vec(),
                 threshold: 3.0,
                 strip,
             };
             let mut plan = Plan::new((rows, columns), &parameters).unwrap();
-            assert_every_set_and_thread(&mut plan, &image, &whole, strip);
+            for image in &images {
+                let whole = bits(&in_core(image, &FIVE, 3.0));
+                assert_every_set_and_thread(&mut plan, image, &whole, strip);
+            }
+            let other = test_image(columns, rows, 10);
+            let refused = plan.run(other.view(), InstructionSet::Scalar, &mut |_, _| {});
+            let words = format!("{columns} rows and {rows} columns");
+            assert!(refused.unwrap_err().to_string().contains(&words));
         }
     }
-}
-
-#[test]
-fn a_plan_serves_image_after_image() {
-    let parameters = Parameters {
-        scales: THREE.to_vec(),
-        threshold: 3.0,
-        strip: 16,
-    };
-    let mut plan = Plan::new((64, 128), &parameters).unwrap();
-    for seed in [10, 11, 12] {
-        let image = test_image(64, 128, seed);
-        let map = plan
-            .run(image.view(), InstructionSet::detect(), &mut |_, _| {})
-            .unwrap();
-        assert!(bits(&map) == bits(&in_core(&image, &THREE, 3.0)));
-    }
-    let other = test_image(128, 64, 10);
-    let error = plan
-        .run(other.view(), InstructionSet::detect(), &mut |_, _| {})
-        .unwrap_err();
-    assert!(
-        error.to_string().contains("128 rows and 64 columns"),
-        "{error}"
-    );
 }
 
 fn message(image: &Array2<f32>, scales: &[f64], threshold: f32, strip: usize) -> String {

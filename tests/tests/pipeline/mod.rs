@@ -5,18 +5,17 @@
 
 mod coherence;
 mod iq;
-mod lanes;
 
 use crate::common;
-use bonebeam::beamform::{self, AlignedLine, Method, Segment, constant_segments};
+use crate::common::changed;
+use crate::common::refused::refused;
+use bonebeam::beamform::{AlignedLine, Segment, constant_segments};
 use bonebeam::delay::{
-    Compounding, Delay, DelayParameters, IqInterpolation, IqParameters, IqRecord, Record, ScanLine,
-    Stage,
+    Compounding, Delay, DelayParameters, IqInterpolation, IqParameters, Record, ScanLine, Stage,
 };
 use bonebeam::geometry::{Scan, ScanParameters, Transmit, TransmitLaw};
 use bonebeam::memory::{Memory, Need, Scratch};
-use bonebeam::pipeline::{Block, DepthGate, Frame, IqInput, LinePipeline, Parameters, Pipeline};
-use bonebeam::simd::{InstructionSet, Task, Vector};
+use bonebeam::pipeline::{Block, Frame, Input, IqInput, LinePipeline, Parameters, Pipeline};
 use bonebeam::surface::{Detector, Point, Ramp, Settings};
 use bonebeam::{Complex, Error};
 use bonebeam_drive::beamform::{Memory as LaneMemory, beamform};
@@ -24,12 +23,10 @@ use bonebeam_drive::config;
 use bonebeam_drive::delay::DelayStage;
 use bonebeam_drive::image::{b_mode, grid_of_lines};
 use bonebeam_drive::phase_symmetry::{self, phase_symmetry};
-use bonebeam_drive::pipeline::Frames;
-use bonebeam_drive::source::{LineSource, Recorded};
 use bonebeam_files::{BeamformedLines, ChannelData, Transmits};
 use common::frames::{
     ELEMENTS, LINES, NEED, PARAMETERS, counted, counts, focused, iq_input, iq_parameters, record,
-    surface, with_source,
+    surface,
 };
 use ndarray::Array3;
 
@@ -116,35 +113,25 @@ fn a_frame_has_the_bits_of_the_hosts_drive() {
     assert_eq!(bones.as_slice().unwrap(), map);
 }
 
-/// One plan, the core's frame and the host's threads: the same lines, pixels and map.
-#[test]
-fn the_hosts_frames_have_the_bits_of_the_cores() {
-    let (z, image, map) = frame(PARAMETERS);
-    let pipeline = Pipeline::new(PARAMETERS).unwrap();
-    let mut frames = Frames::new(&pipeline).unwrap();
-    let lines = with_source(&pipeline, |source| frames.lines(source).unwrap());
-    assert_eq!(lines.as_slice().unwrap(), z);
-    let pixels = frames.image(lines.view()).unwrap();
-    assert_eq!(pixels.as_slice().unwrap(), image);
-    let bones = with_source(&pipeline, |source| frames.run(source).unwrap().to_owned());
-    assert_eq!(bones.as_slice().unwrap(), map);
+/// Asserts that the brightest pixel of the middle columns is on the surface.
+fn assert_bone<D: Stage>(pipeline: &Pipeline<'_, D>, pictures: [&[f32]; 2]) {
+    let grid = pipeline.b_mode().parameters().grid;
+    for column in 16..48 {
+        let depth = surface(grid.column_axis().position(column));
+        for pixels in pictures {
+            let level = |row: &usize| pixels[row * 64 + column];
+            let row = (0..64).max_by(|a, b| level(a).total_cmp(&level(b)));
+            let error = grid.row_axis().position(row.unwrap()) - depth;
+            assert!(error.abs() < 0.3e-3, "column {column}: {error}");
+        }
+    }
 }
 
 #[test]
 fn the_bone_is_where_it_is() {
     let (_, image, map) = frame(PARAMETERS);
     let pipeline = Pipeline::new(PARAMETERS).unwrap();
-    let grid = pipeline.b_mode().parameters().grid;
-    for column in 16..48 {
-        let depth = surface(grid.column_axis().position(column));
-        for pixels in [&image, &map] {
-            let row = (0..64)
-                .max_by(|&a, &b| pixels[a * 64 + column].total_cmp(&pixels[b * 64 + column]))
-                .unwrap();
-            let error = grid.row_axis().position(row) - depth;
-            assert!(error.abs() < 0.3e-3, "column {column}: {error}");
-        }
-    }
+    assert_bone(&pipeline, [&image, &map]);
     // Above the surface the map is dark.
     assert!(map[..20 * 64].iter().all(|&ps| ps < 0.05));
 }
@@ -196,54 +183,8 @@ fn the_bones_surface_is_where_it_is() {
             "line {line}: {found} and {depth}"
         );
     }
-    let refused = find(&mut [None; LINES - 1]).unwrap_err();
-    assert!(matches!(
-        refused,
-        Error::Length {
-            name: "surface",
-            ..
-        }
-    ));
-}
-
-/// Inside the gate are the bits of the method, outside those of DAS.
-///
-/// Tested line by line and through the host's driver.
-#[test]
-fn a_depth_gate_parts_the_method_from_das() {
-    let by = |method| {
-        let beamformer = beamform::Parameters {
-            method,
-            ..PARAMETERS.beamformer
-        };
-        frame(Parameters {
-            beamformer,
-            ..PARAMETERS
-        })
-        .0
-    };
-    let (adaptive, das) = (by(PARAMETERS.beamformer.method), by(Method::Das));
-    let scan = Scan::new(PARAMETERS.scan).unwrap();
-    for (from, to) in [(0.0, 7.02e-3), (6.31e-3, 9e-3), (9.5e-3, 1.0)] {
-        let gate = DepthGate { from, to };
-        let pipeline = Pipeline::new(PARAMETERS).unwrap().with_gate(gate).unwrap();
-        let inside = |n: usize| (from..=to).contains(&scan.depth(n));
-        let samples = (0..scan.samples()).filter(|&n| inside(n)).count();
-        assert_eq!(pipeline.lines().adaptive().len(), samples);
-        let (z, image, _) = frame_of(&pipeline);
-        for (k, z) in z.iter().enumerate() {
-            let expected = match inside(k % scan.samples()) {
-                true => adaptive[k],
-                false => das[k],
-            };
-            assert_eq!(*z, expected, "{gate:?}: line {}", k / scan.samples());
-        }
-        let frames = Frames::new(&pipeline).unwrap();
-        let lines = with_source(&pipeline, |source| frames.lines(source).unwrap());
-        assert_eq!(lines.as_slice().unwrap(), z);
-        let pixels = frames.image(lines.view()).unwrap();
-        assert_eq!(pixels.as_slice().unwrap(), image);
-    }
+    let short = refused(find(&mut [None; LINES - 1]));
+    assert!(short.starts_with("length surface "), "{short}");
 }
 
 #[test]
@@ -259,8 +200,9 @@ fn a_line_is_the_mean_of_its_transmits() {
         .each_ref()
         .map(|rf| Record::new(rf, ELEMENTS).unwrap());
     let transmits = laws.map(|law| Transmit::new(law, 1e-7));
-    let mut scratch = vec![0.0; lines.align_need(1).real];
-    let mut x = vec![Complex::new(f32::NAN, 0.0); lines.aligned_len()];
+    let need = lines.need(1, usize::MAX);
+    let mut scratch = vec![0.0; need.real];
+    let mut x = vec![Complex::new(f32::NAN, 0.0); need.complex];
     let pairs = || transmits.into_iter().zip(&records);
     lines
         .align(
@@ -286,13 +228,8 @@ fn a_line_is_the_mean_of_its_transmits() {
 
     let none: [(Transmit, &Record); 0] = [];
     let error = lines.align(0.0f32, Block::of_line(&scan, 7), none, &mut scratch, &mut x);
-    assert!(matches!(
-        error,
-        Err(Error::Parameter {
-            name: "transmits",
-            ..
-        })
-    ));
+    let words = refused(error);
+    assert!(words.starts_with("parameter transmits "), "{words}");
     assert!(AlignedLine::new(&x, ELEMENTS).is_ok());
 }
 
@@ -305,8 +242,9 @@ fn a_block_is_aligned_for_the_elements_asked_for() {
     let rf = record(line);
     let record = Record::new(&rf, ELEMENTS).unwrap();
     let transmits = || [(focused(), &record)];
-    let mut scratch = vec![0.0; lines.align_need(1).real];
-    let mut whole = vec![Complex::ZERO; lines.aligned_len()];
+    let need = lines.need(1, usize::MAX);
+    let mut scratch = vec![0.0; need.real];
+    let mut whole = vec![Complex::ZERO; need.complex];
     lines
         .align(
             0.0f32,
@@ -340,27 +278,14 @@ fn a_block_is_aligned_for_the_elements_asked_for() {
         }
     }
     assert!(zeros > 0, "the aperture does not grow");
-    let behind = Block {
-        first: samples,
-        ..Block::of_line(&scan, line)
-    };
-    let behind = lines.align(
-        0.0f32,
-        behind,
-        transmits(),
-        &mut scratch,
-        &mut whole[..ELEMENTS],
-    );
-    assert!(matches!(behind, Err(Error::Capacity { .. })), "{behind:?}");
+    let behind = changed(Block::of_line(&scan, line), |s| s.first = samples);
+    let one = &mut whole[..ELEMENTS];
+    let behind = refused(lines.align(0.0f32, behind, transmits(), &mut scratch, one));
+    assert!(behind.starts_with("capacity "), "{behind}");
     let line = Block::of_line(&scan, line);
     let short = lines.align(0.0f32, line, transmits(), &mut [], &mut whole);
-    assert!(matches!(
-        short,
-        Err(Error::Length {
-            name: "scratch",
-            ..
-        })
-    ));
+    let short = refused(short);
+    assert!(short.starts_with("length scratch "), "{short}");
 }
 
 /// Lanes take segments of blocks with the bits of the whole line.
@@ -368,16 +293,14 @@ fn a_block_is_aligned_for_the_elements_asked_for() {
 /// A segment with a time window beyond the block is refused.
 #[test]
 fn segments_of_a_block_have_the_lines_bits_and_stay_within_it() {
-    let beamformer = beamform::Parameters {
-        temporal_half_window: 2,
-        ..PARAMETERS.beamformer
-    };
+    let beamformer = changed(PARAMETERS.beamformer, |p| p.temporal_half_window = 2);
     let scan = Scan::new(PARAMETERS.scan).unwrap();
     let lines = LinePipeline::new(scan, beamformer).unwrap();
     let rf = record(7);
     let record = Record::new(&rf, ELEMENTS).unwrap();
-    let mut scratch = vec![0.0; lines.align_need(1).real];
-    let mut x = vec![Complex::ZERO; lines.aligned_len()];
+    let need = lines.need(1, usize::MAX);
+    let mut scratch = vec![0.0; need.real];
+    let mut x = vec![Complex::ZERO; need.complex];
     let (first, samples, active) = constant_segments(scan.samples(), |n| scan.active(7, n))
         .max_by_key(|(_, samples, _)| *samples)
         .unwrap();
@@ -385,11 +308,7 @@ fn segments_of_a_block_have_the_lines_bits_and_stay_within_it() {
     let memory = memory.as_mut().unwrap();
     let mut run = |block: Block, x: &mut [Complex<f32>]| {
         let line = lines.align(0.0f32, block, [(focused(), &record)], &mut scratch, x);
-        let segment = Segment {
-            line: line.unwrap(),
-            first_element: active.first,
-            first_sample: first,
-        };
+        let segment = Segment::new(line.unwrap(), active.first, first);
         let mut z = vec![Complex::ZERO; samples];
         let core = lines.beamformer();
         core.segments(&mut memory.view(), &[segment], active.count, &mut [&mut z])?;
@@ -409,9 +328,8 @@ fn segments_of_a_block_have_the_lines_bits_and_stay_within_it() {
         (own.start + 1, length - ELEMENTS),
         (own.start, length - ELEMENTS),
     ] {
-        let refused = run(block(first), &mut x[..length]);
-        let name = "first sample";
-        assert!(matches!(refused, Err(Error::Parameter { name: found, .. }) if found == name));
+        let words = refused(run(block(first), &mut x[..length]));
+        assert!(words.starts_with("parameter first sample "), "{words}");
     }
 }
 
@@ -429,7 +347,7 @@ fn a_plan_by_a_constant_delay_stage_makes_the_same_lines() {
         Pipeline::new(PARAMETERS).unwrap(),
         Pipeline::by(&DELAY, PARAMETERS).unwrap(),
     );
-    assert_eq!(own.need(), by.need());
+    assert_eq!(own.need(1), by.need(1));
     let lines = own.lines();
     let elements = SCAN.elements();
     let rf: Vec<f32> = (0..elements * PARAMETERS.scan.record_samples)
@@ -437,8 +355,9 @@ fn a_plan_by_a_constant_delay_stage_makes_the_same_lines() {
         .collect();
     let record = Record::new(&rf, elements).unwrap();
     let transmit = Transmit::new(TransmitLaw::Focused, 0.0);
-    let mut scratch = vec![0.0; lines.align_need(1).real];
-    let mut aligned = [(); 2].map(|()| vec![Complex::new(0.0, 0.0); lines.aligned_len()]);
+    let need = lines.need(1, usize::MAX);
+    let mut scratch = vec![0.0; need.real];
+    let mut aligned = [(); 2].map(|()| vec![Complex::new(0.0, 0.0); need.complex]);
     let [of_own, of_by] = &mut aligned;
     let transmits = [(transmit, &record)];
     let block = Block::of_line(&SCAN, 3);

@@ -2,6 +2,7 @@
 
 mod tables;
 
+use crate::common::changed;
 use bonebeam_drive::config::{Beamform, LineKind};
 use bonebeam_drive::frame::beamform_channel_data;
 use bonebeam_drive::methods::MethodName;
@@ -40,6 +41,7 @@ impl Geometry {
 const GEOMETRIES: [Geometry; 3] = [Geometry::Linear, Geometry::Sector, Geometry::Curved];
 
 /// A record of one point, `beside` line spacings to the right of the middle line.
+#[derive(Clone, Copy)]
 struct Point {
     geometry: Geometry,
     f0: f64,
@@ -255,20 +257,14 @@ impl Point {
 }
 
 fn section(method: MethodName) -> Beamform {
-    Beamform {
-        method,
-        ..Beamform::default()
-    }
+    changed(Beamform::default(), |b| b.method = method)
 }
 
 /// Level of a point beside a line relative to one on the line, dB.
 ///
 /// The other values are the lateral errors of the peak and of the vertex, m.
 fn loss(point: &Point, method: MethodName, sub_lines: Option<usize>) -> [f64; 3] {
-    let on = Point {
-        beside: 0.0,
-        ..*point
-    };
+    let on = changed(*point, |s| s.beside = 0.0);
     let section = section(method);
     let [level, ..] = on.peak(&section, Some(1));
     let [beside, off, vertex] = point.peak(&section, sub_lines);

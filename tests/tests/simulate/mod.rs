@@ -7,6 +7,7 @@ mod noise;
 mod shadow;
 
 use crate::common;
+use crate::common::changed;
 use bonebeam_files::{ChannelData, Transmits};
 use bonebeam_simulate::{
     Baffle, NoiseSpectrum, Outline, Phantom, Pulse, Scatterer, Settings, Summation, add_noise,
@@ -41,10 +42,7 @@ fn points(points: &[(f64, f64, f64)]) -> Phantom {
             amplitude,
         })
         .collect();
-    Phantom {
-        scatterers,
-        ..Phantom::default()
-    }
+    changed(Phantom::default(), |s| s.scatterers = scatterers)
 }
 
 fn random_points(count: usize, seed: u64) -> Phantom {
@@ -120,10 +118,7 @@ fn envelope_peak(data: &ChannelData, beam: usize, element: usize) -> f64 {
 
 #[test]
 fn echo_of_the_focus_arrives_on_time_at_every_element() {
-    let settings = Settings {
-        focus: 11e-3,
-        ..small()
-    };
+    let settings = changed(small(), |s| s.focus = 11e-3);
     let x = settings.beam_x(5);
     let data = simulate(
         &settings,
@@ -143,10 +138,7 @@ fn echo_of_the_focus_arrives_on_time_at_every_element() {
 #[test]
 fn echo_of_one_transmitting_element_arrives_on_time_anywhere() {
     // An f-number large enough for one transmitting element.
-    let settings = Settings {
-        f_number: 1e4,
-        ..small()
-    };
+    let settings = changed(small(), |s| s.f_number = 1e4);
     let (x, z) = (1.234e-3, 9.876e-3);
     for summation in [Summation::Direct, Summation::Cells] {
         let data = simulate(&settings, &points(&[(x, z, 1.0)]), summation);
@@ -176,10 +168,7 @@ fn beams_and_elements_lie_where_the_file_says() {
 
 #[test]
 fn exchanging_transmitter_and_receiver_changes_nothing() {
-    let settings = Settings {
-        f_number: 1e4,
-        ..small()
-    };
+    let settings = changed(small(), |s| s.f_number = 1e4);
     for summation in [Summation::Direct, Summation::Cells] {
         let data = simulate(&settings, &bone_and_points(), summation);
         for (i, j) in [(0, 15), (3, 9), (14, 2)] {
@@ -206,10 +195,7 @@ fn echoes_superpose() {
 
 #[test]
 fn the_number_of_threads_changes_no_bit() {
-    let settings = Settings {
-        noise: Some(-40.0),
-        ..small()
-    };
+    let settings = changed(small(), |s| s.noise = Some(-40.0));
     for summation in [Summation::Direct, Summation::Cells] {
         let [one, three] = [1, 3].map(|threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
@@ -269,62 +255,14 @@ fn impossible_settings_and_phantoms_are_named() {
     };
     for (settings, name) in [
         (Settings { fs: 0.0, ..small() }, "fs"),
-        (
-            Settings {
-                fs: 19e6,
-                ..small()
-            },
-            "fs",
-        ),
-        (
-            Settings {
-                pitch: f64::NAN,
-                ..small()
-            },
-            "pitch",
-        ),
-        (
-            Settings {
-                kerf: 1.0,
-                ..small()
-            },
-            "kerf",
-        ),
-        (
-            Settings {
-                beams: 17,
-                ..small()
-            },
-            "beams",
-        ),
-        (
-            Settings {
-                elements: 1,
-                ..small()
-            },
-            "elements",
-        ),
-        (
-            Settings {
-                f_number: 0.0,
-                ..small()
-            },
-            "f_number",
-        ),
-        (
-            Settings {
-                depth_end: 1e-3,
-                ..small()
-            },
-            "depth",
-        ),
-        (
-            Settings {
-                noise: Some(f64::INFINITY),
-                ..small()
-            },
-            "noise",
-        ),
+        (changed(small(), |s| s.fs = 19e6), "fs"),
+        (changed(small(), |s| s.pitch = f64::NAN), "pitch"),
+        (changed(small(), |s| s.kerf = 1.0), "kerf"),
+        (changed(small(), |s| s.beams = 17), "beams"),
+        (changed(small(), |s| s.elements = 1), "elements"),
+        (changed(small(), |s| s.f_number = 0.0), "f_number"),
+        (changed(small(), |s| s.depth_end = 1e-3), "depth"),
+        (changed(small(), |s| s.noise = Some(f64::INFINITY)), "noise"),
     ] {
         let message = fails(settings, &phantom);
         assert!(message.contains(name), "{name}: {message}");

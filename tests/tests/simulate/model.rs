@@ -133,11 +133,7 @@ fn reference_row(
 
 #[test]
 fn both_sums_agree_with_the_model_in_the_time_domain() {
-    let flat = Settings {
-        elements: 32,
-        beams: 32,
-        ..small()
-    };
+    let flat = changed(small(), |s| (s.elements, s.beams) = (32, 32));
     let with_lens = Settings {
         element_height: 4e-3,
         elevation_focus: Some(19e-3),
@@ -190,16 +186,8 @@ fn cells_sum_agrees_with_direct_at_other_rates_and_for_beams_between_elements() 
 /// The sum by cells starts with beams if they are few, else with pairs of elements.
 #[test]
 fn a_beam_has_the_same_record_alone_and_among_others() {
-    let all = Settings {
-        elements: 32,
-        beams: 32,
-        ..small()
-    };
-    let one = Settings {
-        beams: 1,
-        first_beam: 5.0,
-        ..all.clone()
-    };
+    let all = changed(small(), |s| (s.elements, s.beams) = (32, 32));
+    let one = changed(all.clone(), |s| (s.beams, s.first_beam) = (1, 5.0));
     let phantom = random_points(20, 6);
     let [all, one] = [all, one].map(|s| simulate(&s, &phantom, Summation::Cells));
     for element in [0, 5, 31] {
@@ -249,10 +237,7 @@ fn late_echoes_do_not_come_back_early() {
     let x = settings.array().x(64.0);
     let phantom = points(&[(x, 15e-3, 1.0), (x, 24e-3, 1.0), (x, 40e-3, 1.0)]);
     // The same with a record that is long enough for all of them.
-    let long = Settings {
-        depth_end: 60e-3,
-        ..settings.clone()
-    };
+    let long = changed(settings.clone(), |s| s.depth_end = 60e-3);
     for summation in [Summation::Direct, Summation::Cells] {
         let short = simulate(&settings, &phantom, summation);
         let long = simulate(&long, &phantom, summation);

@@ -25,27 +25,17 @@ fn a_silent_record_is_an_error() {
 /// Noise and converter, applied later, give the bits of a simulation with both.
 #[test]
 fn noise_can_be_added_afterwards() {
-    let noisy = Settings {
-        noise: Some(-30.0),
-        adc_bits: Some(10),
-        seed: 7,
-        ..small()
-    };
+    let noisy = changed(small(), |s| {
+        (s.noise, s.adc_bits, s.seed) = (Some(-30.0), Some(10), 7)
+    });
     let phantom = points(&[(0.0, 11e-3, 1.0)]);
     let expected = simulate(&noisy, &phantom, Summation::Direct);
-    let quiet = Settings {
-        noise: None,
-        adc_bits: None,
-        ..noisy.clone()
-    };
+    let quiet = changed(noisy.clone(), |s| (s.noise, s.adc_bits) = (None, None));
     let mut found = simulate(&quiet, &phantom, Summation::Direct);
     assert_ne!(found, expected);
     add_noise(&noisy, &mut found).unwrap();
     assert_eq!(found, expected);
-    let other = Settings {
-        beams: noisy.beams + 1,
-        ..noisy
-    };
+    let other = changed(noisy, |s| s.beams += 1);
     let error = add_noise(&other, &mut found).unwrap_err().to_string();
     assert!(error.contains("expected RF of one frame"), "{error}");
 }
@@ -62,10 +52,7 @@ fn noise_has_the_spectrum_that_is_asked_for() {
         let phantom = points(&[(0.0, 11e-3, 1.0)]);
         let mut noise = whole(simulate(&settings, &phantom, Summation::Direct));
         noise -= &whole(simulate(
-            &Settings {
-                noise: None,
-                ..settings.clone()
-            },
+            &changed(settings.clone(), |s| s.noise = None),
             &phantom,
             Summation::Direct,
         ));
@@ -93,10 +80,7 @@ fn noise_has_the_spectrum_that_is_asked_for() {
 
 #[test]
 fn the_converter_rounds_to_its_steps() {
-    let settings = Settings {
-        adc_bits: Some(8),
-        ..small()
-    };
+    let settings = changed(small(), |s| s.adc_bits = Some(8));
     let exact = whole(simulate(&small(), &random_points(5, 1), Summation::Direct));
     let rounded = whole(simulate(&settings, &random_points(5, 1), Summation::Direct));
     let peak = exact.iter().fold(0.0f32, |m, v| m.max(v.abs()));
@@ -111,10 +95,7 @@ fn the_converter_rounds_to_its_steps() {
 #[test]
 fn noise_has_its_level_and_is_reproducible() {
     let quiet = small();
-    let noisy = Settings {
-        noise: Some(-40.0),
-        ..quiet.clone()
-    };
+    let noisy = changed(quiet.clone(), |s| s.noise = Some(-40.0));
     let phantom = points(&[(0.0, 11e-3, 1.0)]);
     let clean = simulate(&quiet, &phantom, Summation::Direct);
     let clean = clean.samples.rf(0).unwrap();

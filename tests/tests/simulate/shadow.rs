@@ -30,10 +30,7 @@ fn a_shadowed_scatterer_contributes_nothing() {
 #[test]
 fn each_element_sees_past_the_edge_on_its_own() {
     // One element transmits; the scatterer behind the right edge is seen from the right only.
-    let settings = Settings {
-        f_number: 1e4,
-        ..small()
-    };
+    let settings = changed(small(), |s| s.f_number = 1e4);
     let mut phantom = bone_and_points();
     phantom.scatterers = vec![Scatterer {
         y: 0.0,

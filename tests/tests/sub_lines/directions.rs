@@ -14,10 +14,7 @@ fn geometries(check: impl Fn(&Scan<'_>)) {
     let arc: Vec<Element> = (0..32)
         .map(|m| Element::convex(32, 0.4e-3, 40e-3, m))
         .collect();
-    let curved = Array::At {
-        elements: &arc,
-        pitch: 0.4e-3,
-    };
+    let curved = Array::at(&arc, 0.4e-3);
     let phased = Array::linear(32, 0.15e-3);
     let sector: Vec<Ray> = (0..31)
         .map(|line| Ray::new(0.0, 0.0, -0.7 + 1.4 / 30.0 * f64::from(line)))

@@ -3,16 +3,16 @@
 //! Also the consequences of their definition.
 
 mod directions;
-mod frames;
 
 use crate::common;
+use crate::common::changed;
 
 use bonebeam::beamform::Method;
 use bonebeam::beamform::{AlignedLine, Apodization, Beamformer, Parameters, Postfilter};
-use bonebeam::covariance::Covariance;
 use bonebeam::geometry::{Active, Array, Axis, Depth, Lines, Scan, ScanParameters, Steering};
 use bonebeam_drive::beamform::Memory;
 use bonebeam_oracle::reference::f64::beamform::Sample;
+use bonebeam_tests::kernel::bits;
 use common::lines::{COVARIANCES, Line, METHODS, core, widen};
 use common::refused::refused;
 use num_complex::Complex;
@@ -23,15 +23,10 @@ fn parameters<'a>(array: Array<'a>, lines: Lines<'a>, samples: usize) -> ScanPar
     ScanParameters {
         array,
         lines,
-        sound_speed: 1540.0,
-        centre_frequency: 5e6,
-        sampling_rate: 20e6,
         record_samples: 4096,
-        output_rate: 20e6,
         start: Depth::Seconds(6e-6),
         end: Depth::Seconds(6e-6 + (samples - 1) as f64 / 20e6),
-        f_number: 1.5,
-        min_elements: 8,
+        ..ScanParameters::EXAMPLE
     }
 }
 
@@ -50,17 +45,8 @@ fn aligned(line: &Line) -> AlignedLine<'_> {
 }
 
 /// The core over one lane, a whole line.
-fn sub_lines(
-    line: &Line,
-    steering: Steering<'_>,
-    parameters: Parameters,
-    covariance: Covariance,
-) -> Vec<Complex<f32>> {
-    let beamformer = Beamformer::new(Parameters {
-        covariance,
-        ..parameters
-    })
-    .expect("valid parameters");
+fn sub_lines(line: &Line, steering: Steering<'_>, parameters: Parameters) -> Vec<Complex<f32>> {
+    let beamformer = Beamformer::new(parameters).expect("valid parameters");
     let most = line.active.iter().map(|set| set.count).max();
     let sizes = beamformer.sizes(most.unwrap_or(0));
     let mut memory = Memory::new(0.0, sizes).expect("memory");
@@ -75,10 +61,6 @@ fn sub_lines(
         )
         .expect("a line that fits");
     z
-}
-
-fn bits(z: &[Complex<f32>]) -> Vec<(u32, u32)> {
-    z.iter().map(|z| (z.re.to_bits(), z.im.to_bits())).collect()
 }
 
 #[test]
@@ -97,15 +79,12 @@ fn one_sub_line_is_the_line() {
         for method in METHODS {
             let parameters = Parameters {
                 method,
+                covariance,
                 temporal_half_window: 2,
                 ..Parameters::default()
             };
-            let z = sub_lines(&line, steering, parameters, covariance);
-            assert_eq!(
-                bits(&z),
-                bits(&core(&line, parameters, covariance)),
-                "{method:?}"
-            );
+            let z = sub_lines(&line, steering, parameters);
+            assert_eq!(bits(&z), bits(&core(&line, parameters)), "{method:?}");
         }
     }
 }
@@ -116,18 +95,11 @@ fn exact(
     n: usize,
     [slope, constant]: [f64; 2],
     parameters: &Parameters,
-    covariance: Covariance,
 ) -> Vec<Complex<f64>> {
     let set = line.active[n];
-    let sample = Sample::new(
-        line.x.view(),
-        n,
-        (set.first, set.count),
-        parameters,
-        covariance,
-    )
-    .expect("a regular covariance")
-    .expect("power");
+    let sample = Sample::new(line.x.view(), n, (set.first, set.count), parameters)
+        .expect("a regular covariance")
+        .expect("power");
     let sample = sample
         .towards(slope, constant, parameters)
         .expect("regular");
@@ -160,19 +132,20 @@ fn the_error_beside_the_f64_reference_is_within_the_bound() {
                     for (postfilter, apodization) in Postfilter::EXAMPLES.into_iter().zip(windows) {
                         let parameters = Parameters {
                             method,
+                            covariance,
                             postfilter,
                             apodization,
                             sub_lines: sub_lines_of,
                             temporal_half_window: 1,
                             ..Parameters::default()
                         };
-                        let z = sub_lines(&line, steering, parameters, covariance);
+                        let z = sub_lines(&line, steering, parameters);
                         let largest = z.iter().map(|z| widen(*z).norm()).fold(0.0, f64::max);
                         for (i, z) in z.iter().enumerate().step_by(5) {
                             let (n, k) = (i / sub_lines_of, i % sub_lines_of);
                             let [half, phase] = steering.direction(n, k).map(widen);
                             let direction = [2.0 * half.arg(), -phase.arg()];
-                            let right = exact(&line, n, direction, &parameters, covariance);
+                            let right = exact(&line, n, direction, &parameters);
                             let error = |right: &Complex<f64>| (widen(*z) - right).norm();
                             let error = right.iter().map(error).fold(f64::INFINITY, f64::min);
                             assert!(
@@ -210,10 +183,11 @@ fn an_echo_on_a_sub_line_has_its_own_level_there() {
                 ] {
                     let parameters = Parameters {
                         method,
+                        covariance,
                         sub_lines: 8,
                         ..Parameters::default()
                     };
-                    let z = sub_lines(&line, steering, parameters, covariance);
+                    let z = sub_lines(&line, steering, parameters);
                     let error = (z[k] - 1.0).norm();
                     assert!(
                         error < 1e-5,
@@ -228,15 +202,7 @@ fn an_echo_on_a_sub_line_has_its_own_level_there() {
 
 #[test]
 fn what_does_not_fit_is_refused() {
-    let of = |sub_lines| Parameters {
-        sub_lines,
-        ..Parameters::default()
-    };
-    for sub_lines in [0, 3, 5, 33, 64, usize::MAX] {
-        let value = sub_lines as f64;
-        let expected = format!("parameter sub_lines {value}: 1, 2, 4, 8, 16 or 32");
-        assert_eq!(refused(Beamformer::new(of(sub_lines))), expected);
-    }
+    let of = |sub_lines| changed(Parameters::default(), |p| p.sub_lines = sub_lines);
     let line = Line::noise(1, 6, 8);
     let scan = linear(8, 6);
     let beamformer = Beamformer::new(of(4)).expect("valid parameters");
@@ -252,7 +218,7 @@ fn what_does_not_fit_is_refused() {
         let sizes = Beamformer::new(of(sizes_for)).expect("valid").sizes(8);
         let mut memory = Memory::new(0.0, sizes).expect("memory");
         let mut z = vec![Complex::ZERO; length];
-        let all = |_| Active { first: 0, count: 8 };
+        let all = |_| Active::new(0, 8);
         let x = line.x.as_slice().expect("in order");
         let line = AlignedLine::new(&x[..samples * 8], 8).expect("finite");
         beamformer.sub_lines(&mut memory.view(), (line, steering), all, &mut z)

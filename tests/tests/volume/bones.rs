@@ -119,12 +119,9 @@ fn levels_are_those_of_the_phantom() {
 
 #[test]
 fn reverberation_shows_the_bone_at_twice_its_depth_and_clutter_in_its_shadow() {
-    let settings = Settings {
-        depth_end: 26e-3,
-        beams: 1,
-        first_beam: 8.0,
-        ..pairs()
-    };
+    let settings = changed(pairs(), |s| {
+        (s.depth_end, s.beams, s.first_beam) = (26e-3, 1, 8.0)
+    });
     let mut phantom = point(settings.array().x(8.0), 0.0, 10.2e-3);
     phantom.surface = Some(plate());
     let silent = channel_data(&settings, &phantom, Summation::Cells, &|_| ());

@@ -7,6 +7,7 @@ mod meshes;
 mod scanner;
 
 use crate::common;
+use crate::common::changed;
 use bonebeam::simd::InstructionSet;
 use bonebeam_files::ChannelData;
 use bonebeam_simulate::{
@@ -32,11 +33,9 @@ fn pairs() -> Settings {
 }
 
 fn with_lens() -> Settings {
-    Settings {
-        element_height: 4e-3,
-        elevation_focus: Some(19e-3),
-        ..pairs()
-    }
+    changed(pairs(), |s| {
+        (s.element_height, s.elevation_focus) = (4e-3, Some(19e-3))
+    })
 }
 
 fn point(x: f64, y: f64, z: f64) -> Phantom {
@@ -131,11 +130,7 @@ fn directivity_is_that_of_a_patch_at_every_angle_and_frequency() {
 /// middle frequency is 0.886·λF/h each way's −3 dB.
 #[test]
 fn the_elevation_beam_is_narrow_at_the_focus_and_wide_off_it() {
-    let settings = Settings {
-        elements: 2,
-        beams: 2,
-        ..with_lens()
-    };
+    let settings = changed(with_lens(), |s| (s.elements, s.beams) = (2, 2));
     let x = settings.array().x(0.0);
     let width = |z: f64| {
         let level = |y: f64| {
@@ -210,12 +205,9 @@ fn plate() -> Surface {
 
 #[test]
 fn a_plates_shadow_ends_where_geometry_puts_it() {
-    let settings = Settings {
-        elements: 128,
-        beams: 1,
-        first_beam: 64.0,
-        ..pairs()
-    };
+    let settings = changed(pairs(), |s| {
+        (s.elements, s.beams, s.first_beam) = (128, 1, 64.0)
+    });
     let heard = |x: f64, y: f64| {
         let mut phantom = point(x, y, 20e-3);
         phantom.surface = Some(plate());
@@ -242,11 +234,7 @@ fn a_plates_shadow_ends_where_geometry_puts_it() {
 
 #[test]
 fn bits_depend_neither_on_instruction_sets_nor_threads_nor_interruptions() {
-    let settings = Settings {
-        noise: Some(-50.0),
-        beams: 4,
-        ..with_lens()
-    };
+    let settings = changed(with_lens(), |s| (s.noise, s.beams) = (Some(-50.0), 4));
     let mut phantom = point(0.1e-3, 0.4e-3, 12e-3);
     phantom.surface = Some(plate());
     let block = Block {

@@ -64,10 +64,7 @@ fn a_scanned_ball_has_the_radius_that_its_blur_leaves() {
             false => high = middle,
         }
     }
-    let scanner = CtScanner {
-        voxel: [0.1e-3; 3],
-        ..CT
-    };
+    let scanner = changed(CT, |s| s.voxel = [0.1e-3; 3]);
     let centre = [3.017e-3, -1.01e-3, 20.04e-3];
     let ball = bonebeam_simulate::ball(centre, 1e-3);
     let scan = CtVolume::scan(&[(&ball, 100.0)], &scanner).unwrap();

@@ -6,7 +6,7 @@ use std::process::Stdio;
 
 use anyhow::{Context, Result, ensure};
 
-use crate::here::{CORTEX_M7, Here};
+use crate::here::Here;
 
 /// A printed line: its words after the first, if that is `kind`.
 fn rows<'a>(text: &'a str, kind: &'a str) -> impl Iterator<Item = Vec<&'a str>> {
@@ -30,44 +30,41 @@ fn cells(line: &str) -> Vec<&str> {
 
 /// The image fails where a case takes more instructions than its bound. Then the stack of every public entry.
 pub(crate) fn counts(here: &Here) -> Result<()> {
-    let printed = here.image_prints("--bin count")?;
-    let mut counted = Vec::new();
-    for row in rows(&printed, "count") {
-        let each = number(&row, 2)? / number(&row, 3)?;
-        println!("{} {}: {each:.0} instructions an output", row[0], row[1]);
-        counted.push((format!("{} {}", row[0], row[1]), each));
-    }
-    let mut old = beside_table(&here.read("docs/cortex-m.md")?, &counted)?;
-    let printed = here.image_prints("--bin sub_lines")?;
-    ensure!(
-        !printed.lines().any(|line| line.starts_with("error")),
-        "sub_lines: {printed}"
-    );
-    for row in rows(&printed, "count") {
-        println!(
-            "{} {}: {:.0} instructions a sample",
-            row[0],
-            row[1],
-            number(&row, 2)? / number(&row, 3)?
-        );
-    }
     let mut frames = String::new();
-    for image in ["frames", "live", "live_every_line"] {
+    let mut counted = Vec::new();
+    for image in ["count", "sub_lines", "frames", "live", "live_every_line"] {
         let printed = here.image_prints(&format!("--bin {image}"))?;
+        let wrong = printed.lines().any(|line| line.starts_with("error"));
+        ensure!(image != "sub_lines" || !wrong, "sub_lines: {printed}");
+        for row in rows(&printed, "count") {
+            let each = number(&row, 2)? / number(&row, 3)?;
+            let of = if image == "count" {
+                "an output"
+            } else {
+                "a sample"
+            };
+            println!("{} {}: {each:.0} instructions {of}", row[0], row[1]);
+            if image == "count" {
+                counted.push((format!("{} {}", row[0], row[1]), each));
+            }
+        }
         for row in rows(&printed, "frame") {
+            let millions = number(&row, 2)? / 1e6;
             println!(
-                "a frame, {}, {}: {:.1} million instructions",
-                row[0],
-                row[1],
-                number(&row, 2)? / 1e6
+                "a frame, {}, {}: {millions:.1} million instructions",
+                row[0], row[1]
             );
         }
-        frames.push_str(&printed);
+        if !["count", "sub_lines"].contains(&image) {
+            frames.push_str(&printed);
+        }
     }
+    let mut old = beside_table(&here.read("docs/cortex-m.md")?, &counted)?;
     old.extend(beside_frames(here, &frames)?);
     old.iter().for_each(|line| println!("{line}"));
+    let same = old.is_empty();
     ensure!(
-        old.is_empty(),
+        same,
         "the documents have other figures: write them by firmware/count --docs"
     );
     stack(here)
@@ -82,11 +79,10 @@ fn beside_table(document: &str, counted: &[(String, f64)]) -> Result<Vec<String>
     let written: Vec<f64> = inside
         .filter_map(|line| cells(line).get(2)?.parse().ok())
         .collect();
+    let (rows, counts) = (written.len(), counted.len());
     ensure!(
-        written.len() == counted.len(),
-        "docs/cortex-m.md: {} rows, {} counts",
-        written.len(),
-        counted.len()
+        rows == counts,
+        "docs/cortex-m.md: {rows} rows, {counts} counts"
     );
     let off = |(written, (name, counted)): (&f64, &(String, f64))| {
         let differs = (written - counted).abs() > 1.0 + 0.01 * written;
@@ -96,28 +92,21 @@ fn beside_table(document: &str, counted: &[(String, f64)]) -> Result<Vec<String>
 }
 
 /// Rows of the documents with frames, and the words by which the images name them.
+#[rustfmt::skip]
 const FRAMES: [(&str, &str); 6] = [
     ("frame, sinc", "mv sinc"),
     ("frame, cubic", "mv cubic"),
     ("frame, linear", "mv linear"),
     ("frame, linear in fixed point", "mv fixed"),
-    (
-        "64 lines, every sample, a map for every frame",
-        "mv-64-lines fixed",
-    ),
-    (
-        "32 lines of two sub-lines, every second sample, a map for every third frame",
-        "mv-32-lines-2-sub-lines-step-2 fixed",
-    ),
+    ("64 lines, every sample, a map for every frame", "mv-64-lines fixed"),
+    ("32 lines of two sub-lines, every second sample, a map for every third frame", "mv-32-lines-2-sub-lines-step-2 fixed"),
 ];
 /// Rows of docs/integration.md with bytes, and the word of the line `memory` that has them.
+#[rustfmt::skip]
 const BYTES: [(&str, usize); 3] = [
     ("a block", 0),
     ("plan", 2),
-    (
-        "chain: line, envelopes, image, map, matrices of the filters",
-        1,
-    ),
+    ("chain: line, envelopes, image, map, matrices of the filters", 1),
 ];
 
 /// Compares frames and bytes with the documents, to the last digit that they have.
@@ -135,12 +124,12 @@ fn beside_frames(here: &Here, printed: &str) -> Result<Vec<String>> {
             .filter(|line| line.starts_with("| "))
             .map(cells)
         {
-            let told = row.get(cell).map(|cell| cell.replace([' ', ','], ""));
+            let told = |cell: usize| row.get(cell).map(|cell| cell.replace([' ', ','], ""));
             if let Some((_, key)) = FRAMES.iter().find(|(name, _)| *name == row[0]) {
                 let counted = counted
                     .get(*key)
                     .with_context(|| format!("no frame {key}"))?;
-                let told: f64 = told.context("a short row")?.parse()?;
+                let told: f64 = told(cell).context("a short row")?.parse()?;
                 found += 1;
                 if (told - counted).abs() > 0.06 + 0.01 * told {
                     old.push(format!(
@@ -149,18 +138,11 @@ fn beside_frames(here: &Here, printed: &str) -> Result<Vec<String>> {
                     ));
                 }
             }
-            let bytes = BYTES
-                .iter()
-                .find(|(name, _)| *name == row[0] && document.contains("integration"));
-            if let Some((_, word)) = bytes {
+            let bytes = BYTES.iter().find(|(name, _)| *name == row[0]);
+            if let Some((_, word)) = bytes.filter(|_| document.contains("integration")) {
                 let bytes = memory.get(*word).context("a short line `memory`")?;
                 found += 1;
-                if row
-                    .get(1)
-                    .map(|cell| cell.replace([' ', ','], ""))
-                    .as_deref()
-                    != Some(*bytes)
-                {
+                if told(1).as_deref() != Some(*bytes) {
                     old.push(format!(
                         "{document}: {}: {} bytes, here {bytes}",
                         row[0], row[1]
@@ -185,18 +167,13 @@ fn stack(here: &Here) -> Result<()> {
         );
         return Ok(());
     };
-    let image = here.built("firmware").join(CORTEX_M7).join("release/stack");
-    let line = format!(
-        "python3 tests/stack_bound.py {}/llvm-objdump {} compare",
-        tools.display(),
-        image.display()
-    );
-    let mut compare = here.command("", &line).stdin(Stdio::piped()).spawn()?;
-    compare
-        .stdin
-        .take()
-        .context("stack_bound.py")?
-        .write_all(printed.as_bytes())?;
+    let image = here.built("firmware").display().to_string();
+    let objdump = tools.join("llvm-objdump").display().to_string();
+    let line = format!("python3 tests/stack_bound.py {objdump} {image}/@m7/release/stack compare");
+    let mut compare = here.command(line).stdin(Stdio::piped()).spawn()?;
+    let mut input = compare.stdin.take().context("stack_bound.py")?;
+    input.write_all(printed.as_bytes())?;
+    drop(input);
     ensure!(
         compare.wait()?.success(),
         "the stack is not that of docs/memory.md"

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use anyhow::{Result, bail, ensure};
+use anyhow::{Context, Result, bail, ensure};
 
 use crate::steps::STEPS;
 
@@ -46,18 +46,11 @@ pub fn evidence(log: &str, safety: &str) -> Result<String> {
         let (Some(claim), Some(shown)) = (cells.next(), cells.next()) else {
             bail!("a short row: {row}")
         };
-        let named = shown
-            .split('`')
-            .skip(1)
-            .step_by(2)
-            .filter(|name| STEPS.iter().any(|step| step.name == *name));
+        let named = shown.split('`').skip(1).step_by(2);
+        let named = named.filter(|name| STEPS.iter().any(|step| step.name == *name));
+        let state = |name| state.get(name).map_or("not run", String::as_str);
         let outcomes: Vec<String> = named
-            .map(|name| {
-                format!(
-                    "`{name}` {}",
-                    state.get(name).map_or("not run", String::as_str)
-                )
-            })
+            .map(|name| format!("`{name}` {}", state(name)))
             .collect();
         ensure!(!outcomes.is_empty(), "no step shows: {claim}");
         table += &format!("| {claim} | {} |\n", outcomes.join("; "));
@@ -69,16 +62,14 @@ pub fn evidence(log: &str, safety: &str) -> Result<String> {
 
 /// `document` with `table` between its comments `<!-- name -->` and `<!-- end of name -->`.
 pub fn with_table(document: &str, name: &str, table: &str) -> Result<String> {
-    let (start, end) = (
+    let [start, end] = [
         format!("<!-- {name} -->\n"),
         format!("<!-- end of {name} -->"),
-    );
-    let Some((before, rest)) = document.split_once(&start) else {
-        bail!("no {start}")
-    };
-    let Some((_, after)) = rest.split_once(&end) else {
-        bail!("no {end}")
-    };
+    ];
+    let (before, rest) = document
+        .split_once(&start)
+        .with_context(|| format!("no {start}"))?;
+    let (_, after) = rest.split_once(&end).with_context(|| format!("no {end}"))?;
     Ok(format!("{before}{start}\n{table}\n\n{end}{after}"))
 }
 
@@ -92,14 +83,12 @@ mod tests {
     fn a_claim_has_the_outcome_of_each_of_its_steps() {
         let log = "== format\nformat: 1 s, 1 s of the processor\n== deny\nskipped: no network\ndeny: 1 s, 0 s of the processor\ntests/run: failed: debug\n";
         let table = evidence(log, SAFETY).unwrap();
-        assert!(
-            table.contains("| A | `format` passed; `debug` failed |"),
-            "{table}"
-        );
-        assert!(
-            table.contains("| B | `deny` skipped: no network |"),
-            "{table}"
-        );
+        for row in [
+            "| A | `format` passed; `debug` failed |",
+            "| B | `deny` skipped: no network |",
+        ] {
+            assert!(table.contains(row), "{table}");
+        }
         assert!(!table.contains("| C"), "{table}");
     }
 

@@ -1,24 +1,33 @@
 //! Steps of the firmware's workspace.
 
 use std::collections::BTreeSet;
+use std::fs;
 use std::io::Write;
 use std::process::{Command, Stdio};
 
 use anyhow::{Context, Result, ensure};
 
-use crate::here::{BENCHMARK, CORTEX_M7, Here, output, printed, run, same};
+use crate::here::{Here, output, printed, run, said, same};
+
+/// Tests, lints and documentation of the front end's crate on this machine, whose target has to be named.
+pub(crate) const FRONT_END: &[&str] = &[
+    "firmware$ cargo test --locked -p bonebeam-front-end --target @host",
+    "firmware$ cargo clippy --all-targets --locked -p bonebeam-front-end --features defmt --target @host -- -D warnings",
+    "firmware$ RUSTDOCFLAGS=-Dwarnings cargo doc --no-deps --locked -p bonebeam-front-end --features defmt --target @host",
+];
+
+/// The same of the crate of streams.
+const STREAM: &[&str] = &[
+    "firmware$ cargo test --locked --release -p bonebeam-stream --target @host",
+    "firmware$ cargo clippy --release --all-targets --locked -p bonebeam-stream --features defmt --target @host -- -D warnings",
+    "firmware$ RUSTDOCFLAGS=-Dwarnings cargo doc --no-deps --locked -p bonebeam-stream --features defmt --target @host",
+];
 
 impl Here {
     /// `cargo run` of an image in QEMU. Its own status tells of a panic; the time limit ends one that hangs.
     pub fn image(&self, arguments: &str) -> Command {
-        let limit = if self.has(&["timeout"]) {
-            "timeout 300"
-        } else {
-            ""
-        };
-        let line =
-            format!("{limit} cargo run --release --locked --quiet --features no-panic {arguments}");
-        self.command("firmware", &line)
+        let run = "cargo run --release --locked --quiet --features no-panic";
+        self.command(format!("firmware$ {} {run} {arguments}", self.limit()))
     }
 
     /// What an image of the firmware prints.
@@ -28,92 +37,24 @@ impl Here {
 
     /// What the core's example prints on this machine.
     pub fn bone_map(&self) -> Result<String> {
-        self.run(
-            "",
-            &format!(
-                "cargo build --locked --quiet --workspace --release {BENCHMARK} --example bone_map"
-            ),
-        )?;
-        self.output(
-            "",
-            &self
-                .target
-                .join("release/examples/bone_map")
-                .display()
-                .to_string(),
-        )
+        self.run("cargo build --locked --quiet --workspace --release @bench --example bone_map")?;
+        self.output("@target/release/examples/bone_map")
     }
-
-    /// Tests, lints and documentation of a crate of the firmware on this machine, whose target has to be named.
-    fn firmware_crate(&self, name: &str, profile: &str) -> Result<()> {
-        let host = self.host()?;
-        self.run(
-            "firmware",
-            &format!("cargo test --locked {profile} -p {name} --target {host}"),
-        )?;
-        let defmt = format!("--locked -p {name} --features defmt --target {host}");
-        self.run(
-            "firmware",
-            &format!("cargo clippy {profile} --all-targets {defmt} -- -D warnings"),
-        )?;
-        let mut doc = self.command("firmware", &format!("cargo doc --no-deps {defmt}"));
-        run(doc.env("RUSTDOCFLAGS", "-D warnings"))
-    }
-}
-
-pub(crate) fn front_end(here: &Here) -> Result<()> {
-    here.firmware_crate("bonebeam-front-end", "")
-}
-
-pub(crate) fn lints(here: &Here) -> Result<()> {
-    here.run("firmware", "cargo fmt --all --check")?;
-    here.run(
-        "firmware",
-        "cargo clippy --locked --release --workspace --features no-panic,executors -- -D warnings",
-    )?;
-    here.run("firmware/every-target", "cargo fmt --check")?;
-    let line = format!(
-        "cargo clippy --locked --release --target {CORTEX_M7} --features frames,fpu-modes -- -D warnings"
-    );
-    run(here
-        .command("firmware/every-target", &line)
-        .env("MACHINE", "mps2"))?;
-    for features in ["--features defmt", "--no-default-features"] {
-        here.run(
-            "",
-            &format!(
-                "cargo clippy --locked -p bonebeam {features} --target {CORTEX_M7} -- -D warnings"
-            ),
-        )?;
-    }
-    Ok(())
 }
 
 /// The image has no panic handler that could be linked.
 pub(crate) fn no_panic(here: &Here) -> Result<()> {
-    here.run(
-        "firmware",
-        "cargo build --locked --quiet --release --features no-panic --bin no_panic",
-    )
-    .context("a panic is left: firmware/src/bin/no_panic/main.rs says how it is found")?;
-    here.run("", "python3 tests/no_panic.py")
-}
-
-/// A real panic in every 68th function is refused.
-pub(crate) fn no_panic_mutants(here: &Here) -> Result<()> {
-    here.run("", "python3 tests/no_panic.py --panics")
+    here.run("firmware$ cargo build --locked --quiet --release --features no-panic --bin no_panic")
+        .context("a panic is left: firmware/src/bin/no_panic/main.rs says how it is found")?;
+    here.run("python3 tests/no_panic.py")
 }
 
 /// The lines that the image prints, against those that the workstation's test meets as well.
 pub(crate) fn firmware(here: &Here) -> Result<()> {
     // All images at once, which keeps every core of this machine at work: one image is linked by one.
-    here.run(
-        "firmware",
-        "cargo build --release --locked --quiet --features no-panic --bins",
-    )?;
+    here.run("firmware$ cargo build --release --locked --quiet --features no-panic --bins")?;
     let text = here.image_prints("")?;
-    let (ram, hashes): (Vec<&str>, Vec<&str>) =
-        text.lines().partition(|line| line.starts_with("RAM "));
+    let (ram, hashes): (Vec<_>, Vec<_>) = text.lines().partition(|line| line.starts_with("RAM "));
     ram.iter().for_each(|line| println!("{line}"));
     here.same_hashes("Cortex-M7", &hashes.join("\n"))?;
     // MV alone has the same bits. Without the feature `eigenspace`, the image has the size that its linker script allows,
@@ -127,13 +68,10 @@ pub(crate) fn firmware(here: &Here) -> Result<()> {
     );
     let expected = here.read("tests/golden/hashes.txt")?;
     let expected: BTreeSet<&str> = expected.lines().collect();
-    let (errors, hashes): (Vec<&str>, Vec<&str>) =
+    let (errors, hashes): (Vec<_>, Vec<_>) =
         text.lines().partition(|line| line.starts_with("error"));
-    for line in hashes {
-        ensure!(
-            expected.contains(line),
-            "without eigenspace methods: {line}"
-        );
+    if let Some(line) = hashes.iter().find(|line| !expected.contains(*line)) {
+        anyhow::bail!("without eigenspace methods: {line}");
     }
     let refused = errors
         .iter()
@@ -147,8 +85,7 @@ pub(crate) fn firmware(here: &Here) -> Result<()> {
 
 /// The same text runs on both, from RF to bone map.
 pub(crate) fn example(here: &Here) -> Result<()> {
-    let own = here.bone_map()?;
-    let there = here.image_prints("--bin bone_map")?;
+    let (own, there) = (here.bone_map()?, here.image_prints("--bin bone_map")?);
     println!("here: {}; on the Cortex-M7: {}", own.trim(), there.trim());
     same("the example's bone map", &own, &there)
 }
@@ -156,22 +93,19 @@ pub(crate) fn example(here: &Here) -> Result<()> {
 /// Its own tests on this machine, then the image. The log of a scan with faults is that of `firmware/stream.log`, but for
 /// the counts; the pictures are those of this machine.
 pub(crate) fn stream(here: &Here) -> Result<()> {
-    here.firmware_crate("bonebeam-stream", "--release")?;
-    let host = here.host()?;
-    let example = "--release --locked --quiet -p bonebeam-stream --example workstation";
-    let own = here.output("firmware", &format!("cargo run {example} --target {host}"))?;
+    here.lines(STREAM)?;
+    let example = "cargo run --release --locked --quiet -p bonebeam-stream --example workstation";
+    let own = here.output(format!("firmware$ {example} --target @host"))?;
     let log = stream_log(here)?;
-    let lines = |kind: &str| {
-        log.lines()
-            .filter(|line| !line.starts_with(kind))
-            .collect::<Vec<_>>()
-            .join("\n")
+    let without = |kind: &str| {
+        let lines: Vec<&str> = log.lines().filter(|line| !line.starts_with(kind)).collect();
+        lines.join("\n")
     };
-    println!("{}", lines("INFO  frame"));
+    println!("{}", without("INFO  frame"));
     same(
         "firmware/stream.log",
         &here.read("firmware/stream.log")?,
-        &lines("INFO  count"),
+        &without("INFO  count"),
     )?;
     let pictures = after_colon(&log, "INFO  frame ", "");
     println!("{own}");
@@ -179,28 +113,19 @@ pub(crate) fn stream(here: &Here) -> Result<()> {
         .lines()
         .filter(|line| !line.contains("shallow"))
         .collect();
-    ensure!(
-        deep == pictures.iter().map(String::as_str).collect::<Vec<_>>(),
-        "on the Cortex-M7: {pictures:?}"
-    );
+    ensure!(deep == pictures, "on the Cortex-M7: {pictures:?}");
     // The same processor under two executors: blocks are lost, dropped and late, and whole frames have the bone map.
     // Under Embassy, two probes take turns.
     for (executor, probes) in [("rtic", false), ("embassy", true)] {
         let text = here.image_prints(&format!("--features executors --bin {executor}"))?;
         let maps = after_colon(&text, "frame ", "0 missing, ");
-        let maps: Vec<&str> = maps.iter().map(String::as_str).collect();
         println!("{executor}: {}", maps.join(" "));
-        let wanted = |line: &&str| {
-            if probes {
-                line.contains("bone map")
-            } else {
-                line.starts_with("bone map")
-            }
+        let wanted = |line: &&str| match probes {
+            true => line.contains("bone map"),
+            false => line.starts_with("bone map"),
         };
-        ensure!(
-            maps == own.lines().filter(wanted).collect::<Vec<_>>(),
-            "under {executor}: {text}"
-        );
+        let wanted: Vec<&str> = own.lines().filter(wanted).collect();
+        ensure!(maps == wanted, "under {executor}: {text}");
     }
     Ok(())
 }
@@ -213,12 +138,12 @@ fn stream_log(here: &Here) -> Result<String> {
         .output()?;
     let image = here
         .built("firmware")
-        .join(CORTEX_M7)
+        .join(crate::here::CORTEX_M7)
         .join("release/stream");
-    let mut decode = here.command(
-        "firmware",
-        &format!("defmt-print -e {} --log-format", image.display()),
-    );
+    let mut decode = here.command(format!(
+        "firmware$ defmt-print -e {} --log-format",
+        image.display()
+    ));
     decode
         .args(["{L} {s}", "stdin"])
         .stdin(Stdio::piped())
@@ -239,13 +164,71 @@ fn stream_log(here: &Here) -> Result<String> {
 }
 
 /// Texts after `START…: ` and `then`, in order, each once.
-fn after_colon(text: &str, start: &str, then: &str) -> BTreeSet<String> {
-    let of = |line: &str| {
+fn after_colon<'a>(text: &'a str, start: &str, then: &str) -> Vec<&'a str> {
+    let of = |line: &'a str| {
         let (number, rest) = line.strip_prefix(start)?.split_once(": ")?;
         let digits = number.chars().all(|c| c.is_ascii_digit());
-        digits
-            .then(|| rest.strip_prefix(then).map(str::to_owned))
-            .flatten()
+        rest.strip_prefix(then).filter(|_| digits)
     };
-    text.lines().filter_map(of).collect()
+    let texts: BTreeSet<&str> = text.lines().filter_map(of).collect();
+    texts.into_iter().collect()
+}
+
+/// A stack that overflows is a fault within a frame of its end. Then only linked: there is no emulator of these parts. A
+/// map with half the RAM is refused.
+pub(crate) fn boards(here: &Here) -> Result<()> {
+    let (text, status) = printed(&mut here.image("--bin overflow"))?;
+    print!("{text}");
+    ensure!(!status.success(), "an overflow of the stack went unnoticed");
+    let overflow = text.lines().find_map(|line| {
+        let bytes = line
+            .strip_prefix("error: the stack overflowed by ")?
+            .strip_suffix(" bytes")?;
+        bytes.parse::<u32>().ok()
+    });
+    let near = overflow.is_some_and(|bytes| bytes < 1000);
+    ensure!(near, "the overflow has no size below 1000 bytes");
+    for map in here.files("firmware/boards", "x")? {
+        let part = map
+            .file_stem()
+            .and_then(|name| name.to_str())
+            .context("a name of a memory map")?;
+        let (text, linked) = board(here, part)?;
+        ensure!(linked, "{part}: {text}");
+        let smaller = |line| match line {
+            line if str::starts_with(line, "  RAM ") => {
+                "  RAM : ORIGIN = 0x24000000, LENGTH = 256K\n".to_owned()
+            }
+            line => format!("{line}\n"),
+        };
+        let small = map.with_file_name("too-small.tmp.x");
+        fs::write(
+            &small,
+            fs::read_to_string(&map)?
+                .lines()
+                .map(smaller)
+                .collect::<String>(),
+        )?;
+        let refused = board(here, "too-small.tmp");
+        fs::remove_file(small)?;
+        let (refusal, linked) = refused?;
+        ensure!(!linked, "{part}: the image was linked into half the RAM");
+        let reason = refusal
+            .lines()
+            .find_map(|line| line.find("section '").map(|at| &line[at..]));
+        println!(
+            "{part}: links; in half the RAM: {}",
+            reason.unwrap_or(&refusal)
+        );
+    }
+    Ok(())
+}
+
+/// What linking with a memory map of firmware/boards says, and whether it succeeded.
+fn board(here: &Here, map: &str) -> Result<(String, bool)> {
+    let folder = here.built("firmware").join("boards").display().to_string();
+    let line = "cargo build --release --locked --quiet --bin stream";
+    let build = format!("firmware$ BOARD={map} CARGO_TARGET_DIR={folder} {line}");
+    let (text, status) = said(&mut here.command(build))?;
+    Ok((text, status.success()))
 }

@@ -7,8 +7,6 @@ use std::process::{Command, ExitStatus, Stdio};
 
 use anyhow::{Context, Result, bail, ensure};
 
-/// Features that add the benchmark.
-pub const BENCHMARK: &str = "--features host-sim/bench";
 /// The target of the firmware's images.
 pub const CORTEX_M7: &str = "thumbv7em-none-eabihf";
 
@@ -22,7 +20,7 @@ pub struct Here {
 }
 
 impl Here {
-    /// The checkout that holds this crate; puts `target/tools/bin` first on PATH for `command`.
+    /// The checkout that holds this crate.
     pub fn new() -> Result<Self> {
         let root = Path::new(env!("CARGO_MANIFEST_DIR"))
             .join("../..")
@@ -31,35 +29,90 @@ impl Here {
         Ok(Here { root, target })
     }
 
-    /// The command `line`, split at blanks, in the folder `folder` of the checkout, without input.
-    pub fn command(&self, folder: &str, line: &str) -> Command {
-        let mut words = line.split_whitespace();
-        let mut command = Command::new(words.next().unwrap_or_default());
-        let paths = env::var_os("PATH").unwrap_or_default();
-        let paths = [self.target.join("tools/bin")]
-            .into_iter()
-            .chain(env::split_paths(&paths));
+    /// The command of a line `FOLDER$ NAME=VALUE WORD WORD`, split at blanks, without input.
+    ///
+    /// The folder is one of the checkout; folder and values may be missing. `@m7` stands for the target of the firmware,
+    /// `@host` for this machine's, `@bench` for the features that add the benchmark, `@target` for the target folder,
+    /// `@venv` for the folder of Python's environments, `@host-sim` and `@paper` for the programs. Commands of
+    /// `target/tools` and of the environment of the command itself are first on PATH.
+    pub fn command(&self, line: impl AsRef<str>) -> Command {
+        let text = |path: PathBuf| path.display().to_string();
+        let paper = self.built("paper").join("release/bonebeam-paper");
+        let mut line = line.as_ref().to_owned();
+        if line.replace("@host-sim", "").contains("@host") {
+            line = line.replace("@host-sim", "@program");
+            line = line.replace("@host", &self.host().unwrap_or_default());
+        }
+        for (name, value) in [
+            ("@host-sim", text(self.target.join("release/host-sim"))),
+            ("@program", text(self.target.join("release/host-sim"))),
+            ("@paper", text(paper)),
+            ("@venv", text(self.target.join("venv"))),
+            ("@target", text(self.target.clone())),
+            ("@bench", "--features host-sim/bench".to_owned()),
+            ("@m7", CORTEX_M7.to_owned()),
+        ] {
+            line = line.replace(name, &value);
+        }
+        let (folder, line) = line.split_once("$ ").unwrap_or(("", &line));
+        let mut words = line.split_whitespace().peekable();
+        let is_name = |c: char| c.is_ascii_uppercase() || c.is_ascii_digit() || c == '_';
+        let value = |word: &&str| {
+            word.split_once('=')
+                .is_some_and(|(name, _)| name.chars().all(is_name))
+        };
+        let values: Vec<_> = std::iter::from_fn(|| words.next_if(value)?.split_once('=')).collect();
+        let program = words.next().unwrap_or_default();
+        let mut command = Command::new(program);
         command
             .args(words)
+            .envs(values)
             .current_dir(self.root.join(folder))
             .stdin(Stdio::null());
-        command.env("PATH", env::join_paths(paths).unwrap_or_default());
+        let venv = self.target.join("venv");
+        let environment = Path::new(program)
+            .parent()
+            .filter(|_| program.starts_with(&text(venv)));
+        self.with_path(command, environment.map(Path::to_owned))
+    }
+
+    /// The command of a line, with the commands of a Python environment first on PATH.
+    pub fn with_commands_of(&self, environment: &str, line: &str) -> Command {
+        let folder = self.target.join("venv").join(environment).join("bin");
+        self.with_path(self.command(line), Some(folder))
+    }
+
+    fn with_path(&self, mut command: Command, environment: Option<PathBuf>) -> Command {
+        if environment.is_some() {
+            command.env("HOST_SIM", self.target.join("release/host-sim"));
+        }
+        let paths = env::var_os("PATH").unwrap_or_default();
+        let folders = environment
+            .into_iter()
+            .chain([self.target.join("tools/bin")]);
+        let folders = folders.chain(env::split_paths(&paths));
+        command.env("PATH", env::join_paths(folders).unwrap_or_default());
         command
     }
 
-    /// Runs `line` in `folder`.
-    pub fn run(&self, folder: &str, line: &str) -> Result<()> {
-        run(&mut self.command(folder, line))
+    /// Runs a line.
+    pub fn run(&self, line: impl AsRef<str>) -> Result<()> {
+        run(&mut self.command(line))
     }
 
-    /// What `line` prints in `folder`.
-    pub fn output(&self, folder: &str, line: &str) -> Result<String> {
-        output(&mut self.command(folder, line))
+    /// Runs lines, up to the first that fails.
+    pub fn lines(&self, lines: &[&str]) -> Result<()> {
+        lines.iter().try_for_each(|line| self.run(line))
     }
 
-    /// Whether `line` succeeds; its output is dropped.
-    pub fn succeeds(&self, line: &str) -> bool {
-        let mut command = self.command("", line);
+    /// What a line prints.
+    pub fn output(&self, line: impl AsRef<str>) -> Result<String> {
+        output(&mut self.command(line))
+    }
+
+    /// Whether a line succeeds; its output is dropped.
+    pub fn succeeds(&self, line: impl AsRef<str>) -> bool {
+        let mut command = self.command(line);
         command.stdout(Stdio::null()).stderr(Stdio::null());
         command.status().is_ok_and(|status| status.success())
     }
@@ -69,9 +122,17 @@ impl Here {
         let paths = env::var_os("PATH").unwrap_or_default();
         let mut folders: Vec<_> = env::split_paths(&paths).collect();
         folders.push(self.target.join("tools/bin"));
-        commands
-            .iter()
-            .all(|name| folders.iter().any(|folder| folder.join(name).is_file()))
+        let there = |name: &&str| folders.iter().any(|folder| folder.join(name).is_file());
+        commands.iter().all(there)
+    }
+
+    /// The beginning of a line that is ended after five minutes, where that is possible.
+    pub fn limit(&self) -> &'static str {
+        if self.has(&["timeout"]) {
+            "timeout 300"
+        } else {
+            ""
+        }
     }
 
     /// A text file of the checkout.
@@ -79,20 +140,32 @@ impl Here {
         std::fs::read_to_string(self.root.join(file)).with_context(|| file.to_owned())
     }
 
+    /// Files of a folder of the checkout with this extension, in order of their names.
+    pub fn files(&self, folder: &str, extension: &str) -> Result<Vec<PathBuf>> {
+        let files = std::fs::read_dir(self.root.join(folder))?;
+        let paths = files
+            .map(|file| Ok(file?.path()))
+            .collect::<Result<Vec<_>>>()?;
+        let mut paths: Vec<_> = paths
+            .into_iter()
+            .filter(|path| path.extension() == Some(OsStr::new(extension)))
+            .collect();
+        paths.sort();
+        Ok(paths)
+    }
+
     /// The folder of a build in `workspace`, which has its own target folder unless CARGO_TARGET_DIR is set.
     pub fn built(&self, workspace: &str) -> PathBuf {
-        match env::var_os("CARGO_TARGET_DIR") {
-            Some(folder) => self.root.join(workspace).join(folder),
-            None => self.root.join(workspace).join("target"),
-        }
+        let folder = env::var_os("CARGO_TARGET_DIR").unwrap_or("target".into());
+        self.root.join(workspace).join(folder)
     }
 
     /// The first line of `file` that begins with `key = "`, up to the closing quote.
     pub fn value(&self, file: &str, key: &str) -> Result<String> {
-        let text = self.read(file)?;
-        let start = format!("{key} = \"");
-        let found = text.lines().find_map(|line| line.strip_prefix(&start));
-        let found = found.and_then(|rest| rest.split('"').next());
+        let (text, start) = (self.read(file)?, format!("{key} = \""));
+        let found = text
+            .lines()
+            .find_map(|line| line.strip_prefix(&start)?.split('"').next());
         Ok(found
             .with_context(|| format!("{file} has no {key}"))?
             .to_owned())
@@ -100,9 +173,20 @@ impl Here {
 
     /// This machine's target.
     pub fn host(&self) -> Result<String> {
-        let version = self.output("", "rustc -vV")?;
+        let version = self.output("rustc -vV")?;
         let host = version.lines().find_map(|line| line.strip_prefix("host: "));
         Ok(host.context("rustc -vV names no host")?.to_owned())
+    }
+
+    /// Compares printed golden hashes with those of the workstation.
+    pub fn same_hashes(&self, name: &str, printed: &str) -> Result<()> {
+        let hashes = self.read("tests/golden/hashes.txt")?;
+        same(name, &hashes, printed)?;
+        println!(
+            "{name}: {} hashes are the workstation's",
+            hashes.lines().count()
+        );
+        Ok(())
     }
 }
 
@@ -138,10 +222,8 @@ pub fn printed(command: &mut Command) -> Result<(String, ExitStatus)> {
         .stderr(Stdio::inherit())
         .output()
         .with_context(|| words(command))?;
-    Ok((
-        String::from_utf8(output.stdout).with_context(|| words(command))?,
-        output.status,
-    ))
+    let text = String::from_utf8(output.stdout).with_context(|| words(command))?;
+    Ok((text, output.status))
 }
 
 /// What a command prints on both streams, and how it ended.
@@ -161,17 +243,56 @@ pub fn same(name: &str, expected: &str, found: &str) -> Result<()> {
     if expected.lines().eq(found.lines()) {
         return Ok(());
     }
-    for line in expected
-        .lines()
-        .filter(|line| !found.lines().any(|other| other == *line))
-    {
-        println!("-{line}");
-    }
-    for line in found
-        .lines()
-        .filter(|line| !expected.lines().any(|other| other == *line))
-    {
-        println!("+{line}");
+    for (sign, lines, others) in [('-', expected, found), ('+', found, expected)] {
+        let other = |line: &&str| !others.lines().any(|other| other == *line);
+        lines
+            .lines()
+            .filter(other)
+            .for_each(|line| println!("{sign}{line}"));
     }
     bail!("{name}: other lines than expected, or in another order")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_has_a_folder_values_and_words() {
+        let here = Here {
+            root: "/r".into(),
+            target: "/r/target".into(),
+        };
+        let command =
+            here.command("paper$ RUSTDOCFLAGS=-Dwarnings A_1=x cargo doc --target @m7 NAME=1");
+        assert_eq!(
+            words(&command),
+            format!("cargo doc --target {CORTEX_M7} NAME=1")
+        );
+        assert_eq!(command.get_current_dir(), Some(Path::new("/r/paper")));
+        let value = |name: &str| {
+            command
+                .get_envs()
+                .find(|(key, _)| *key == name)
+                .and_then(|(_, value)| value)
+        };
+        assert_eq!(
+            (value("RUSTDOCFLAGS"), value("A_1")),
+            (Some("-Dwarnings".as_ref()), Some("x".as_ref()))
+        );
+        assert_eq!(value("HOST_SIM"), None);
+        let python = here.command("@venv/peers/bin/python -m pytest @host-sim");
+        assert_eq!(
+            words(&python),
+            "/r/target/venv/peers/bin/python -m pytest /r/target/release/host-sim"
+        );
+        let path = python
+            .get_envs()
+            .find(|(key, _)| *key == "PATH")
+            .and_then(|(_, value)| value);
+        assert!(path.is_some_and(|path| {
+            path.to_string_lossy()
+                .starts_with("/r/target/venv/peers/bin:")
+        }));
+    }
 }

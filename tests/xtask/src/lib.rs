@@ -1,10 +1,8 @@
 //! The checks of the repository, as a table of steps: what `tests/run` runs.
 
-mod boards;
 mod c;
 mod counts;
 mod documents;
-mod findings;
 mod firmware;
 mod here;
 mod packages;

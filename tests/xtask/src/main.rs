@@ -2,7 +2,7 @@
 
 use std::fs::{self, File};
 use std::io::{Read, Seek, Write};
-use std::process::{Child, Command, ExitCode, Stdio};
+use std::process::{Child, Command, ExitCode};
 use std::time::Instant;
 
 use anyhow::{Result, anyhow, bail, ensure};
@@ -37,25 +37,25 @@ struct Arguments {
     steps: Vec<String>,
 }
 
+/// Heads of the groups in `--help`.
+const HEADS: [(Group, &str); 5] = [
+    (Group::Host, "By default, on this machine"),
+    (
+        Group::Emulated,
+        "By default, on emulated processors, beside the steps above",
+    ),
+    (Group::HostAll, "With --all, on this machine"),
+    (Group::EmulatedAll, "With --all, on emulated processors"),
+    (Group::Named, "Only where they are named"),
+];
+
 fn steps() -> String {
-    let heads = [
-        (Group::Host, "By default, on this machine"),
-        (
-            Group::Emulated,
-            "By default, on emulated processors, beside the steps above",
-        ),
-        (Group::HostAll, "With --all, on this machine"),
-        (Group::EmulatedAll, "With --all, on emulated processors"),
-        (Group::Named, "Only where they are named"),
-    ];
-    let mut text = String::new();
-    for (group, head) in heads {
-        text += &format!("{head}:\n");
-        for step in STEPS.iter().filter(|step| step.group == group) {
-            text += &format!("  {:<16} {}\n", step.name, step.about);
-        }
-    }
-    text
+    let row = |step: &&Step| format!("  {:<16} {}\n", step.name, step.about);
+    let part = |(group, head)| {
+        let rows: String = of(&[group]).iter().map(row).collect();
+        format!("{head}:\n{rows}")
+    };
+    HEADS.map(part).concat()
 }
 
 fn main() -> ExitCode {
@@ -64,11 +64,7 @@ fn main() -> ExitCode {
         STEPS.iter().for_each(|step| println!("{}", step.name));
         return ExitCode::SUCCESS;
     }
-    if let Some(name) = arguments
-        .steps
-        .iter()
-        .find(|name| !STEPS.iter().any(|step| step.name == **name))
-    {
+    if let Some(name) = arguments.steps.iter().find(|name| named(name).is_none()) {
         eprintln!("tests/run: no step is called {name}; tests/run --list names them");
         return ExitCode::from(2);
     }
@@ -85,6 +81,10 @@ fn main() -> ExitCode {
     }
 }
 
+fn named(name: &str) -> Option<&'static Step> {
+    STEPS.iter().find(|step| step.name == name)
+}
+
 /// The steps of these groups.
 fn of(groups: &[Group]) -> Vec<&'static Step> {
     STEPS
@@ -94,32 +94,22 @@ fn of(groups: &[Group]) -> Vec<&'static Step> {
 }
 
 fn run(here: &Here, arguments: &Arguments) -> Result<()> {
+    use Group::{Emulated, EmulatedAll, Host, HostAll};
     here.toolchain()?;
-    let named = |name: &String| STEPS.iter().find(|step| step.name == *name);
-    let (mut chosen, mut beside): (Vec<&Step>, _) = (
-        arguments.steps.iter().filter_map(named).collect(),
-        Vec::new(),
-    );
+    let all = if arguments.all { 2 } else { 1 };
+    let mut chosen: Vec<&Step> = arguments
+        .steps
+        .iter()
+        .filter_map(|name| named(name))
+        .collect();
+    let mut beside = Vec::new();
     if chosen.is_empty() {
-        use Group::{Emulated, EmulatedAll, Host, HostAll};
-        chosen = of(if arguments.all {
-            &[Host, HostAll]
-        } else {
-            &[Host]
-        });
-        beside = match (arguments.host, arguments.all) {
-            (true, _) => Vec::new(),
-            (false, all) => of(if all {
-                &[Emulated, EmulatedAll]
-            } else {
-                &[Emulated]
-            }),
-        };
+        chosen = of(&[Host, HostAll][..all]);
+        beside = of(&[Emulated, EmulatedAll][..if arguments.host { 0 } else { all }]);
     }
-    let found = if here.target.join("release").is_dir() {
-        "on top of an earlier build"
-    } else {
-        "nothing built before"
+    let found = match here.target.join("release").is_dir() {
+        true => "on top of an earlier build",
+        false => "nothing built before",
     };
     let begin = Clock::now();
     // The two kinds build in folders of their own, and each leaves cores idle.
@@ -143,42 +133,31 @@ fn run(here: &Here, arguments: &Arguments) -> Result<()> {
     }
     let (wall, cpu) = begin.passed();
     if arguments.times {
-        let path = here.root.join("docs/CONTRIBUTING.md");
         let head = format!(
-            "{}, {found}. Processor time is the sum over all cores.",
+            "{}, {found}. Processor time is the sum over all cores.\n\n\
+             | step | time | processor time |\n|---|---|---|",
             machine(here)?
         );
-        let table = format!(
-            "{head}\n\n| step | time | processor time |\n|---|---|---|\n{rows}| all | {wall} | {cpu} |"
-        );
-        fs::write(
-            &path,
-            with_table(&fs::read_to_string(&path)?, "times", &table)?,
-        )?;
+        let table = format!("{head}\n{rows}| all | {wall} | {cpu} |");
+        let document = with_table(&here.read("docs/CONTRIBUTING.md")?, "times", &table)?;
+        fs::write(here.root.join("docs/CONTRIBUTING.md"), document)?;
     }
     println!("\ntests/run: all passed in {wall} s, {cpu} s of the processor");
     Ok(())
 }
 
 fn step_of(here: &Here, step: &Step) -> Result<()> {
-    let outcome = step
-        .tools
-        .iter()
-        .try_for_each(|tool| match tool.ensure(here) {
-            Ok(None) => Ok(()),
-            Ok(Some(reason)) => Err(Ok(reason)),
-            Err(error) => Err(Err(error)),
-        });
-    let failed = match outcome {
-        Ok(()) => (step.run)(here),
-        Err(Ok(reason)) => {
-            println!("skipped: {reason}");
-            Ok(())
+    let checked = || {
+        for tool in step.tools {
+            if let Some(reason) = tool.ensure(here)? {
+                println!("skipped: {reason}");
+                return Ok(());
+            }
         }
-        Err(Err(error)) => Err(error),
+        step.run(here)
     };
     // The cause before the last line, which names the step.
-    failed
+    checked()
         .inspect_err(|error| eprintln!("{error:#}"))
         .map_err(|_| anyhow!("failed: {}", step.name))
 }
@@ -189,16 +168,27 @@ fn machine(here: &Here) -> Result<String> {
     let model = processors
         .lines()
         .find(|line| line.starts_with("model name"));
-    let model = model
-        .and_then(|line| line.split(": ").nth(1))
-        .unwrap_or(std::env::consts::ARCH);
-    let commit = here.output("", "git rev-parse --short HEAD")?;
+    let model = model.and_then(|line| line.split(": ").nth(1));
+    let model = model.unwrap_or(std::env::consts::ARCH);
+    let commit = here.output("git rev-parse --short HEAD")?;
     let rust = here.value("rust-toolchain.toml", "channel")?;
     let cores = std::thread::available_parallelism()?;
+    let commit = commit.trim();
     Ok(format!(
-        "Seconds on {cores} cores of {model}, Rust {rust}, commit {}",
-        commit.trim()
+        "Seconds on {cores} cores of {model}, Rust {rust}, commit {commit}"
     ))
+}
+
+/// A second process of this program with these arguments, which writes both streams into `output`.
+fn again<T: Into<std::process::Stdio>>(arguments: &[&str], output: [T; 2]) -> Result<Child> {
+    let [stdout, stderr] = output;
+    let mut command = Command::new(std::env::current_exe()?);
+    command
+        .args(arguments)
+        .stdin(std::process::Stdio::null())
+        .stdout(stdout)
+        .stderr(stderr);
+    Ok(command.spawn()?)
 }
 
 /// A second process with the steps on emulated processors, and its output.
@@ -219,14 +209,9 @@ impl Beside {
             names.join(" ")
         );
         let log = tempfile::tempfile()?;
-        let mut command = Command::new(std::env::current_exe()?);
-        command
-            .args(&names)
-            .stdin(Stdio::null())
-            .stdout(log.try_clone()?)
-            .stderr(log.try_clone()?);
+        let process = again(&names, [log.try_clone()?, log.try_clone()?])?;
         Ok(Some(Beside {
-            process: command.spawn()?,
+            process,
             log,
             ended: false,
         }))
@@ -257,18 +242,14 @@ impl Beside {
         let text = self.printed()?;
         self.check()?;
         self.ended = true;
-        let lines = text
-            .lines()
-            .filter(|line| !line.is_empty() && !line.starts_with("tests/run: all passed"));
+        let ended = |line: &&str| line.is_empty() || line.starts_with("tests/run: all passed");
+        let lines = text.lines().filter(|line| !ended(line));
         lines.clone().for_each(|line| println!("{line}"));
         let row = |line: &str| {
             let (name, rest) = line.split_once(": ")?;
             let (wall, rest) = rest.split_once(" s, ")?;
             let cpu = rest.strip_suffix(" s of the processor")?;
-            STEPS
-                .iter()
-                .any(|step| step.name == name)
-                .then(|| format!("| `{name}` | {wall} | {cpu} |\n"))
+            named(name).map(|_| format!("| `{name}` | {wall} | {cpu} |\n"))
         };
         Ok(lines.filter_map(row).collect())
     }
@@ -317,19 +298,14 @@ fn processor_time() -> f64 {
 
 /// Runs the steps, and writes target/evidence.md from their output.
 fn write_evidence(here: &Here, arguments: &Arguments) -> Result<()> {
-    let names = &arguments.steps;
-    let mut command = Command::new(std::env::current_exe()?);
-    match names.is_empty() {
-        true => command.arg("--all"),
-        false => command.args(names),
-    };
+    let names: Vec<&str> = arguments.steps.iter().map(String::as_str).collect();
     let (reader, writer) = std::io::pipe()?;
-    command
-        .stdin(Stdio::null())
-        .stdout(writer.try_clone()?)
-        .stderr(writer);
-    let mut child = command.spawn()?;
-    drop(command);
+    let names = if names.is_empty() {
+        vec!["--all"]
+    } else {
+        names
+    };
+    let mut child = again(&names, [writer.try_clone()?, writer])?;
     let mut log = String::new();
     for line in std::io::BufRead::lines(std::io::BufReader::new(reader)) {
         let line = line?;
@@ -337,16 +313,12 @@ fn write_evidence(here: &Here, arguments: &Arguments) -> Result<()> {
         log += &(line + "\n");
     }
     let passed = child.wait()?.success();
-    let version = here.output("", "git describe --always --dirty")?;
-    let rust = here.output("", "rustc --version")?;
-    let date = here.output("", "date -u +%Y-%m-%d")?;
-    let head = format!(
-        "# Evidence\n\nCommit {}, {}, {}, {}.\n\n",
-        version.trim(),
-        rust.trim(),
-        std::env::consts::ARCH,
-        date.trim()
-    );
+    let mut head = String::from("# Evidence\n\nCommit ");
+    for line in ["git describe --always --dirty", "rustc --version"] {
+        head += &format!("{}, ", here.output(line)?.trim());
+    }
+    let date = here.output("date -u +%Y-%m-%d")?;
+    head += &format!("{}, {}.\n\n", std::env::consts::ARCH, date.trim());
     let path = here.target.join("evidence.md");
     fs::write(
         &path,

@@ -4,36 +4,33 @@
 //! has vectors, the program compares them as well. A target that cannot be had is named and left out.
 
 use std::env::consts::{ARCH, OS};
-use std::path::PathBuf;
 
 use anyhow::{Result, ensure};
 
-use crate::here::{CORTEX_M7, Here, output, run};
-use crate::tools::{Tool, USER};
+use crate::here::{CORTEX_M7, Here};
+use crate::tools::USER;
 
 /// A processor without an operating system: name, target, linker script, `-C target-cpu`, and the emulator's arguments.
-struct Bare(
-    &'static str,
-    &'static str,
-    &'static str,
-    &'static str,
-    &'static str,
-);
+type Bare = [&'static str; 5];
 
-const VIRT_RISCV: &str = "qemu-system-riscv32 -machine virt -bios none";
+const M33: &str = "qemu-system-arm -machine mps2-an505";
+const RISCV: &str = "qemu-system-riscv32 -machine virt -bios none";
+#[rustfmt::skip]
+const FIRST: Bare = ["RISC-V rv32imafc", "riscv32imafc-unknown-none-elf", "virt-riscv32", "generic-rv32", RISCV];
+#[rustfmt::skip]
+const OTHERS: [Bare; 7] = [
+    ["Cortex-M4F", CORTEX_M7, "mps2", "cortex-m4", "qemu-system-arm -machine mps2-an386"],
+    ["Cortex-M7, f64 in hardware", CORTEX_M7, "mps2", "cortex-m7", "qemu-system-arm -machine mps2-an500"],
+    ["Cortex-M33", "thumbv8m.main-none-eabihf", "mps2-an505", "cortex-m33", M33],
+    ["Cortex-M33 without FPU", "thumbv8m.main-none-eabi", "mps2-an505", "generic", M33],
+    ["Cortex-M55", "thumbv8m.main-none-eabihf", "mps3-an547", "cortex-m55", "qemu-system-arm -machine mps3-an547"],
+    ["RISC-V rv32imc", "riscv32imc-unknown-none-elf", "virt-riscv32", "generic-rv32", RISCV],
+    ["AArch64", "aarch64-unknown-none", "virt-aarch64", "cortex-a53", "qemu-system-aarch64 -machine virt -cpu cortex-a53 -nic none"],
+];
 
 /// First three that differ most: another architecture without vectors, 128-bit vectors of AArch64, and a virtual machine.
 pub(crate) fn targets(here: &Here) -> Result<()> {
-    bare(
-        here,
-        &Bare(
-            "RISC-V rv32imafc",
-            "riscv32imafc-unknown-none-elf",
-            "virt-riscv32",
-            "generic-rv32",
-            VIRT_RISCV,
-        ),
-    )?;
+    bare(here, &FIRST)?;
     wasm(here, "+simd128")?;
     if OS != "linux" || ARCH == "aarch64" {
         return Ok(());
@@ -48,17 +45,7 @@ pub(crate) fn targets(here: &Here) -> Result<()> {
 }
 
 pub(crate) fn more_targets(here: &Here) -> Result<()> {
-    #[rustfmt::skip]
-    let processors = [
-        Bare("Cortex-M4F", CORTEX_M7, "mps2", "cortex-m4", "qemu-system-arm -machine mps2-an386"),
-        Bare("Cortex-M7, f64 in hardware", CORTEX_M7, "mps2", "cortex-m7", "qemu-system-arm -machine mps2-an500"),
-        Bare("Cortex-M33", "thumbv8m.main-none-eabihf", "mps2-an505", "cortex-m33", "qemu-system-arm -machine mps2-an505"),
-        Bare("Cortex-M33 without FPU", "thumbv8m.main-none-eabi", "mps2-an505", "generic", "qemu-system-arm -machine mps2-an505"),
-        Bare("Cortex-M55", "thumbv8m.main-none-eabihf", "mps3-an547", "cortex-m55", "qemu-system-arm -machine mps3-an547"),
-        Bare("RISC-V rv32imc", "riscv32imc-unknown-none-elf", "virt-riscv32", "generic-rv32", VIRT_RISCV),
-        Bare("AArch64", "aarch64-unknown-none", "virt-aarch64", "cortex-a53", "qemu-system-aarch64 -machine virt -cpu cortex-a53 -nic none"),
-    ];
-    processors
+    OTHERS
         .iter()
         .try_for_each(|processor| bare(here, processor))?;
     fpu_modes(here)?;
@@ -70,23 +57,14 @@ pub(crate) fn more_targets(here: &Here) -> Result<()> {
     if ARCH == "x86_64" {
         linux(here, "i686-unknown-linux-musl", "rust-lld", "env")?;
     }
-    let linker = Tool::Debian(
-        &["arm-linux-gnueabihf-gcc"],
-        &["gcc-arm-linux-gnueabihf", "libc6-dev-armhf-cross"],
-    );
-    match linker.ensure(here)? {
-        Some(_) => println!("armv7-unknown-linux-gnueabihf: left out, for want of its linker"),
-        None => {
-            let emulator = "qemu-arm -L /usr/arm-linux-gnueabihf";
-            linux(
-                here,
-                "armv7-unknown-linux-gnueabihf",
-                "arm-linux-gnueabihf-gcc",
-                emulator,
-            )?;
-        }
+    let (target, linker) = ("armv7-unknown-linux-gnueabihf", "arm-linux-gnueabihf-gcc");
+    let packages = ["gcc-arm-linux-gnueabihf", "libc6-dev-armhf-cross"];
+    let _ = here.has(&[linker]) || here.by_apt(&packages);
+    if !here.has(&[linker]) {
+        println!("{target}: left out, for want of its linker");
+        return Ok(());
     }
-    Ok(())
+    linux(here, target, linker, "qemu-arm -L /usr/arm-linux-gnueabihf")
 }
 
 pub(crate) fn frames(here: &Here) -> Result<()> {
@@ -99,7 +77,7 @@ pub(crate) fn frames(here: &Here) -> Result<()> {
             return Ok(());
         }
     }
-    here.run("", "firmware/every-target/frames --check")
+    here.run("firmware/every-target/frames --check")
 }
 
 /// Whether the target is there; says if it is left out.
@@ -111,96 +89,66 @@ fn available(here: &Here, target: &str) -> Result<bool> {
     Ok(there)
 }
 
-fn built(here: &Here) -> PathBuf {
-    here.target.join("every-target")
-}
-
-/// Builds an image of firmware/every-target: its folder.
-fn image(here: &Here, Bare(_, target, script, cpu, _): &Bare, arguments: &str) -> Result<PathBuf> {
-    let line = format!("cargo build --release --locked --quiet --target {target} {arguments}");
-    let mut build = here.command("firmware/every-target", &line);
-    build
-        .env("MACHINE", script)
-        .env("RUSTFLAGS", format!("-C target-cpu={cpu}"));
-    let folder = built(here).join(cpu);
-    run(build.env("CARGO_TARGET_DIR", &folder))?;
-    Ok(folder.join(target).join("release"))
+/// What an image of firmware/every-target prints.
+fn image(
+    here: &Here,
+    [_, target, script, cpu, emulator]: &Bare,
+    name: &str,
+    arguments: &str,
+) -> Result<String> {
+    let folder = format!("@target/every-target/{cpu}");
+    let values = format!("MACHINE={script} RUSTFLAGS=-Ctarget-cpu={cpu} CARGO_TARGET_DIR={folder}");
+    let build = format!("cargo build --release --locked --quiet --target {target} {arguments}");
+    here.run(format!("firmware/every-target$ {values} {build}"))?;
+    here.emulated(&format!("{folder}/{target}/release/{name}"), emulator)
 }
 
 /// The golden cases on a processor without an operating system.
 fn bare(here: &Here, processor: &Bare) -> Result<()> {
-    let Bare(name, target, .., emulator) = processor;
-    if !available(here, target)? {
-        return Ok(());
+    match available(here, processor[1])? {
+        true => here.same_hashes(processor[0], &image(here, processor, "every-target", "")?),
+        false => Ok(()),
     }
-    let image = image(here, processor, "")?.join("every-target");
-    here.same_hashes(
-        name,
-        &here.emulated(&image.display().to_string(), emulator)?,
-    )
 }
 
 impl Here {
     /// What an image prints in an emulator.
     pub fn emulated(&self, image: &str, emulator: &str) -> Result<String> {
-        let limit = if self.has(&["timeout"]) {
-            "timeout 300"
-        } else {
-            ""
-        };
         let options = "-nographic -semihosting-config enable=on,target=native -kernel";
-        self.output("", &format!("{limit} {emulator} {options} {image}"))
+        self.output(format!("{} {emulator} {options} {image}", self.limit()))
     }
 }
 
 /// Interrupts that use the floating-point unit change nothing, nor does its default NaN.
 fn fpu_modes(here: &Here) -> Result<()> {
-    let processor = Bare(
-        "",
-        CORTEX_M7,
-        "mps2",
-        "cortex-m7",
-        "qemu-system-arm -machine mps2-an500 -icount shift=0",
-    );
-    let image = image(here, &processor, "--features fpu-modes")?.join("fpu_modes");
-    let printed = here.emulated(&image.display().to_string(), processor.4)?;
+    let emulator = "qemu-system-arm -machine mps2-an500 -icount shift=0";
+    let processor = ["", CORTEX_M7, "mps2", "cortex-m7", emulator];
+    let printed = image(here, &processor, "fpu_modes", "--features fpu-modes")?;
     print!("{printed}");
     let all = here.read("tests/golden/hashes.txt")?.lines().count();
     for mode in ["default NaN", "interrupts"] {
         let wanted = format!("{mode}: {all} of {all} hashes are the same");
-        ensure!(
-            printed.lines().any(|line| line.starts_with(&wanted)),
-            "{mode} changes hashes"
-        );
+        let there = printed.lines().any(|line| line.starts_with(&wanted));
+        ensure!(there, "{mode} changes hashes");
     }
     // docs/targets.md says what flushing changes.
-    let mut flushed = printed
-        .lines()
-        .filter(|line| line.starts_with("flush to zero: ") && line.contains(" differs"));
-    let first = flushed
-        .next()
-        .is_some_and(|line| line.starts_with("flush to zero: sqrt differs"));
+    let flushed = |line: &&str| line.starts_with("flush to zero: ") && line.contains(" differs");
+    let flushed: Vec<&str> = printed.lines().filter(flushed).collect();
     ensure!(
-        first && flushed.next().is_none(),
+        matches!(flushed[..], [one] if one.starts_with("flush to zero: sqrt differs")),
         "flushing to zero changes other hashes than that of sqrt"
     );
     Ok(())
 }
 
+/// Builds the golden cases for a target: the program.
 fn golden(here: &Here, target: &str, flags: &str) -> Result<String> {
-    let line = format!(
-        "cargo build --locked --release --quiet --target {target} -p bonebeam-tests --bin golden"
-    );
-    let folder = built(here).join(target);
-    run(here
-        .command("", &line)
-        .env("RUSTFLAGS", flags)
-        .env("CARGO_TARGET_DIR", &folder))?;
-    Ok(folder
-        .join(target)
-        .join("release/golden")
-        .display()
-        .to_string())
+    let folder = format!("@target/every-target/{target}");
+    let build = "cargo build --locked --release --quiet -p bonebeam-tests --bin golden";
+    here.run(format!(
+        "RUSTFLAGS={flags} CARGO_TARGET_DIR={folder} {build} --target {target}"
+    ))?;
+    Ok(format!("{folder}/{target}/release/golden"))
 }
 
 /// The golden cases as a program of Linux, over every instruction set.
@@ -208,11 +156,8 @@ fn linux(here: &Here, target: &str, linker: &str, runner: &str) -> Result<()> {
     if !available(here, target)? {
         return Ok(());
     }
-    let program = golden(here, target, &format!("-C linker={linker}"))?;
-    here.same_hashes(
-        target,
-        &output(&mut here.command("", &format!("{runner} {program}")))?,
-    )
+    let program = golden(here, target, &format!("-Clinker={linker}"))?;
+    here.same_hashes(target, &here.output(format!("{runner} {program}"))?)
 }
 
 /// The golden cases as WebAssembly, in Node.
@@ -225,22 +170,14 @@ fn wasm(here: &Here, features: &str) -> Result<()> {
     if !available(here, target)? {
         return Ok(());
     }
-    let flags = if features.is_empty() {
-        String::new()
-    } else {
-        format!("-C target-feature={features}")
+    let (flags, name) = match features {
+        "" => (String::new(), "wasm32".to_owned()),
+        _ => (
+            format!("-Ctarget-feature={features}"),
+            format!("wasm32 with {features}"),
+        ),
     };
     let program = golden(here, target, &flags)?;
-    let name = if features.is_empty() {
-        "wasm32".to_owned()
-    } else {
-        format!("wasm32 with {features}")
-    };
-    here.same_hashes(
-        &name,
-        &here.output(
-            "",
-            &format!("node --no-warnings firmware/every-target/wasi.mjs {program}.wasm"),
-        )?,
-    )
+    let node = "node --no-warnings firmware/every-target/wasi.mjs";
+    here.same_hashes(&name, &here.output(format!("{node} {program}.wasm"))?)
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{Result, bail, ensure};
 
-use crate::here::{CORTEX_M7, Here, run};
+use crate::here::{CORTEX_M7, Here};
 
 /// A tool that a step needs.
 #[derive(Clone, Copy, Debug)]
@@ -27,33 +27,21 @@ pub enum Tool {
     Rustup,
     /// The program `host-sim`, built with the features of its tests.
     Command,
+    /// The program `bonebeam-paper`.
+    Paper,
 }
 
 /// The target of the firmware and its emulator.
 pub const MICROCONTROLLER: [Tool; 2] = [Tool::Target(CORTEX_M7), ARM];
 /// Emulator of 32-bit Arm boards.
-pub const ARM: Tool = Tool::Emulator(
-    "qemu-system-arm",
-    ["qemu-system-arm", "qemu-system-arm-core", "qemu-system-arm"],
-);
+#[rustfmt::skip]
+pub const ARM: Tool = Tool::Emulator("qemu-system-arm", ["qemu-system-arm", "qemu-system-arm-core", "qemu-system-arm"]);
 /// Emulator of 64-bit Arm boards.
-pub const ARM64: Tool = Tool::Emulator(
-    "qemu-system-aarch64",
-    [
-        "qemu-system-arm",
-        "qemu-system-aarch64-core",
-        "qemu-system-aarch64",
-    ],
-);
+#[rustfmt::skip]
+pub const ARM64: Tool = Tool::Emulator("qemu-system-aarch64", ["qemu-system-arm", "qemu-system-aarch64-core", "qemu-system-aarch64"]);
 /// Emulator of 32-bit RISC-V boards.
-pub const RISCV: Tool = Tool::Emulator(
-    "qemu-system-riscv32",
-    [
-        "qemu-system-misc",
-        "qemu-system-riscv-core",
-        "qemu-system-riscv",
-    ],
-);
+#[rustfmt::skip]
+pub const RISCV: Tool = Tool::Emulator("qemu-system-riscv32", ["qemu-system-misc", "qemu-system-riscv-core", "qemu-system-riscv"]);
 /// Emulators of Linux programs.
 pub const USER: Tool = Tool::Emulator("qemu-aarch64", ["qemu-user"; 3]);
 /// As [`USER`], for 32-bit Arm.
@@ -67,55 +55,57 @@ impl Tool {
     /// # Errors
     /// The tool is missing, could not be installed, and the step may not be skipped.
     pub fn ensure(self, here: &Here) -> Result<Option<String>> {
-        let missing = match self {
+        let unless = |there: bool, reason: &str| Ok((!there).then(|| reason.to_owned()));
+        match self {
             Tool::Target(target) => {
-                ensure!(
-                    here.has_target(target)?,
-                    "rustup could not install the target {target}"
-                );
-                None
+                let there = here.has_target(target)?;
+                ensure!(there, "rustup could not install the target {target}");
+                Ok(None)
             }
             Tool::Emulator(command, packages) => {
+                let there = here.emulator(command, packages);
                 ensure!(
-                    here.emulator(command, packages),
+                    there,
                     "{command} could not be installed: install QEMU by hand, or run tests/run --host"
                 );
-                None
+                Ok(None)
             }
             Tool::Debian(commands, packages) => {
                 let _ = here.has(commands) || here.by_apt(packages);
-                (!here.has(&commands[..1])).then(|| format!("{} is missing", commands[0]))
+                unless(
+                    here.has(&commands[..1]),
+                    &format!("{} is missing", commands[0]),
+                )
             }
-            Tool::Crate(command, arguments) => {
-                (!here.tool(command, arguments)).then(|| format!("{command} cannot be installed"))
+            Tool::Crate(command, arguments) => unless(
+                here.tool(command, arguments),
+                &format!("{command} cannot be installed"),
+            ),
+            Tool::Python(name, packages) => {
+                Ok(here.venv(name, packages).err().map(|e| e.to_string()))
             }
-            Tool::Python(name, packages) => here
-                .venv(name, packages)
-                .err()
-                .map(|reason| reason.to_string()),
             Tool::Nightly(component) => {
-                let there = match component {
-                    "miri" => "cargo +nightly miri --version",
-                    _ => "cargo +nightly --version",
+                let miri = if component == "miri" { "miri" } else { "" };
+                let add = match component {
+                    "" => String::new(),
+                    _ => format!(" --component {component},rust-src"),
                 };
                 let install = "rustup toolchain install nightly --profile minimal --no-self-update";
-                let install = match component {
-                    "" => install.to_owned(),
-                    _ => format!("{install} --component {component},rust-src"),
-                };
-                (!here.succeeds(there) && here.run("", &install).is_err())
-                    .then(|| "nightly Rust cannot be installed".to_owned())
+                let there = here.succeeds(format!("cargo +nightly {miri} --version"))
+                    || here.run(format!("{install}{add}")).is_ok();
+                unless(there, "nightly Rust cannot be installed")
             }
-            Tool::Llvm => {
-                (here.llvm().is_none()).then(|| "LLVM's tools cannot be installed".to_owned())
-            }
-            Tool::Rustup => (!here.has(&["rustup"])).then(|| "rustup is missing".to_owned()),
+            Tool::Llvm => unless(here.llvm().is_some(), "LLVM's tools cannot be installed"),
+            Tool::Rustup => unless(here.has(&["rustup"]), "rustup is missing"),
+            // `cargo run` would build it again, with other features than those of its tests.
             Tool::Command => {
-                here.build_command()?;
-                None
+                let build = "cargo test --locked --quiet --workspace --release @bench --no-run";
+                here.run(format!("{build} --test program")).map(|()| None)
             }
-        };
-        Ok(missing)
+            Tool::Paper => here
+                .run("paper$ cargo build --locked --quiet --release")
+                .map(|()| None),
+        }
     }
 }
 
@@ -129,32 +119,29 @@ impl Here {
             self.has(&["rustup"]),
             "Rust with rustfmt and clippy is missing: install rustup from https://rustup.rs"
         );
-        self.run("", "rustup component add rustfmt clippy")
+        self.run("rustup component add rustfmt clippy")
     }
 
     /// Whether the target is there, or could be installed.
     pub fn has_target(&self, target: &str) -> Result<bool> {
-        let folder = self.output(
-            "",
-            &format!("rustc --print target-libdir --target {target}"),
-        )?;
+        let folder = self.output(format!("rustc --print target-libdir --target {target}"))?;
         Ok(PathBuf::from(folder.trim()).is_dir()
-            || self.succeeds(&format!("rustup target add {target}")))
+            || self.succeeds(format!("rustup target add {target}")))
     }
 
     /// Whether LLVM's tools are there or could be installed: their folder.
     pub fn llvm(&self) -> Option<PathBuf> {
-        let folder = self.output("", "rustc --print target-libdir").ok()?;
+        let folder = self.output("rustc --print target-libdir").ok()?;
         let folder = PathBuf::from(folder.trim()).join("../bin");
         let there = || folder.join("llvm-objdump").is_file();
         (there() || self.succeeds("rustup component add llvm-tools") && there()).then_some(folder)
     }
 
     fn as_root(&self, line: &str) -> bool {
-        let root = self.output("", "id -u").is_ok_and(|id| id.trim() == "0");
+        let root = self.output("id -u").is_ok_and(|id| id.trim() == "0");
         match root {
             true => self.succeeds(line),
-            false => self.has(&["sudo"]) && self.succeeds(&format!("sudo {line}")),
+            false => self.has(&["sudo"]) && self.succeeds(format!("sudo {line}")),
         }
     }
 
@@ -183,40 +170,35 @@ impl Here {
 
     /// Whether a command of crates.io is there, or could be built into target/tools.
     pub fn tool(&self, command: &str, arguments: &str) -> bool {
-        if self.has(&[command]) {
-            return true;
-        }
-        let tools = self.target.join("tools");
-        let line = format!(
-            "cargo install --quiet --locked --debug --root {} {arguments}",
-            tools.display()
-        );
         // A debug build takes half the time.
-        run(self.command("", &line).env("CARGO_PROFILE_DEV_DEBUG", "0")).is_ok()
+        let install = "CARGO_PROFILE_DEV_DEBUG=0 cargo install --quiet --locked --debug";
+        self.has(&[command])
+            || self
+                .run(format!("{install} --root @target/tools {arguments}"))
+                .is_ok()
     }
 
-    /// The folder of the environment target/venv/NAME, with these packages of Python.
+    /// Makes the environment target/venv/NAME with these packages of Python.
     ///
     /// # Errors
     /// The reason why it cannot be had.
-    pub fn venv(&self, name: &str, packages: &str) -> Result<PathBuf> {
-        let python = self
-            .command("", "python3 -c")
+    pub fn venv(&self, name: &str, packages: &str) -> Result<()> {
+        let mut python = self.command("python3 -c");
+        let python = python
             .arg("import sys, venv; sys.exit(sys.version_info < (3, 10))")
             .status();
         if !python.is_ok_and(|status| status.success()) {
             bail!("Python 3.10 or later, with its module venv, is missing");
         }
-        let folder = self.target.join("venv").join(name);
-        let python = folder.join("bin/python").display().to_string();
-        if !self.succeeds(&format!("{python} -c 0")) {
-            self.run("", &format!("python3 -m venv --clear {}", folder.display()))?;
+        let python = format!("@venv/{name}/bin/python");
+        if !self.succeeds(format!("{python} -c 0")) {
+            self.run(format!("python3 -m venv --clear @venv/{name}"))?;
         }
         let install =
             format!("{python} -m pip install --quiet --disable-pip-version-check {packages}");
-        if self.run("", &install).is_err() {
+        if self.run(install).is_err() {
             bail!("{packages} cannot be installed (is there a network?)");
         }
-        Ok(folder)
+        Ok(())
     }
 }

@@ -111,11 +111,7 @@ mod tests {
         let largest = f32::from_bits((127 + 60) << 23);
         let weak = Complex::new(1.2345678e-24, -7.654321e-24);
         let x = [Complex::new(largest, 0.0), weak];
-        let segment = Segment {
-            line: AlignedLine::new(&x, 1).expect("finite"),
-            first_element: 0,
-            first_sample: 0,
-        };
+        let segment = Segment::new(AlignedLine::new(&x, 1).expect("finite"), 0, 0);
         let mut z = [Complex::new(0.0, 0.0); 2];
         let every = Parameters::DEFAULT.step();
         das(&segment, (1, every), None, &mut z);

@@ -13,7 +13,7 @@ use crate::linalg::matrix_vector::times_vector;
 use crate::linalg::panels::TILE;
 use crate::linalg::power_iteration::power_iteration;
 use crate::linalg::size::Size;
-use crate::simd::{ComplexVector, Mask, Scalar, Vector, copy};
+use crate::simd::{ComplexVector, Mask, Scalar, Vector, copy, vectorize};
 
 /// `w_pᴴs` with a signal subspace of rank 1, for the loaded covariance in the solver's panels.
 ///
@@ -52,9 +52,9 @@ pub(in crate::beamform) fn first_eigenpair<A: Averaging<V>, V: Vector>(
     subaperture: impl Size,
     zero_power: V::Mask,
 ) -> Option<V> {
-    zero.vectorize(
-        #[inline(always)]
-        || dominant::<A, V>(zero, solver, subaperture, zero_power),
+    vectorize!(
+        zero,
+        dominant::<A, V>(zero, solver, subaperture, zero_power)
     )
 }
 
@@ -100,18 +100,15 @@ fn direct_eigenpair<S: Scalar<V>, V: Vector>(
         phases: solver.phases,
         tridiagonal: &mut solver.tridiagonal,
     };
-    zero.vectorize(
-        #[inline(always)]
-        || {
-            let value = dominant_eigenpair(zero, solver.matrix, subaperture, &mut reduction, left);
-            let padded = subaperture.next_multiple_of(TILE);
-            let vector = solver.vector.iter_mut().take(padded);
-            for (e, &direct) in vector.zip(&*reduction.vectors) {
-                *e = S::select(left, direct, *e);
-            }
-            value
-        },
-    )
+    vectorize!(zero, {
+        let value = dominant_eigenpair(zero, solver.matrix, subaperture, &mut reduction, left);
+        let padded = subaperture.next_multiple_of(TILE);
+        let vector = solver.vector.iter_mut().take(padded);
+        for (e, &direct) in vector.zip(&*reduction.vectors) {
+            *e = S::select(left, direct, *e);
+        }
+        value
+    })
 }
 
 /// [`esmv_rank1`] with the eigenpair of a fixed number of `steps` of power iteration.
@@ -286,10 +283,10 @@ pub(super) fn subspace_sum<V: Vector>(
     for (position, (&index, &metric)) in order.iter().zip(sums).enumerate() {
         let kept = subspace.has(position, before, total);
         if kept.any() {
-            let term = ComplexVector {
-                re: gather(zero, |k| term(k).map(|term| term.re), index),
-                im: gather(zero, |k| term(k).map(|term| term.im), index),
-            };
+            let term = ComplexVector::new(
+                gather(zero, |k| term(k).map(|term| term.re), index),
+                gather(zero, |k| term(k).map(|term| term.im), index),
+            );
             sum = ComplexVector::select(kept, sum + term, sum);
         } else if position > 0 {
             // The metric does not fall, so no later eigenvector is in the subspace.

@@ -20,7 +20,7 @@ use crate::Error;
 use crate::covariance::Averaging;
 use crate::geometry::DepthStep;
 use crate::linalg::size::{CONSTANTS, Known, Size};
-use crate::simd::{ComplexVector, Mask, Scalar, Vector};
+use crate::simd::{ComplexVector, Mask, Scalar, Vector, vectorize};
 use eigenspace::{esmv, esmv_rank1, esmv_rank1_steps};
 use mv::mv;
 use num_complex::Complex;
@@ -133,11 +133,7 @@ impl Method {
                 "the feature eigenspace",
             ),
         };
-        Err(Error::Parameter {
-            name,
-            value,
-            expected,
-        })
+        Err(Error::parameter(name, value, expected))
     }
 
     /// Maximum steps of [`Method::EsmvRank1Steps`].
@@ -271,10 +267,7 @@ fn solve<S: Scalar<V>, V: Vector, R>(
     data: &[ComplexVector<V>],
     kernel: impl FnOnce(&mut Solver<'_, S, V>, &[ComplexVector<V>]) -> R,
 ) -> R {
-    zero.vectorize(
-        #[inline(always)]
-        || kernel(solver, data),
-    )
+    vectorize!(zero, kernel(solver, data))
 }
 
 #[cfg(test)]
@@ -299,10 +292,8 @@ mod tests {
                 matrix[panel(i / 4) + k][i % 4] = 1.0 / (1.0 + distance) + own;
             }
         }
-        let s: [ComplexVector<f32>; 8] = core::array::from_fn(|k| ComplexVector {
-            re: 1.0 - 0.25 * k as f32,
-            im: 0.125 * k as f32,
-        });
+        let s: [ComplexVector<f32>; 8] =
+            core::array::from_fn(|k| ComplexVector::new(1.0 - 0.25 * k as f32, 0.125 * k as f32));
         let sum = exact::<ForwardBackward, f32>(0.0, subspace, solver, n, &s);
         [sum.re.to_bits(), sum.im.to_bits()]
     }

@@ -1,7 +1,7 @@
 //! A stage of the solution for several directions, as a function of its own.
 
 use crate::beamform::workspace::{Directions, Solver};
-use crate::simd::{Scalar, Vector};
+use crate::simd::{Scalar, Vector, vectorize};
 
 /// No lane.
 #[inline(always)]
@@ -20,8 +20,5 @@ pub(super) fn stage<S: Scalar<V>, V: Vector, R>(
     directions: &mut Directions<'_, S, V>,
     kernel: impl FnOnce(&mut Solver<'_, S, V>, &mut Directions<'_, S, V>) -> R,
 ) -> R {
-    zero.vectorize(
-        #[inline(always)]
-        || kernel(solver, directions),
-    )
+    vectorize!(zero, kernel(solver, directions))
 }

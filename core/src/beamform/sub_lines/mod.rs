@@ -23,7 +23,7 @@ use crate::covariance::{Averaging, Covariance};
 use crate::error::check_length;
 use crate::geometry::{Active, Steering};
 use crate::linalg::size::{CONSTANTS, Size};
-use crate::simd::{ComplexVector, MOST_LANES, Scalar, Vector};
+use crate::simd::{ComplexVector, MOST_LANES, Scalar, Vector, vectorize};
 use num_complex::Complex;
 use steer::{Sample, steer};
 
@@ -85,20 +85,16 @@ impl Beamformer {
         for (first, length, set) in within {
             let out = z.get_mut(of(first..first + length)).unwrap_or_default();
             if V::LANES == 1 {
-                let lines = SteeredSegments {
-                    segments: &[block.segment(first, set)],
-                    steering: &[steering],
-                };
+                let (segments, steering) = ([block.segment(first, set)], [steering]);
+                let lines = SteeredSegments::new(&segments, &steering);
                 self.sub_lines_within(view, sizes, (lines, set.count), &mut [out])?;
                 continue;
             }
             let mut parts = self.parts(V::LANES, (block, (first, length, set)), count, out);
             let (segments, out) = parts.used();
             let steering = [steering; MOST_LANES];
-            let lines = SteeredSegments {
-                segments,
-                steering: steering.get(..segments.len()).unwrap_or_default(),
-            };
+            let lines =
+                SteeredSegments::new(segments, steering.get(..segments.len()).unwrap_or_default());
             self.sub_lines_within(view, sizes, (lines, set.count), out)?;
         }
         // DAS also overwrites the unwanted samples above a segment.
@@ -163,11 +159,7 @@ impl Beamformer {
             return self.segments_within(view, sizes, group, z);
         }
         if segments.len() > V::LANES {
-            return Err(Error::Capacity {
-                name: "segments",
-                actual: segments.len(),
-                capacity: V::LANES,
-            });
+            return Err(Error::capacity("segments", segments.len(), V::LANES));
         }
         check_length("z", z.len(), segments.len())?;
         check_length("steering", steering.len(), segments.len())?;
@@ -186,11 +178,7 @@ impl Beamformer {
         }
         let subaperture = self.check_sizes(count, sizes)?;
         if sub_lines > sizes.sub_lines {
-            return Err(Error::Capacity {
-                name: "sub_lines",
-                actual: sub_lines,
-                capacity: sizes.sub_lines,
-            });
+            return Err(Error::capacity("sub_lines", sub_lines, sizes.sub_lines));
         }
         if const { V::LANES == 1 } && parameters.temporal_half_window == 0 {
             let forward_backward = matches!(A::COVARIANCE, Covariance::ForwardBackward);
@@ -219,10 +207,7 @@ impl Beamformer {
     ) {
         let zero = view.zero;
         view.snapshot.fill(ComplexVector::from_real(zero));
-        zero.vectorize(
-            #[inline(always)]
-            || self.sub_line_lanes(view, lines, extent, z),
-        );
+        vectorize!(zero, self.sub_line_lanes(view, lines, extent, z));
     }
 
     #[inline(always)]
@@ -324,26 +309,28 @@ fn check_steering(
 ) -> Result<(), Error> {
     let step = steering.step().get();
     if !parameters.step().get().is_multiple_of(step) {
-        return Err(Error::Parameter {
-            name: "depth_step of the steering",
-            value: step as f64,
-            expected: "that of the beamformer, or a divisor of it",
-        });
+        let expected = "that of the beamformer, or a divisor of it";
+        let value = step as f64;
+        return Err(Error::parameter(
+            "depth_step of the steering",
+            value,
+            expected,
+        ));
     }
     if steering.sub_lines() != parameters.sub_lines {
-        return Err(Error::Parameter {
-            name: "sub_lines of the steering",
-            value: steering.sub_lines() as f64,
-            expected: "those of the beamformer",
-        });
+        return Err(Error::parameter(
+            "sub_lines of the steering",
+            steering.sub_lines() as f64,
+            "those of the beamformer",
+        ));
     }
     let end = segment.first_sample.saturating_add(samples);
     if steering.samples() < end {
-        return Err(Error::Length {
-            name: "samples of the steering",
-            actual: steering.samples(),
-            expected: end,
-        });
+        return Err(Error::length(
+            "samples of the steering",
+            steering.samples(),
+            end,
+        ));
     }
     Ok(())
 }
@@ -372,19 +359,11 @@ mod tests {
         let sizes = beamformer.sizes(16);
         let need = sizes.need();
         let (mut real, mut complex) = (vec![0.0; need.real], vec![Complex::ZERO; need.complex]);
-        let scratch = Scratch {
-            real: &mut real,
-            complex: &mut complex,
-        };
+        let scratch = Scratch::new(&mut real, &mut complex);
         let mut view = View::<ForwardBackward, f32>::new(0.0, sizes, scratch);
-        let lines = SteeredSegments {
-            segments: &[Segment {
-                line: AlignedLine::new(&x, 16).unwrap(),
-                first_element: 0,
-                first_sample: 0,
-            }],
-            steering: &[Steering::of(&directions, count)],
-        };
+        let segments = [Segment::new(AlignedLine::new(&x, 16).unwrap(), 0, 0)];
+        let steering = [Steering::of(&directions, count)];
+        let lines = SteeredSegments::new(&segments, &steering);
         let mut z = vec![Complex::ZERO; SAMPLES * count];
         beamformer.fitting_sub_lines(&mut view, lines, extent, &mut [&mut z]);
         let bits = |z: &Complex<f32>| [z.re.to_bits(), z.im.to_bits()];

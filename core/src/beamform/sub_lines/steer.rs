@@ -10,7 +10,7 @@ use crate::covariance::Averaging;
 use crate::covariance::lag_sums::subaperture_sum;
 use crate::linalg::panels::TILE;
 use crate::linalg::size::{Size, small_known};
-use crate::simd::{ComplexVector, Scalar, Vector};
+use crate::simd::{ComplexVector, Scalar, Vector, vectorize};
 use num_complex::Complex;
 
 /// A sample of the segments.
@@ -23,10 +23,7 @@ pub(super) struct Sample<'s, 'a, V> {
 
 /// A complex number as a vector of one lane.
 pub(super) fn number(value: Complex<f32>) -> ComplexVector<f32> {
-    ComplexVector {
-        re: value.re,
-        im: value.im,
-    }
+    ComplexVector::new(value.re, value.im)
 }
 
 /// Powers of `e^{js}` from the middle element outwards.
@@ -185,47 +182,41 @@ fn direction<A: Averaging<V>, V: Vector, const M: usize, const L: usize>(
     steering: &mut [A::Scalar],
     data: &mut [ComplexVector<V>],
 ) {
-    half.re.vectorize(
-        #[inline(always)]
-        || {
-            let (Some(active), Some(steering), Some(data)) = (
-                active.first_chunk::<M>(),
-                steering.first_chunk_mut::<L>(),
-                data.first_chunk_mut::<L>(),
-            ) else {
-                return;
-            };
-            let mut powers = [half; M];
-            let (mut rotated, mut sums) = ([half; M], [half; L]);
-            Powers::new(half, M).fill(&mut powers[..M / 2]);
-            for k in 0..M / 2 {
-                let (left, right) = (M / 2 - 1 - k, M / 2 + k);
-                rotated[left] = active[left].mul(powers[k]);
-                rotated[right] = active[right].mul_conj(powers[k]);
-            }
-            subaperture_sum(half.re.zero(), &rotated, &mut sums);
-            A::steered(&powers[..L / 2], &sums, steering, data);
-        },
-    );
+    vectorize!(half.re, {
+        let (Some(active), Some(steering), Some(data)) = (
+            active.first_chunk::<M>(),
+            steering.first_chunk_mut::<L>(),
+            data.first_chunk_mut::<L>(),
+        ) else {
+            return;
+        };
+        let mut powers = [half; M];
+        let (mut rotated, mut sums) = ([half; M], [half; L]);
+        Powers::new(half, M).fill(&mut powers[..M / 2]);
+        for k in 0..M / 2 {
+            let (left, right) = (M / 2 - 1 - k, M / 2 + k);
+            rotated[left] = active[left].mul(powers[k]);
+            rotated[right] = active[right].mul_conj(powers[k]);
+        }
+        subaperture_sum(half.re.zero(), &rotated, &mut sums);
+        A::steered(&powers[..L / 2], &sums, steering, data);
+    });
 }
 
 /// The factor of a postfilter, of the elements with phases and of their power.
 #[inline(never)]
 fn factor_of<V: Vector>(parameters: &Parameters, rotated: &[ComplexVector<V>], power: V) -> V {
-    power.vectorize(
-        #[inline(always)]
-        || {
-            let mut sum = ComplexVector::from_real(power.zero());
-            for &y in rotated {
-                sum = sum + y;
-            }
-            factor(
-                parameters.postfilter_of_lines(),
-                (sum, power),
-                &Rotated(rotated),
-            )
-        },
-    )
+    vectorize!(power, {
+        let mut sum = ComplexVector::from_real(power.zero());
+        for &y in rotated {
+            sum = sum + y;
+        }
+        factor(
+            parameters.postfilter_of_lines(),
+            (sum, power),
+            &Rotated(rotated),
+        )
+    })
 }
 
 /// The elements with phases.
@@ -278,61 +269,58 @@ fn rotate<V: Vector>(
     powers: &mut [ComplexVector<V>],
     rotated: &mut [ComplexVector<V>],
 ) {
-    half.re.vectorize(
-        #[inline(always)]
-        || {
-            let mut next = Powers::new(half, active.len());
-            // The middle element of an odd number is the first on either side; the right side's is kept.
-            let (middle, outwards) = (active.len() / 2, outwards.get());
-            let (Some(left), Some(right), Some(powers)) = (
-                active.get(..outwards),
-                active.get(middle..).and_then(|right| right.get(..outwards)),
-                powers.get_mut(..outwards),
-            ) else {
-                return;
-            };
-            if rotated.len() != active.len() {
-                return;
-            }
-            let (tiles, rest) = powers.as_chunks_mut::<TILE>();
-            let whole = tiles.len();
-            let (left_rest, left) = left.as_rchunks::<TILE>();
-            let (right, right_rest) = right.as_chunks::<TILE>();
-            let pairs = left.iter().rev().zip(right).zip(tiles);
-            for (tile, ((left, right), powers)) in pairs.enumerate() {
-                let tile_of = next.tile(tile);
-                *powers = tile_of;
-                let before = outwards - TILE * (tile + 1);
-                if let Some(turned) = rotated.get_mut(before..before + TILE) {
-                    for k in 0..TILE {
-                        turned[TILE - 1 - k] = left[TILE - 1 - k].mul(tile_of[k]);
-                    }
-                }
-                let behind = middle + TILE * tile;
-                if let Some(turned) = rotated.get_mut(behind..behind + TILE) {
-                    for k in 0..TILE {
-                        turned[k] = right[k].mul_conj(tile_of[k]);
-                    }
+    vectorize!(half.re, {
+        let mut next = Powers::new(half, active.len());
+        // The middle element of an odd number is the first on either side; the right side's is kept.
+        let (middle, outwards) = (active.len() / 2, outwards.get());
+        let (Some(left), Some(right), Some(powers)) = (
+            active.get(..outwards),
+            active.get(middle..).and_then(|right| right.get(..outwards)),
+            powers.get_mut(..outwards),
+        ) else {
+            return;
+        };
+        if rotated.len() != active.len() {
+            return;
+        }
+        let (tiles, rest) = powers.as_chunks_mut::<TILE>();
+        let whole = tiles.len();
+        let (left_rest, left) = left.as_rchunks::<TILE>();
+        let (right, right_rest) = right.as_chunks::<TILE>();
+        let pairs = left.iter().rev().zip(right).zip(tiles);
+        for (tile, ((left, right), powers)) in pairs.enumerate() {
+            let tile_of = next.tile(tile);
+            *powers = tile_of;
+            let before = outwards - TILE * (tile + 1);
+            if let Some(turned) = rotated.get_mut(before..before + TILE) {
+                for k in 0..TILE {
+                    turned[TILE - 1 - k] = left[TILE - 1 - k].mul(tile_of[k]);
                 }
             }
-            let behind = active.len() - right_rest.len();
-            let last = if rest.is_empty() {
-                next.next
-            } else {
-                next.tile(whole)
-            };
-            for (power, &next) in rest.iter_mut().zip(&last) {
-                *power = next;
+            let behind = middle + TILE * tile;
+            if let Some(turned) = rotated.get_mut(behind..behind + TILE) {
+                for k in 0..TILE {
+                    turned[k] = right[k].mul_conj(tile_of[k]);
+                }
             }
-            for ((y, x), power) in rotated.iter_mut().zip(left_rest).rev().zip(last) {
-                *y = x.mul(power);
-            }
-            let turned = rotated.get_mut(behind..).unwrap_or_default();
-            for ((y, x), power) in turned.iter_mut().zip(right_rest).zip(last) {
-                *y = x.mul_conj(power);
-            }
-        },
-    );
+        }
+        let behind = active.len() - right_rest.len();
+        let last = if rest.is_empty() {
+            next.next
+        } else {
+            next.tile(whole)
+        };
+        for (power, &next) in rest.iter_mut().zip(&last) {
+            *power = next;
+        }
+        for ((y, x), power) in rotated.iter_mut().zip(left_rest).rev().zip(last) {
+            *y = x.mul(power);
+        }
+        let turned = rotated.get_mut(behind..).unwrap_or_default();
+        for ((y, x), power) in turned.iter_mut().zip(right_rest).zip(last) {
+            *y = x.mul_conj(power);
+        }
+    });
 }
 
 /// The steering vector `a_i = e^{js(i−(L−1)/2)}` and the sum of the subapertures, times it, in the solver's coordinates.
@@ -348,30 +336,27 @@ fn sum<A: Averaging<V>, V: Vector>(
     steering: &mut [A::Scalar],
     data: &mut [ComplexVector<V>],
 ) {
-    half.re.vectorize(
-        #[inline(always)]
-        || {
-            let (length, count) = (n.get(), rotated.len());
-            let (Some(sums), Some(steering), Some(data)) = (
-                n.front_mut(sums, length),
-                n.front_mut(steering, length.next_multiple_of(TILE)),
-                n.front_mut(data, length),
-            ) else {
-                return;
-            };
-            match window {
-                None => subaperture_sum(half.re.zero(), rotated, sums),
-                Some(window) => window.subaperture_sum(half.re.zero(), rotated, sums),
-            }
-            let Some(powers) = powers.get_mut(..sums.len().div_ceil(2)) else {
-                return;
-            };
-            if count % 2 != sums.len() % 2 {
-                Powers::new(half, sums.len()).fill(powers);
-            }
-            A::steered(powers, sums, steering, data);
-        },
-    );
+    vectorize!(half.re, {
+        let (length, count) = (n.get(), rotated.len());
+        let (Some(sums), Some(steering), Some(data)) = (
+            n.front_mut(sums, length),
+            n.front_mut(steering, length.next_multiple_of(TILE)),
+            n.front_mut(data, length),
+        ) else {
+            return;
+        };
+        match window {
+            None => subaperture_sum(half.re.zero(), rotated, sums),
+            Some(window) => window.subaperture_sum(half.re.zero(), rotated, sums),
+        }
+        let Some(powers) = powers.get_mut(..sums.len().div_ceil(2)) else {
+            return;
+        };
+        if count % 2 != sums.len() % 2 {
+            Powers::new(half, sums.len()).fill(powers);
+        }
+        A::steered(powers, sums, steering, data);
+    });
 }
 
 /// `Σ|x_m|²`, ascending from zero.

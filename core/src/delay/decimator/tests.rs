@@ -97,18 +97,8 @@ fn what_is_not_needed_changes_nothing() {
 #[cfg(feature = "simd")]
 #[test]
 fn what_is_needed_does_not_depend_on_the_lanes() {
-    use crate::simd::{InstructionSet, Task};
+    use crate::simd::InstructionSet;
 
-    struct Decimate<'a>(&'a Decimator, &'a [f32], Range<usize>, &'a mut [f32]);
-    impl Task for Decimate<'_> {
-        type Output = ();
-        fn run<V: Vector>(self, zero: V) {
-            let Decimate(decimator, record, needed, decimated) = self;
-            let mut streams = [f32::NAN; 1200];
-            let streams = &mut streams[..streams_len(decimator.halvings())];
-            decimator.decimate(zero, record, needed, memory(streams, decimated));
-        }
-    }
     let record: [f32; 1000] = core::array::from_fn(|k| libm::sinf((k * k) as f32));
     for ratio in [3.0, 5.0, 11.0].into_iter().step_by(crate::step(2)) {
         let decimator = Decimator::new(ratio);
@@ -116,12 +106,16 @@ fn what_is_needed_does_not_depend_on_the_lanes() {
         for start in (0..length).step_by(crate::step(400)) {
             for end in [start + 1, start + 70, length] {
                 let needed = start..end.min(length);
-                let mut one = [f32::NAN; 700];
-                Decimate(&decimator, &record, needed.clone(), &mut one[..length]).run(0.0f32);
+                let decimated = |set| {
+                    let (mut streams, mut decimated) = ([f32::NAN; 1200], [f32::NAN; 700]);
+                    let streams = &mut streams[..streams_len(decimator.halvings())];
+                    let memory = memory(streams, &mut decimated[..length]);
+                    crate::dispatch!(set, zero => decimator.decimate(zero, &record, needed.clone(), memory));
+                    decimated
+                };
+                let one = decimated(InstructionSet::Scalar);
                 for set in InstructionSet::available() {
-                    let mut many = [f32::NAN; 700];
-                    let task = Decimate(&decimator, &record, needed.clone(), &mut many[..length]);
-                    set.dispatch(task);
+                    let many = decimated(set);
                     for n in needed.clone() {
                         assert_eq!(one[n].to_bits(), many[n].to_bits(), "{set:?} {ratio} {n}");
                     }

@@ -172,11 +172,7 @@ impl Interpolator {
         let ratio = sampling_rate / output_rate;
         if ratio > MAX_DECIMATION as f64 {
             let expected = "at least a sixteenth of the sampling rate";
-            return Err(Error::Parameter {
-                name: "output_rate",
-                value: output_rate,
-                expected,
-            });
+            return Err(Error::parameter("output_rate", output_rate, expected));
         }
         self.decimator = Decimator::new(ratio);
         let rate = sampling_rate / (1 << self.decimator.halvings()) as f64;

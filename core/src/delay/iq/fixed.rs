@@ -19,12 +19,12 @@
 
 use super::parameters::{DELAY_NUMBERS, IqParameters};
 use super::phasor;
-use super::record::{IqSource, Window};
+use super::record::Window;
 use crate::delay::FAR;
 use crate::delay::delay_law::ReceiveDelay;
 use crate::delay::flight::CentreSample;
 use crate::delay::scan_line::Compounding;
-use crate::delay::stage::Rest;
+use crate::delay::stage::{Rest, Source};
 use crate::instructions::sqrt;
 use crate::{Complex, Error};
 
@@ -109,7 +109,7 @@ impl IqParameters {
     #[inline(never)]
     pub(super) fn fixed(
         &self,
-        source: &IqSource,
+        source: &Source,
         window: &Window<'_, [i16; 2]>,
         scratch: &mut [f32],
         out: &mut [Complex<f32>],
@@ -178,7 +178,7 @@ impl IqParameters {
     ///
     /// # Errors
     /// [`Error::Parameter`] for an element that is out of reach.
-    fn fixed_delays(&self, source: &IqSource, scratch: &mut [f32]) -> Result<bool, Error> {
+    fn fixed_delays(&self, source: &Source, scratch: &mut [f32]) -> Result<bool, Error> {
         let p = self;
         let line = source.line;
         let level = line.array.is_linear() && line.ray.is_down();
@@ -223,7 +223,7 @@ impl IqParameters {
         Ok(level)
     }
 
-    fn centres(&self, source: &IqSource) -> Centres {
+    fn centres(&self, source: &Source) -> Centres {
         let p = self;
         let Some(slope) = source.transmit.slope() else {
             return Centres::Each;
@@ -260,7 +260,7 @@ impl IqParameters {
 
     /// The position of output sample `n`; none where nothing can be read.
     #[inline(always)]
-    fn fixed_centre(&self, source: &IqSource, centres: &Centres, n: usize) -> Option<Centre> {
+    fn fixed_centre(&self, source: &Source, centres: &Centres, n: usize) -> Option<Centre> {
         let centre = match centres {
             Centres::Each => self.exact_centre(source, n)?,
             Centres::Even { first, step } => Centre {
@@ -275,13 +275,13 @@ impl IqParameters {
     }
 
     #[inline(never)]
-    fn exact_centre(&self, source: &IqSource, n: usize) -> Option<Centre> {
+    fn exact_centre(&self, source: &Source, n: usize) -> Option<Centre> {
         let CentreSample {
             depth,
             time,
             position,
         } = self.flight(source).at(n as f64);
-        let cycles = time * self.demodulation_frequency + source.record.cycles();
+        let cycles = time * self.demodulation_frequency + source.record.cycles;
         let near = position > -FAR && position < FAR;
         (near && cycles.is_finite()).then(|| Centre {
             depth: depth as f32,
@@ -293,11 +293,11 @@ impl IqParameters {
 
 #[cold]
 fn out_of_reach(distance: f32) -> Error {
-    Error::Parameter {
-        name: "element's way to the line",
-        value: f64::from(distance),
-        expected: "below 8191 samples, for interpolation in fixed point",
-    }
+    Error::parameter(
+        "element's way to the line",
+        f64::from(distance),
+        "below 8191 samples, for interpolation in fixed point",
+    )
 }
 
 /// `x·2^bits`, rounded down.
@@ -397,7 +397,7 @@ fn part(a: i32, b: i16) -> i32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::delay::{IqDelay, IqInterpolation, IqLayout, IqRecord, IqSamples, ScanLine, Stage};
+    use crate::delay::{IqDelay, IqInterpolation, IqLayout, IqSamples, Record, ScanLine, Stage};
     use crate::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
 
     /// Found by fuzzing: no position was far, but the step between two was.
@@ -416,12 +416,12 @@ mod tests {
         })
         .unwrap();
         let samples = IqSamples::Counts(&[[1, 2]; 8], 1.0);
-        let record = IqRecord::new(samples, IqLayout::Interleaved, 2).unwrap();
+        let record = Record::iq(samples, IqLayout::Interleaved, 2).unwrap();
         let line = ScanLine {
             transmit: Transmit::new(TransmitLaw::Plane { angle: 0.0 }, 4e-309),
             ray: Ray::down(4.6e-300),
             array: Array::linear(2, 8.3e-281),
-            active: Active { first: 0, count: 0 },
+            active: Active::new(0, 0),
             compounding: Compounding::Replace,
         };
         let mut scratch = [0.0; 2 * DELAY_NUMBERS];

@@ -76,10 +76,7 @@ pub(super) trait Read<const TAPS: usize> {
 fn splat<V: Vector, const N: usize>(zero: V, values: &[Complex<f32>; N]) -> [ComplexVector<V>; N] {
     values.map(
         #[inline(always)]
-        |value| ComplexVector {
-            re: zero.splat(value.re),
-            im: zero.splat(value.im),
-        },
+        |value| ComplexVector::new(zero.splat(value.re), zero.splat(value.im)),
     )
 }
 
@@ -89,10 +86,7 @@ impl Linear {
     /// `a + weight·(b − a)`.
     #[inline(always)]
     fn value<V: Vector>(weight: V, [a, b]: [ComplexVector<V>; 2]) -> ComplexVector<V> {
-        ComplexVector {
-            re: a.re + weight * (b.re - a.re),
-            im: a.im + weight * (b.im - a.im),
-        }
+        ComplexVector::new(a.re + weight * (b.re - a.re), a.im + weight * (b.im - a.im))
     }
 }
 
@@ -119,10 +113,10 @@ impl Cubic {
         let p = u.splat(1.0 / 6.0) * (u * (u - one));
         let q = u.splat(0.5) * ((u + one) * (u - two));
         let [f, g, h, i] = [p * (two - u), q * (u - one), -(q * u), p * (u + one)];
-        ComplexVector {
-            re: (f * a.re + g * b.re) + (h * c.re + i * d.re),
-            im: (f * a.im + g * b.im) + (h * c.im + i * d.im),
-        }
+        ComplexVector::new(
+            (f * a.re + g * b.re) + (h * c.re + i * d.re),
+            (f * a.im + g * b.im) + (h * c.im + i * d.im),
+        )
     }
 }
 

@@ -3,7 +3,7 @@
 use super::chunk::{Centre, Chunk, Factors};
 use super::interpolation::Read;
 use super::parameters::{DELAY_NUMBERS, IqParameters};
-use super::record::{IqSamples, IqSource, Sample, Window};
+use super::record::{Sample, Window};
 use super::records::{Elements, Records, SampleIndices};
 use super::taps::{CHUNK, Values};
 use crate::Complex;
@@ -11,8 +11,10 @@ use crate::delay::FAR;
 use crate::delay::delay_law::ReceiveDelay;
 use crate::delay::flight::{CentreSample, Flight};
 use crate::delay::groups::Groups;
+use crate::delay::record::{IqSamples, Samples};
 use crate::delay::scan_line::{Compounding, ScanLine, put_parts};
-use crate::simd::{ComplexVector, Vector, load};
+use crate::delay::stage::Source;
+use crate::simd::{ComplexVector, Vector, load, vectorize};
 
 /// Largest f_demod/fs; phases at positions of a record are then kept in f32.
 pub(super) const MAX_CYCLES_PER_SAMPLE: f64 = 1e6;
@@ -23,20 +25,21 @@ impl IqParameters {
         &self,
         zero: V,
         read: &impl Read<TAPS>,
-        source: &IqSource,
+        source: &Source,
         scratch: &mut [f32],
         out: &mut [Complex<f32>],
     ) {
         let receive_delays = self.receive_delays::<V>(source.line, scratch);
-        match source.record.kind() {
-            IqSamples::Float(samples) => {
-                let window = source.record.window(samples);
+        match source.record.samples {
+            Samples::Iq(IqSamples::Float(samples), layout) => {
+                let window = source.record.window(samples, layout);
                 self.values_of(zero, read, source, &window, receive_delays, out);
             }
-            IqSamples::Counts(samples, _) => {
-                let window = source.record.window(samples);
+            Samples::Iq(IqSamples::Counts(samples, _), layout) => {
+                let window = source.record.window(samples, layout);
                 self.values_of(zero, read, source, &window, receive_delays, out);
             }
+            Samples::Rf(_) => {}
         }
     }
 
@@ -45,7 +48,7 @@ impl IqParameters {
         &self,
         zero: V,
         read: &impl Read<TAPS>,
-        source: &IqSource,
+        source: &Source,
         window: &Window<'_, T>,
         receive_delays: &[f32],
         out: &mut [Complex<f32>],
@@ -66,71 +69,68 @@ impl IqParameters {
         &self,
         zero: V,
         read: &impl Read<TAPS>,
-        source: &IqSource,
+        source: &Source,
         (window, receive_delays): (&Window<'_, T>, &[f32]),
         out: &mut [Complex<f32>],
     ) {
-        zero.vectorize(
-            #[inline(always)]
-            || {
-                let elements = self.elements.max(1);
-                let factors = self.factors::<TAPS>(source, window.length);
-                let groups = self.groups::<V>(source.line);
-                let mut chunk = Chunk::<V>::new(zero);
-                let mut values = Values::<V>::new(zero);
-                // As many depths as are wanted of these.
-                let span = CHUNK.saturating_mul(source.step.get());
-                let chunks = out.chunks_mut(span.saturating_mul(elements));
-                for (k, out) in chunks.enumerate() {
-                    let depths = self.depths(source, source.first + k * span, out);
-                    let (centres, rows) = depths.read();
-                    let mut receive_delays = receive_delays.chunks_exact(DELAY_NUMBERS * V::LANES);
-                    for halves in groups.clone().map(Elements::of) {
-                        let records = halves.each_ref().map(
-                            #[inline(always)]
-                            |half| Records::<T, PLANAR>::new::<V>(window, half),
-                        );
-                        let mirrored_offsets = records[1].included();
-                        for (half, records) in halves.iter().zip(&records) {
-                            if half.range.is_empty() {
-                                continue;
-                            }
-                            if !half.mirrored
-                                && let Some(numbers) = receive_delays.next()
-                            {
-                                let numbers = [0, 1, 2, 3, 4, 5, 6].map(
-                                    #[inline(always)]
-                                    |row| load(zero, &numbers[row * V::LANES..]),
-                                );
-                                let offsets = [records.included(), mirrored_offsets];
-                                chunk.locate(&factors, centres, &numbers, offsets);
-                            }
-                            let indices = SampleIndices {
-                                records,
-                                chunk: &chunk,
-                                mirrored: half.mirrored,
-                            };
-                            let weights = chunk.weight.get(..centres.len()).unwrap_or_default();
-                            read.read(weights, &indices, &mut values);
-                            let phasors = chunk.cosine.iter().zip(&chunk.sine);
-                            let values = values.values.iter().zip(phasors);
-                            for ((value, phasor), row) in values.zip(rows) {
-                                let row = row + half.written.start..row + half.written.end;
-                                let row = out.get_mut(row).unwrap_or_default();
-                                let value = turned(*value, phasor);
-                                put(source.line.compounding, value, half.mirrored, row);
-                            }
+        vectorize!(zero, {
+            let elements = self.elements.max(1);
+            let factors = self.factors::<TAPS>(source, window.length);
+            let groups = self.groups::<V>(source.line);
+            let mut chunk = Chunk::<V>::new(zero);
+            let mut values = Values::<V>::new(zero);
+            // As many depths as are wanted of these.
+            let span = CHUNK.saturating_mul(source.step.get());
+            let chunks = out.chunks_mut(span.saturating_mul(elements));
+            for (k, out) in chunks.enumerate() {
+                let depths = self.depths(source, source.first + k * span, out);
+                let (centres, rows) = depths.read();
+                let mut receive_delays = receive_delays.chunks_exact(DELAY_NUMBERS * V::LANES);
+                for halves in groups.clone().map(Elements::of) {
+                    let records = halves.each_ref().map(
+                        #[inline(always)]
+                        |half| Records::<T, PLANAR>::new::<V>(window, half),
+                    );
+                    let mirrored_offsets = records[1].included();
+                    for (half, records) in halves.iter().zip(&records) {
+                        if half.range.is_empty() {
+                            continue;
+                        }
+                        if !half.mirrored
+                            && let Some(numbers) = receive_delays.next()
+                        {
+                            let numbers = [0, 1, 2, 3, 4, 5, 6].map(
+                                #[inline(always)]
+                                |row| load(zero, &numbers[row * V::LANES..]),
+                            );
+                            let offsets = [records.included(), mirrored_offsets];
+                            chunk.locate(&factors, centres, &numbers, offsets);
+                        }
+                        let indices = SampleIndices {
+                            records,
+                            chunk: &chunk,
+                            mirrored: half.mirrored,
+                        };
+                        let weights = chunk.weight.get(..centres.len()).unwrap_or_default();
+                        read.read(weights, &indices, &mut values);
+                        let phasors = chunk.cosine.iter().zip(&chunk.sine);
+                        let values = values.values.iter().zip(phasors);
+                        for ((value, phasor), row) in values.zip(rows) {
+                            let row = row + half.written.start..row + half.written.end;
+                            let row = out.get_mut(row).unwrap_or_default();
+                            let value = turned(*value, phasor);
+                            put(source.line.compounding, value, half.mirrored, row);
                         }
                     }
                 }
-            },
-        );
+            }
+        });
     }
 
     /// The depths of up to a chunk of rows from output sample `first` on. Clears rows that are not read.
     #[inline(always)]
-    fn depths(&self, source: &IqSource, first: usize, out: &mut [Complex<f32>]) -> Depths {
-        let IqSource { line, step, .. } = *source;
+    fn depths(&self, source: &Source, first: usize, out: &mut [Complex<f32>]) -> Depths {
+        let Source { line, step, .. } = *source;
         let mut depths = Depths {
             centres: [Centre::NONE; CHUNK],
             rows: [0; CHUNK],
@@ -159,7 +159,7 @@ impl IqParameters {
 
     /// Constants that all elements share.
     #[inline(always)]
-    pub(super) fn factors<const TAPS: usize>(&self, source: &IqSource, length: usize) -> Factors {
+    pub(super) fn factors<const TAPS: usize>(&self, source: &Source, length: usize) -> Factors {
         Factors {
             a_sample: (self.demodulation_frequency / self.sampling_rate) as f32,
             scale: source.record.scale(),
@@ -227,7 +227,7 @@ impl IqParameters {
 
     /// The times of the line's samples.
     #[inline(always)]
-    pub(super) fn flight<'a>(&self, source: &'a IqSource) -> Flight<'a> {
+    pub(super) fn flight<'a>(&self, source: &'a Source) -> Flight<'a> {
         Flight {
             transmit: &source.transmit,
             t0: source.line.transmit.t0,
@@ -241,13 +241,13 @@ impl IqParameters {
     /// Depth, position and carrier phase of an element at the line's beginning for output sample `n`; depth 0 if
     /// nothing can be read.
     #[inline(always)]
-    pub(super) fn centre(&self, source: &IqSource, n: usize) -> Centre {
+    pub(super) fn centre(&self, source: &Source, n: usize) -> Centre {
         let CentreSample {
             depth,
             time,
             position,
         } = self.flight(source).at(n as f64);
-        let cycles = time * self.demodulation_frequency + source.record.cycles();
+        let cycles = time * self.demodulation_frequency + source.record.cycles;
         let near = position > -FAR && position < FAR && cycles > -f64::MAX && cycles < f64::MAX;
         if !near {
             return Centre::NONE;
@@ -296,10 +296,7 @@ fn turned<V: Vector>(
     ComplexVector { re, im }: ComplexVector<V>,
     (&cosine, &sine): (&V, &V),
 ) -> ComplexVector<V> {
-    ComplexVector {
-        re: re * cosine - im * sine,
-        im: re * sine + im * cosine,
-    }
+    ComplexVector::new(re * cosine - im * sine, re * sine + im * cosine)
 }
 
 /// Puts values into a row, or adds them to it; mirrored, from the last to the first.
@@ -336,12 +333,13 @@ fn put<V: Vector>(
 #[cfg(test)]
 mod tests {
     use crate::Complex;
+    use crate::delay::stage::Outputs;
     use crate::delay::{
-        Compounding, IqDelay, IqInterpolation, IqLayout, IqParameters, IqRecord, IqSamples,
-        ScanLine, Stage,
+        Compounding, IqDelay, IqInterpolation, IqLayout, IqParameters, IqSamples, Record, ScanLine,
+        Stage,
     };
     use crate::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
-    use crate::simd::{InstructionSet, Task, Vector};
+    use crate::simd::{InstructionSet, Vector};
     use std::vec::Vec;
     use std::{format, vec};
 
@@ -349,33 +347,6 @@ mod tests {
     const SAMPLES: usize = 90;
     const OUTPUTS: usize = 70;
     const PITCH: f64 = 0.3e-3;
-
-    struct Line<'a> {
-        delay: &'a IqDelay,
-        line: &'a ScanLine<'a>,
-        record: &'a IqRecord<'a>,
-        step: usize,
-    }
-
-    impl Task for Line<'_> {
-        type Output = Vec<Complex<f32>>;
-
-        fn run<V: Vector>(self, zero: V) -> Self::Output {
-            let mut x = vec![Complex::new(0.5, -0.25); OUTPUTS * ELEMENTS];
-            let mut scratch = vec![f32::NAN; self.delay.parameters().need(V::LANES).real];
-            self.delay
-                .block_at_every(
-                    zero,
-                    self.line,
-                    self.record,
-                    (0, self.step),
-                    &mut scratch,
-                    &mut x,
-                )
-                .unwrap();
-            x
-        }
-    }
 
     /// Lines that pair all elements, some or none, with one between the pairs or not, read before and behind the record,
     /// from either order, put or added.
@@ -418,22 +389,24 @@ mod tests {
                     2 => (IqLayout::Planar, Compounding::Add),
                     _ => (IqLayout::Interleaved, Compounding::Add),
                 };
-                let record = IqRecord::new(IqSamples::Float(&samples), layout, ELEMENTS).unwrap();
+                let record = Record::iq(IqSamples::Float(&samples), layout, ELEMENTS).unwrap();
                 let line = ScanLine {
                     transmit: Transmit::new(TransmitLaw::Focused, 1.1e-6),
                     ray,
                     array,
-                    active: Active { first, count },
+                    active: Active::new(first, count),
                     compounding,
                 };
                 let bits = |set: InstructionSet| {
-                    let task = Line {
-                        delay: &delay,
-                        line: &line,
-                        record: &record,
-                        step,
-                    };
-                    let x = set.dispatch(task).into_iter();
+                    let mut x = vec![Complex::new(0.5, -0.25); OUTPUTS * ELEMENTS];
+                    crate::dispatch!(set, zero => {
+                        let lanes = zero.lanes().len();
+                        let mut scratch = vec![f32::NAN; delay.parameters().need(lanes).real];
+                        let (scratch, step) = (&mut scratch, Outputs::every(0, step));
+                        delay.block_of(zero, &line, &record, step, scratch, &mut x)
+                    })
+                    .unwrap();
+                    let x = x.into_iter();
                     x.map(|x| [x.re.to_bits(), x.im.to_bits()])
                         .collect::<Vec<_>>()
                 };

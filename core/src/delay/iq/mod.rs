@@ -21,9 +21,9 @@ mod taps;
 
 pub use interpolation::IqInterpolation;
 pub use parameters::IqParameters;
-pub use record::{IqLayout, IqRecord, IqSamples};
 
-use super::stage::{Sealed, Shape, Source, Stage};
+use super::record::{IqSamples, Record, Samples};
+use super::stage::{Sealed, Source, Stage, StageShape};
 use super::{check_shapes, finite, positive};
 use crate::error::attempt;
 use crate::memory::Need;
@@ -47,25 +47,19 @@ use interpolation::{Cubic, Linear, SINC};
 /// divisions among them. RAM: the stage, the scratch and about 1 KiB of stack; over vectors up to 32 KiB.
 ///
 /// ```
-/// # use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
+/// # use bonebeam::geometry::{Axis, Lines, ScanParameters};
 /// use bonebeam::Complex;
 /// use bonebeam::delay::{
-///     Compounding, IqDelay, IqLayout, IqParameters, IqRecord, IqSamples, ScanLine, Stage,
+///     Compounding, IqDelay, IqLayout, IqParameters, IqSamples, Record, ScanLine, Stage,
 /// };
 /// use bonebeam::geometry::{Scan, Transmit, TransmitLaw};
 ///
 /// # const PARAMETERS: ScanParameters = ScanParameters {
-/// #     array: Array::linear(16, 0.3e-3),
 /// #     lines: Lines::Even(Axis::centred(65, 0.1e-3)),
-/// #     sound_speed: 1540.0,
-/// #     centre_frequency: 5e6,
 /// #     sampling_rate: 10e6,
 /// #     record_samples: 256,
 /// #     output_rate: 10e6,
-/// #     start: Depth::Metres(4e-3),
-/// #     end: Depth::Metres(12e-3),
-/// #     f_number: 1.5,
-/// #     min_elements: 8,
+/// #     ..ScanParameters::EXAMPLE
 /// # };
 /// // 10 MHz are enough for a pulse around 5 MHz, of which I/Q holds the band only.
 /// let scan = Scan::of_iq(PARAMETERS)?;
@@ -86,7 +80,7 @@ use interpolation::{Cubic, Linear, SINC};
 ///     }
 /// }
 /// let samples = IqSamples::Counts(&counts, 1e-3);
-/// let record = IqRecord::new(samples, IqLayout::Interleaved, 16)?;
+/// let record = Record::iq(samples, IqLayout::Interleaved, 16)?;
 /// let transmit = Transmit::new(TransmitLaw::Focused, 0.0);
 /// let middle = ScanLine::of(&scan, 32, transmit, Compounding::Replace);
 /// delay.line(0.0f32, &middle, &record, &mut scratch, &mut aligned)?;
@@ -122,20 +116,20 @@ impl IqDelay {
         let possible =
             cycles >= -line::MAX_CYCLES_PER_SAMPLE && cycles <= line::MAX_CYCLES_PER_SAMPLE;
         if !possible {
-            return Err(Error::Parameter {
-                name: "demodulation_frequency",
-                value: p.demodulation_frequency,
-                expected: "at most a million times the sampling rate",
-            });
+            return Err(Error::parameter(
+                "demodulation_frequency",
+                p.demodulation_frequency,
+                "at most a million times the sampling rate",
+            ));
         }
         let fixed = matches!(p.interpolation, IqInterpolation::LinearFixed);
         let few = cycles > -fixed::MAX_CYCLES_PER_SAMPLE && cycles < fixed::MAX_CYCLES_PER_SAMPLE;
         if fixed && !few {
-            return Err(Error::Parameter {
-                name: "demodulation_frequency",
-                value: p.demodulation_frequency,
-                expected: "less than twice the sampling rate, for interpolation in fixed point",
-            });
+            return Err(Error::parameter(
+                "demodulation_frequency",
+                p.demodulation_frequency,
+                "less than twice the sampling rate, for interpolation in fixed point",
+            ));
         }
         let sizes = [
             ("record_samples", p.record_samples, fixed::MAX_SAMPLES),
@@ -145,11 +139,7 @@ impl IqDelay {
         while fixed && k < sizes.len() {
             let (name, actual, capacity) = sizes[k];
             if actual > capacity {
-                return Err(Error::Capacity {
-                    name,
-                    actual,
-                    capacity,
-                });
+                return Err(Error::capacity(name, actual, capacity));
             }
             k += 1;
         }
@@ -167,19 +157,13 @@ impl IqDelay {
 impl Sealed for IqDelay {}
 
 impl Stage for IqDelay {
-    type Record<'r> = IqRecord<'r>;
-
     fn need(&self, lanes: usize, _: usize) -> Need {
         self.parameters.need(lanes)
     }
 
-    fn largest(record: &IqRecord<'_>) -> f32 {
-        record.largest_aligned()
-    }
-
-    fn shape(&self) -> Shape {
+    fn shape(&self) -> StageShape {
         let p = &self.parameters;
-        Shape {
+        StageShape {
             elements: p.elements,
             output_samples: p.output_samples,
             record_samples: p.record_samples,
@@ -187,14 +171,17 @@ impl Stage for IqDelay {
         }
     }
 
-    fn shape_of(record: &IqRecord<'_>) -> [usize; 2] {
-        [record.elements(), record.samples()]
+    fn shape_of(record: &Record<'_>) -> [usize; 2] {
+        match record.samples {
+            Samples::Rf(_) => [record.elements(), 0],
+            Samples::Iq(..) => [record.elements(), record.samples()],
+        }
     }
 
     fn compute<V: Vector>(
         &self,
         zero: V,
-        source: &Source<'_, IqRecord<'_>>,
+        source: &Source<'_>,
         scratch: &mut [f32],
         out: &mut [Complex<f32>],
     ) -> Result<(), Error> {
@@ -204,14 +191,12 @@ impl Stage for IqDelay {
             IqInterpolation::Cubic => p.read(zero, &Cubic, source, scratch, out),
             IqInterpolation::Sinc => p.read(zero, &SINC, source, scratch, out),
             IqInterpolation::LinearFixed => {
-                let IqSamples::Counts(samples, _) = source.record.kind() else {
-                    return Err(Error::Parameter {
-                        name: "iq",
-                        value: 0.0,
-                        expected: "counts, for interpolation in fixed point",
-                    });
+                let Samples::Iq(IqSamples::Counts(samples, _), layout) = source.record.samples
+                else {
+                    let expected = "counts, for interpolation in fixed point";
+                    return Err(Error::parameter("iq", 0.0, expected));
                 };
-                p.fixed(source, &source.record.window(samples), scratch, out)?;
+                p.fixed(source, &source.record.window(samples, layout), scratch, out)?;
             }
         }
         Ok(())

@@ -6,10 +6,11 @@ use super::chunk::{Centre, Factors, position};
 use super::interpolation::Read;
 use super::parameters::{DELAY_NUMBERS, IqParameters};
 use super::phasor;
-use super::record::{IqSource, Sample, Window};
+use super::record::{Sample, Window};
 use crate::Complex;
 use crate::delay::delay_law::ReceiveDelay;
 use crate::delay::scan_line::{Compounding, put_parts};
+use crate::delay::stage::Source;
 use crate::simd::{Vector, load};
 
 impl IqParameters {
@@ -19,12 +20,12 @@ impl IqParameters {
         &self,
         zero: V,
         read: &impl Read<TAPS>,
-        source: &IqSource,
+        source: &Source,
         window: &Window<'_, T>,
         receive_delays: &[f32],
         out: &mut [Complex<f32>],
     ) {
-        let IqSource {
+        let Source {
             line, first, step, ..
         } = *source;
         let active = line.active.first..line.active.first + line.active.count;

@@ -1,7 +1,7 @@
 //! Taps of several lanes at the depths of a chunk, loaded in blocks of two.
 
 use crate::Complex;
-use crate::simd::{ComplexVector, Vector};
+use crate::simd::{ComplexVector, Vector, vectorize};
 
 /// Depths that a group of elements is read at together: its records stay in the cache, and its receive delays in
 /// registers.
@@ -83,7 +83,7 @@ pub(super) fn side_by_side<V: Vector, const TAPS: usize, const PAIRS: usize>(
         let [a_re, a_im, b_re, b_im] = columns(pair);
         *taps = [(a_re, a_im), (b_re, b_im)].map(
             #[inline(always)]
-            |(re, im)| ComplexVector { re, im },
+            |(re, im)| ComplexVector::new(re, im),
         );
     }
     taps
@@ -138,17 +138,14 @@ fn at_the_edge<V: Vector, const TAPS: usize, const PAIRS: usize>(
     n: usize,
     loaded: &mut [Quarters<V>; PAIRS],
 ) {
-    zero.vectorize(
-        #[inline(always)]
-        || {
-            load_quarters(
-                zero,
-                loaded,
-                #[inline(always)]
-                |lane| Some(pairs(taps.anywhere::<TAPS>(n, lane))),
-            )
-        },
-    );
+    vectorize!(zero, {
+        load_quarters(
+            zero,
+            loaded,
+            #[inline(always)]
+            |lane| Some(pairs(taps.anywhere::<TAPS>(n, lane))),
+        )
+    });
 }
 
 #[inline(always)]

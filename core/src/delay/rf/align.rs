@@ -13,7 +13,7 @@ use crate::delay::delay_law::{ReceiveDelay, TransmitDelay};
 use crate::delay::flight::{CentreSample, Flight};
 use crate::delay::groups::{Group, Groups};
 use crate::delay::interpolate::{Locator, TapPositions};
-use crate::simd::{PARTIAL_SUMS, Vector, load, split_front};
+use crate::simd::{PARTIAL_SUMS, Vector, load, split_front, vectorize};
 
 /// Bytes of a cache line; rows across two lines take longer.
 const CACHE_LINE: usize = 64;
@@ -289,35 +289,32 @@ impl Delay {
         buffers: &mut Buffers,
         mut lines: [&mut [f32]; LINES],
     ) {
-        zero.vectorize(
-            #[inline(always)]
-            || {
-                let Buffers {
-                    decimator,
-                    positions,
-                } = buffers;
-                let records = self.decimate(zero, path, decimator);
-                let line_len = path.centre.depth.len();
-                let length = records.first().map_or(0, |record| record.len());
-                let origin = self.interpolator.decimator().origin();
-                let locator = self.interpolator.locator(zero, (origin, length));
-                for start in (0..line_len).step_by(STEP * PARTIAL_SUMS) {
-                    let end = (start + STEP * PARTIAL_SUMS).min(line_len);
-                    let sixteens = (end - start) / PARTIAL_SUMS;
-                    let positions = positions.get_mut(..sixteens).unwrap_or_default();
-                    if path.receive_delay.is_level() {
-                        locate::<V, LINES, true>(&locator, path, start, positions);
-                    } else {
-                        locate::<V, LINES, false>(&locator, path, start, positions);
-                    }
-                    let values = lines.each_mut().map(
-                        #[inline(always)]
-                        |line| line.get_mut(start..end).unwrap_or_default(),
-                    );
-                    self.interpolator.read(zero, records, positions, values);
+        vectorize!(zero, {
+            let Buffers {
+                decimator,
+                positions,
+            } = buffers;
+            let records = self.decimate(zero, path, decimator);
+            let line_len = path.centre.depth.len();
+            let length = records.first().map_or(0, |record| record.len());
+            let origin = self.interpolator.decimator().origin();
+            let locator = self.interpolator.locator(zero, (origin, length));
+            for start in (0..line_len).step_by(STEP * PARTIAL_SUMS) {
+                let end = (start + STEP * PARTIAL_SUMS).min(line_len);
+                let sixteens = (end - start) / PARTIAL_SUMS;
+                let positions = positions.get_mut(..sixteens).unwrap_or_default();
+                if path.receive_delay.is_level() {
+                    locate::<V, LINES, true>(&locator, path, start, positions);
+                } else {
+                    locate::<V, LINES, false>(&locator, path, start, positions);
                 }
-            },
-        );
+                let values = lines.each_mut().map(
+                    #[inline(always)]
+                    |line| line.get_mut(start..end).unwrap_or_default(),
+                );
+                self.interpolator.read(zero, records, positions, values);
+            }
+        });
     }
 
     /// Records at the rate of the reads: unchanged, or decimated where needed.
@@ -394,15 +391,12 @@ mod tests {
     fn the_filter_needs_its_taps_around_two_positions() {
         for (sampling_rate, taps) in [(60e6, 32), (100e6, 16)] {
             let delay = Delay::new(DelayParameters {
-                sound_speed: 1540.0,
                 sampling_rate,
-                centre_frequency: 5e6,
-                output_rate: 20e6,
-                output_start: 0.0,
                 output_samples: 400,
                 elements: 1,
                 record_samples: 2500,
                 hilbert_taps: 31,
+                ..DelayParameters::EXAMPLE
             })
             .unwrap();
             assert_eq!(delay.interpolator.taps(), taps);

@@ -21,14 +21,14 @@ pub use upsampled::{Contribution, UPSAMPLING, Upsampled};
 use super::analytic::{HilbertTransformer, hilbert_taps, reach};
 use super::decimator::{decimated_len, halvings, streams_len};
 use super::interpolate::Interpolator;
-use super::record::Record;
+use super::record::{Record, Samples};
 use super::scan_line::{Compounding, ScanLine};
-use super::stage::{self, Sealed, Shape, Stage};
+use super::stage::{Sealed, Source, Stage, StageShape};
 use super::{FAR, MAX_SAMPLES, check_shapes, finite, positive};
 use crate::error::attempt;
 use crate::geometry::Scan;
 use crate::memory::Need;
-use crate::simd::{PARTIAL_SUMS, Vector};
+use crate::simd::{PARTIAL_SUMS, Vector, vectorize};
 use crate::{Complex, Error};
 
 /// Groups of sixteen positions that are computed before their reads.
@@ -67,6 +67,19 @@ pub struct DelayParameters {
 }
 
 impl DelayParameters {
+    /// A small stage for examples: 8 elements at 40 MHz, 64 samples at 20 MHz.
+    pub const EXAMPLE: DelayParameters = DelayParameters {
+        sound_speed: 1540.0,
+        sampling_rate: 40e6,
+        centre_frequency: 5e6,
+        output_rate: 20e6,
+        output_start: 0.0,
+        output_samples: 64,
+        elements: 8,
+        record_samples: 192,
+        hilbert_taps: 8,
+    };
+
     /// Parameters of a scan, with a Hilbert transformer of the default length.
     pub const fn of(scan: &Scan) -> Self {
         let p = scan.parameters();
@@ -94,17 +107,7 @@ impl DelayParameters {
     /// ```
     /// use bonebeam::delay::DelayParameters;
     ///
-    /// const PARAMETERS: DelayParameters = DelayParameters {
-    ///     sound_speed: 1540.0,
-    ///     sampling_rate: 40e6,
-    ///     centre_frequency: 5e6,
-    ///     output_rate: 20e6,
-    ///     output_start: 0.0,
-    ///     output_samples: 64,
-    ///     elements: 8,
-    ///     record_samples: 192,
-    ///     hilbert_taps: 8,
-    /// };
+    /// const PARAMETERS: DelayParameters = DelayParameters::EXAMPLE;
     /// static SCRATCH: [f32; PARAMETERS.need(1).real] = [0.0; PARAMETERS.need(1).real];
     /// assert_eq!(SCRATCH.len(), 4 * 96 + 62 + 15);
     /// ```
@@ -164,9 +167,6 @@ const fn within_limits(size: usize) -> usize {
     }
 }
 
-/// Source of a line.
-type Source<'a> = stage::Source<'a, Record<'a>>;
-
 /// A delay stage for RF: validated parameters and filters.
 ///
 /// [`Stage::line`] focuses a line.
@@ -186,24 +186,12 @@ type Source<'a> = stage::Source<'a, Record<'a>>;
 /// [`TransmitLaw::Element`](crate::geometry::TransmitLaw::Element). RAM: the stage, the scratch, and 5 KiB of stack.
 ///
 /// ```
-/// # use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
+/// # use bonebeam::geometry::ScanParameters;
 /// use bonebeam::Complex;
 /// use bonebeam::delay::{Compounding, Delay, DelayParameters, Record, ScanLine, Stage};
 /// use bonebeam::geometry::{Ray, Scan, Transmit, TransmitLaw};
 ///
-/// # const PARAMETERS: ScanParameters = ScanParameters {
-/// #     array: Array::linear(16, 0.3e-3),
-/// #     lines: Lines::Even(Axis::centred(64, 0.1e-3)),
-/// #     sound_speed: 1540.0,
-/// #     centre_frequency: 5e6,
-/// #     sampling_rate: 20e6,
-/// #     record_samples: 512,
-/// #     output_rate: 20e6,
-/// #     start: Depth::Metres(4e-3),
-/// #     end: Depth::Metres(12e-3),
-/// #     f_number: 1.5,
-/// #     min_elements: 8,
-/// # };
+/// # const PARAMETERS: ScanParameters = ScanParameters::EXAMPLE;
 /// let scan = Scan::new(PARAMETERS)?;
 /// let delay = Delay::new(DelayParameters::of(&scan))?;
 /// let mut scratch = vec![0.0; delay.parameters().need(1).real];
@@ -248,17 +236,7 @@ impl Delay {
     /// ```
     /// use bonebeam::delay::{Delay, DelayParameters};
     ///
-    /// static DELAY: Delay = match Delay::new(DelayParameters {
-    ///     sound_speed: 1540.0,
-    ///     sampling_rate: 40e6,
-    ///     centre_frequency: 5e6,
-    ///     output_rate: 20e6,
-    ///     output_start: 0.0,
-    ///     output_samples: 64,
-    ///     elements: 8,
-    ///     record_samples: 192,
-    ///     hilbert_taps: 8,
-    /// }) {
+    /// static DELAY: Delay = match Delay::new(DelayParameters::EXAMPLE) {
     ///     Ok(delay) => delay,
     ///     Err(_) => panic!("the parameters are not valid"),
     /// };
@@ -290,19 +268,8 @@ impl Delay {
     /// ```
     /// use bonebeam::delay::{Delay, DelayParameters};
     ///
-    /// # const PARAMETERS: DelayParameters = DelayParameters {
-    /// #     sound_speed: 1540.0,
-    /// #     sampling_rate: 40e6,
-    /// #     centre_frequency: 5e6,
-    /// #     output_rate: 20e6,
-    /// #     output_start: 0.0,
-    /// #     output_samples: 64,
-    /// #     elements: 8,
-    /// #     record_samples: 192,
-    /// #     hilbert_taps: 8,
-    /// # };
-    /// let mut delay = Delay::new(PARAMETERS)?;
-    /// delay.set(DelayParameters { sound_speed: 1580.0, ..PARAMETERS })?;
+    /// let mut delay = Delay::new(DelayParameters::EXAMPLE)?;
+    /// delay.set(DelayParameters { sound_speed: 1580.0, ..DelayParameters::EXAMPLE })?;
     /// assert_eq!(delay.parameters().sound_speed, 1580.0);
     /// # Ok::<(), bonebeam::Error>(())
     /// ```
@@ -322,19 +289,8 @@ impl Delay {
     /// ```
     /// use bonebeam::delay::{Delay, DelayParameters};
     ///
-    /// # const PARAMETERS: DelayParameters = DelayParameters {
-    /// #     sound_speed: 1540.0,
-    /// #     sampling_rate: 40e6,
-    /// #     centre_frequency: 5e6,
-    /// #     output_rate: 20e6,
-    /// #     output_start: 0.0,
-    /// #     output_samples: 64,
-    /// #     elements: 8,
-    /// #     record_samples: 192,
-    /// #     hilbert_taps: 8,
-    /// # };
-    /// let mut delay = Delay::new(PARAMETERS)?;
-    /// delay.set_in_f32(DelayParameters { centre_frequency: 4e6, ..PARAMETERS })?;
+    /// let mut delay = Delay::new(DelayParameters::EXAMPLE)?;
+    /// delay.set_in_f32(DelayParameters { centre_frequency: 4e6, ..DelayParameters::EXAMPLE })?;
     /// assert_eq!(delay.parameters().centre_frequency, 4e6);
     /// # Ok::<(), bonebeam::Error>(())
     /// ```
@@ -381,19 +337,13 @@ impl Delay {
 impl Sealed for Delay {}
 
 impl Stage for Delay {
-    type Record<'r> = Record<'r>;
-
     fn need(&self, lanes: usize, samples: usize) -> Need {
         self.parameters.block_need(lanes, samples)
     }
 
-    fn largest(record: &Record<'_>) -> f32 {
-        record.largest_aligned()
-    }
-
-    fn shape(&self) -> Shape {
+    fn shape(&self) -> StageShape {
         let p = &self.parameters;
-        Shape {
+        StageShape {
             elements: p.elements,
             output_samples: p.output_samples,
             record_samples: p.record_samples,
@@ -402,20 +352,20 @@ impl Stage for Delay {
     }
 
     fn shape_of(record: &Record<'_>) -> [usize; 2] {
-        [record.elements(), record.samples()]
+        match record.samples {
+            Samples::Rf(_) => [record.elements(), record.samples()],
+            Samples::Iq(..) => [record.elements(), 0],
+        }
     }
 
     fn compute<V: Vector>(
         &self,
         zero: V,
-        source: &stage::Source<'_, Record<'_>>,
+        source: &Source<'_>,
         scratch: &mut [f32],
         out: &mut [Complex<f32>],
     ) -> Result<(), Error> {
-        zero.vectorize(
-            #[inline(always)]
-            || self.align(zero, source, scratch, out),
-        );
+        vectorize!(zero, self.align(zero, source, scratch, out));
         Ok(())
     }
 }

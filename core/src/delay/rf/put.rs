@@ -8,7 +8,7 @@ use crate::delay::analytic::GROUP;
 use crate::delay::groups::Group;
 use crate::delay::scan_line::put_parts;
 use crate::geometry::DepthStep;
-use crate::simd::{MOST_LANES, Vector, copy, load, load_at, transpose};
+use crate::simd::{MOST_LANES, Vector, copy, load, load_at, transpose, vectorize};
 
 /// The lines of a group of elements, and the output of their analytic signals.
 pub(super) struct GroupLines<'a> {
@@ -33,36 +33,33 @@ impl Delay {
         rows: &mut [f32],
         out: &mut [Complex<f32>],
     ) {
-        zero.vectorize(
-            #[inline(always)]
-            || {
-                let elements = self.parameters.elements;
-                let kept = CHUNK * V::LANES;
-                // A row holds a sample of each element. The rows that the transformer reaches back to stay in front.
-                let behind = 2 * self.hilbert.reach() * V::LANES;
-                let Some(rows) = rows.get_mut(..behind + kept) else {
+        vectorize!(zero, {
+            let elements = self.parameters.elements;
+            let kept = CHUNK * V::LANES;
+            // A row holds a sample of each element. The rows that the transformer reaches back to stay in front.
+            let behind = 2 * self.hilbert.reach() * V::LANES;
+            let Some(rows) = rows.get_mut(..behind + kept) else {
+                return;
+            };
+            let Some((before, _)) = rows.split_at_mut_checked(behind) else {
+                return;
+            };
+            transpose_lines(zero, lines, 0, before);
+            for (chunk, out) in out.chunks_mut((CHUNK * elements).max(1)).enumerate() {
+                let n = chunk * CHUNK + 2 * self.hilbert.reach();
+                let Some(new) = rows.get_mut(behind..) else {
                     return;
                 };
-                let Some((before, _)) = rows.split_at_mut_checked(behind) else {
-                    return;
-                };
-                transpose_lines(zero, lines, 0, before);
-                for (chunk, out) in out.chunks_mut((CHUNK * elements).max(1)).enumerate() {
-                    let n = chunk * CHUNK + 2 * self.hilbert.reach();
-                    let Some(new) = rows.get_mut(behind..) else {
-                        return;
-                    };
-                    transpose_lines(zero, lines, n, new);
-                    match lines.wanted.1.get() {
-                        1 => self.put_chunk(zero, rows, lines, out),
-                        _ => self.put_wanted(zero, rows, lines, (chunk * CHUNK, out)),
-                    }
-                    if kept <= rows.len() {
-                        rows.copy_within(kept.., 0);
-                    }
+                transpose_lines(zero, lines, n, new);
+                match lines.wanted.1.get() {
+                    1 => self.put_chunk(zero, rows, lines, out),
+                    _ => self.put_wanted(zero, rows, lines, (chunk * CHUNK, out)),
                 }
-            },
-        );
+                if kept <= rows.len() {
+                    rows.copy_within(kept.., 0);
+                }
+            }
+        });
     }
 
     /// The analytic signals of a chunk of rows.

@@ -19,21 +19,9 @@ impl Delay {
     ///
     /// ```
     /// use bonebeam::delay::{Compounding, Delay, DelayParameters, ScanLine};
-    /// use bonebeam::geometry::{Array, Axis, Depth, Lines, Scan, ScanParameters, Transmit, TransmitLaw};
+    /// use bonebeam::geometry::{Scan, ScanParameters, Transmit, TransmitLaw};
     ///
-    /// let scan = Scan::new(ScanParameters {
-    ///     array: Array::linear(16, 0.3e-3),
-    ///     lines: Lines::Even(Axis::centred(64, 0.1e-3)),
-    ///     sound_speed: 1540.0,
-    ///     centre_frequency: 5e6,
-    ///     sampling_rate: 20e6,
-    ///     record_samples: 512,
-    ///     output_rate: 20e6,
-    ///     start: Depth::Metres(4e-3),
-    ///     end: Depth::Metres(12e-3),
-    ///     f_number: 1.5,
-    ///     min_elements: 8,
-    /// })?;
+    /// let scan = Scan::new(ScanParameters::EXAMPLE)?;
     /// let delay = Delay::new(DelayParameters::of(&scan))?;
     /// let transmit = Transmit::new(TransmitLaw::Focused, 0.0);
     /// let line = ScanLine::of(&scan, 32, transmit, Compounding::Replace);
@@ -48,11 +36,7 @@ impl Delay {
     pub fn record_end(&self, line: &ScanLine, block: Range<usize>) -> Result<usize, Error> {
         let p = &self.parameters;
         if block.end > p.output_samples {
-            return Err(Error::Capacity {
-                name: "block",
-                actual: block.end,
-                capacity: p.output_samples,
-            });
+            return Err(Error::capacity("block", block.end, p.output_samples));
         }
         let transmit = check_line(line, p.elements, p.sound_speed, &[])?;
         let active = line.active.first..line.active.first.saturating_add(line.active.count);
@@ -133,13 +117,7 @@ mod tests {
         let convex = core::array::from_fn(|k| Element::convex(ELEMENTS, 0.5e-3, 20e-3, k));
         let convex: [Element; ELEMENTS] = convex;
         let delays = [0.0, 1e-7, f64::NAN, 2e-7, 1e-7, 0.0];
-        let arrays = [
-            Array::linear(ELEMENTS, 0.5e-3),
-            Array::At {
-                elements: &convex,
-                pitch: 0.5e-3,
-            },
-        ];
+        let arrays = [Array::linear(ELEMENTS, 0.5e-3), Array::at(&convex, 0.5e-3)];
         let laws = [
             TransmitLaw::Focused,
             TransmitLaw::Plane { angle: -0.3 },
@@ -150,15 +128,13 @@ mod tests {
         ];
         for (halvings, ratio) in [1.0, 3.0, 6.0, 12.0].into_iter().enumerate() {
             let parameters = DelayParameters {
-                sound_speed: 1540.0,
                 sampling_rate: ratio * 20e6,
-                centre_frequency: 5e6,
-                output_rate: 20e6,
                 output_start: 4e-6,
                 output_samples: 160,
                 elements: ELEMENTS,
                 record_samples: (ratio * 300.0) as usize,
                 hilbert_taps: 5,
+                ..DelayParameters::EXAMPLE
             };
             let delay = Delay::new(parameters).unwrap();
             assert_eq!(delay.interpolator.halvings(), halvings);
@@ -173,7 +149,7 @@ mod tests {
                     transmit: Transmit::new(law, 1.3e-7),
                     ray: Ray::new(side * 0.4e-3, 0.0, side * 0.2),
                     array: *array,
-                    active: crate::geometry::Active { first: 1, count: 4 },
+                    active: crate::geometry::Active::new(1, 4),
                     compounding: Compounding::Replace,
                 };
                 for own in [0..1, 0..32, 30..67, 20..90] {
@@ -192,22 +168,20 @@ mod tests {
     #[test]
     fn nothing_of_a_record_is_read_for_no_samples_or_elements() {
         let parameters = DelayParameters {
-            sound_speed: 1540.0,
             sampling_rate: 20e6,
-            centre_frequency: 5e6,
-            output_rate: 20e6,
             output_start: 4e-6,
             output_samples: 160,
             elements: ELEMENTS,
             record_samples: 100,
             hilbert_taps: 5,
+            ..DelayParameters::EXAMPLE
         };
         let delay = Delay::new(parameters).unwrap();
         let line = |count, t0| ScanLine {
             transmit: Transmit::new(TransmitLaw::Focused, t0),
             ray: Ray::down(0.0),
             array: Array::linear(ELEMENTS, 0.5e-3),
-            active: crate::geometry::Active { first: 0, count },
+            active: crate::geometry::Active::new(0, count),
             compounding: Compounding::Replace,
         };
         assert_eq!(delay.record_end(&line(0, 0.0), 0..9), Ok(0));

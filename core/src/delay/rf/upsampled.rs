@@ -21,7 +21,7 @@ use crate::delay::stage::check_line;
 use crate::error::check_length;
 use crate::geometry::DepthStep;
 use crate::memory::Need;
-use crate::simd::{PARTIAL_SUMS, Vector, copy, load, split_front};
+use crate::simd::{PARTIAL_SUMS, Vector, copy, load, split_front, vectorize};
 use crate::{Complex, Error};
 
 /// Upsampled samples for each recorded one.
@@ -70,18 +70,15 @@ impl<'a> Upsampled<'a> {
     pub fn new(delay: &'a Delay) -> Result<Self, Error> {
         let p = &delay.parameters;
         if delay.interpolator.halvings() > 0 {
-            return Err(Error::Parameter {
-                name: "sampling_rate",
-                value: p.sampling_rate,
-                expected: "less than 2.5 times the output rate",
-            });
+            let expected = "less than 2.5 times the output rate";
+            return Err(Error::parameter("sampling_rate", p.sampling_rate, expected));
         }
         if p.record_samples > MOST_SAMPLES {
-            return Err(Error::Capacity {
-                name: "record_samples",
-                actual: p.record_samples,
-                capacity: MOST_SAMPLES,
-            });
+            return Err(Error::capacity(
+                "record_samples",
+                p.record_samples,
+                MOST_SAMPLES,
+            ));
         }
         let mut filter = [[0.0; UPSAMPLING]; MOST_TAPS];
         for phase in 0..UPSAMPLING {
@@ -139,40 +136,37 @@ impl<'a> Upsampled<'a> {
         check_length("rf", samples.len(), self.delay.parameters.record_samples)?;
         check_length("scratch", scratch.len(), self.need().real)?;
         check_length("record", record.len(), self.record_len())?;
-        zero.vectorize(
-            #[inline(always)]
-            || {
-                // Zeros before and behind, as far as the filter reaches.
-                let taps = self.taps();
-                scratch.fill(0.0);
-                let (Some(filter), Some(within)) = (
-                    self.filter.get(..taps),
-                    scratch.get_mut(taps..taps + samples.len()),
-                ) else {
+        vectorize!(zero, {
+            // Zeros before and behind, as far as the filter reaches.
+            let taps = self.taps();
+            scratch.fill(0.0);
+            let (Some(filter), Some(within)) = (
+                self.filter.get(..taps),
+                scratch.get_mut(taps..taps + samples.len()),
+            ) else {
+                return;
+            };
+            copy(samples, within);
+            for (block, record) in record.chunks_mut(BLOCKS * UPSAMPLING).enumerate() {
+                let Some(under) = scratch.get(block * BLOCKS..) else {
                     return;
                 };
-                copy(samples, within);
-                for (block, record) in record.chunks_mut(BLOCKS * UPSAMPLING).enumerate() {
-                    let Some(under) = scratch.get(block * BLOCKS..) else {
-                        return;
-                    };
-                    let (rows, _) = record.as_chunks_mut::<UPSAMPLING>();
-                    for at in (0..UPSAMPLING).step_by(V::LANES) {
-                        let mut sums = [zero; BLOCKS];
-                        let samples = under.array_windows::<BLOCKS>();
-                        for (filter, samples) in filter.iter().zip(samples) {
-                            let h = load(zero, &filter[at..]);
-                            for j in 0..BLOCKS {
-                                sums[j] = sums[j] + zero.splat(samples[j]) * h;
-                            }
-                        }
-                        for (row, sum) in rows.iter_mut().zip(&sums) {
-                            copy(sum.lanes(), &mut row[at..at + V::LANES]);
+                let (rows, _) = record.as_chunks_mut::<UPSAMPLING>();
+                for at in (0..UPSAMPLING).step_by(V::LANES) {
+                    let mut sums = [zero; BLOCKS];
+                    let samples = under.array_windows::<BLOCKS>();
+                    for (filter, samples) in filter.iter().zip(samples) {
+                        let h = load(zero, &filter[at..]);
+                        for j in 0..BLOCKS {
+                            sums[j] = sums[j] + zero.splat(samples[j]) * h;
                         }
                     }
+                    for (row, sum) in rows.iter_mut().zip(&sums) {
+                        copy(sum.lanes(), &mut row[at..at + V::LANES]);
+                    }
                 }
-            },
-        );
+            }
+        });
         Ok(())
     }
 
@@ -230,30 +224,27 @@ impl<'a> Upsampled<'a> {
         let receive_delay = self.delay.receive_delay(line, element);
         let reach = self.delay.hilbert.reach() as f64;
         let mut depths = [0.0f32; PARTIAL_SUMS];
-        zero.vectorize(
-            #[inline(always)]
-            || {
-                let units = zero.splat(UNITS_A_SAMPLE as f32);
-                let (far, ahead) = (zero.splat(FAR as f32), zero.splat(receive_delay.ahead()));
-                let most = zero.splat(FARTHEST as f32 / 2.0);
-                let (blocks, _) = receive_delays.as_chunks_mut::<PARTIAL_SUMS>();
-                for (block, receive_delays) in blocks.iter_mut().enumerate() {
-                    for (k, depth) in depths.iter_mut().enumerate() {
-                        let n = (block * PARTIAL_SUMS + k) as f64;
-                        let t = p.output_start + (n - reach) / p.output_rate;
-                        *depth = (p.sound_speed * t / 2.0) as f32;
-                    }
-                    for at in (0..PARTIAL_SUMS).step_by(V::LANES) {
-                        let z = load(zero, &depths[at..]);
-                        let samples = receive_delay.samples(z);
-                        let valid = zero.less(z) & samples.less(far);
-                        let late = (samples - ahead) * units;
-                        let late = V::select(valid & late.abs().less(most), late, most);
-                        late.truncate(&mut receive_delays[at..at + V::LANES]);
-                    }
+        vectorize!(zero, {
+            let units = zero.splat(UNITS_A_SAMPLE as f32);
+            let (far, ahead) = (zero.splat(FAR as f32), zero.splat(receive_delay.ahead()));
+            let most = zero.splat(FARTHEST as f32 / 2.0);
+            let (blocks, _) = receive_delays.as_chunks_mut::<PARTIAL_SUMS>();
+            for (block, receive_delays) in blocks.iter_mut().enumerate() {
+                for (k, depth) in depths.iter_mut().enumerate() {
+                    let n = (block * PARTIAL_SUMS + k) as f64;
+                    let t = p.output_start + (n - reach) / p.output_rate;
+                    *depth = (p.sound_speed * t / 2.0) as f32;
                 }
-            },
-        );
+                for at in (0..PARTIAL_SUMS).step_by(V::LANES) {
+                    let z = load(zero, &depths[at..]);
+                    let samples = receive_delay.samples(z);
+                    let valid = zero.less(z) & samples.less(far);
+                    let late = (samples - ahead) * units;
+                    let late = V::select(valid & late.abs().less(most), late, most);
+                    late.truncate(&mut receive_delays[at..at + V::LANES]);
+                }
+            }
+        });
         Ok(())
     }
 
@@ -280,16 +271,13 @@ impl<'a> Upsampled<'a> {
         check_length("record", record.len(), self.record_len())?;
         check_length("centre", centre.len(), line.len())?;
         check_length("receive_delays", receive_delays.len(), line.len())?;
-        zero.vectorize(
-            #[inline(always)]
-            || {
-                let mut batch = Batch::NONE;
-                let positions = centre.chunks(BATCH).zip(receive_delays.chunks(BATCH));
-                for (line, (centre, receive_delays)) in line.chunks_mut(BATCH).zip(positions) {
-                    batch.add(record, centre, receive_delays, line);
-                }
-            },
-        );
+        vectorize!(zero, {
+            let mut batch = Batch::NONE;
+            let positions = centre.chunks(BATCH).zip(receive_delays.chunks(BATCH));
+            for (line, (centre, receive_delays)) in line.chunks_mut(BATCH).zip(positions) {
+                batch.add(record, centre, receive_delays, line);
+            }
+        });
         Ok(())
     }
 

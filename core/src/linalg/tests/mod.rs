@@ -60,10 +60,7 @@ impl Entry for f32 {
 
 impl Entry for ComplexVector<f32> {
     fn entry(value: Complex<f64>) -> Self {
-        ComplexVector {
-            re: value.re as f32,
-            im: value.im as f32,
-        }
+        ComplexVector::new(value.re as f32, value.im as f32)
     }
 }
 

@@ -12,11 +12,11 @@ mod example;
 #[path = "../start.rs"]
 mod start;
 
-use bonebeam::Error;
 use bonebeam::beamform::{self, Workspace};
 use bonebeam::phase_symmetry::{GainTables, Kernels, LaneFft, LogGabor, Sizes, StripSlices};
 use bonebeam::prelude::*;
-use bonebeam::simd::{InstructionSet, Task, Vector};
+use bonebeam::simd::{InstructionSet, Vector};
+use bonebeam::{Error, dispatch};
 use semihosting::{eprintln, println, process};
 use static_cell::ConstStaticCell;
 
@@ -30,16 +30,12 @@ const PARAMETERS: Parameters = Parameters {
 };
 /// Lanes of the widest vector.
 const LANES: usize = 4;
-const NEED: Need = match PARAMETERS.need_over(LANES) {
+const NEED: Need = match PARAMETERS.need(Input::Rf, LANES) {
     Ok(need) => need,
     Err(_) => panic!("the scan is not valid"),
 };
 
-const SIZES: Sizes = Sizes {
-    rows: PARAMETERS.rows,
-    columns: PARAMETERS.columns,
-    strip: PARAMETERS.strip,
-};
+const SIZES: Sizes = Sizes::new(PARAMETERS.rows, PARAMETERS.columns, PARAMETERS.strip);
 
 static WORKSPACES: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces {
     frame: Memory::new(),
@@ -57,85 +53,76 @@ struct Workspaces {
 }
 
 /// All methods of a frame, by vectors.
-struct Frames<'a>(&'a mut Workspaces);
-
-impl Task for Frames<'_> {
-    type Output = Result<(), Error>;
-
-    fn run<V: Vector>(self, zero: V) -> Self::Output {
-        let Workspaces {
-            frame: memory,
-            gains,
-            strip,
-            sums,
-        } = self.0;
-        let (fft, over) = (LaneFft::new(), V::LANES > 1);
-        let methods = [
-            ("das", Method::Das),
-            ("mv", Method::Mv),
-            ("esmv-rank1", Method::EsmvRank1),
-        ];
-        for (name, method) in methods {
-            let pipeline = Pipeline::new(Parameters {
-                beamformer: beamform::Parameters {
-                    method,
-                    ..PARAMETERS.beamformer
-                },
-                ..PARAMETERS
-            })?;
-            let frame = Frame::new(&pipeline, memory.scratch())?;
-            let (tables, mut frame) = if over {
-                let bank = pipeline.phase_symmetry();
-                let tables = GainTables::new(&LogGabor::fixed(), bank, &mut gains[..])?;
-                (Some(tables), frame)
-            } else {
-                (None, frame.with_gain_tables(gains)?)
-            };
-            let (mut real, mut complex) = ([zero; 512], [Complex::new(zero, zero); 512]);
-            let scratch = Scratch {
-                real: &mut real,
-                complex: &mut complex,
-            };
-            let sizes = pipeline.lines().beamformer().sizes(ELEMENTS);
-            let mut workspace = Workspace::new(zero, sizes, scratch)?;
-            let mut lines = 0;
-            for line in 0..LINES {
-                let rf = noise(line as u32);
-                let record = Record::new(&rf, ELEMENTS)?;
-                let transmits = [(Transmit::new(TransmitLaw::Focused, 0.0), &record)];
-                let begin = clock::now();
-                frame.line_over(&mut workspace, line, transmits)?;
-                lines += clock::since(begin);
-            }
+fn frames<V: Vector>(zero: V, workspaces: &mut Workspaces) -> Result<(), Error> {
+    let Workspaces {
+        frame: memory,
+        gains,
+        strip,
+        sums,
+    } = workspaces;
+    let (fft, over) = (LaneFft::new(), V::LANES > 1);
+    let methods = [
+        ("das", Method::Das),
+        ("mv", Method::Mv),
+        ("esmv-rank1", Method::EsmvRank1),
+    ];
+    for (name, method) in methods {
+        let pipeline = Pipeline::new(Parameters {
+            beamformer: beamform::Parameters {
+                method,
+                ..PARAMETERS.beamformer
+            },
+            ..PARAMETERS
+        })?;
+        let frame = Frame::new(&pipeline, memory.scratch())?;
+        let (tables, mut frame) = if over {
+            let bank = pipeline.phase_symmetry();
+            let tables = GainTables::new(&LogGabor::fixed(), bank, &mut gains[..])?;
+            (Some(tables), frame)
+        } else {
+            (None, frame.with_gain_tables(gains)?)
+        };
+        let (mut real, mut complex) = ([zero; 512], [Complex::new(zero, zero); 512]);
+        let scratch = Scratch::new(&mut real, &mut complex);
+        let sizes = pipeline.lines().beamformer().sizes(ELEMENTS);
+        let mut workspace = Workspace::new(zero, sizes, scratch)?;
+        let mut lines = 0;
+        for line in 0..LINES {
+            let rf = noise(line as u32);
+            let record = Record::new(&rf, ELEMENTS)?;
+            let transmits = [(Transmit::new(TransmitLaw::Focused, 0.0), &record)];
             let begin = clock::now();
-            frame.image()?;
-            let image = clock::since(begin);
-            let (mut line, mut of_line) = ([Complex::new(zero, zero); 64], [zero; 64]);
-            let begin = clock::now();
-            let map = match &tables {
-                None => frame.bone_map()?,
-                Some(gains) => {
-                    let mut strips = StripSlices {
-                        strip: &mut strip[..],
-                        sums: &mut sums[..],
-                        line: &mut line,
-                        gains: &mut of_line,
-                    };
-                    let kernels = Kernels { fft: &fft, gains };
-                    frame.bone_map_over(&kernels, &mut strips, &mut |_| {})?
-                }
-            };
-            let taken = clock::since(begin);
-            let fnv =
-                |hash: u64, x: &f32| (hash ^ u64::from(x.to_bits())).wrapping_mul(0x100_0000_01b3);
-            let hash = map.iter().fold(0xcbf2_9ce4_8422_2325, fnv);
-            println!(
-                "frame {name} {} {lines} {image} {taken} {hash:016x}",
-                V::LANES
-            );
+            frame.line_over(&mut workspace, line, transmits)?;
+            lines += clock::since(begin);
         }
-        Ok(())
+        let begin = clock::now();
+        frame.image()?;
+        let image = clock::since(begin);
+        let (mut line, mut of_line) = ([Complex::new(zero, zero); 64], [zero; 64]);
+        let begin = clock::now();
+        let map = match &tables {
+            None => frame.bone_map()?,
+            Some(gains) => {
+                let mut strips = StripSlices {
+                    strip: &mut strip[..],
+                    sums: &mut sums[..],
+                    line: &mut line,
+                    gains: &mut of_line,
+                };
+                let kernels = Kernels::new(&fft, gains);
+                frame.bone_map_over(&kernels, &mut strips, &mut |_| {})?
+            }
+        };
+        let taken = clock::since(begin);
+        let fnv =
+            |hash: u64, x: &f32| (hash ^ u64::from(x.to_bits())).wrapping_mul(0x100_0000_01b3);
+        let hash = map.iter().fold(0xcbf2_9ce4_8422_2325, fnv);
+        println!(
+            "frame {name} {} {lines} {image} {taken} {hash:016x}",
+            V::LANES
+        );
     }
+    Ok(())
 }
 
 /// The record of a line: a strong echo in noise.
@@ -157,7 +144,7 @@ fn run() -> ! {
     clock::start();
     let workspaces = WORKSPACES.take();
     for set in InstructionSet::available() {
-        if let Err(error) = set.dispatch(Frames(workspaces)) {
+        if let Err(error) = dispatch!(set, zero => frames(zero, workspaces)) {
             eprintln!("error: {error}");
             process::exit(1)
         }

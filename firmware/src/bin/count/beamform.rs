@@ -6,6 +6,7 @@ use bonebeam::geometry::Active;
 use bonebeam::memory::{Memory, Need, Scratch};
 use bonebeam::{Complex, Error};
 use cortex_m_semihosting::hprintln;
+use static_cell::ConstStaticCell;
 
 use crate::counter::{Cost, Counter};
 use crate::input::{ECHO, EXTREMES, KINDS, SAMPLES, of_extreme, of_kind, snapshots};
@@ -87,7 +88,7 @@ const fn need(elements: usize) -> Need {
 }
 
 /// The memory of the cases.
-pub struct Workspaces {
+struct Workspaces {
     m16: Memory<{ need(16).real }, { need(16).complex }>,
     m32: Memory<{ need(32).real }, { need(32).complex }>,
     m64: Memory<{ need(64).real }, { need(64).complex }>,
@@ -95,29 +96,24 @@ pub struct Workspaces {
     z: [Complex<f32>; SAMPLES],
 }
 
-impl Workspaces {
-    /// All zero.
-    pub const fn new() -> Self {
-        let zero = Complex::new(0.0, 0.0);
-        Workspaces {
-            m16: Memory::new(),
-            m32: Memory::new(),
-            m64: Memory::new(),
-            x: [zero; SAMPLES * LARGEST],
-            z: [zero; SAMPLES],
-        }
-    }
-}
+/// All zero.
+static WORKSPACES: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces {
+    m16: Memory::new(),
+    m32: Memory::new(),
+    m64: Memory::new(),
+    x: [Complex::new(0.0, 0.0); SAMPLES * LARGEST],
+    z: [Complex::new(0.0, 0.0); SAMPLES],
+});
 
 /// Counts every case at every size; returns whether all stay within their bounds.
-pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error> {
+pub fn run(counter: &mut Counter) -> Result<bool, Error> {
     let Workspaces {
         m16,
         m32,
         m64,
         x,
         z,
-    } = workspaces;
+    } = WORKSPACES.take();
     let mut within = true;
     for case in &CASES {
         within &= line::<16, _, _>(counter, m16, case, case.bounds[0], x, z)?;
@@ -146,7 +142,7 @@ fn spread<const M: usize, const REAL: usize, const COMPLEX: usize>(
         method: case.method,
         ..Parameters::default()
     })?;
-    let all = |_| Active { first: 0, count: M };
+    let all = |_| Active::new(0, M);
     let mut z = [Complex::new(0.0, 0.0)];
     let (mut sum, mut least, mut most) = (0, u32::MAX, 0);
     let mut count = |x: &[Complex<f32>]| {
@@ -206,7 +202,7 @@ fn line<const M: usize, const REAL: usize, const COMPLEX: usize>(
         method: case.method,
         ..Parameters::default()
     })?;
-    let all = |_| Active { first: 0, count: M };
+    let all = |_| Active::new(0, M);
     let mut outcome = Ok(());
     let cost = counter.count(|| {
         outcome = AlignedLine::new(x, M).and_then(|line| {
@@ -243,7 +239,7 @@ fn checked<const M: usize>(
         method: Method::Das,
         ..Parameters::default()
     })?;
-    let all = |_| Active { first: 0, count: M };
+    let all = |_| Active::new(0, M);
     let line = AlignedLine::new(x, M)?;
     let mut workspace = Workspace::new(0.0, sizes(M), scratch)?;
     let mut outcome = Ok(());

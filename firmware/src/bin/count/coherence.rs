@@ -4,6 +4,7 @@ use bonebeam::beamform::{AlignedLine, ShortLagCoherence};
 use bonebeam::geometry::Active;
 use bonebeam::memory::Memory;
 use bonebeam::{Complex, Error};
+use static_cell::ConstStaticCell;
 
 use crate::counter::Counter;
 use crate::input::{ECHO, snapshots};
@@ -21,35 +22,28 @@ const LENGTH: usize = COHERENCE.need().real;
 const BOUNDS: [u32; 3] = [585, 910, 1560];
 
 /// The memory of the cases.
-pub struct Workspaces {
+struct Workspaces {
     memory: Memory<LENGTH, 0>,
     x: [Complex<f32>; SAMPLES * LARGEST],
     out: [f32; SAMPLES],
 }
 
-impl Workspaces {
-    /// All zero.
-    pub const fn new() -> Self {
-        Workspaces {
-            memory: Memory::new(),
-            x: [Complex::new(0.0, 0.0); SAMPLES * LARGEST],
-            out: [0.0; SAMPLES],
-        }
-    }
-}
+/// All zero.
+static WORKSPACES: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces {
+    memory: Memory::new(),
+    x: [Complex::new(0.0, 0.0); SAMPLES * LARGEST],
+    out: [0.0; SAMPLES],
+});
 
 /// Counts whole lines with all elements active; returns whether they stay within their bounds.
-pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error> {
-    let Workspaces { memory, x, out } = workspaces;
+pub fn run(counter: &mut Counter) -> Result<bool, Error> {
+    let Workspaces { memory, x, out } = WORKSPACES.take();
     let mut within = true;
     for (elements, bound) in [16, 32, LARGEST].into_iter().zip(BOUNDS) {
         let x = &mut x[..SAMPLES * elements];
         snapshots(x, elements, ECHO);
         let line = AlignedLine::new(x, elements)?;
-        let all = |_| Active {
-            first: 0,
-            count: elements,
-        };
+        let all = |_| Active::new(0, elements);
         let mut outcome = Ok(());
         let cost = counter.count(|| {
             outcome = COHERENCE.line(line, all, memory.scratch(), out);

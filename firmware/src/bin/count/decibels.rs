@@ -2,6 +2,7 @@
 
 use bonebeam::Error;
 use bonebeam::image::{Logarithm, log_compression_with};
+use static_cell::ConstStaticCell;
 
 use crate::counter::Counter;
 use crate::report;
@@ -16,26 +17,22 @@ const CASES: [(&str, Logarithm, u32); 2] = [
 ];
 
 /// The memory of the cases.
-pub struct Workspaces {
+struct Workspaces {
     envelopes: [f32; SAMPLES],
     levels: [f32; SAMPLES],
 }
 
-impl Workspaces {
-    /// All zero.
-    pub const fn new() -> Self {
-        Workspaces {
-            envelopes: [0.0; SAMPLES],
-            levels: [0.0; SAMPLES],
-        }
-    }
-}
+/// All zero.
+static WORKSPACES: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces {
+    envelopes: [0.0; SAMPLES],
+    levels: [0.0; SAMPLES],
+});
 
 /// Counts both over envelopes from 60 dB below their largest on.
 ///
 /// Returns whether they stay within their bounds.
-pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error> {
-    let Workspaces { envelopes, levels } = workspaces;
+pub fn run(counter: &mut Counter) -> Result<bool, Error> {
+    let Workspaces { envelopes, levels } = WORKSPACES.take();
     for (n, envelope) in envelopes.iter_mut().enumerate() {
         *envelope = (n + 1) as f32;
     }

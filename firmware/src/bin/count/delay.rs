@@ -3,6 +3,7 @@
 use bonebeam::delay::{Compounding, Delay, DelayParameters, Record, ScanLine, Stage, hilbert_taps};
 use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
 use bonebeam::{Complex, Error};
+use static_cell::ConstStaticCell;
 
 use crate::counter::Counter;
 use crate::input;
@@ -42,27 +43,24 @@ pub const fn parameters(ratio: usize) -> DelayParameters {
 }
 
 /// The memory of the cases.
-pub struct Workspaces {
+struct Workspaces {
     rf: [f32; ELEMENTS * FASTEST * (OUTPUTS + 2 * BEYOND)],
     scratch: [f32; SCRATCH],
     out: [Complex<f32>; ELEMENTS * OUTPUTS],
 }
 
-impl Workspaces {
-    /// All zero.
-    pub const fn new() -> Self {
-        Workspaces {
-            rf: [0.0; ELEMENTS * FASTEST * (OUTPUTS + 2 * BEYOND)],
-            scratch: [0.0; SCRATCH],
-            out: [Complex::new(0.0, 0.0); ELEMENTS * OUTPUTS],
-        }
-    }
-}
+/// All zero.
+static WORKSPACES: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces {
+    rf: [0.0; ELEMENTS * FASTEST * (OUTPUTS + 2 * BEYOND)],
+    scratch: [0.0; SCRATCH],
+    out: [Complex::new(0.0, 0.0); ELEMENTS * OUTPUTS],
+});
 
 /// Counts every case; returns whether all stay within their bounds.
 ///
 /// The check of the record is included.
-pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error> {
+pub fn run(counter: &mut Counter) -> Result<bool, Error> {
+    let workspaces = WORKSPACES.take();
     let element_x: [f64; ELEMENTS] = core::array::from_fn(|m| m as f64 * PITCH);
     let mut within = true;
     for (ratio, bound) in CASES {
@@ -75,10 +73,7 @@ pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, E
             },
             ray: Ray::down(0.5 * (ELEMENTS - 1) as f64 * PITCH),
             array: Array::LinearAt(&element_x),
-            active: Active {
-                first: 0,
-                count: ELEMENTS,
-            },
+            active: Active::new(0, ELEMENTS),
             compounding: Compounding::Replace,
         };
         let rf = &mut workspaces.rf[..ELEMENTS * parameters.record_samples];

@@ -1,11 +1,12 @@
 //! The delay stage from I/Q, 16-bit counts as a front end sends them, by each reading.
 
 use bonebeam::delay::{
-    Compounding, IqDelay, IqInterpolation, IqLayout, IqParameters, IqRecord, IqSamples, ScanLine,
+    Compounding, IqDelay, IqInterpolation, IqLayout, IqParameters, IqSamples, Record, ScanLine,
     Stage,
 };
 use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
 use bonebeam::{Complex, Error};
+use static_cell::ConstStaticCell;
 
 use crate::counter::Counter;
 use crate::report;
@@ -43,32 +44,28 @@ pub const PARAMETERS: IqParameters = IqParameters {
 const SCRATCH: usize = PARAMETERS.need(1).real;
 
 /// The memory of the cases.
-pub struct Workspaces {
+struct Workspaces {
     counts: [[i16; 2]; ELEMENTS * RECORD],
     scratch: [f32; SCRATCH],
     out: [Complex<f32>; ELEMENTS * OUTPUTS],
 }
 
-impl Workspaces {
-    /// All zero.
-    pub const fn new() -> Self {
-        Workspaces {
-            counts: [[0; 2]; ELEMENTS * RECORD],
-            scratch: [0.0; SCRATCH],
-            out: [Complex::new(0.0, 0.0); ELEMENTS * OUTPUTS],
-        }
-    }
-}
+/// All zero.
+static WORKSPACES: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces {
+    counts: [[0; 2]; ELEMENTS * RECORD],
+    scratch: [0.0; SCRATCH],
+    out: [Complex::new(0.0, 0.0); ELEMENTS * OUTPUTS],
+});
 
 /// Counts every case; returns whether all stay within their bounds.
 ///
 /// The check of the record is included.
-pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error> {
+pub fn run(counter: &mut Counter) -> Result<bool, Error> {
     let Workspaces {
         counts,
         scratch,
         out,
-    } = workspaces;
+    } = WORKSPACES.take();
     for (n, count) in counts.iter_mut().enumerate() {
         let n = n as i32;
         *count = [
@@ -80,10 +77,7 @@ pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, E
         transmit: Transmit::new(TransmitLaw::Focused, START - 4.0 / RATE),
         ray: Ray::down(0.0),
         array: Array::linear(ELEMENTS, PITCH),
-        active: Active {
-            first: 0,
-            count: ELEMENTS,
-        },
+        active: Active::new(0, ELEMENTS),
         compounding: Compounding::Replace,
     };
     let mut within = true;
@@ -95,7 +89,7 @@ pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, E
         let mut outcome = Ok(());
         let cost = counter.count(|| {
             let samples = IqSamples::Counts(counts, 1e-3);
-            outcome = IqRecord::new(samples, IqLayout::Interleaved, ELEMENTS)
+            outcome = Record::iq(samples, IqLayout::Interleaved, ELEMENTS)
                 .and_then(|record| delay.line(0.0f32, &line, &record, scratch, out));
         });
         outcome?;

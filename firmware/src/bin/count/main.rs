@@ -22,20 +22,6 @@ use bonebeam::Error;
 use cortex_m_rt::entry;
 use cortex_m_semihosting::hprintln;
 use counter::{Cost, Counter};
-use static_cell::ConstStaticCell;
-
-static DELAY: ConstStaticCell<delay::Workspaces> = ConstStaticCell::new(delay::Workspaces::new());
-static IQ: ConstStaticCell<iq::Workspaces> = ConstStaticCell::new(iq::Workspaces::new());
-static BEAMFORM: ConstStaticCell<beamform::Workspaces> =
-    ConstStaticCell::new(beamform::Workspaces::new());
-static DECIBELS: ConstStaticCell<decibels::Workspaces> =
-    ConstStaticCell::new(decibels::Workspaces::new());
-static PHASE_SYMMETRY: ConstStaticCell<phase_symmetry::Workspaces> =
-    ConstStaticCell::new(phase_symmetry::Workspaces::new());
-static SURFACE: ConstStaticCell<surface::Workspaces> =
-    ConstStaticCell::new(surface::Workspaces::new());
-static COHERENCE: ConstStaticCell<coherence::Workspaces> =
-    ConstStaticCell::new(coherence::Workspaces::new());
 
 #[entry]
 fn main() -> ! {
@@ -44,13 +30,13 @@ fn main() -> ! {
 
 fn count(counter: &mut Counter) -> Result<bool, Error> {
     let set_ups = set_up::run(counter)?;
-    let delays = delay::run(counter, DELAY.take())?;
-    let iq = iq::run(counter, IQ.take())?;
-    let beamformers = beamform::run(counter, BEAMFORM.take())?;
-    let decibels = decibels::run(counter, DECIBELS.take())?;
-    let filters = phase_symmetry::run(counter, PHASE_SYMMETRY.take())?;
-    let surfaces = surface::run(counter, SURFACE.take())?;
-    let coherence = coherence::run(counter, COHERENCE.take())?;
+    let delays = delay::run(counter)?;
+    let iq = iq::run(counter)?;
+    let beamformers = beamform::run(counter)?;
+    let decibels = decibels::run(counter)?;
+    let filters = phase_symmetry::run(counter)?;
+    let surfaces = surface::run(counter)?;
+    let coherence = coherence::run(counter)?;
     Ok(set_ups && delays && iq && beamformers && decibels && filters && surfaces && coherence)
 }
 

@@ -12,6 +12,7 @@ use bonebeam::phase_symmetry::{
 };
 use cortex_m::peripheral::SYST;
 use cortex_m_semihosting::hprintln;
+use static_cell::ConstStaticCell;
 
 use crate::counter::{Cost, Counter, instructions};
 use crate::input::image;
@@ -28,11 +29,7 @@ const NEED: Need = sizes(LARGEST).need().or(sizes(LARGEST).map_need());
 
 /// Images of a square side, in strips.
 const fn sizes(side: usize) -> Sizes {
-    Sizes {
-        rows: side,
-        columns: side,
-        strip: STRIP,
-    }
+    Sizes::new(side, side, STRIP)
 }
 
 /// Distance of the pixels that are printed for comparison; a prime.
@@ -46,7 +43,7 @@ const STRIPS: &str = "phase-symmetry-strips";
 const STEP_BOUND: u32 = 1_000_000;
 
 /// The memory of the cases.
-pub struct Workspaces {
+struct Workspaces {
     tables: LogGaborTables,
     gains: [f32; GAINS],
     fast: Memory<{ NEED.real }, { NEED.complex }>,
@@ -62,34 +59,30 @@ struct Arrays {
     symmetry: [f32; sizes(LARGEST).symmetry_len()],
 }
 
-impl Workspaces {
-    /// All zero.
-    pub const fn new() -> Self {
-        Workspaces {
-            tables: LogGaborTables::new(),
-            gains: [0.0; GAINS],
-            fast: Memory::new(),
-            external: Arrays {
-                image: [0.0; sizes(LARGEST).image_len()],
-                spectrum: [0.0; sizes(LARGEST).spectrum_len()],
-                filtered: [0.0; sizes(LARGEST).filtered_len()],
-                amplitude: [0.0; sizes(LARGEST).amplitude_len()],
-                symmetry: [0.0; sizes(LARGEST).symmetry_len()],
-            },
-        }
-    }
-}
+/// All zero.
+static WORKSPACES: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces {
+    tables: LogGaborTables::new(),
+    gains: [0.0; GAINS],
+    fast: Memory::new(),
+    external: Arrays {
+        image: [0.0; sizes(LARGEST).image_len()],
+        spectrum: [0.0; sizes(LARGEST).spectrum_len()],
+        filtered: [0.0; sizes(LARGEST).filtered_len()],
+        amplitude: [0.0; sizes(LARGEST).amplitude_len()],
+        symmetry: [0.0; sizes(LARGEST).symmetry_len()],
+    },
+});
 
 /// Counts every case; returns whether all stay within their bounds.
 ///
 /// Bounds are on the instructions per pixel, or of a set-up (see `beamform.rs`).
-pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error> {
+pub fn run(counter: &mut Counter) -> Result<bool, Error> {
     let Workspaces {
         tables,
         gains,
         fast,
         external,
-    } = workspaces;
+    } = WORKSPACES.take();
     let cost = counter.count(|| black_box(LogGabor::new(tables)));
     let bytes = LogGaborTables::BYTES;
     let copied = report("set-up-log-gabor", 64, 1, &cost, bytes, COPY_BOUND);
@@ -210,10 +203,7 @@ fn strips(
         amplitude: &mut &mut arrays.amplitude[..pixels],
         symmetry: &mut &mut arrays.symmetry[..pixels],
     };
-    let kernels = Kernels {
-        fft: &Microfft,
-        gains,
-    };
+    let kernels = Kernels::new(&Microfft, gains);
     let mut outcome = Ok(());
     let cost = counter.count(|| {
         outcome = bank.run(&kernels, &mut external, memory, &mut |_| {});

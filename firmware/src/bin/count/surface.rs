@@ -4,6 +4,7 @@ use bonebeam::Error;
 use bonebeam::geometry::Axis;
 use bonebeam::memory::{Memory, Need};
 use bonebeam::surface::{Detector, Levels, Parameters, Settings, Survey, Tracker};
+use static_cell::ConstStaticCell;
 
 use crate::counter::Counter;
 use crate::report;
@@ -13,11 +14,7 @@ const LINES: usize = 20;
 
 /// Lines of 40 mm at 20 MHz; a point is decided nine lines later.
 const PARAMETERS: Parameters = Parameters {
-    samples: Axis {
-        first: 3e-3,
-        step: 0.0385e-3,
-        count: SAMPLES,
-    },
+    samples: Axis::new(3e-3, 0.0385e-3, SAMPLES),
     spacing: 0.3e-3,
     settings: Settings::DEFAULT,
     latency: 9,
@@ -32,26 +29,22 @@ const BOUND: u32 = 62;
 const SURVEY_BOUND: u32 = 22;
 
 /// The memory of the cases.
-pub struct Workspaces {
+struct Workspaces {
     memory: Memory<{ NEED.real }, 0>,
     line: [u8; SAMPLES],
 }
 
-impl Workspaces {
-    /// All zero.
-    pub const fn new() -> Self {
-        Workspaces {
-            memory: Memory::new(),
-            line: [0; SAMPLES],
-        }
-    }
-}
+/// All zero.
+static WORKSPACES: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces {
+    memory: Memory::new(),
+    line: [0; SAMPLES],
+});
 
 /// Counts onset and path together, and the frame's levels.
 ///
 /// The data are noise with a sloping bone.
-pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error> {
-    let Workspaces { memory, line } = workspaces;
+pub fn run(counter: &mut Counter) -> Result<bool, Error> {
+    let Workspaces { memory, line } = WORKSPACES.take();
     let detector = Detector::new(PARAMETERS)?;
     let mut state = 34u32;
     let mut next = |line: &mut [u8; SAMPLES], bone: usize| {

@@ -10,7 +10,7 @@ use bonebeam::beamform;
 use bonebeam::delay::IqInterpolation;
 use bonebeam::geometry::{Axis, Depth, Lines, ScanParameters};
 use bonebeam::memory::{Memory, Need};
-use bonebeam::pipeline::{Frame, IqInput, Parameters, Pipeline};
+use bonebeam::pipeline::{Frame, Input, IqInput, Parameters, Pipeline};
 use cortex_m::peripheral::SYST;
 use cortex_m_semihosting::hprintln;
 use firmware::load;
@@ -68,7 +68,7 @@ impl Case {
     }
 
     const fn need(&self) -> Need {
-        match self.parameters().need_of_iq() {
+        match self.parameters().need(Input::Iq, 1) {
             Ok(need) => need,
             Err(_) => panic!("the scan is not valid"),
         }

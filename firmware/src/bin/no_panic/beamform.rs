@@ -23,7 +23,7 @@ fn parameters(method: Method) -> Parameters {
 
 fn active() -> Active {
     let [first, count] = opaque([0, 1]);
-    Active { first, count }
+    Active::new(first, count)
 }
 
 /// Calls all functions.
@@ -79,11 +79,7 @@ fn one(method: Method) -> Result<(), Error> {
     beamformer.line_within(&mut workspace, line, |_| active(), adaptive, z_within)?;
     let within = (|_| active(), opaque(0)..opaque(1));
     take(beamformer.partial_line(&mut workspace, line, opaque(1), within, opaque(&mut z[..]))?);
-    let segment = Segment {
-        line,
-        first_element: opaque(1),
-        first_sample: opaque(1),
-    };
+    let segment = Segment::new(line, opaque(1), opaque(1));
     let segments = [segment; 2];
     let mut out = [opaque(&mut z[..]), opaque(&mut other[..])];
     take(beamformer.segments(
@@ -96,10 +92,7 @@ fn one(method: Method) -> Result<(), Error> {
     let (active, z) = (|_| active(), opaque(&mut *out[0]));
     beamformer.sub_lines(&mut workspace, (line, steering), active, z)?;
     let steering = [steering; 2];
-    let lines = SteeredSegments {
-        segments: opaque(&segments[..]),
-        steering: opaque(&steering[..]),
-    };
+    let lines = SteeredSegments::new(opaque(&segments[..]), opaque(&steering[..]));
     beamformer.sub_line_segments(&mut workspace, lines, opaque(1), opaque(&mut out[..]))
 }
 
@@ -116,11 +109,7 @@ fn weights_of(method: Method) -> Result<usize, Error> {
     let mut workspace = opaque(Workspace::new(0.0, sizes(), scratch)?);
     let mut z = [Complex::ZERO; 100];
     let Active { first, count } = active();
-    let segment = Segment {
-        line,
-        first_element: first,
-        first_sample: opaque(1),
-    };
+    let segment = Segment::new(line, first, opaque(1));
     beamformer.weights(&mut workspace, &segment, count, opaque(&mut z[..]))
 }
 

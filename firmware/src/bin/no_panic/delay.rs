@@ -4,7 +4,7 @@ use crate::geometry::{arrays, axis, parameters, transmit};
 use crate::{opaque, take};
 use bonebeam::delay::{
     Compounding, Contribution, Delay, DelayParameters, IqDelay, IqInterpolation, IqLayout,
-    IqParameters, IqRecord, IqSamples, Record, ScanLine, Stage, Upsampled, hilbert_taps,
+    IqParameters, IqSamples, Record, ScanLine, Stage, Upsampled, hilbert_taps,
 };
 use bonebeam::geometry::{Lines, Scan};
 use bonebeam::{Complex, Error};
@@ -83,7 +83,7 @@ fn iq(scan: &Scan) -> Result<(), Error> {
         IqSamples::Float(opaque(&samples[..])),
         IqSamples::Counts(opaque(&counts[..]), opaque(1.0)),
     ] {
-        let record = IqRecord::new(opaque(samples), opaque(IqLayout::Planar), opaque(1))?;
+        let record = Record::iq(opaque(samples), opaque(IqLayout::Planar), opaque(1))?;
         let record = record.with_phase(opaque(0.0))?;
         take((record.elements(), record.samples()));
         let (scratch, out) = (&mut [0.0; 100][..], &mut [Complex::ZERO; 100][..]);

@@ -11,10 +11,7 @@ use bonebeam::geometry::{
 pub fn all() {
     let elements = [Element::convex(opaque(5), opaque(1.0), opaque(1.0), opaque(1)); 5];
     let rays = [Ray::new(opaque(0.0), opaque(0.0), opaque(0.1)); 5];
-    let curved = Array::At {
-        elements: opaque(&elements),
-        pitch: opaque(1.0),
-    };
+    let curved = Array::at(opaque(&elements), opaque(1.0));
     let ray = opaque(rays[0]);
     take((ray.angle(), ray.point(opaque(1.0))));
     take((ray.x(), ray.coordinates(opaque([0.0; 2]))));

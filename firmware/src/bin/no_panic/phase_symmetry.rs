@@ -35,11 +35,7 @@ fn transforms() {
 fn filters() -> Result<(), Error> {
     let [rows, columns, strip] = opaque([64; 3]);
     let scales = [0.1; 5];
-    let sizes = Sizes {
-        rows,
-        columns,
-        strip,
-    };
+    let sizes = Sizes::new(rows, columns, strip);
     take((
         sizes.need(),
         sizes.map_need(),
@@ -93,7 +89,7 @@ fn map<F: Fft<f32>, G: Gains<f32>>(bank: &PhaseSymmetry, fft: &F, gains: &G) -> 
         amplitude: &mut opaque(&mut amplitude[..]),
         symmetry: &mut opaque(&mut symmetry[..]),
     };
-    let kernels = Kernels { fft, gains };
+    let kernels = Kernels::new(fft, gains);
     bank.run(&kernels, &mut external, &mut memory, &mut |filters| {
         take(filters)
     })?;

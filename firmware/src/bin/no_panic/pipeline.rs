@@ -4,12 +4,14 @@ use crate::geometry::{arrays, axis, parameters as scan_parameters, transmit};
 use crate::{opaque, take};
 use bonebeam::beamform::{self, Method, ShortLagCoherence, Workspace};
 use bonebeam::covariance::Covariance;
-use bonebeam::delay::{Delay, DelayParameters, IqLayout, IqRecord, IqSamples, Record, Stage};
+use bonebeam::delay::{Delay, DelayParameters, IqLayout, IqSamples, Record, Stage};
 use bonebeam::geometry::{Lines, Scan, Steering};
 use bonebeam::image::Pooling;
 use bonebeam::memory::Scratch;
 use bonebeam::phase_symmetry::{Kernels, LogGabor, Microfft, Sizes, StripSlices};
-use bonebeam::pipeline::{Block, DepthGate, Frame, IqInput, LinePipeline, Parameters, Pipeline};
+use bonebeam::pipeline::{
+    Block, DepthGate, Frame, Input, IqInput, LinePipeline, Parameters, Pipeline,
+};
 use bonebeam::surface::{Detector, Settings};
 use bonebeam::{Complex, Error};
 
@@ -36,10 +38,8 @@ pub fn all() {
         };
         take((
             parameters.surface(opaque(Settings::DEFAULT)),
-            parameters.need(),
-            parameters.need_of_iq(),
-            parameters.need_over(opaque(1)),
-            parameters.need_over_of_iq(opaque(1)),
+            parameters.need(opaque(Input::Rf), opaque(1)),
+            parameters.need(opaque(Input::Iq), opaque(1)),
             parameters.coherence_len(coherence()),
         ));
         take(rf(parameters));
@@ -73,7 +73,7 @@ fn iq(parameters: Parameters) -> Result<(), Error> {
     };
     let samples = [Complex::ZERO; 100];
     let samples = IqSamples::Float(opaque(&samples[..]));
-    let record = IqRecord::new(samples, opaque(IqLayout::Planar), opaque(1))?;
+    let record = Record::iq(samples, opaque(IqLayout::Planar), opaque(1))?;
     take(frames(&Pipeline::of_iq(parameters, input)?, &record));
     let scan = Scan::of_iq(parameters.scan)?;
     lines(
@@ -91,7 +91,7 @@ fn gate() -> DepthGate {
     DepthGate { from, to }
 }
 
-fn frames<'r, D: Stage>(pipeline: &Pipeline<D>, record: &'r D::Record<'r>) -> Result<(), Error> {
+fn frames<'r, D: Stage>(pipeline: &Pipeline<D>, record: &'r Record<'r>) -> Result<(), Error> {
     let surface = bonebeam::surface::Parameters {
         samples: axis(),
         spacing: 1.0,
@@ -103,14 +103,11 @@ fn frames<'r, D: Stage>(pipeline: &Pipeline<D>, record: &'r D::Record<'r>) -> Re
         pipeline.b_mode(),
         pipeline.interpolation(),
         pipeline.phase_symmetry(),
-        pipeline.need(),
+        pipeline.need(1),
         pipeline.coherence_len(coherence()),
     ));
     let (mut real, mut complex) = ([0.0; 100], [Complex::ZERO; 100]);
-    let scratch = Scratch {
-        real: opaque(&mut real[..]),
-        complex: opaque(&mut complex[..]),
-    };
+    let scratch = Scratch::new(opaque(&mut real[..]), opaque(&mut complex[..]));
     let mut frame = Frame::new(pipeline, scratch)?.with_filters(opaque(LogGabor::fixed()));
     take(frame.line(opaque(1), opaque([(transmit(), record)]))?);
     take(frame.image()?);
@@ -119,10 +116,7 @@ fn frames<'r, D: Stage>(pipeline: &Pipeline<D>, record: &'r D::Record<'r>) -> Re
     take(frame.bone_map_in_steps(&mut |steps| take(steps))?);
     let detector = opaque(Detector::new(opaque(surface))?);
     let mut memory = [0.0; 100];
-    let memory = Scratch {
-        real: opaque(&mut memory[..]),
-        complex: opaque(&mut []),
-    };
+    let memory = Scratch::new(opaque(&mut memory[..]), opaque(&mut []));
     let mut points = [None; 9];
     take(frame.surface(&detector, memory, opaque(&mut points[..])));
     take(points);
@@ -134,25 +128,18 @@ fn frames<'r, D: Stage>(pipeline: &Pipeline<D>, record: &'r D::Record<'r>) -> Re
         sub_lines: 1,
     });
     take(frame.line_by(sizes, opaque(1), opaque([(transmit(), record)]))?);
-    take(pipeline.need_over(opaque(1)));
-    let mut workspace = Workspace::new(0.0, sizes, opaque(Scratch::empty()))?;
+    take(pipeline.need(opaque(1)));
+    let mut workspace = Workspace::new(0.0, sizes, opaque(Scratch::new(&mut [], &mut [])))?;
     take(frame.line_over(&mut workspace, opaque(1), opaque([(transmit(), record)]))?);
-    let strips = Sizes {
-        rows: 64,
-        columns: 64,
-        strip: 1,
-    };
+    let strips = Sizes::new(64, 64, 1);
     let fft = opaque(Microfft);
     let filters = opaque(LogGabor::fixed());
-    let kernels = Kernels {
-        fft: &fft,
-        gains: &filters,
-    };
-    let mut strips = StripSlices::new(opaque(strips), opaque(Scratch::empty()))?;
+    let kernels = Kernels::new(&fft, &filters);
+    let mut strips = StripSlices::new(opaque(strips), opaque(Scratch::new(&mut [], &mut [])))?;
     take(frame.bone_map_over(&kernels, &mut strips, &mut |filters| take(filters))?);
     take(opaque(frame.with_pooling(opaque(Pooling::Rms))).image()?);
     let (mut gains, mut map) = ([0.0; 100], [0.0; 100]);
-    let frame = Frame::new(pipeline, opaque(Scratch::empty()))?;
+    let frame = Frame::new(pipeline, opaque(Scratch::new(&mut [], &mut [])))?;
     let frame = opaque(frame.with_coherence(coherence(), opaque(&mut map[..]))?);
     take(frame.coherence());
     let mut frame = opaque(frame.with_gain_tables(opaque(&mut gains[..]))?);
@@ -160,31 +147,23 @@ fn frames<'r, D: Stage>(pipeline: &Pipeline<D>, record: &'r D::Record<'r>) -> Re
     Ok(())
 }
 
-fn lines<'r, D: Stage>(pipeline: &LinePipeline<D>, record: &'r D::Record<'r>) -> Result<(), Error> {
+fn lines<'r, D: Stage>(pipeline: &LinePipeline<D>, record: &'r Record<'r>) -> Result<(), Error> {
     take((
         pipeline.adaptive(),
         pipeline.scan(),
         pipeline.delay(),
         pipeline.beamformer(),
     ));
-    take((
-        pipeline.align_need(opaque(1)).real,
-        pipeline.aligned_len(),
-        pipeline.line_samples(),
-        pipeline.need(opaque(1), opaque(1)),
-    ));
+    take((pipeline.line_samples(), pipeline.need(opaque(1), opaque(1))));
     let (mut scratch, mut aligned, mut z) =
         ([0.0; 100], [Complex::ZERO; 100], [Complex::ZERO; 100]);
     let (scratch, aligned) = (opaque(&mut scratch[..]), opaque(&mut aligned[..]));
     let transmits = opaque([(transmit(), record)]);
     let block = opaque(Block::of_line(pipeline.scan(), opaque(1)));
     take(pipeline.align(0.0f32, block, transmits, scratch, aligned));
-    let own = Scratch {
-        real: scratch,
-        complex: aligned,
-    };
+    let own = Scratch::new(scratch, aligned);
     let sizes = pipeline.beamformer().sizes(opaque(1));
-    let mut workspace = Workspace::new(0.0, sizes, opaque(Scratch::empty()))?;
+    let mut workspace = Workspace::new(0.0, sizes, opaque(Scratch::new(&mut [], &mut [])))?;
     take(pipeline.line(
         opaque(1),
         transmits,
@@ -194,10 +173,7 @@ fn lines<'r, D: Stage>(pipeline: &LinePipeline<D>, record: &'r D::Record<'r>) ->
     ));
     let (mut scratch, mut aligned, mut directions) =
         ([0.0; 100], [Complex::ZERO; 100], [Complex::ZERO; 100]);
-    let own = Scratch {
-        real: opaque(&mut scratch[..]),
-        complex: opaque(&mut aligned[..]),
-    };
+    let own = Scratch::new(opaque(&mut scratch[..]), opaque(&mut aligned[..]));
     let directions = opaque(&mut directions[..]);
     let steering = Steering::new(pipeline.scan(), opaque(1), opaque(2), directions)?;
     let out = (steering, opaque(&mut z[..]));

@@ -26,10 +26,7 @@ fn detector() -> Result<(), Error> {
     let (line, mut real) = ([0; 100], [0.0; 100]);
     let (line, real) = (opaque(&line[..]), opaque(&mut real[..]));
     fn scratch(real: &mut [f32]) -> Scratch<'_> {
-        Scratch {
-            real,
-            complex: opaque(&mut []),
-        }
+        Scratch::new(real, opaque(&mut []))
     }
     let mut points = [None; 9];
     take(detector.frame(line, scratch(real), opaque(&mut points[..])));

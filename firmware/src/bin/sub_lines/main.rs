@@ -134,10 +134,7 @@ fn of<const N: usize, const REAL: usize, const COMPLEX: usize>(
         *phasors = [Complex::new(real, half), Complex::new(real, -half)];
     }
     let steering = Steering::of(directions, N);
-    let all = |_| Active {
-        first: 0,
-        count: ELEMENTS,
-    };
+    let all = |_| Active::new(0, ELEMENTS);
     let z = &mut z[..SAMPLES * N];
     let mut outcome = Ok(());
     let cost = counter.count(|| {

@@ -2,7 +2,7 @@
 
 use bonebeam::beamform::{AlignedLine, Beamformer, Workspace};
 use bonebeam::delay::{
-    Compounding, IqDelay, IqLayout, IqParameters, IqRecord, IqSamples, ScanLine, Stage,
+    Compounding, IqDelay, IqLayout, IqParameters, IqSamples, Record, ScanLine, Stage,
 };
 use bonebeam::geometry::Axis;
 use bonebeam::image::{BMode, BModeParameters, Logarithm, PixelGrid, envelope};
@@ -16,11 +16,7 @@ use bonebeam_stream::scan::{self, BEAMS, ELEMENTS, INPUT, LENGTH, PARAMETERS, SC
 
 const SIDE: usize = 64;
 const PIXELS: usize = SIDE * SIDE;
-const STRIPS: Sizes = Sizes {
-    rows: SIDE,
-    columns: SIDE,
-    strip: SIDE,
-};
+const STRIPS: Sizes = Sizes::new(SIDE, SIDE, SIDE);
 
 /// Image and map by the core alone: numbers instead of counts, `[element][sample]`, no table of apertures.
 ///
@@ -34,10 +30,10 @@ pub fn by_the_core() -> Result<(Vec<f32>, Vec<f32>), Error> {
     let beamformer = Beamformer::new(PARAMETERS.beamformer)?;
     let sizes = beamformer.sizes(ELEMENTS);
     let need = sizes.need();
-    let own = Scratch {
-        real: &mut vec![0.0; need.real],
-        complex: &mut vec![Complex::new(0.0, 0.0); need.complex],
-    };
+    let own = Scratch::new(
+        &mut vec![0.0; need.real],
+        &mut vec![Complex::new(0.0, 0.0); need.complex],
+    );
     let mut workspace = Workspace::new(0.0, sizes, own)?;
     let mut scratch = vec![0.0; delay.parameters().need(1).real];
     let mut aligned = vec![Complex::new(0.0, 0.0); ELEMENTS * LENGTH];
@@ -49,7 +45,7 @@ pub fn by_the_core() -> Result<(Vec<f32>, Vec<f32>), Error> {
             .flat_map(|m| echoes.iter().map(move |row| row[m]))
             .map(|[i, q]| Complex::new(i.into(), q.into()))
             .collect();
-        let record = IqRecord::new(IqSamples::Float(&iq), IqLayout::Planar, ELEMENTS)?;
+        let record = Record::iq(IqSamples::Float(&iq), IqLayout::Planar, ELEMENTS)?;
         let line = ScanLine::of(&SCAN, beam, TRANSMIT, Compounding::Replace);
         delay.line(0.0f32, &line, &record, &mut scratch, &mut aligned)?;
         let x = AlignedLine::new(&aligned, ELEMENTS)?;
@@ -79,10 +75,10 @@ pub fn by_the_core() -> Result<(Vec<f32>, Vec<f32>), Error> {
     let mut amplitude = vec![0.0; STRIPS.amplitude_len()];
     let mut map = vec![0.0; PIXELS];
     let need = STRIPS.need();
-    let fast = Scratch {
-        real: &mut vec![0.0; need.real],
-        complex: &mut vec![Complex::new(0.0, 0.0); need.complex],
-    };
+    let fast = Scratch::new(
+        &mut vec![0.0; need.real],
+        &mut vec![Complex::new(0.0, 0.0); need.complex],
+    );
     bank.run(
         &Kernels {
             fft: &Microfft,

@@ -369,11 +369,11 @@ impl Plan {
                 let (own, behind) = rest.split_at_mut(self.outputs(item).len() * sub_lines);
                 out.push(own);
                 rest = behind;
-                segments.push(Segment {
-                    line: line(item),
-                    first_element: item.active.first,
-                    first_sample: item.first_sample,
-                });
+                segments.push(Segment::new(
+                    line(item),
+                    item.active.first,
+                    item.first_sample,
+                ));
             }
             let active = group[0].active.count;
             if sub_lines == 1 {
@@ -381,10 +381,8 @@ impl Plan {
                 continue;
             }
             let steering = |item: &WorkItem| Steering::of(&self.steering[item.beam], sub_lines);
-            let lines = SteeredSegments {
-                segments: &segments,
-                steering: &group.iter().map(steering).collect::<Vec<_>>(),
-            };
+            let steering: Vec<_> = group.iter().map(steering).collect();
+            let lines = SteeredSegments::new(&segments, &steering);
             memory.sub_lines(beamformer, lines, active, &mut out)?;
         }
         Ok(())

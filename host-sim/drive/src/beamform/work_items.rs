@@ -285,7 +285,7 @@ mod tests {
             beam,
             first_sample: 100,
             samples,
-            active: Active { first: 3, count: 9 },
+            active: Active::new(3, 9),
             of: 1000,
         }
     }
@@ -329,10 +329,8 @@ mod tests {
     #[test]
     fn tiles_have_every_sample_once_with_its_time_window() {
         let (beams, samples) = (20, 300);
-        let active = |beam: usize, sample: usize| Active {
-            first: 0,
-            count: (4 + beam % 3 + sample / 20).min(12),
-        };
+        let active =
+            |beam: usize, sample: usize| Active::new(0, (4 + beam % 3 + sample / 20).min(12));
         for (window, gate) in [(0, 0..300), (2, 0..300), (10, 0..300), (2, 90..260)] {
             let adaptive = adaptive_segments(0..beams, samples, &active, &gate, window);
             let others = other_segments(0..beams, samples, &active, &gate);

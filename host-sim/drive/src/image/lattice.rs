@@ -176,11 +176,11 @@ impl Apex {
 pub(crate) fn sample_axis<S: Data<Elem = Complex<f32>>>(
     lines: &BeamformedLines<ArrayBase<S, Ix2>>,
 ) -> Axis {
-    Axis {
-        first: lines.c * lines.t0 / 2.0,
-        step: lines.c / lines.fs / 2.0,
-        count: lines.z.ncols(),
-    }
+    Axis::new(
+        lines.c * lines.t0 / 2.0,
+        lines.c / lines.fs / 2.0,
+        lines.z.ncols(),
+    )
 }
 
 #[cfg(test)]

@@ -89,11 +89,7 @@ fn fan<S: Data<Elem = Complex<f32>>>(
             z,
             radius: radius.max(0.0),
         },
-        angles: Axis {
-            first: first_angle,
-            step,
-            count: last + 1,
-        },
+        angles: Axis::new(first_angle, step, last + 1),
     })
 }
 
@@ -107,11 +103,7 @@ fn beam_axis(beam_x: &[f64]) -> Option<Axis> {
     let step = (last - first) / intervals as f64;
     let is_even = |(beam, &x): (usize, &f64)| (x - first - beam as f64 * step).abs() <= 0.01 * step;
     let even = step.is_finite() && step > 0.0 && beam_x.iter().enumerate().all(is_even);
-    even.then_some(Axis {
-        first,
-        step,
-        count: beam_x.len(),
-    })
+    even.then_some(Axis::new(first, step, beam_x.len()))
 }
 
 /// Checks before a long computation that lines at these positions make an image.

@@ -148,16 +148,8 @@ fn polar<S: Data<Elem = Complex<f32>>>(
     let [rows, columns] = section.sides(lattice.width(), height)?;
     let steps = |count: usize| (count - 1) as f64;
     let pixel = section.pixel_size.unwrap_or(height / steps(rows));
-    let angles = Axis {
-        first: angle(0),
-        step: (angle(last) - angle(0)) / steps(columns),
-        count: columns,
-    };
-    let depths = Axis {
-        first: samples.first,
-        step: pixel,
-        count: rows,
-    };
+    let angles = Axis::new(angle(0), (angle(last) - angle(0)) / steps(columns), columns);
+    let depths = Axis::new(samples.first, pixel, rows);
     let b_mode = BMode::new(BModeParameters {
         lines: any_axis(&lattice),
         samples,
@@ -187,11 +179,7 @@ fn polar<S: Data<Elem = Complex<f32>>>(
 
 /// A placeholder for a plan's axis of beams, if a lattice finds them.
 fn any_axis(lattice: &Lattice) -> Axis {
-    Axis {
-        first: 0.0,
-        step: 1.0,
-        count: lattice.rays().len(),
-    }
+    Axis::new(0.0, 1.0, lattice.rays().len())
 }
 
 /// Pixels of `value` at each position of columns and rows.
@@ -267,11 +255,7 @@ pub fn resize(image: ArrayView2<f32>, rows: usize, columns: usize) -> Result<Arr
     }
     // The resampler's data are [beam][sample], which is an image's transpose.
     let transposed = image.t().as_standard_layout().into_owned();
-    let axis = |step: f64, count: usize| Axis {
-        first: 0.0,
-        step,
-        count,
-    };
+    let axis = |step: f64, count: usize| Axis::new(0.0, step, count);
     let step = |from: usize, to: usize| from.saturating_sub(1) as f64 / (to - 1) as f64;
     let mut resized = Array2::zeros((rows, columns));
     core::resample(

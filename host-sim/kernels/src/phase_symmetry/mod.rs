@@ -4,11 +4,12 @@ mod bands;
 
 use std::ops::Range;
 
+use bonebeam::dispatch;
 use bonebeam::phase_symmetry::{
     self as core, GainTables, Kernels, LaneFft, LogGabor, LogGaborTables, PhaseSymmetry, Sizes,
     StripSlices, WriteAt,
 };
-use bonebeam::simd::{InstructionSet, Task, Vector};
+use bonebeam::simd::{InstructionSet, Vector};
 use ndarray::{Array2, ArrayView2, ArrayViewMut2};
 use num_complex::Complex;
 use rayon::prelude::*;
@@ -52,15 +53,6 @@ pub struct Plan {
     amplitude: Vec<f32>,
 }
 
-/// The map of an image, during its computation.
-struct Map<'a> {
-    plan: &'a mut Plan,
-    image: ArrayView2<'a, f32>,
-    /// As in [`Plan::run_while`].
-    after: &'a mut dyn FnMut(usize, &[f32]) -> bool,
-    map: ArrayViewMut2<'a, f32>,
-}
-
 impl Plan {
     /// Computes the filters' gains for images of `(rows, columns)` pixels.
     ///
@@ -68,11 +60,7 @@ impl Plan {
     /// Sides that are not powers of two from 64 to 1024, or parameters that the core rejects.
     pub fn new((rows, columns): (usize, usize), parameters: &Parameters) -> Result<Self> {
         check_size(rows, columns)?;
-        let sizes = Sizes {
-            rows,
-            columns,
-            strip: parameters.strip,
-        };
+        let sizes = Sizes::new(rows, columns, parameters.strip);
         Self::of(bank(sizes, parameters, parameters.threshold)?)
     }
 
@@ -163,44 +151,18 @@ impl Plan {
         after: &mut dyn FnMut(usize, &[f32]) -> bool,
         map: ArrayViewMut2<f32>,
     ) -> Result<()> {
-        set.dispatch(Map {
-            plan: self,
-            image,
-            after,
-            map,
-        })
+        dispatch!(set, zero => self.map(zero, image, after, map))
     }
 
-    /// The bank of filters.
-    pub fn bank(&self) -> &PhaseSymmetry {
-        self.gains.bank()
-    }
-}
-
-/// A bank of filters for images of these sizes.
-fn bank(sizes: Sizes, parameters: &Parameters, threshold: f32) -> Result<PhaseSymmetry> {
-    Ok(PhaseSymmetry::new(&core::Parameters {
-        sizes,
-        scales: &parameters.scales,
-        threshold,
-    })?)
-}
-
-impl Task for Map<'_> {
-    type Output = Result<()>;
-
-    fn run<V: Vector>(self, zero: V) -> Self::Output {
-        let Map {
-            plan,
-            image,
-            after,
-            map,
-        } = self;
-        let bank = *plan.bank();
-        let kernels = Kernels {
-            fft: &plan.fft,
-            gains: &plan.gains,
-        };
+    fn map<V: Vector>(
+        &mut self,
+        zero: V,
+        image: ArrayView2<f32>,
+        after: &mut dyn FnMut(usize, &[f32]) -> bool,
+        map: ArrayViewMut2<f32>,
+    ) -> Result<()> {
+        let bank = *self.bank();
+        let kernels = Kernels::new(&self.fft, &self.gains);
         let sizes = bank.sizes();
         let Sizes {
             rows,
@@ -231,7 +193,7 @@ impl Task for Map<'_> {
         bank.spectrum(
             &kernels,
             &mut image.as_slice().unwrap_or_default(),
-            &mut plan.spectrum.as_mut_slice(),
+            &mut self.spectrum.as_mut_slice(),
             &mut memories[0].slices(),
         )?;
         let column_strips: Vec<Range<usize>> = bank.column_strips().collect();
@@ -241,9 +203,9 @@ impl Task for Map<'_> {
         let band = row_share * strip * columns;
         let width = 2 * strip * columns;
         for filter in 0..bank.filters() {
-            let spectrum = plan.spectrum.as_slice();
+            let spectrum = self.spectrum.as_slice();
             let shares = column_strips.chunks(column_share);
-            Band::cut(&mut plan.filtered, width, shares, columns)
+            Band::cut(&mut self.filtered, width, shares, columns)
                 .into_par_iter()
                 .zip(column_strips.par_chunks(column_share))
                 .zip(&mut memories)
@@ -259,12 +221,12 @@ impl Task for Map<'_> {
                         )
                     })
                 })?;
-            let filtered = plan.filtered.as_slice();
-            let bank = plan.directions[filter % DIRECTIONS];
+            let filtered = self.filtered.as_slice();
+            let bank = self.directions[filter % DIRECTIONS];
             row_strips
                 .par_chunks(row_share)
                 .zip(sums.par_chunks_mut(band))
-                .zip(plan.amplitude.par_chunks_mut(band))
+                .zip(self.amplitude.par_chunks_mut(band))
                 .zip(&mut memories)
                 .enumerate()
                 .try_for_each(|(k, (((strips, symmetry), amplitude), memory))| {
@@ -277,12 +239,26 @@ impl Task for Map<'_> {
                         bank.add_rows(&kernels, filter, rows, filtered, sums, memory)
                     })
                 })?;
-            if !after(filter, &plan.amplitude) {
+            if !after(filter, &self.amplitude) {
                 break;
             }
         }
         Ok(())
     }
+
+    /// The bank of filters.
+    pub fn bank(&self) -> &PhaseSymmetry {
+        self.gains.bank()
+    }
+}
+
+/// A bank of filters for images of these sizes.
+fn bank(sizes: Sizes, parameters: &Parameters, threshold: f32) -> Result<PhaseSymmetry> {
+    Ok(PhaseSymmetry::new(&core::Parameters {
+        sizes,
+        scales: &parameters.scales,
+        threshold,
+    })?)
 }
 
 /// Fast memory of one thread.

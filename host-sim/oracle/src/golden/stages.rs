@@ -104,10 +104,7 @@ impl Stages {
     }
 }
 
-const ALL: Active = Active {
-    first: 0,
-    count: ELEMENTS,
-};
+const ALL: Active = Active::new(0, ELEMENTS);
 
 /// The prefix of a covariance's stages.
 fn folder(covariance: Covariance) -> &'static str {
@@ -170,7 +167,7 @@ fn decompositions(stages: &mut Stages, focused: &[Complex<f32>], covariance: Cov
                 .chunks(ELEMENTS)
                 .map(<[_]>::to_vec)
                 .collect();
-            intermediates(&x, &parameters(Method::Mv, covariance), covariance).1
+            intermediates(&x, &parameters(Method::Mv, covariance)).1
         })
         .collect();
     let of = |part: fn(&Intermediates) -> Vec<Complex<f32>>, length: usize| -> Values {
@@ -286,11 +283,7 @@ fn image(stages: &mut Stages, z: &[Complex<f32>]) -> Result<Vec<f32>> {
     let (mut envelopes, mut levels) = (vec![0.0; z.len()], vec![0.0; z.len()]);
     envelope(z, &mut envelopes)?;
     log_compression(&envelopes, largest(&envelopes), DYNAMIC_RANGE, &mut levels)?;
-    let axis = |count: usize| Axis {
-        first: 0.0,
-        step: 1.0 / (count - 1) as f64,
-        count,
-    };
+    let axis = |count: usize| Axis::new(0.0, 1.0 / (count - 1) as f64, count);
     let mut image = vec![0.0; SIDE * SIDE];
     let (data, pixels) = ([axis(LINES), axis(SAMPLES)], [axis(SIDE); 2]);
     resample(&levels, data, pixels, &mut image)?;
@@ -364,11 +357,7 @@ fn line_weights(x: &[Complex<f32>], parameters: Parameters) -> Result<Vec<Comple
     let mut all = Vec::new();
     for sample in 0..SAMPLES {
         let mut weights = [Complex::ZERO; SUBAPERTURE];
-        let segment = Segment {
-            line,
-            first_element: ALL.first,
-            first_sample: sample,
-        };
+        let segment = Segment::new(line, ALL.first, sample);
         beamformer.weights(&mut memory.view(), &segment, ALL.count, &mut weights)?;
         all.extend(weights);
     }

@@ -1,7 +1,6 @@
 //! Beamformed lines against both references, with the exemptions of the f64 one.
 
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Segment};
-use bonebeam::covariance::Covariance;
 use bonebeam::geometry::Active;
 use nalgebra::DVector;
 use ndarray::{Array2, Array3, Axis};
@@ -22,14 +21,12 @@ use super::{Bits, Bound};
 /// Number of random perturbations of R by rounding.
 const TRIALS: u64 = 4;
 
-/// Aligned lines, their active elements and the covariance estimate.
+/// Aligned lines and their active elements.
 pub struct AlignedFrame<'a, A> {
     /// Aligned samples, `[beam, sample, element]`.
     pub x: &'a Array3<Complex<f32>>,
     /// The active elements of a beam at a sample.
     pub active: A,
-    /// Forward or forward-backward.
-    pub covariance: Covariance,
 }
 
 /// Comparison of one value of the core with the f64 reference.
@@ -75,11 +72,10 @@ impl<A: Fn(usize, usize) -> Active + Sync> AlignedFrame<'_, A> {
             let active: Vec<_> = (0..line.nrows())
                 .map(|n| pair((self.active)(beam, n)))
                 .collect();
-            let expected =
-                reference::f32::beamform::beamform(&samples, &active, &parameters, self.covariance);
+            let expected = reference::f32::beamform::beamform(&samples, &active, &parameters);
             Bits::complex(&z.row(beam).to_vec(), &expected)
         });
-        compared.reduce(Bits::default, Bits::add)
+        compared.reduce(Bits::default, Bits::plus)
     }
 
     /// Compares lines by several methods with the f64 reference, every `step`-th beam.
@@ -149,7 +145,7 @@ impl<A: Fn(usize, usize) -> Active + Sync> AlignedFrame<'_, A> {
         let mut judgements = vec![Vec::new(); lines.len()];
         for n in computed() {
             let active = pair((self.active)(beam, n));
-            let sample = Sample::new(x, n, active, &lines[0].1, self.covariance)?;
+            let sample = Sample::new(x, n, active, &lines[0].1)?;
             let exact = sample.map(|sample| {
                 let eigenspace = sample.eigenspace();
                 (sample, eigenspace)
@@ -221,10 +217,6 @@ impl<A: Fn(usize, usize) -> Active + Sync> AlignedFrame<'_, A> {
         let line = line.as_standard_layout();
         let line = AlignedLine::new(line.as_slice().unwrap_or_default(), line.ncols())?;
         let active = (self.active)(beam, n);
-        let parameters = Parameters {
-            covariance: self.covariance,
-            ..parameters
-        };
         let weights = core_weights(line, active, n, parameters)?;
         let weights = DVector::from_iterator(weights.len(), weights.into_iter().map(wide));
         // If e₁ is orthogonal to a, w_p is 0 and has no direction.
@@ -253,11 +245,7 @@ pub fn core_weights(
     let beamformer = Beamformer::new(parameters)?;
     let mut memory = Memory::new(0.0, beamformer.sizes(active.count))?;
     let mut weights = vec![Complex::ZERO; active.count];
-    let segment = Segment {
-        line,
-        first_element: active.first,
-        first_sample: sample,
-    };
+    let segment = Segment::new(line, active.first, sample);
     let count = beamformer.weights(&mut memory.view(), &segment, active.count, &mut weights)?;
     weights.truncate(count);
     Ok(weights)

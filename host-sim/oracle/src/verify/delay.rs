@@ -61,5 +61,5 @@ pub fn check(
         let line = x.index_axis(Axis(0), index);
         Bits::complex(line.as_slice().unwrap_or_default(), &expected)
     });
-    compared.reduce(Bits::default, Bits::add)
+    compared.reduce(Bits::default, Bits::plus)
 }

@@ -6,7 +6,7 @@ use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters};
 use bonebeam::covariance::Covariance;
 use bonebeam::delay::{
     Compounding, Contribution, Delay, DelayParameters, IqDelay, IqInterpolation, IqLayout,
-    IqParameters, IqRecord, IqSamples, Record, ScanLine, Stage, Upsampled, hilbert_taps,
+    IqParameters, IqSamples, Record, ScanLine, Stage, Upsampled, hilbert_taps,
 };
 use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
 use bonebeam::simd::InstructionSet;
@@ -150,10 +150,7 @@ fn delay_laws(data: &ChannelData) -> Result<Vec<Verdict>> {
             },
             ray: Ray::down(data.element_x[22]),
             array: Array::LinearAt(&data.element_x),
-            active: Active {
-                first: 0,
-                count: elements,
-            },
+            active: Active::new(0, elements),
             compounding: Compounding::Replace,
         };
         let mut core = vec![Complex::ZERO; parameters.output_samples * elements];
@@ -203,10 +200,7 @@ fn upsampled(data: &ChannelData) -> Result<Verdict> {
             },
             ray: Ray::new(1e-3, 0.0, 0.1),
             array: Array::LinearAt(&data.element_x),
-            active: Active {
-                first: 1,
-                count: elements - 2,
-            },
+            active: Active::new(1, elements - 2),
             compounding: Compounding::Replace,
         };
         (line, record(transmit))
@@ -257,7 +251,7 @@ fn iq_readings(data: &ChannelData) -> Result<Vec<Verdict>> {
         .index_axis(Axis(0), 5)
         .mapv(|v| Complex::new(v, -0.5 * v));
     let iq = iq.as_slice().expect("made in row-major order");
-    let record = IqRecord::new(IqSamples::Float(iq), IqLayout::Planar, elements)?;
+    let record = Record::iq(IqSamples::Float(iq), IqLayout::Planar, elements)?;
     let line = ScanLine {
         transmit: Transmit {
             law: TransmitLaw::VirtualSource { x: 2e-3, z: -10e-3 },
@@ -265,10 +259,7 @@ fn iq_readings(data: &ChannelData) -> Result<Vec<Verdict>> {
         },
         ray: Ray::new(0.0, 0.0, 0.3),
         array: Array::LinearAt(&data.element_x),
-        active: Active {
-            first: 0,
-            count: elements,
-        },
+        active: Active::new(0, elements),
         compounding: Compounding::Replace,
     };
     let interpolations = [
@@ -333,8 +324,7 @@ impl<'a> AlignedRecording<'a> {
 
     /// One beamformer against both references, with one lane and other thread counts.
     fn verify(&self, name: &str, parameters: Parameters) -> Result<Vec<Verdict>> {
-        let covariance = parameters.covariance;
-        let side = match covariance {
+        let side = match parameters.covariance {
             Covariance::Forward => "forward",
             Covariance::ForwardBackward => "forward-backward",
         };
@@ -344,7 +334,6 @@ impl<'a> AlignedRecording<'a> {
         let frame = verify::beamform::AlignedFrame {
             x: &self.x,
             active: |beam, sample| self.active(beam, sample),
-            covariance,
         };
         let bits = frame.bits(&z, parameters, 1);
         let mut verdicts = vec![Verdict::bits(format!("{name}: f32"), &numbers, &bits)];

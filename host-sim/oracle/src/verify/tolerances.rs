@@ -6,8 +6,7 @@ pub const BEAMFORMED: f64 = 1e-4;
 ///
 /// So are values that depend on e₁ alone. The contract then bounds the eigenvector instead.
 pub const CLOSE: f64 = 0.99;
-/// The contract's bound on 1 − e₁ᴴRe₁/λ₁ for ill-conditioned e₁.
-pub const RAYLEIGH: f64 = 1e-3;
+pub use bonebeam_drive::check::RAYLEIGH;
 /// Relative difference within which c_j counts as equal to β·c_L, by the contract.
 ///
 /// Either neighbouring rank is then correct.

@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::common::Common;
+use super::common::{Checking, Common};
 use super::outcome::Outcome;
 use crate::{Error, Result};
+use bonebeam_drive::check::References;
 
 /// Callback with the current step and the fraction done, from any thread.
 pub type Progress<'a> = &'a (dyn Fn(&str, f64) + Sync);
@@ -87,11 +88,20 @@ pub struct Context<'a> {
     pub kept: Option<&'a Path>,
     /// The data of the same experiment in other runs' `report.json`.
     pub merged: &'a [serde_json::Value],
+    /// What results are compared with, if the program has it.
+    pub references: Option<&'static References>,
     /// Callback for progress.
     pub progress: Progress<'a>,
 }
 
 impl Context<'_> {
+    /// The comparisons to make, if the program can.
+    pub fn checking(&self) -> Option<Checking<'_>> {
+        let extent = &self.common.checks;
+        self.references
+            .map(|references| Checking { references, extent })
+    }
+
     /// The folder of kept results, created if necessary.
     ///
     /// # Errors

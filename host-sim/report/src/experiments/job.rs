@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use toml::de::{DeTable, ValueDeserializer};
 
 use crate::{Error, Result};
+use bonebeam_drive::check::References;
 use bonebeam_files::settings::read_toml_with;
 
 use super::{Common, Context, Covers, Experiment, Outcome, Overrides, Progress};
@@ -19,6 +20,7 @@ pub struct Job {
     common: Common,
     kept: Option<PathBuf>,
     merged: Vec<serde_json::Value>,
+    references: Option<&'static References>,
 }
 
 /// Selected experiments of the paper; if empty, all.
@@ -181,6 +183,7 @@ impl Job {
             },
             kept: None,
             merged: Vec::new(),
+            references: None,
         }
     }
 
@@ -268,6 +271,16 @@ impl Job {
     /// It is created with the first of them.
     pub fn keep_in(&mut self, folder: &Path) {
         self.kept = Some(folder.to_path_buf());
+    }
+
+    /// Compares results with these references.
+    pub fn compare_with(&mut self, references: Option<&'static References>) {
+        self.references = references;
+    }
+
+    /// Whether results are compared with references.
+    pub fn compares(&self) -> bool {
+        self.references.is_some()
     }
 
     /// Merges another run's parsed `report.json`.
@@ -365,6 +378,7 @@ impl Job {
                 common: &self.common,
                 kept: self.kept.as_deref(),
                 merged: &merged.cloned().collect::<Vec<_>>(),
+                references: self.references,
                 progress,
             };
             Ok((name, experiment.run(&context)?))

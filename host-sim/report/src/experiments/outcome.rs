@@ -6,7 +6,7 @@ use ndarray::Array2;
 use serde::Serialize;
 
 use crate::{Error, Result};
-use bonebeam_oracle::verify::Check;
+use bonebeam_drive::check::Check;
 
 /// Outcome of an experiment.
 #[derive(Clone, Debug, Default)]

@@ -168,20 +168,10 @@ where
     F: FnOnce(&DrawingArea<SVGBackend<'_>, Shift>) -> DrawResult,
 {
     let failed = |e: &dyn Display| Error::Data(format!("the report's plot cannot be drawn: {e}"));
-    register_font()?;
     let mut svg = String::new();
     let root = SVGBackend::with_string(&mut svg, size).into_drawing_area();
     contents(&root).map_err(|e| failed(&e))?;
     root.present().map_err(|e| failed(&e))?;
     drop(root);
     Ok(svg)
-}
-
-/// Registers the font that measures and draws text.
-///
-/// The reader's own fonts show the page.
-pub fn register_font() -> Result<()> {
-    let bytes = dejavu::sans::regular();
-    plotters::style::register_font("sans-serif", FontStyle::Normal, bytes)
-        .map_err(|_| Error::Data("the font of the axes cannot be read".into()))
 }

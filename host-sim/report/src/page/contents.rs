@@ -4,8 +4,8 @@ use super::tables;
 use crate::experiments::outcome::{Coloured, Comparison, Picture, Table, Verdict};
 use crate::experiments::{Job, Outcome};
 use crate::{Error, Result};
+use bonebeam_drive::check::Check;
 use bonebeam_files::document::{is_marked, rewritten};
-use bonebeam_oracle::verify::Check;
 
 /// A kind of report: its page and its files.
 #[derive(Debug)]

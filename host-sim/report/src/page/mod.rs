@@ -28,8 +28,8 @@ use serde::Serialize;
 use crate::Result;
 use crate::experiments::Outcome;
 use crate::experiments::outcome::{Coloured, Comparison, Section, Verdict};
+use bonebeam_drive::check::Check;
 use bonebeam_files::atomic::Outputs;
-use bonebeam_oracle::verify::Check;
 
 /// The page.
 const PAGE: &str = "report.html";
@@ -47,7 +47,8 @@ struct Data<'a, P: Serialize> {
     program: &'static str,
     version: &'static str,
     job: &'static str,
-    checks_passed: bool,
+    /// None if nothing was compared.
+    checks_passed: Option<bool>,
     parameters: P,
     comparisons: Vec<&'a Comparison>,
     checks: Vec<&'a Check>,
@@ -75,7 +76,7 @@ impl Report<'_> {
             program: "host-sim",
             version: env!("CARGO_PKG_VERSION"),
             job: self.kind,
-            checks_passed: self.checks_passed(),
+            checks_passed: self.job.compares().then(|| self.checks_passed()),
             parameters: self.job.json()?,
             comparisons: self.comparisons(),
             checks: self.checks(),

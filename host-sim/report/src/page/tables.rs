@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use crate::experiments::Outcome;
 use crate::experiments::outcome::{Comparison, PaperComparison, Section, Table, Verdict, number};
-use bonebeam_oracle::verify::Check;
+use bonebeam_drive::check::Check;
 
 /// The paper's values, one or two.
 fn paper(value: &PaperComparison) -> String {

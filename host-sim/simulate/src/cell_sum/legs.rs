@@ -105,10 +105,7 @@ impl<V: Vector> Leg<'_, V> {
             for vector in 0..vectors {
                 let directivity = here[vector] + fraction * (next[vector] - here[vector]);
                 let leg = powers.get(zero, vector);
-                let mut leg = ComplexVector {
-                    re: leg.re * directivity,
-                    im: leg.im * directivity,
-                };
+                let mut leg = ComplexVector::new(leg.re * directivity, leg.im * directivity);
                 if let Some((table, weights)) = &around {
                     let mut e = ComplexVector::from_real(zero);
                     for (k, weight) in weights.iter().enumerate() {
@@ -116,10 +113,10 @@ impl<V: Vector> Leg<'_, V> {
                         e.re = e.re + *weight * at.re;
                         e.im = e.im + *weight * at.im;
                     }
-                    leg = ComplexVector {
-                        re: leg.re * e.re - leg.im * e.im,
-                        im: leg.re * e.im + leg.im * e.re,
-                    };
+                    leg = ComplexVector::new(
+                        leg.re * e.re - leg.im * e.im,
+                        leg.re * e.im + leg.im * e.re,
+                    );
                 }
                 legs[vector * BLOCK + s] = leg;
             }

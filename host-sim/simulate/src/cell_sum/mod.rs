@@ -24,7 +24,7 @@ pub use tile::Tile;
 
 use std::collections::BTreeMap;
 
-use bonebeam::simd::{ComplexVector, Task, Vector};
+use bonebeam::simd::{ComplexVector, Vector};
 use rayon::prelude::*;
 
 use basis::Basis;
@@ -41,42 +41,27 @@ use crate::gauss_legendre::gauss_legendre;
 /// Sums all echoes into the tiles' rows, from the checkpoint's cell on.
 ///
 /// `tick` receives the fraction of the scatterers done.
-pub struct Sum<'a> {
-    /// Input of the sum.
-    pub input: &'a CellSumInput<'a>,
-    /// Tiles whose rows are added to.
-    pub tiles: &'a mut Vec<Tile>,
-    /// State of an interrupted run.
-    pub checkpoint: &'a mut Checkpoint,
-    /// Callback with the fraction done.
-    pub tick: &'a (dyn Fn(f64) + Sync),
-}
-
-impl Task for Sum<'_> {
-    type Output = Result<()>;
-
-    fn run<V: Vector>(self, zero: V) -> Result<()> {
-        let Sum {
-            input,
-            tiles,
-            checkpoint,
-            tick,
-        } = self;
-        let mut work = Work::new(zero, input, tiles.len());
-        let mut done = 0;
-        let mut rows: Vec<_> = tiles.iter_mut().map(|tile| &mut tile.rows).collect();
-        let begin = checkpoint.load(&mut rows)?;
-        for (index, cell) in input.cells.iter().enumerate() {
-            done += cell.members.len();
-            if index >= begin {
-                work.add(zero, input, cell, tiles);
-                let rows = tiles.iter().map(|tile| &tile.rows[..]);
-                checkpoint.save_at_times(index + 1, rows)?;
-                tick(done as f64 / input.sources.len() as f64);
-            }
+pub fn sum<V: Vector>(
+    zero: V,
+    input: &CellSumInput<'_>,
+    tiles: &mut [Tile],
+    checkpoint: &mut Checkpoint,
+    tick: &(dyn Fn(f64) + Sync),
+) -> Result<()> {
+    let mut work = Work::new(zero, input, tiles.len());
+    let mut done = 0;
+    let mut rows: Vec<_> = tiles.iter_mut().map(|tile| &mut tile.rows).collect();
+    let begin = checkpoint.load(&mut rows)?;
+    for (index, cell) in input.cells.iter().enumerate() {
+        done += cell.members.len();
+        if index >= begin {
+            work.add(zero, input, cell, tiles);
+            let rows = tiles.iter().map(|tile| &tile.rows[..]);
+            checkpoint.save_at_times(index + 1, rows)?;
+            tick(done as f64 / input.sources.len() as f64);
         }
-        Ok(())
     }
+    Ok(())
 }
 
 /// Memory of the sum.

@@ -50,10 +50,7 @@ impl Powers {
         let (mut c, mut s) = (zero, zero);
         c.lanes_mut().copy_from_slice(&self.re[k..k + V::LANES]);
         s.lanes_mut().copy_from_slice(&self.im[k..k + V::LANES]);
-        ComplexVector {
-            re: re * c - im * s,
-            im: re * s + im * c,
-        }
+        ComplexVector::new(re * c - im * s, re * s + im * c)
     }
 }
 
@@ -64,8 +61,8 @@ pub fn plus_product<V: Vector>(
     a: ComplexVector<V>,
     b: ComplexVector<V>,
 ) -> ComplexVector<V> {
-    ComplexVector {
-        re: sum.re + (a.re * b.re - a.im * b.im),
-        im: sum.im + (a.re * b.im + a.im * b.re),
-    }
+    ComplexVector::new(
+        sum.re + (a.re * b.re - a.im * b.im),
+        sum.im + (a.re * b.im + a.im * b.re),
+    )
 }

@@ -171,10 +171,7 @@ fn deposit_block<V: Vector, const C: usize>(
         let count = V::LANES.min(basis.frequencies.saturating_sub(vector * V::LANES));
         let lanes = values.re.lanes().iter().zip(values.im.lanes());
         for (lane, (&re, &im)) in lanes.take(count).enumerate() {
-            let value = ComplexVector {
-                re: zero.splat(re),
-                im: zero.splat(im),
-            };
+            let value = ComplexVector::new(zero.splat(re), zero.splat(im));
             let table = (vector * V::LANES + lane) * width + begin;
             let table = &basis.transform[table..table + C];
             for c in 0..C {

@@ -190,31 +190,12 @@ fn comparisons(result: &PointSpreadResult) -> Vec<Comparison> {
         [&'static [f64]; 2],
         &'static str,
     );
+    #[rustfmt::skip]
     let rows: [Row; 4] = [
-        (
-            "-12 dB width, mm",
-            |m| m.width_12db_mm,
-            [&[0.8], &[0.35]],
-            WIDTH,
-        ),
-        (
-            "peak side lobe, dB",
-            |m| m.side_lobe_db,
-            [&[-30.0], &[-95.0]],
-            LOBE,
-        ),
-        (
-            "level beyond 2 mm, dB",
-            |m| m.beyond_2mm_db,
-            [&[], &[]],
-            LOBE,
-        ),
-        (
-            "on axis re DAS peak, dB",
-            |m| Some(m.on_axis_re_das_db),
-            [&[], &[]],
-            FIRST,
-        ),
+        ("-12 dB width, mm", |m| m.width_12db_mm, [&[0.8], &[0.35]], WIDTH),
+        ("peak side lobe, dB", |m| m.side_lobe_db, [&[-30.0], &[-95.0]], LOBE),
+        ("level beyond 2 mm, dB", |m| m.beyond_2mm_db, [&[], &[]], LOBE),
+        ("on axis re DAS peak, dB", |m| Some(m.on_axis_re_das_db), [&[], &[]], FIRST),
     ];
     let beamformers = [
         ("das", "DAS"),

@@ -98,53 +98,24 @@ const RIGHT: usize = 1;
 /// and d go across.
 type Entry = (&'static str, &'static str, Quantity, Paper);
 
+#[rustfmt::skip]
 const FIGURES: [Entry; 14] = {
     use Quantity::{Bias, Fall, Noise, Sidewall, SidewallWidth, Width};
     [
         ("8a", "peak below the contour, mm", Bias, [&[1.12], &[1.12]]),
         ("8a", "grey from 30 to 40 mm", Noise, [&[69.01], &[14.33]]),
         ("8a", "width at 200, mm", Width(200.0), [&[1.03], &[0.73]]),
-        (
-            "8b",
-            "right sidewall's width at 150, mm",
-            SidewallWidth(RIGHT, 150.0),
-            [&[1.39], &[0.75]],
-        ),
+        ("8b", "right sidewall's width at 150, mm", SidewallWidth(RIGHT, 150.0), [&[1.39], &[0.75]]),
         ("8c", "width at 200, mm", Width(200.0), [&[0.44], &[0.30]]),
-        (
-            "8c",
-            "fall within 0.55 mm below the peak",
-            Fall,
-            [&[129.0], &[218.0]],
-        ),
+        ("8c", "fall within 0.55 mm below the peak", Fall, [&[129.0], &[218.0]]),
         ("8c", "grey from 30 to 40 mm", Noise, [&[24.50], &[4.67]]),
-        (
-            "8d",
-            "right sidewall's width at 100, mm",
-            SidewallWidth(RIGHT, 100.0),
-            [&[0.51], &[0.34]],
-        ),
+        ("8d", "right sidewall's width at 100, mm", SidewallWidth(RIGHT, 100.0), [&[0.51], &[0.34]]),
         ("9a", "grey from 30 to 40 mm", Noise, [&[69.01], &[14.33]]),
-        (
-            "9b",
-            "grey of the left sidewall",
-            Sidewall(LEFT),
-            [&[81.0], &[136.0]],
-        ),
-        (
-            "9b",
-            "grey of the right sidewall",
-            Sidewall(RIGHT),
-            [&[55.0], &[126.0]],
-        ),
+        ("9b", "grey of the left sidewall", Sidewall(LEFT), [&[81.0], &[136.0]]),
+        ("9b", "grey of the right sidewall", Sidewall(RIGHT), [&[55.0], &[126.0]]),
         ("9c", "width at 150, mm", Width(150.0), [&[0.59], &[0.29]]),
         ("9c", "grey from 30 to 40 mm", Noise, [&[20.35], &[4.62]]),
-        (
-            "9d",
-            "left sidewall's width at 50, mm",
-            SidewallWidth(LEFT, 50.0),
-            [&[0.71], &[0.45]],
-        ),
+        ("9d", "left sidewall's width at 50, mm", SidewallWidth(LEFT, 50.0), [&[0.71], &[0.45]]),
     ]
 };
 

@@ -8,14 +8,14 @@ use crate::experiments::Context;
 use crate::experiments::common::lines::Checked;
 use crate::experiments::common::pictures::{Pair, Studio};
 use crate::experiments::common::recording::recording;
-use crate::experiments::common::{Checks, Receive};
+use crate::experiments::common::{Checking, Receive};
 use crate::measure::registration::Point;
 use bonebeam_drive::beamform::beamform;
+use bonebeam_drive::check::Check;
 use bonebeam_drive::delay::DelayStage;
 use bonebeam_drive::image::{PixelGrid, b_mode};
 use bonebeam_drive::methods::{COMPARED, ComparedMethod};
 use bonebeam_files::{BeamformedLines, ChannelData, Transmits};
-use bonebeam_oracle::verify::Check;
 use bonebeam_simulate::{Phantom, Scatterer, Settings};
 
 use super::parameters::{FEATURED, METHODS, WaterBath};
@@ -159,7 +159,7 @@ impl WaterBath {
         receive: &Receive,
         methods: &[&ComparedMethod],
         sound_speed: bool,
-        checks: Option<(&str, &Checks)>,
+        checks: Option<(&str, Checking<'_>)>,
     ) -> Result<(Vec<BeamformedLines>, Vec<Check>)> {
         let mut section = receive.0.clone();
         section.sound_speed = Some(self.simulation.c * self.ratio(sound_speed));
@@ -209,7 +209,8 @@ impl WaterBath {
         progress(&format!("{what}: beamform"), 0.0);
         let grid = self.grid();
         // One slice is enough to check.
-        let extent = (k == 0).then_some((&name[..], &common.checks));
+        let checking = context.checking().filter(|_| k == 0);
+        let extent = checking.map(|checking| (&name[..], checking));
         let images = |keys: &[&str], sound_speed: bool| -> Result<(Vec<Pair>, Vec<Check>)> {
             let methods = methods(keys);
             let extent = extent.filter(|_| sound_speed);
@@ -222,7 +223,7 @@ impl WaterBath {
                 phase_symmetry: &common.phase_symmetry,
                 rows: 0..grid.rows,
                 centre: 0.0,
-                check: extent.is_some(),
+                references: extent.map(|(_, checking)| checking.references),
             };
             let pairs = methods.par_iter().zip(&lines);
             let pairs = pairs.map(|(method, lines)| studio.pair(method.key, method.name, lines));

@@ -23,7 +23,6 @@ pub fn beamform(
     x: &[Vec<Complex<f32>>],
     active: &[(usize, usize)],
     parameters: &Parameters,
-    covariance: Covariance,
 ) -> Vec<Complex<f32>> {
     let mut largest = 0.0;
     for value in x.iter().flatten() {
@@ -66,7 +65,7 @@ pub fn beamform(
                 _ => vec![Complex::ZERO; count],
             })
             .collect();
-        z.extend(match (count, covariance) {
+        z.extend(match (count, parameters.covariance) {
             (0, _) => vec![Complex::ZERO; run],
             (_, Covariance::Forward) => run_forward(&elements, parameters),
             (_, Covariance::ForwardBackward) => run_forward_backward(&elements, parameters),
@@ -168,7 +167,6 @@ pub struct Intermediates {
 pub fn intermediates(
     x: &[Vec<Complex<f32>>],
     parameters: &Parameters,
-    covariance: Covariance,
 ) -> (i32, Vec<Option<Intermediates>>) {
     let components = x.iter().flatten().flat_map(|x| [x.re.abs(), x.im.abs()]);
     let largest = components.fold(0.0, |a, b| if b > a { b } else { a });
@@ -187,7 +185,7 @@ pub fn intermediates(
     let length = 2 * temporal_half_window + 1;
     let of_sample = |i: usize| {
         let block = i.div_ceil(length) * length - i;
-        match covariance {
+        match parameters.covariance {
             Covariance::Forward => {
                 let r = window_sum(&sums[i..i + length], block);
                 let (factor, added) = loading(forward_trace(&r), n, parameters)?;

@@ -29,7 +29,6 @@ pub fn sub_lines(
     active: &[(usize, usize)],
     directions: &[Vec<Direction>],
     parameters: &Parameters,
-    covariance: Covariance,
 ) -> Vec<Vec<Complex<f32>>> {
     let components = x.iter().flatten().flat_map(|x| [x.re.abs(), x.im.abs()]);
     let largest = components.fold(0.0, |a, b| if b > a { b } else { a });
@@ -56,7 +55,7 @@ pub fn sub_lines(
             })
             .collect();
         let of_run = &directions[start..start + run];
-        z.extend(match (parameters.method, covariance) {
+        z.extend(match (parameters.method, parameters.covariance) {
             (Method::Das, _) => das(&elements, of_run, parameters),
             (_, Covariance::Forward) => run_forward(&elements, of_run, parameters),
             (_, Covariance::ForwardBackward) => run_forward_backward(&elements, of_run, parameters),

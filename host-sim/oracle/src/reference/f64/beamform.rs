@@ -21,12 +21,11 @@ pub fn beamform(
     x: ArrayView2<Complex<f32>>,
     active: &[(usize, usize)],
     parameters: &Parameters,
-    covariance: Covariance,
 ) -> Result<Vec<Complex<f64>>> {
     (0..x.nrows())
         .step_by(parameters.depth_step)
         .map(|n| {
-            let sample = Sample::new(x, n, active[n], parameters, covariance)?;
+            let sample = Sample::new(x, n, active[n], parameters)?;
             Ok(sample.map_or(Complex::ZERO, |sample| {
                 sample.answers(&sample.eigenspace(), parameters.method, 0.0)[0].z
             }))
@@ -82,7 +81,6 @@ impl Sample {
         n: usize,
         active: (usize, usize),
         parameters: &Parameters,
-        averaging: Covariance,
     ) -> Result<Option<Self>> {
         if active.1 == 0 {
             return Ok(None);
@@ -94,7 +92,7 @@ impl Sample {
                 .saturating_add(1))
             .min(x.nrows());
         let mut covariance = estimate(x, window, active, subaperture);
-        if averaging == Covariance::ForwardBackward {
+        if parameters.covariance == Covariance::ForwardBackward {
             covariance = (&covariance + backward(&covariance)) * Complex::from(0.5);
         }
         let trace = covariance.trace();
@@ -110,8 +108,13 @@ impl Sample {
         let factor = postfilter(&elements, parameters);
         let weights = [elements.len(), snapshots.ncols()].map(|n| apodization(n, parameters));
         let steering = Vector::from_element(subaperture, Complex::ONE);
-        let sample = Sample::of(elements, snapshots, (steering, covariance), averaging)
-            .ok_or_else(|| Error::Data(format!("the covariance of sample {n} is singular")))?;
+        let sample = Sample::of(
+            elements,
+            snapshots,
+            (steering, covariance),
+            parameters.covariance,
+        )
+        .ok_or_else(|| Error::Data(format!("the covariance of sample {n} is singular")))?;
         let [element_weights, subaperture_weights] = weights;
         Ok(Some(Sample {
             factor,

@@ -7,7 +7,10 @@ use super::*;
 /// Room for a few hundred roundings in f64.
 const ROUNDING: f64 = 1e-12;
 
-const PARAMETERS: Parameters = Parameters::DEFAULT;
+const PARAMETERS: Parameters = Parameters {
+    covariance: Covariance::Forward,
+    ..Parameters::DEFAULT
+};
 
 fn noise(samples: usize, elements: usize) -> Array2<Complex<f32>> {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
@@ -17,16 +20,7 @@ fn noise(samples: usize, elements: usize) -> Array2<Complex<f32>> {
 }
 
 fn sample(x: &Array2<Complex<f32>>, n: usize, parameters: &Parameters) -> Sample {
-    averaged(x, n, parameters, Covariance::Forward)
-}
-
-fn averaged(
-    x: &Array2<Complex<f32>>,
-    n: usize,
-    parameters: &Parameters,
-    covariance: Covariance,
-) -> Sample {
-    Sample::new(x.view(), n, (0, x.ncols()), parameters, covariance)
+    Sample::new(x.view(), n, (0, x.ncols()), parameters)
         .unwrap()
         .unwrap()
 }
@@ -43,7 +37,7 @@ fn line(
         ..*parameters
     };
     let active = vec![active; x.nrows()];
-    beamform(x.view(), &active, &parameters, Covariance::Forward).unwrap()
+    beamform(x.view(), &active, &parameters).unwrap()
 }
 
 #[test]
@@ -147,7 +141,11 @@ fn forward_backward_is_the_mean_with_the_reversed_conjugated_data() {
     let backward = sample(&reversed, 0, &PARAMETERS).covariance;
     assert!((&forward - &backward).norm() > 0.1);
     let mean = (forward + backward) * Complex::from(0.5);
-    let both = averaged(&x, 0, &PARAMETERS, Covariance::ForwardBackward);
+    let both = Parameters {
+        covariance: Covariance::ForwardBackward,
+        ..PARAMETERS
+    };
+    let both = sample(&x, 0, &both);
     assert!((both.covariance - mean).norm() < ROUNDING);
 }
 
@@ -156,11 +154,12 @@ fn the_response_to_the_steering_vector_is_one() {
     let x = noise(5, 20);
     for covariance in [Covariance::Forward, Covariance::ForwardBackward] {
         let parameters = Parameters {
+            covariance,
             temporal_half_window: 1,
             ..PARAMETERS
         };
         for n in 0..5 {
-            let sample = averaged(&x, n, &parameters, covariance);
+            let sample = sample(&x, n, &parameters);
             let response = sample.minimum_variance.sum();
             assert!((response - 1.0).norm() < ROUNDING, "{response}");
         }

@@ -6,12 +6,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::Result;
 use bonebeam_drive::beamform::beamform;
+use bonebeam_drive::check::{Aligned, Check};
 use bonebeam_drive::delay::DelayStage;
 use bonebeam_drive::methods::{COMPARED, ComparedMethod};
 use bonebeam_files::{BeamformedLines, ChannelData};
-use bonebeam_oracle::verify::{self, Check};
 
-use super::{Checks, Receive};
+use super::{Checking, Receive};
 use crate::experiments::Progress;
 
 /// The lines of every beamformer of [`COMPARED`], and their checks.
@@ -24,7 +24,7 @@ pub fn beamform_all(
     what: &str,
     data: &ChannelData,
     receive: &Receive,
-    checks: Option<&Checks>,
+    checks: Option<Checking<'_>>,
     progress: Progress<'_>,
 ) -> Result<(Vec<BeamformedLines>, Vec<Check>)> {
     let stage = DelayStage::new(data, &receive.0)?;
@@ -46,7 +46,7 @@ pub fn beamform_all(
         all.push(stage.lines(z));
     }
     let checks = match checks {
-        Some(extent) => {
+        Some(checking) => {
             progress(&format!("{what}: references"), 0.0);
             let frame = Checked {
                 what,
@@ -57,7 +57,7 @@ pub fn beamform_all(
                 receive,
             };
             let results: Vec<_> = COMPARED.iter().zip(all.iter().map(|l| &l.z)).collect();
-            frame.checks(&results, extent)?
+            frame.checks(&results, checking)?
         }
         None => Vec::new(),
     };
@@ -88,11 +88,11 @@ impl Checked<'_> {
     pub fn checks(
         &self,
         results: &[(&ComparedMethod, &Array2<Complex<f32>>)],
-        extent: &Checks,
+        Checking { references, extent }: Checking<'_>,
     ) -> Result<Vec<Check>> {
         let receive = self.receive;
         let rate = receive.0.rate_of(self.data);
-        let delayed = verify::delay::check(
+        let delayed = (references.aligned)(
             self.data,
             self.stage,
             rate,
@@ -105,20 +105,21 @@ impl Checked<'_> {
             bits: delayed,
             error: None,
         };
-        let frame = verify::beamform::AlignedFrame {
+        let frame = Aligned {
             x: self.x,
-            active: |beam: usize, sample: usize| self.stage.active(self.first + beam, sample),
-            covariance: receive.0.covariance,
+            active: &|beam, sample| self.stage.active(self.first + beam, sample),
+            every_f32: extent.every_f32,
+            every_f64: extent.every_f64,
         };
         let lines: Vec<_> = results
             .iter()
             .map(|(beamformer, z)| (*z, receive.parameters(beamformer.method)))
             .collect();
-        let errors = frame.errors(&lines, extent.every_f64)?;
-        let lines = results.iter().zip(lines).zip(errors);
-        let lines = lines.map(|(((beamformer, _), (z, parameters)), error)| Check {
+        let compared = (references.lines)(&frame, &lines)?;
+        let lines = results.iter().zip(compared);
+        let lines = lines.map(|((beamformer, _), (bits, error))| Check {
             what: format!("{}: lines, {}", self.what, beamformer.name),
-            bits: frame.bits(z, parameters, extent.every_f32),
+            bits,
             error: Some(error),
         });
         Ok(std::iter::once(aligned).chain(lines).collect())

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use toml::de::ValueDeserializer;
 
 use crate::{Error, Result};
+use bonebeam_drive::check::References;
 use bonebeam_drive::config::{Image, PhaseSymmetry};
 use bonebeam_simulate::Settings;
 
@@ -56,6 +57,15 @@ pub struct Checks {
     pub every_f32: usize,
     /// One beam in this many goes through the f64 reference.
     pub every_f64: usize,
+}
+
+/// What results are compared with, and how many.
+#[derive(Clone, Copy)]
+pub struct Checking<'a> {
+    /// The references.
+    pub references: &'a References,
+    /// The section `[checks]`.
+    pub extent: &'a Checks,
 }
 
 impl Default for Common {

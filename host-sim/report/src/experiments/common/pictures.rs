@@ -9,12 +9,12 @@ use std::hash::Hasher;
 
 use crate::Result;
 use crate::experiments::outcome::{Picture, Scale};
+use bonebeam_drive::check::{Check, References};
 use bonebeam_drive::config;
 use bonebeam_drive::image::{PixelGrid, b_mode};
 use bonebeam_drive::methods::COMPARED;
 use bonebeam_drive::phase_symmetry::{Parameters, phase_symmetry};
 use bonebeam_files::BeamformedLines;
-use bonebeam_oracle::verify::{self, Check};
 
 /// The two pictures of one method.
 #[derive(Clone, Debug, Serialize)]
@@ -67,8 +67,8 @@ pub struct Studio<'a> {
     pub rows: std::ops::Range<usize>,
     /// Value subtracted from lateral positions, m.
     pub centre: f64,
-    /// Whether the pictures are checked against the references.
-    pub check: bool,
+    /// What the pictures are compared with, if anything.
+    pub references: Option<&'a References>,
 }
 
 impl Studio<'_> {
@@ -106,14 +106,14 @@ impl Studio<'_> {
         };
         let map = phase_symmetry(image.pixels.view(), &parameters, &mut |_, _| {})?;
         let mut checks = Vec::new();
-        if self.check {
-            let (bits, error) = verify::image::check(&image, lines, range, &self.grid, median);
+        if let Some(references) = self.references {
+            let (bits, error) = (references.image)(&image, lines, range, &self.grid, median);
             checks.push(Check {
                 what: format!("{}: B-mode, {name}", self.what),
                 bits,
                 error: Some(error),
             });
-            let (bits, error) = verify::phase_symmetry::check(&map, &image.pixels, &parameters);
+            let (bits, error) = (references.map)(&map, &image.pixels, &parameters);
             checks.push(Check {
                 what: format!("{}: phase symmetry, {name}", self.what),
                 bits,

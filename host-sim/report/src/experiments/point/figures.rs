@@ -5,8 +5,8 @@ use crate::experiments::Outcome;
 use crate::experiments::common::beamformers::{Paper, comparison, curves};
 use crate::experiments::common::pictures::scales;
 use crate::experiments::outcome::{Comparison, Gallery, Plot, Section, Table, data, number};
+use bonebeam_drive::check::Check;
 use bonebeam_drive::methods::COMPARED;
-use bonebeam_oracle::verify::Check;
 
 use super::measure::{PointMeasure, PointResult, SamplingResult};
 
@@ -129,25 +129,11 @@ fn beams(sampling: &SamplingResult) -> String {
 
 fn comparisons(result: &PointResult) -> Vec<Comparison> {
     type Measure = fn(&PointMeasure) -> Option<f64>;
+    #[rustfmt::skip]
     let rows: [(&str, Measure, Paper, &'static str); 3] = [
-        (
-            "-12 dB width, mm",
-            |m| m.width_12db_mm,
-            [&[0.8], &[0.35]],
-            WIDTH,
-        ),
-        (
-            "peak side lobe, dB",
-            |m| m.side_lobe_db,
-            [&[-30.0], &[-95.0]],
-            SIDE_LOBE,
-        ),
-        (
-            "level beyond 2 mm, dB",
-            |m| m.beyond_2mm_db,
-            [&[], &[]],
-            SIDE_LOBE,
-        ),
+        ("-12 dB width, mm", |m| m.width_12db_mm, [&[0.8], &[0.35]], WIDTH),
+        ("peak side lobe, dB", |m| m.side_lobe_db, [&[-30.0], &[-95.0]], SIDE_LOBE),
+        ("level beyond 2 mm, dB", |m| m.beyond_2mm_db, [&[], &[]], SIDE_LOBE),
     ];
     let mut all = Vec::new();
     for sampling in &result.samplings {

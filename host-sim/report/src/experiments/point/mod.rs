@@ -6,15 +6,15 @@ mod measure;
 use serde::{Deserialize, Serialize};
 
 use crate::{Error, Result};
+use bonebeam_drive::check::Check;
 use bonebeam_drive::config::Image;
 use bonebeam_drive::image::PixelGrid;
 use bonebeam_files::BeamformedLines;
-use bonebeam_oracle::verify::Check;
 use bonebeam_simulate::{Phantom, Settings, Summation, channel_data};
 
 use super::common::lines::beamform_all;
 use super::common::pictures::{Pair, Studio};
-use super::common::{self, Common, Receive};
+use super::common::{self, Receive};
 use super::{Context, Experiment, Outcome};
 use measure::{PointResult, measure};
 
@@ -112,9 +112,7 @@ impl Experiment for Point {
     }
 
     fn run(&self, context: &Context<'_>) -> Result<Outcome> {
-        let Context {
-            common, progress, ..
-        } = *context;
+        let progress = context.progress;
         let mut samplings = Vec::new();
         let mut checks = Vec::new();
         let mut lines = Vec::new();
@@ -128,7 +126,7 @@ impl Experiment for Point {
             })?;
             // One set of beams is enough to check; it is the one that is shown.
             let last = index + 1 == self.sampling.len();
-            let extent = last.then_some(&common.checks);
+            let extent = context.checking().filter(|_| last);
             let (all, found) = beamform_all("point", &data, &self.receive, extent, progress)?;
             checks.extend(found);
             let [spacing, offset] = [sampling.step, sampling.offset].map(|p| p * settings.pitch);
@@ -136,7 +134,7 @@ impl Experiment for Point {
             lines = all;
         }
         progress("point: pictures", 0.0);
-        let (pictures, found) = self.pictures(common, &lines)?;
+        let (pictures, found) = self.pictures(context, &lines)?;
         checks.extend(found);
         let result = PointResult {
             samplings,
@@ -163,7 +161,7 @@ impl Point {
     /// Phase symmetry uses the whole square; the pictures show the paper's 3 mm of depth.
     fn pictures(
         &self,
-        common: &Common,
+        context: &Context<'_>,
         lines: &[BeamformedLines],
     ) -> Result<(Vec<Pair>, Vec<Check>)> {
         let Some(first) = lines.first() else {
@@ -182,10 +180,10 @@ impl Point {
             what: "point",
             grid,
             image: &self.image,
-            phase_symmetry: &common.phase_symmetry,
+            phase_symmetry: &context.common.phase_symmetry,
             rows,
             centre,
-            check: true,
+            references: context.references,
         };
         studio.pictures(lines)
     }

@@ -5,8 +5,8 @@ use crate::experiments::Outcome;
 use crate::experiments::common::beamformers::{Paper, comparison, curves};
 use crate::experiments::common::pictures::{Pair, scales};
 use crate::experiments::outcome::{Comparison, Gallery, Plot, Section, Table, data, number};
+use bonebeam_drive::check::Check;
 use bonebeam_drive::methods::COMPARED;
-use bonebeam_oracle::verify::Check;
 
 use super::measure::{ByImage, ImageLine, Surface, VertebraMeasure, VertebraResult};
 use super::parameters::Vertebra;
@@ -205,25 +205,10 @@ fn surface_tables(result: &VertebraResult) -> Vec<Table> {
 
 fn surface_comparisons(result: &VertebraResult) -> Vec<Comparison> {
     type Measure = fn(&Surface) -> Option<f64>;
+    #[rustfmt::skip]
     let rows: [(&str, Measure, [Paper; 2], &'static str); 4] = [
-        (
-            "mean localization error, mm",
-            |s| s.mean_mm,
-            [
-                [&[0.70, 0.90], &[0.66, 0.79]],
-                [&[0.94, 0.97], &[0.84, 0.95]],
-            ],
-            ERROR,
-        ),
-        (
-            "STD, mm",
-            |s| s.std_mm,
-            [
-                [&[0.72, 0.85], &[0.65, 0.77]],
-                [&[0.53, 0.57], &[0.42, 0.45]],
-            ],
-            SPREAD,
-        ),
+        ("mean localization error, mm", |s| s.mean_mm, [[&[0.70, 0.90], &[0.66, 0.79]], [&[0.94, 0.97], &[0.84, 0.95]]], ERROR),
+        ("STD, mm", |s| s.std_mm, [[&[0.72, 0.85], &[0.65, 0.77]], [&[0.53, 0.57], &[0.42, 0.45]]], SPREAD),
         (
             "mean intensity B, outside",
             |s| s.intensity_b,
@@ -256,73 +241,19 @@ fn surface_comparisons(result: &VertebraResult) -> Vec<Comparison> {
 
 fn line_comparisons(result: &VertebraResult) -> Vec<Comparison> {
     type Measure = fn(&VertebraMeasure) -> Option<f64>;
+    #[rustfmt::skip]
     let rows: [(&str, Measure, Paper, &'static str); 11] = [
-        (
-            "US axial: peak bias, mm",
-            |m| m.axial.b_mode.peak_bias_mm,
-            [&[1.12], &[1.12]],
-            ERROR,
-        ),
-        (
-            "US axial: width at 200, mm",
-            |m| m.axial.b_mode.width_mm,
-            [&[1.03], &[0.73]],
-            AXIAL,
-        ),
-        (
-            "US axial: noise at 30 to 40 mm",
-            |m| m.axial.b_mode.noise,
-            [&[69.01], &[14.33]],
-            NOISE,
-        ),
-        (
-            "US lateral: width at 150, mm",
-            |m| m.lateral.b_mode.width_mm,
-            [&[1.39], &[0.75]],
-            LATERAL,
-        ),
-        (
-            "PS axial: width at 200, mm",
-            |m| m.axial.phase_symmetry.width_mm,
-            [&[0.44], &[0.30]],
-            AXIAL,
-        ),
-        (
-            "PS axial: noise at 30 to 40 mm",
-            |m| m.axial.phase_symmetry.noise,
-            [&[24.50], &[4.67]],
-            NOISE,
-        ),
-        (
-            "PS lateral: width at 100, mm",
-            |m| m.lateral.phase_symmetry.width_mm,
-            [&[0.51], &[0.34]],
-            LATERAL,
-        ),
-        (
-            "US axial: width at half the peak, mm",
-            |m| m.axial.b_mode.half_width_mm,
-            [&[], &[]],
-            AXIAL,
-        ),
-        (
-            "US lateral: width at half the peak, mm",
-            |m| m.lateral.b_mode.half_width_mm,
-            [&[], &[]],
-            LATERAL,
-        ),
-        (
-            "PS axial: width at half the peak, mm",
-            |m| m.axial.phase_symmetry.half_width_mm,
-            [&[], &[]],
-            AXIAL,
-        ),
-        (
-            "PS lateral: width at half the peak, mm",
-            |m| m.lateral.phase_symmetry.half_width_mm,
-            [&[], &[]],
-            LATERAL,
-        ),
+        ("US axial: peak bias, mm", |m| m.axial.b_mode.peak_bias_mm, [&[1.12], &[1.12]], ERROR),
+        ("US axial: width at 200, mm", |m| m.axial.b_mode.width_mm, [&[1.03], &[0.73]], AXIAL),
+        ("US axial: noise at 30 to 40 mm", |m| m.axial.b_mode.noise, [&[69.01], &[14.33]], NOISE),
+        ("US lateral: width at 150, mm", |m| m.lateral.b_mode.width_mm, [&[1.39], &[0.75]], LATERAL),
+        ("PS axial: width at 200, mm", |m| m.axial.phase_symmetry.width_mm, [&[0.44], &[0.30]], AXIAL),
+        ("PS axial: noise at 30 to 40 mm", |m| m.axial.phase_symmetry.noise, [&[24.50], &[4.67]], NOISE),
+        ("PS lateral: width at 100, mm", |m| m.lateral.phase_symmetry.width_mm, [&[0.51], &[0.34]], LATERAL),
+        ("US axial: width at half the peak, mm", |m| m.axial.b_mode.half_width_mm, [&[], &[]], AXIAL),
+        ("US lateral: width at half the peak, mm", |m| m.lateral.b_mode.half_width_mm, [&[], &[]], LATERAL),
+        ("PS axial: width at half the peak, mm", |m| m.axial.phase_symmetry.half_width_mm, [&[], &[]], AXIAL),
+        ("PS lateral: width at half the peak, mm", |m| m.lateral.phase_symmetry.half_width_mm, [&[], &[]], LATERAL),
     ];
     rows.map(|(quantity, measure, paper, note)| {
         let here = |k: usize| measure(&result.beamformers[k]);

@@ -70,7 +70,7 @@ impl Experiment for Vertebra {
             "vertebra",
             &data,
             &self.receive,
-            Some(&common.checks),
+            context.checking(),
             progress,
         )?;
         drop(data);
@@ -84,7 +84,7 @@ impl Experiment for Vertebra {
             phase_symmetry: &common.phase_symmetry,
             rows: 0..grid.rows,
             centre: 0.0,
-            check: true,
+            references: context.references,
         };
         let (pictures, found) = studio.pictures(&lines)?;
         checks.extend(found);

@@ -2,10 +2,10 @@
 
 use clap::Args;
 
-use crate::progress::Progress;
 use crate::{Error, Result};
 use bonebeam_files::terminal::print;
 use bonebeam_oracle::verify::kernels::verify;
+use host_sim::progress::Progress;
 
 /// Check the core bit for bit on this machine.
 ///

@@ -1,0 +1,349 @@
+//! Alternatives: the recording as it would be without a mistake that is often made.
+//!
+//! An alternative is named if echoes agree clearly better with it. Rows of one table.
+
+use bonebeam_files::{ChannelData, Samples, Transmits};
+
+use crate::base::Base;
+use crate::finding::{Finding, Severity};
+use crate::table::{Table, View, Wave};
+
+/// Gain of the score from which an alternative is named.
+const GAIN: f64 = 0.06;
+/// Least share of the missing coherence that it brings.
+const SHARE: f64 = 0.15;
+
+/// A mistake, the view without it, and its remedy.
+type Alternative = (&'static str, Option<View>, &'static str, &'static str);
+
+fn permuted(view: &View, from: impl Fn(usize, usize) -> usize) -> Option<View> {
+    let count = view.order.len();
+    let order = (0..count).map(|m| view.order[from(m, count)]).collect();
+    Some(View {
+        order,
+        ..view.clone()
+    })
+}
+
+fn waves(view: &View, change: impl Fn(usize, &Wave) -> Option<Wave>) -> Option<View> {
+    let waves: Option<Vec<Wave>> = view
+        .waves
+        .iter()
+        .enumerate()
+        .map(|(t, wave)| change(t, wave))
+        .collect();
+    waves
+        .filter(|waves| *waves != view.waves)
+        .map(|waves| View {
+            waves,
+            ..view.clone()
+        })
+}
+
+fn angles(view: &View, factor: f64) -> Option<View> {
+    waves(view, |_, wave| match wave {
+        Wave::Plane(angle) => {
+            Some(Wave::Plane(angle * factor)).filter(|_| (angle * factor).abs() < 1.2)
+        }
+        _ => None,
+    })
+}
+
+/// Each transmit with the wave, or the line, of the one `by` further in the list.
+fn shifted(view: &View, by: isize) -> Option<View> {
+    let count = view.waves.len();
+    let from = |t: usize| (t as isize + by).rem_euclid(count as isize) as usize;
+    if count < 4 {
+        return None;
+    }
+    let mut view = view.clone();
+    view.waves = (0..count).map(|t| view.waves[from(t)].clone()).collect();
+    if view.own {
+        view.lines = (0..count).map(|t| view.lines[from(t)]).collect();
+    }
+    // The list ends there: the transmit without a wave of its own is left out.
+    let end = if by > 0 { count - 1 } else { 0 };
+    view.signs[end] = 0.0;
+    Some(view)
+}
+
+fn mirrored(view: &View) -> Option<View> {
+    permuted(view, |m, count| count - 1 - m)
+}
+
+fn alternatives(view: &View, all_read: bool) -> Vec<Alternative> {
+    let halves = |m: usize, count: usize| (m + count / 2) % count;
+    // File order 0, n/2, 1, n/2 + 1, …, and the other way.
+    let dealt = |m: usize, count: usize| 2 * m % count + 2 * m / count;
+    let woven = |m: usize, count: usize| m / 2 + m % 2 * count.div_ceil(2);
+    let pairs = |m: usize, count: usize| (m ^ 1).min(count - 1);
+    let elements = "elements are in another order than their positions";
+    let mut all = vec![
+        (
+            "mirrored",
+            mirrored(view),
+            "elements run from right to left, or the transmits do (tx_x, tx_source_x, the sign of tx_angle)",
+            "reverse the axis of the elements, or the transmits' positions or angles",
+        ),
+        (
+            "connectors",
+            permuted(view, halves),
+            "the two halves of the elements are exchanged",
+            "exchange the halves of rf",
+        ),
+        (
+            "interleaved",
+            permuted(view, dealt),
+            elements,
+            "take the elements in the order 0, n/2, 1, n/2 + 1, …",
+        ),
+        (
+            "interleaved",
+            permuted(view, woven),
+            elements,
+            "take the elements in the order 0, 2, …, 1, 3, …",
+        ),
+        (
+            "interleaved",
+            permuted(view, pairs),
+            elements,
+            "exchange each two neighbours of rf",
+        ),
+        (
+            "angle-unit",
+            angles(view, 1f64.to_radians()),
+            "`tx_angle` is in degrees",
+            "give tx_angle in radians",
+        ),
+        (
+            "angle-unit",
+            angles(view, 1f64.to_degrees()),
+            "`tx_angle` was converted to radians twice",
+            "give tx_angle in radians",
+        ),
+        (
+            "element-index",
+            waves(view, |_, wave| match wave {
+                Wave::Element(m) => Some(Wave::Element(m.checked_sub(1)?)),
+                _ => None,
+            }),
+            "`tx_element` counts from 1",
+            "subtract 1 from tx_element",
+        ),
+    ];
+    if all_read {
+        for by in [1, -1] {
+            all.push((
+                "transmit-order",
+                shifted(view, by),
+                "records and the list of transmits are shifted by one: a transmit is missing or doubled",
+                "take out the doubled record, or the entry of the missing one",
+            ));
+        }
+    }
+    all
+}
+
+/// The view that echoes agree with best, and a finding if it is not that of the file.
+pub(crate) fn check(
+    base: &Base,
+    view: View,
+    table: Table,
+    all_read: bool,
+) -> (View, Table, Vec<Finding>) {
+    let own = table.score();
+    let most = if table.transmit_coherence().is_some() {
+        2.0
+    } else {
+        1.0
+    };
+    let mut best: Option<(f64, Table, Alternative)> = None;
+    for alternative in alternatives(&view, all_read) {
+        let Some(other) = &alternative.1 else {
+            continue;
+        };
+        let other = Table::new(base, other);
+        let score = other.score();
+        if best.as_ref().is_none_or(|(best, ..)| score > *best) {
+            best = Some((score, other, alternative));
+        }
+    }
+    match best {
+        Some((score, other, (name, Some(view), text, remedy)))
+            if score > own + GAIN && score - own > SHARE * (most - own) =>
+        {
+            let text = format!(
+                "echoes agree better if {text}: neighbours' coherence {score:.2} and not {own:.2}"
+            );
+            let finding = Finding::new(name, Severity::Error, text).remedy(remedy);
+            (view, other, vec![finding.valued(score - own, "coherence")])
+        }
+        _ => (view, table, Vec::new()),
+    }
+}
+
+/// Base band at the frequency, rate and sign of the echoes, and a finding if they are not the file's.
+pub(crate) fn band(
+    data: &ChannelData,
+    chosen: &[usize],
+    view: &View,
+) -> (Base, View, Vec<Finding>) {
+    let own = Base::new(data, chosen, data.f0, data.fs);
+    let of = |base: &Base, view: &View| Table::new(base, view);
+    if let Samples::Iq { f_demod, .. } = data.samples {
+        return iq(data, chosen, view, own, f_demod);
+    }
+    let table = of(&own, view);
+    let mut best = (1.0, table.coherent_power());
+    for factor in [2.0, 0.5] {
+        if factor * data.f0 < 0.5 * data.fs {
+            let base = Base::new(data, chosen, factor * data.f0, data.fs);
+            let power = of(&base, view).coherent_power();
+            if power > 2.0 * best.1 {
+                best = (factor, power);
+            }
+        }
+    }
+    if best.0 == 1.0 {
+        return (own, view.clone(), Vec::new());
+    }
+    let (factor, _) = best;
+    let harmonic = Base::new(data, chosen, factor * data.f0, data.fs);
+    let rate = Base::new(data, chosen, data.f0, data.fs / factor);
+    let mhz = |f: f64| format!("{:.3} MHz", f / 1e6);
+    if of(&rate, view).score() > of(&harmonic, view).score() {
+        let text = format!(
+            "echoes lie at {} and their curvature fits half or twice the rate: `fs` is {} and not {}",
+            mhz(factor * data.f0),
+            mhz(data.fs / factor),
+            mhz(data.fs)
+        );
+        let finding =
+            Finding::new("sampling-rate", Severity::Error, text).valued(data.fs / factor, "Hz");
+        return (
+            rate,
+            view.clone(),
+            vec![finding.remedy(format!("--variable fs={:e}", data.fs / factor))],
+        );
+    }
+    let found = factor * data.f0;
+    let text = format!(
+        "echoes lie at {} and not at `f0`, {}: of a harmonic, `f0` is the received frequency",
+        mhz(found),
+        mhz(data.f0)
+    );
+    let finding = Finding::new("harmonic", Severity::Error, text).valued(found, "Hz");
+    (
+        harmonic,
+        view.clone(),
+        vec![finding.remedy(format!("--variable f0={found:e}"))],
+    )
+}
+
+fn iq(
+    data: &ChannelData,
+    chosen: &[usize],
+    view: &View,
+    own: Base,
+    f_demod: f64,
+) -> (Base, View, Vec<Finding>) {
+    let score = Table::new(&own, view).score();
+    let conjugate = View {
+        conjugate: true,
+        ..view.clone()
+    };
+    let turned = Table::new(&own, &conjugate).score();
+    if turned > score + GAIN {
+        let text = format!(
+            "I/Q has the other sign of the carrier: neighbours' coherence {turned:.2} and not {score:.2}"
+        );
+        let finding =
+            Finding::new("carrier-sign", Severity::Error, text).valued(turned - score, "coherence");
+        return (own, conjugate, vec![finding.remedy("--iq-conjugate")]);
+    }
+    for factor in [2.0, 0.5] {
+        let base = Base::new(data, chosen, f_demod, factor * data.fs);
+        let other = Table::new(&base, view).score();
+        if other > score + GAIN {
+            let text = format!(
+                "the curvature of echoes fits an `fs` of {} Hz and not {}",
+                factor * data.fs,
+                data.fs
+            );
+            let finding =
+                Finding::new("sampling-rate", Severity::Error, text).valued(factor * data.fs, "Hz");
+            return (
+                base,
+                view.clone(),
+                vec![finding.remedy(format!("--variable fs={:e}", factor * data.fs))],
+            );
+        }
+    }
+    (own, view.clone(), Vec::new())
+}
+
+/// Transmits of opposite sign, and records that are there twice.
+pub(crate) fn transmits(
+    data: &ChannelData,
+    base: &Base,
+    view: &View,
+    table: &Table,
+) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let negative = |t: usize| {
+        let (sum, power) = table.transmits[t];
+        power > 0.0 && sum.re < -0.2 * power
+    };
+    let count = view.waves.len();
+    if !view.own && count > 2 && table.coherence() > 0.0 {
+        let inverted: Vec<usize> = (0..count)
+            .filter(|&t| match t {
+                0 => negative(0) && !negative(1),
+                t if t + 1 == count => negative(t - 1) && !negative(t - 2),
+                t => negative(t - 1) && negative(t),
+            })
+            .collect();
+        if !inverted.is_empty() {
+            let text = format!("transmits {inverted:?} have the opposite polarity of the others");
+            let finding = Finding::new("polarity", Severity::Error, text)
+                .valued(inverted.len() as f64, "transmits");
+            findings.push(
+                finding.remedy("change the sign of their rf; of pulse inversion, sum the pairs"),
+            );
+        }
+    }
+    let same: Vec<usize> = (1..count)
+        .filter(|&t| view.waves[t] != view.waves[t - 1] || view.own && differ(data, t))
+        .filter(|&t| doubled(base, t))
+        .collect();
+    if !same.is_empty() {
+        let text =
+            format!("the records of transmits {same:?} are those of the transmits before them");
+        let finding =
+            Finding::new("doubled", Severity::Error, text).valued(same.len() as f64, "transmits");
+        findings
+            .push(finding.remedy("take out the doubled records, or mend the list of transmits"));
+    }
+    findings
+}
+
+fn differ(data: &ChannelData, t: usize) -> bool {
+    match &data.transmits {
+        Transmits::Focused { x, .. } => x.get(t) != x.get(t - 1),
+        _ => true,
+    }
+}
+
+/// Whether a record is that of the transmit before, but for noise.
+fn doubled(base: &Base, t: usize) -> bool {
+    let (_, elements, samples) = base.z.dim();
+    let (mut same, mut total) = (0.0f64, 0.0f64);
+    for m in 0..elements {
+        for n in 0..samples {
+            let [a, b] = [base.z[[t - 1, m, n]], base.z[[t, m, n]]];
+            same += f64::from((a * b.conj()).re);
+            total += f64::from(a.norm_sqr() + b.norm_sqr()) / 2.0;
+        }
+    }
+    total > 0.0 && same > 0.999 * total
+}

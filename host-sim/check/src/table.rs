@@ -1,0 +1,381 @@
+//! Echoes aligned on lines, as correlations of neighbouring elements and of neighbouring transmits.
+//!
+//! All checks of geometry read these tables: an echo that is aligned right has the same phase at neighbours.
+
+use std::f64::consts::TAU;
+
+use bonebeam_files::{ChannelData, Transmits};
+use num_complex::Complex;
+use rayon::prelude::*;
+
+use crate::base::Base;
+
+/// Distances of correlated elements, in elements.
+pub(crate) const LAGS: [usize; 4] = [1, 2, 3, 4];
+/// Receive f-number of the aligned elements.
+const F_NUMBER: f64 = 1.2;
+/// Least number of aligned elements.
+const LEAST: usize = 8;
+/// Samples of a block along a line, one per period of the carrier in two-way time.
+const BLOCK: usize = 16;
+/// Largest number of lines, and of transmits that are read.
+pub(crate) const LINES: usize = 24;
+/// Angle from the first line of a sector to the last, rad.
+const SECTOR: f64 = 1.2;
+/// Pitch in wavelengths below which lines of virtual sources fan out.
+const PHASED: f64 = 0.7;
+
+/// One transmit wave, by the values that [`Transmits`] has of it.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Wave {
+    /// On its own line: the distance along it over c.
+    Own,
+    Plane(f64),
+    Source([f64; 2]),
+    Element(usize),
+    Delays(Vec<f64>),
+}
+
+/// A straight line from the array.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Line {
+    pub from: [f64; 2],
+    pub angle: f64,
+}
+
+impl Line {
+    fn at(&self, r: f64) -> [f64; 2] {
+        let (sin, cos) = self.angle.sin_cos();
+        [self.from[0] + r * sin, self.from[1] + r * cos]
+    }
+}
+
+/// Geometry of a recording as its keys have it, or as an alternative has it.
+#[derive(Clone, Debug)]
+pub(crate) struct View {
+    pub elements: Vec<[f64; 2]>,
+    /// Row of the records of each element.
+    pub order: Vec<usize>,
+    pub waves: Vec<Wave>,
+    /// Factor of each transmit: 0 leaves it out.
+    pub signs: Vec<f32>,
+    pub lines: Vec<Line>,
+    /// Whether each transmit has its own line.
+    pub own: bool,
+    pub c: f64,
+    /// Later than the record's times by this, s: a lens, there and back, or an alternative of time zero.
+    pub late: f64,
+    /// The carrier's sign in I/Q.
+    pub conjugate: bool,
+    pub f_number: f64,
+}
+
+/// The transmits that are read: all, or some evenly from the list.
+pub(crate) fn chosen(count: usize) -> Vec<usize> {
+    let kept = count.min(LINES);
+    let step = (count.max(1) - 1) as f64 / (kept.max(2) - 1) as f64;
+    let mut chosen: Vec<usize> = (0..kept)
+        .map(|k| (k as f64 * step).round() as usize)
+        .collect();
+    chosen.dedup();
+    chosen
+}
+
+impl View {
+    /// The geometry of some transmits of a recording.
+    pub fn new(data: &ChannelData, transmits: &[usize]) -> Self {
+        let count = data.element_x.len();
+        let elements: Vec<[f64; 2]> = (0..count).map(|m| data.element(m)).collect();
+        let (first, last) = (elements[0], elements[count - 1]);
+        let middle = [(first[0] + last[0]) / 2.0, 0.0];
+        let phased = data.is_straight() && data.pitch() < PHASED * data.c / data.f0;
+        let own_sources = match &data.transmits {
+            Transmits::VirtualSource { x, z } => {
+                x.len() > 1 && z.iter().all(|&z| z > 0.0) && x.windows(2).all(|x| x[0] != x[1])
+            }
+            _ => false,
+        };
+        let waves: Vec<Wave> = transmits
+            .iter()
+            .map(|&t| match &data.transmits {
+                Transmits::Focused { .. } => Wave::Own,
+                Transmits::Plane { angle } => Wave::Plane(angle[t]),
+                Transmits::Element { index } => Wave::Element(index[t]),
+                Transmits::VirtualSource { x, z } => Wave::Source([x[t], z[t]]),
+                Transmits::Delays { delay } => Wave::Delays(delay.row(t).to_vec()),
+            })
+            .collect();
+        let down = |x: f64| Line {
+            from: [x, 0.0],
+            angle: 0.0,
+        };
+        let share = |k: usize| (k as f64 + 0.5) / LINES as f64;
+        let lines = match &data.transmits {
+            Transmits::Focused { x, .. } => transmits.iter().map(|&t| down(x[t])).collect(),
+            Transmits::VirtualSource { x, z } if own_sources => transmits
+                .iter()
+                .map(|&t| match phased {
+                    true => Line {
+                        from: middle,
+                        angle: (x[t] - middle[0]).atan2(z[t]),
+                    },
+                    false => down(x[t]),
+                })
+                .collect(),
+            Transmits::VirtualSource { .. } if phased => (0..LINES)
+                .map(|k| Line {
+                    from: middle,
+                    angle: (share(k) - 0.5) * SECTOR,
+                })
+                .collect(),
+            _ if data.is_straight() => (0..LINES)
+                .map(|k| down(first[0] + share(k) * (last[0] - first[0])))
+                .collect(),
+            _ => (0..LINES)
+                .map(|k| {
+                    let m = 1 + (share(k) * (count - 3) as f64) as usize;
+                    let [a, b] = [elements[m - 1], elements[m + 1]];
+                    Line {
+                        from: elements[m],
+                        angle: (a[1] - b[1]).atan2(b[0] - a[0]),
+                    }
+                })
+                .collect(),
+        };
+        View {
+            order: (0..count).collect(),
+            elements,
+            signs: vec![1.0; waves.len()],
+            waves,
+            lines,
+            own: own_sources || matches!(data.transmits, Transmits::Focused { .. }),
+            c: data.c,
+            late: 2.0 * data.lens_delay,
+            conjugate: false,
+            f_number: F_NUMBER,
+        }
+    }
+
+    /// Time at which a wave reaches the distance `r` along a line, s.
+    pub fn arrival(&self, wave: &Wave, line: &Line, r: f64) -> f64 {
+        let p = line.at(r);
+        let from = |s: [f64; 2]| (p[0] - s[0]).hypot(p[1] - s[1]);
+        let path = match wave {
+            Wave::Own => r,
+            Wave::Plane(angle) => p[0] * angle.sin() + p[1] * angle.cos(),
+            Wave::Source(s) if s[1] > 0.0 => {
+                let range = s[0].hypot(s[1]);
+                range + if p[1] < s[1] { -from(*s) } else { from(*s) }
+            }
+            Wave::Source(s) => from(*s) - s[0].hypot(s[1]),
+            Wave::Element(m) => from(self.elements[*m]),
+            Wave::Delays(delays) => {
+                let each = delays.iter().zip(&self.elements);
+                let each = each.filter(|(delay, _)| delay.is_finite());
+                let each = each.map(|(delay, &at)| delay * self.c + from(at));
+                each.fold(f64::INFINITY, f64::min)
+            }
+        };
+        path / self.c
+    }
+
+    /// Receive delay of an element from the distance `c·time` along a line, s.
+    pub fn receive(&self, line: &Line, time: f64, element: usize, c: f64) -> f64 {
+        let ([x, z], [ex, ez]) = (line.at(c * time), self.elements[element]);
+        (x - ex).hypot(z - ez) / c
+    }
+
+    /// Elements within the aperture of a line at the distance `r`.
+    fn active(&self, line: &Line, r: f64) -> std::ops::Range<usize> {
+        let (sin, cos) = line.angle.sin_cos();
+        let across = |m: usize| {
+            let [x, z] = self.elements[m];
+            ((x - line.from[0]) * cos - (z - line.from[1]) * sin).abs()
+        };
+        let count = self.elements.len();
+        let nearest = (0..count).min_by(|&a, &b| across(a).total_cmp(&across(b)));
+        let nearest = nearest.unwrap_or(0);
+        let half = 0.5 * r / self.f_number;
+        let inside = |m: &usize| across(*m) <= half;
+        let first = (0..count).find(inside).unwrap_or(nearest);
+        let last = (0..count).rev().find(inside).unwrap_or(nearest);
+        first.min(nearest.saturating_sub(LEAST / 2))
+            ..(last + 1).max((nearest + LEAST / 2).min(count))
+    }
+}
+
+/// A part of a line.
+pub(crate) struct Block {
+    pub line: usize,
+    /// One-way time of its middle, s.
+    pub time: f64,
+    /// Power of each element.
+    pub power: Vec<f32>,
+    /// Correlation of each element with the one that lies a lag further.
+    pub lags: [Vec<Complex<f32>>; LAGS.len()],
+    /// Correlation of each transmit with the next, both focused on receive; and their power.
+    pub transmits: Vec<(Complex<f32>, f32)>,
+}
+
+impl Block {
+    /// Power of all elements.
+    pub fn total(&self) -> f64 {
+        f64::from(self.power.iter().sum::<f32>())
+    }
+}
+
+/// Correlations of all blocks.
+pub(crate) struct Table {
+    pub blocks: Vec<Block>,
+    /// Of neighbouring compounded transmits, focused on receive: sums of products and powers.
+    pub transmits: Vec<(Complex<f64>, f64)>,
+    /// Mean frequency of the focused echoes, Hz.
+    pub frequency: f64,
+}
+
+impl Table {
+    /// Aligns the records as `view` has them.
+    pub fn new(base: &Base, view: &View) -> Self {
+        let lines = view.lines.len();
+        let found: Vec<_> = (0..lines)
+            .into_par_iter()
+            .map(|line| of_line(base, view, line))
+            .collect();
+        let mut table = Table {
+            blocks: Vec::new(),
+            transmits: vec![Default::default(); view.waves.len().saturating_sub(1)],
+            frequency: base.carrier,
+        };
+        let mut turn = Complex::<f64>::default();
+        for (blocks, turned) in found {
+            for block in &blocks {
+                for (sum, (product, power)) in table.transmits.iter_mut().zip(&block.transmits) {
+                    sum.0 += Complex::new(f64::from(product.re), f64::from(product.im));
+                    sum.1 += f64::from(*power);
+                }
+            }
+            table.blocks.extend(blocks);
+            turn += turned;
+        }
+        table.frequency *= 1.0 + turn.arg() / TAU;
+        table
+    }
+
+    /// Mean coherence of elements a lag of one apart, −1 to 1.
+    ///
+    /// Strong echoes count more, by the root of their power.
+    pub fn coherence(&self) -> f64 {
+        let (mut shared, mut all) = (0.0, 0.0);
+        for block in &self.blocks {
+            let power = block.total();
+            if power > 0.0 {
+                let sum: Complex<f32> = block.lags[0].iter().sum();
+                shared += f64::from(sum.re) / power.sqrt();
+                all += power.sqrt();
+            }
+        }
+        if all > 0.0 { shared / all } else { 0.0 }
+    }
+
+    /// Mean coherence of neighbouring transmits; `None` of a single one, or if each has its line.
+    pub fn transmit_coherence(&self) -> Option<f64> {
+        let power: f64 = self.transmits.iter().map(|pair| pair.1).sum();
+        let sum: f64 = self.transmits.iter().map(|pair| pair.0.re).sum();
+        (power > 0.0).then(|| sum / power)
+    }
+
+    /// Power of the echoes that neighbouring elements have in common, also of those beside the lines.
+    pub fn coherent_power(&self) -> f64 {
+        let of = |block: &Block| f64::from(block.lags[0].iter().sum::<Complex<f32>>().norm());
+        self.blocks.iter().map(of).sum::<f64>() / self.blocks.len().max(1) as f64
+    }
+
+    /// What alternatives are compared by.
+    pub fn score(&self) -> f64 {
+        self.coherence() + self.transmit_coherence().unwrap_or(0.0)
+    }
+}
+
+type OfLine = (Vec<Block>, Complex<f64>);
+
+fn of_line(base: &Base, view: &View, line: usize) -> OfLine {
+    let (_, count, length) = base.z.dim();
+    let rate = base.rate;
+    let step = 0.5 / base.carrier;
+    let own = if view.own {
+        line..line + 1
+    } else {
+        0..view.waves.len()
+    };
+    let own: Vec<usize> = own.filter(|&t| view.signs[t] != 0.0).collect();
+    let starts: Vec<f64> = (0..base.t0.len()).map(|t| base.t0[t] - view.late).collect();
+    let last_time =
+        starts.iter().fold(f64::NEG_INFINITY, |a, &b| a.max(b)) + (length.max(1) - 1) as f64 / rate;
+    let first_time = starts.iter().fold(f64::INFINITY, |a, &b| a.min(b));
+    let from = (first_time / 2.0).max(3e-3 / view.c);
+    let samples = ((last_time / 2.0 - from) / step).max(0.0) as usize;
+    let rays = view.lines[line];
+    let mut blocks = Vec::new();
+    let mut turn = Complex::<f64>::default();
+    let mut aligned = vec![Complex::<f32>::default(); count];
+    let mut sums = vec![Complex::<f32>::default(); view.waves.len()];
+    for first in (0..samples.saturating_sub(BLOCK - 1)).step_by(BLOCK) {
+        let middle = from + (first as f64 + 0.5 * (BLOCK - 1) as f64) * step;
+        let active = view.active(&rays, view.c * middle);
+        let mut block = Block {
+            line,
+            time: middle,
+            power: vec![0.0; count],
+            lags: LAGS.map(|_| vec![Complex::default(); count]),
+            transmits: vec![Default::default(); view.waves.len().saturating_sub(1)],
+        };
+        let mut before = Complex::<f32>::default();
+        for n in first..first + BLOCK {
+            let time = from + n as f64 * step;
+            aligned.fill(Complex::default());
+            sums.fill(Complex::default());
+            for &t in &own {
+                let arrival = view.arrival(&view.waves[t], &rays, view.c * time);
+                for m in active.clone() {
+                    let at = arrival + view.receive(&rays, time, m, view.c);
+                    let position = (at - starts[t]) * rate;
+                    if !(position >= 0.0 && position < (length.max(1) - 1) as f64) {
+                        continue;
+                    }
+                    let (whole, part) = (position as usize, position.fract() as f32);
+                    let row = view.order[m];
+                    let [a, b] = [base.z[[t, row, whole]], base.z[[t, row, whole + 1]]];
+                    let mut value = a + (b - a) * part;
+                    if view.conjugate {
+                        value = value.conj();
+                    }
+                    let cycles = base.carrier * (at + view.late);
+                    let phase = TAU * (cycles - cycles.floor());
+                    value *= Complex::from_polar(view.signs[t], phase as f32);
+                    aligned[m] += value;
+                    sums[t] += value;
+                }
+            }
+            if !view.own {
+                for (pair, sum) in block.transmits.iter_mut().zip(sums.windows(2)) {
+                    pair.0 += sum[1] * sum[0].conj();
+                    pair.1 += (sum[0].norm_sqr() + sum[1].norm_sqr()) / 2.0;
+                }
+            }
+            let all: Complex<f32> = aligned.iter().sum();
+            let product = all * before.conj();
+            turn += Complex::new(f64::from(product.re), f64::from(product.im));
+            before = all;
+            for m in active.clone() {
+                block.power[m] += aligned[m].norm_sqr();
+                for (sums, lag) in block.lags.iter_mut().zip(LAGS) {
+                    if m + lag < active.end {
+                        sums[m] += aligned[m + lag] * aligned[m].conj();
+                    }
+                }
+            }
+        }
+        blocks.push(block);
+    }
+    (blocks, turn)
+}

@@ -1,0 +1,145 @@
+//! Sound speed, time zero and pitch as findings, with their effect in mm.
+
+use std::fmt::{self, Display, Formatter};
+
+use bonebeam_files::ChannelData;
+use serde::Serialize;
+
+use crate::base::Base;
+use crate::finding::{Finding, Severity};
+use crate::speed::{self, Speeds};
+use crate::table::View;
+
+/// Standard deviations by which a value must differ from the file's.
+const SURE: f64 = 4.0;
+/// Smallest difference of the sound speed that is reported, as a share.
+const SPEED: f64 = 0.02;
+/// Smallest time that is reported, s.
+const LATE: f64 = 0.5e-6;
+/// Sound speeds of tissue and water, m/s; beyond, the pitch is wrong.
+const TISSUE: [f64; 2] = [1330.0, 1700.0];
+/// Standard deviation of a sound speed above which it is too uncertain to be used, m/s.
+const UNCERTAIN: f64 = 20.0;
+
+impl Speeds {
+    /// Whether the speed can be used: it is that of tissue, within a percent or two.
+    pub fn is_sure(&self) -> bool {
+        self.speed.deviation <= UNCERTAIN && plausible(self.speed.value)
+    }
+}
+
+/// The sound speed that the echoes show.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Speed {
+    /// m/s, the mean between the array and the echoes.
+    pub value: f64,
+    /// Interval of 95 %, m/s.
+    pub interval: [f64; 2],
+    /// By this much the file's speed draws an echo in the middle of the record too deep, mm.
+    pub shift_mm: f64,
+}
+
+impl Display for Speed {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let [low, high] = self.interval;
+        write!(
+            f,
+            "sound speed {:.0} m/s ({low:.0} to {high:.0}): by the file's, an echo in the middle of the record is {:+.2} mm \
+             too deep",
+            self.value, self.shift_mm
+        )
+    }
+}
+
+/// Depth of the record's middle, m.
+fn middle(data: &ChannelData) -> f64 {
+    let [first, last] = data.depths(data.c);
+    (first + last) / 2.0
+}
+
+pub(crate) fn speed(data: &ChannelData, speeds: &Speeds) -> Speed {
+    let value = speeds.speed.value;
+    Speed {
+        value,
+        interval: speeds.speed.interval(),
+        shift_mm: 1e3 * middle(data) * (data.c - value) / data.c,
+    }
+}
+
+/// Findings of sound speed, pitch and time zero.
+pub(crate) fn check(data: &ChannelData, base: &Base, view: &View, good: &[bool]) -> Vec<Finding> {
+    let Some(speeds) = speed::estimate(base, view, good) else {
+        let text =
+            "too few echoes are curved over the aperture: the sound speed cannot be measured";
+        return vec![Finding::new("sound-speed", Severity::Note, text)];
+    };
+    let found = speed(data, &speeds);
+    let finding = |name, severity, text: String| Finding {
+        value: Some(found.value),
+        interval: Some(found.interval),
+        unit: "m/s",
+        shift_mm: Some(found.shift_mm),
+        ..Finding::new(name, severity, text)
+    };
+    let differs =
+        |value: f64, deviation: f64, least: f64| value.abs() > (SURE * deviation).max(least);
+    let (free, late) = (speeds.free, speeds.late);
+    if late.deviation < 0.5 * late.value.abs() / SURE.sqrt()
+        && differs(late.value, late.deviation, LATE)
+        && plausible(free.value)
+    {
+        let text = format!(
+            "echoes come {:.2} us later than the file's times, if the sound speed is the same at all depths \
+             (then {:.0} m/s); `t0` and `lens_delay` cannot be told apart",
+            1e6 * late.value,
+            free.value
+        );
+        let shift = 1e3 * data.c * late.value / 2.0;
+        let interval = late.interval().map(|late| 1e6 * late);
+        return vec![
+            Finding {
+                interval: Some(interval),
+                shift_mm: Some(-shift),
+                ..Finding::new("time-zero", Severity::Warning, text).valued(1e6 * late.value, "us")
+            }
+            .remedy("add it to t0"),
+        ];
+    }
+    if speeds.speed.deviation > UNCERTAIN {
+        return vec![finding(
+            "sound-speed",
+            Severity::Note,
+            "the echoes do not show the sound speed well".into(),
+        )];
+    }
+    let off = found.value - data.c;
+    if !differs(off, speeds.speed.deviation, SPEED * data.c) {
+        return vec![finding(
+            "sound-speed",
+            Severity::Note,
+            "the echoes agree with the file's sound speed".into(),
+        )];
+    }
+    if !plausible(found.value) {
+        let pitch = data.pitch() * data.c / found.value;
+        let text = format!(
+            "the curvature of echoes fits {:.0} m/s, which is not tissue, or a pitch of {:.4} mm and not {:.4} mm",
+            found.value,
+            1e3 * pitch,
+            1e3 * data.pitch()
+        );
+        return vec![finding("pitch", Severity::Error, text).remedy("element_x, or fs, t0 and c")];
+    }
+    let text = format!(
+        "the echoes have another sound speed than the file's {:.0} m/s",
+        data.c
+    );
+    vec![
+        finding("sound-speed", Severity::Warning, text)
+            .remedy(format!("--sound-speed {:.0}", found.value)),
+    ]
+}
+
+fn plausible(speed: f64) -> bool {
+    (TISSUE[0]..=TISSUE[1]).contains(&speed)
+}
