@@ -1,10 +1,11 @@
 """Recordings of one scene, written by h5py, pyuff, zea, scipy and numpy, each read and beamformed.
 
-    python host-sim/tests/formats.py PROGRAM [FOLDER]
+    python host-sim/tests/formats.py PROGRAM [FOLDER] [--table]
 
 Whatever the format, the samples must be the same numbers, and the lines the same bits where the
 parameters are the same numbers. Files that are cut short or changed are refused in one line, in bounded
-memory. Without zea its files are written by h5py in zea's layout, which is reported.
+memory. Without zea its files are written by h5py in zea's layout, which is reported. --table writes the tables of
+docs/file-formats.md.
 """
 
 import json
@@ -17,6 +18,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from importlib import metadata
 from pathlib import Path
 
 import h5py
@@ -53,24 +55,28 @@ def check(holds, what):
         print("FAILED", what)
 
 
-def scene(kind, x=X, z=np.zeros(ELEMENTS), source=None):
-    """[frame, transmit, element, sample]: RF of whole numbers from -100 to 100, or I/Q."""
+def scene_at(kind, t, x=X, z=np.zeros(ELEMENTS), source=None):
+    """[transmit, element, sample] at times `t`: RF or analytic samples of the point, with an envelope of 100."""
     px, pz = POINT
     if source is None:
         tx = (px * np.sin(ANGLES) + pz * np.cos(ANGLES)) / C
     else:
         tx = np.array([(np.hypot(px - sx, pz - sz) - np.hypot(sx, sz)) / C for sx, sz in source])
     rx = np.hypot(px - x, pz - z) / C
-    t = np.arange(SAMPLES) / FS
     u = t[None, None, :] - (tx[:, None] + rx[None, :])[:, :, None]
     a = (np.pi * F0 * 0.6) ** 2 / (4 * np.log(10 ** (6 / 20)))
-    envelope = np.exp(-a * u**2)
+    carrier = 2 * np.pi * F0 * u
+    return 100 * np.exp(-a * u**2) * (np.cos(carrier) if kind == "rf" else np.exp(1j * carrier))
+
+
+def scene(kind, x=X, z=np.zeros(ELEMENTS), source=None):
+    """[frame, transmit, element, sample]: RF of whole numbers from -100 to 100, or I/Q."""
+    t = np.arange(SAMPLES) / FS
+    one = scene_at(kind, t, x, z, source)
     if kind == "rf":
-        one = np.round(100 * envelope * np.cos(2 * np.pi * F0 * u))
-        frames = np.stack([one, one[:, ::-1]])
-        return frames.astype(np.float32)
-    analytic = envelope * np.exp(2j * np.pi * F0 * u)
-    one = 100 * analytic * np.exp(-2j * np.pi * F0 * t)
+        one = np.round(one)
+        return np.stack([one, one[:, ::-1]]).astype(np.float32)
+    one = one * np.exp(-2j * np.pi * F0 * t)
     return np.stack([one, 2 * one]).astype(np.complex64)
 
 
@@ -638,12 +644,30 @@ def layouts():
     for name in ("units", "decimSampleRate", "speedOfSound", "peak", "lensCorrection"):
         is_said = any(line.startswith("assumed ") and f".{name} is missing" in line for line in outcome.stdout.splitlines())
         check(is_said, f"defaults.mat: {name}: {outcome.stdout}")
-    # A mode that leaves samples out is refused by its name.
+    # A mode that leaves other samples out than pairs is refused by its name.
     for receive in verasonics["Receive"]:
-        receive["sampleMode"] = "BS100BW"
+        receive["sampleMode"] = "BS67BW"
     mat5(folder / "bandwidth.mat", verasonics)
     outcome = run("info", folder / "bandwidth.mat")
-    check(outcome.returncode == 1 and "BS100BW" in outcome.stderr, f"bandwidth.mat: {status_of(outcome)}")
+    check(outcome.returncode == 1 and "BS67BW" in outcome.stderr, f"bandwidth.mat: {status_of(outcome)}")
+    # Pairs of samples a quarter of a period apart, one in one or two periods.
+    n = np.arange(2 * SAMPLES)
+    for mode, periods in (("BS100BW", 1), ("BS50BW", 2)):
+        pairs = (n // 2 * periods + n % 2 / 4) / F0
+        count = int(pairs.searchsorted(SAMPLES / FS)) // 2 * 2
+        taken = scene_at("rf", pairs[:count])
+        workspace = dict(verasonics, RcvData=[np.concatenate(list(taken.transpose(0, 2, 1)))[:, ::-1]])
+        workspace["Receive"] = [
+            dict(startSample=1.0 + count * k, endSample=float(count * (k + 1)), framenum=1.0, startDepth=0.0, sampleMode=mode)
+            for k in range(3)
+        ]
+        # Counted from the first element that fires, the rows begin when the wave passes the origin.
+        workspace["TW"] = {"peak": 0.0}
+        workspace["Receive"] = [dict(one, startDepth=passes[k] * F0 / 2) for k, one in enumerate(workspace["Receive"])]
+        workspace["Trans"] = dict(verasonics["Trans"], lensCorrection=0.0)
+        path = folder / f"{mode}.mat"
+        mat5(path, workspace)
+        judge("Verasonics, by scipy", mode, path, "iq")
     # All that is missing, in one line, with the arrays that there are.
     mat5(folder / "little.mat", {"data": first, "P": {"rate": FS}, "pos": X})
     outcome = run("info", folder / "little.mat")
@@ -710,11 +734,6 @@ def told():
                 if value is not None:
                     file[place] = np.float32(value)
         return path
-
-    def says(words, *arguments, status=0):
-        outcome = run(*arguments)
-        fits = outcome.returncode == status and all(part in outcome.stdout + outcome.stderr for part in words)
-        check(fits, f"{arguments}: {words}: {outcome.stdout}{status_of(outcome)}")
 
     # Sent at F0 with its peak a period later, received at 2 F0: zea's spec has the second in demodulation_frequency.
     t = np.arange(SAMPLES) / FS
@@ -1057,6 +1076,315 @@ def beamformed_alike(path, kind, samples, **given):
             check(off < NEAR, f"{path.name}: {method}: lines are off by {off:.1e} of the largest")
 
 
+conformance = {}
+
+
+def judge(writer, kind, path, samples, *flags):
+    """The point's place and level by DAS, against those of the scene; a row of the table."""
+    outcome = run("beamform", path, "--method", "das", "--json", "-o", "judged.npz", *flags)
+    if outcome.returncode:
+        check(False, f"{writer}, {kind}: {status_of(outcome)}")
+        return
+    measures = json.loads(outcome.stdout)
+    point, level = measures["point"], 20 * np.log10(measures["lines"]["peak"] / 100)
+    off = 1e3 * np.hypot(point["x_m"] - POINT[0], point["z_m"] - POINT[1])
+    # A line every half pitch, a sample every 0.011 mm of depth; between lines the level falls.
+    check(off < 0.15 and abs(level) < 2, f"{writer}, {kind}: {off:.3f} mm off, {level:.2f} dB")
+    conformance.setdefault(writer, {})[kind] = f"{off:.2f} mm, {level + 0.0:.1f} dB"
+
+
+def conformance_of_writers():
+    """Each writer with each kind: the same point of the same generator."""
+    rf, iq = scene("rf"), scene("iq")
+    counts = rf.astype(np.int16)
+    radius = 0.06
+    angle = (np.arange(ELEMENTS) - 15.5) * 2 * np.arcsin(PITCH / 2 / radius)
+    x, z = radius * np.sin(angle), radius * np.cos(angle) - radius
+    sources = [(-1e-3, -6e-3), (0.0, -6e-3), (1e-3, -6e-3)]
+    index = [8, 16, 24]
+    elements = [(X[k], 0.0) for k in index]
+    curved = dict(element_x=x, element_z=z)
+    diverging = dict(tx_source_x=[s[0] for s in sources], tx_source_z=[s[1] for s in sources])
+    kinds = {
+        "plane, RF": ("rf", rf, {}),
+        "plane, I/Q": ("iq", iq, {}),
+        "plane, int16": ("rf", counts, {}),
+        "diverging": ("rf", scene("rf", source=sources), diverging),
+        "element": ("rf", scene("rf", source=elements), dict(tx_element=index)),
+        "curved": ("rf", scene("rf", x, z), curved),
+    }
+    plain = {
+        "numpy, .npz": ("npz", lambda path, values: np.savez(path, **values)),
+        "h5py": ("h5", lambda path, values: write_keyed(path, values)),
+        "scipy, MATLAB 5": ("mat", lambda path, values: scipy.io.savemat(path, values)),
+        "h5py, MATLAB 7.3": ("mat", mat73),
+        "h5py, as Octave": ("h5", octave),
+    }
+    for kind, (key, samples, law) in kinds.items():
+        values = {name: value for name, value in keys(key).items() if name != "tx_angle" or not set(law) & {"tx_source_x", "tx_element"}}
+        values = {key: samples[0], **values, **law}
+        for writer, (ending, write) in plain.items():
+            path = folder / f"conformance.{ending}"
+            write(path, values)
+            judge(writer, kind, path, key)
+    path = folder / "conformance.hdf5"
+    delays = np.array([np.hypot(X - sx, sz) - np.hypot(sx, sz) for sx, sz in sources]) / C
+    behind = dict(t0_delays=delays, focus=-np.hypot(*np.array(sources).T), angles=np.array([np.arctan2(-sx, -sz) for sx, sz in sources]))
+    for kind, key, samples, more in (
+        ("plane, RF", "rf", rf, {}),
+        ("plane, I/Q", "iq", iq, {}),
+        ("diverging", "rf", scene("rf", source=sources), behind),
+        ("curved", "rf", scene("rf", x, z), dict(x=x, z=z)),
+    ):
+        write_zea(path, key, samples[:1], **more)
+        judge("zea" if zea_file else "h5py, as zea", kind, path, key)
+    path = folder / "conformance.uff"
+    at = lambda sx, sz: dict(distance=float(np.hypot(sx, sz)), azimuth=float(np.arctan2(sx, sz)), elevation=0.0)
+    wave = lambda s, origin: uff.Wave(wavefront=uff.Wavefront.spherical, source=uff.Point(**at(*s)), origin=uff.Point(**at(*origin)), apodization=uff.Apodization(), delay=0.0, sound_speed=C)
+    arc = uff.CurvilinearArray(N=ELEMENTS, pitch=PITCH, radius=radius, element_width=PITCH, element_height=5e-3)
+    for kind, key, samples, more in (
+        ("plane, RF", "rf", rf, {}),
+        ("plane, I/Q", "iq", iq, {}),
+        ("diverging", "rf", scene("rf", source=sources), dict(waves=[wave(s, (0.0, 0.0)) for s in sources])),
+        ("element", "rf", scene("rf", source=elements), dict(waves=[wave(s, s) for s in elements])),
+        ("curved", "rf", scene("rf", x, z), dict(probe=arc)),
+    ):
+        write_uff(path, key, samples[:1], **more)
+        judge("pyuff_ustb", kind, path, key)
+    for kind, key, samples in (("plane, RF", "rf", rf), ("plane, I/Q", "iq", iq)):
+        write_picmus(path, key, samples)
+        judge("h5py, as PICMUS", kind, path, key)
+    write_sonix(folder / "conformance", "rf", rf[:1])
+    judge("SonixDAQ", "plane, int16", folder / "conformance", "rf", *sonix_variables())
+    for name, writer in (("verasonics", "Verasonics, by scipy"), ("must", "MUST, by scipy"), ("field2", "Field II, by scipy"), ("kwave", "k-Wave, by scipy")):
+        flags = ["--variable", f"pitch={PITCH}", "--variable", f"f0={F0}"] if name == "kwave" else []
+        # The lens of the workspace is not in the scene.
+        flags += ["--variable", "lens_delay=0"] if name == "verasonics" else []
+        judge(writer, "plane, int16" if name == "verasonics" else "plane, RF", folder / f"{name}_mat5.mat", "rf", *flags)
+
+
+def write_keyed(path, values):
+    with h5py.File(path, "w") as file:
+        for name, value in values.items():
+            file[name] = value
+
+
+def octave(path, values):
+    """Octave's HDF5 (save -hdf5): each variable is a group with its type and its value, axes from the other end."""
+    with h5py.File(path, "w") as file:
+        for name, value in values.items():
+            value = np.asarray(value)
+            if np.iscomplexobj(value):
+                pairs = np.empty(value.shape, [("real", value.real.dtype), ("imag", value.real.dtype)])
+                pairs["real"], pairs["imag"] = value.real, value.imag
+                kind, value = "float complex matrix", pairs
+            else:
+                kind = "matrix" if value.ndim else "scalar"
+            group = file.create_group(name)
+            group.attrs["OCTAVE_NEW_FORMAT"] = np.uint8(1)
+            group["type"] = np.bytes_(kind)
+            group["value"] = value.T
+
+
+def says(words, *arguments, status=0):
+    outcome = run(*arguments)
+    fits = outcome.returncode == status and all(part in outcome.stdout + outcome.stderr for part in words)
+    check(fits, f"{arguments}: {words}: {outcome.stdout}{status_of(outcome)}")
+
+
+def containers():
+    """What HDF5 allows: read, or refused with its reason and a remedy."""
+    rf, iq = scene("rf")[:1], scene("iq")[:1]
+    path = folder / "container.h5"
+
+    def within(make, kind="rf", **options):
+        with h5py.File(path, "w", **options) as file:
+            for name, value in keys(kind).items():
+                file[name] = value
+            make(file)
+
+    def same_file(file):
+        file["stored"] = rf[0]
+        layout = h5py.VirtualLayout(rf[0].shape, "f4")
+        layout[:] = h5py.VirtualSource(".", "stored", rf[0].shape)
+        file.create_virtual_dataset("rf", layout)
+
+    within(same_file)
+    read_alike(path, "rf", rf)
+    for block in (512, 1024, 4096):
+        within(lambda file: file.create_dataset("rf", data=rf[0]), userblock_size=block)
+        read_alike(path, "rf", rf)
+    for dtype in (">c8", ">c16", "<c16"):
+        within(lambda file: file.create_dataset("iq", data=iq[0].astype(dtype)), "iq")
+        read_alike(path, "iq", iq)
+    for names in (("I", "Q"), ("real", "imag")):
+        pairs = np.empty(rf[0].shape, [(name, "<i2") for name in names])
+        pairs[names[0]], pairs[names[1]] = iq[0].real, iq[0].imag
+        whole = (np.trunc(iq.real) + 1j * np.trunc(iq.imag)).astype(np.complex64)
+        within(lambda file: file.create_dataset("iq", data=pairs), "iq")
+        read_alike(path, "iq", whole)
+    for name, codec in (("Blosc2", hdf5plugin.Blosc2()), ("ZFP", hdf5plugin.Zfp(accuracy=0.1)), ("SZ", hdf5plugin.SZ(absolute=0.1))):
+        within(lambda file: file.create_dataset("rf", data=rf[0], chunks=(1, *rf[0].shape[1:]), **codec))
+        says([name, "h5repack -f GZIP=1"], "info", path, status=1)
+    within(lambda file: file.create_dataset("rf", data=rf[0].astype(np.longdouble)))
+    says(["is of type f128", "floats of 2, 4 or 8 bytes"], "info", path, status=1)
+    octave(path, {"rf": rf[0], **keys("rf")})
+    read_alike(path, "rf", rf)
+    octave(path, {"iq": iq[0], **keys("iq")})
+    read_alike(path, "iq", iq)
+    # Compressed more than 100 times: a point without noise.
+    one = np.zeros((3, ELEMENTS, 60_000), np.float32)
+    one[..., :SAMPLES] = rf[0]
+    within(lambda file: file.create_dataset("rf", data=one, compression="gzip", chunks=(1, *one.shape[1:])))
+    check(one.nbytes > 100 * path.stat().st_size, "the point does not shrink 100 times")
+    read_alike(path, "rf", one[None])
+    np.savez_compressed(folder / "container.npz", rf=one, **keys("rf"))
+    read_alike(folder / "container.npz", "rf", one[None])
+    scipy.io.savemat(folder / "container.mat", {"rf": one, **keys("rf")}, do_compression=True)
+    read_alike(folder / "container.mat", "rf", one[None])
+    # zea's images are no RF; arrays that were not read are listed.
+    path = folder / "images.hdf5"
+    with h5py.File(path, "w") as file:
+        file.attrs["zea_version"] = "0.1.8"
+        file["tracks/track_0/data/image"] = np.zeros((1, 100, 200), np.float32)
+    says(["without `data/raw_data`", "tracks/track_0/data/image"], "info", path, status=1)
+    write_zea(path, "rf", rf)
+    with h5py.File(path, "r+") as file:
+        file["tracks/track_0/scan/tgc_gain_curve"] = np.ones(9, np.float32)
+    says(["not used", "tgc_gain_curve"], "info", path)
+    np.savez(folder / "more.npz", rf=rf[0], gain=3.0, **keys("rf"))
+    says(["not used   gain"], "info", folder / "more.npz")
+    # Arrays with other names in an archive.
+    known = keys("rf")
+    np.savez(folder / "named.npz", RcvData=rf[0].T, **known)
+    read_alike(folder / "named.npz", "rf", rf, "--variable", "rf=RcvData", "--variable", "axes=sample,element,transmit")
+    says(["--variable rf=NAME", "RcvData (900 x 32 x 3"], "info", folder / "named.npz", status=1)
+
+
+def scanner_lines():
+    """Lines, own and a scanner's, real and complex, become pictures, bone maps and surfaces."""
+    write_npz(folder / "channels.npz", "rf", scene("rf")[:1])
+    own, failed = lines(folder / "channels.npz", "--method", "das", "--lines", "down", "--output-rate", FS)
+    check(own is not None, f"lines: {failed}")
+    if own is None:
+        return
+    shutil.copy(folder / "lines.npz", folder / "own.npz")
+    pictures = ("--image", "picture.npy", "--bone-map", "map.npy", "--pad")
+    reference = run("beamform", folder / "own.npz", *pictures)
+    check(reference.returncode == 0, f"own lines: {status_of(reference)}")
+    picture = np.load(folder / "picture.npy")
+    common = dict(fs=own["fs"], t0=own["t0"], c=own["c"], f0=F0)
+    spacing = own["beam_x"][1] - own["beam_x"][0]
+    z = own["z"]
+    # The analytic lines are RF in their real part; a scanner's counts have an offset.
+    counts = np.round(2000 * z.real + 300).astype(np.int16)
+    scale = 1 / 2000
+    for name, values, flags, near in (
+        ("complex.npz", dict(lines=z, beam_x=own["beam_x"]), (), 1e-3),
+        ("real.npz", dict(lines=z.real, pitch=spacing), (), 2.0),
+        ("counts.npz", dict(lines=counts, pitch=spacing), (), 2.0),
+        ("columns.mat", dict(lines=counts.T, pitch=spacing), (), 2.0),
+        ("named.mat", dict(RFlines=counts.T, pitch=spacing), ("--variable", "lines=RFlines"), 2.0),
+        ("columns.h5", dict(lines=counts.T, pitch=spacing), ("--variable", "axes=sample,beam"), 2.0),
+        ("left.npz", dict(lines=z.real[::-1], beam_x=own["beam_x"][::-1]), (), 2.0),
+    ):
+        path = folder / name
+        {".npz": lambda: np.savez(path, **values, **common), ".mat": lambda: scipy.io.savemat(path, {**values, **common}), ".h5": lambda: write_keyed(path, {**values, **common})}[path.suffix]()
+        outcome = run("beamform", path, *flags, *pictures)
+        check(outcome.returncode == 0, f"{name}: {status_of(outcome)}")
+        if outcome.returncode == 0:
+            off = np.abs(np.load(folder / "picture.npy") - picture)
+            off = off[picture > 60].max()
+            check(off < near, f"{name}: grey levels are off by {off}")
+        outcome = run("surface", path, *flags, "-o", "surface.csv", "--image", "surface.png")
+        check(outcome.returncode == 0, f"{name}: surface: {status_of(outcome)}")
+        says(["holds      lines: 1 frame"], "info", path, *flags)
+    says(["--method has no effect", "holds lines"], "beamform", folder / "own.npz", "--method", "mv", "--image", "picture.npy", status=1)
+    says(["no output is asked for"], "beamform", folder / "own.npz", status=1)
+    np.savez(folder / "envelopes.npz", lines=np.abs(z), pitch=spacing, **common)
+    says(["like envelopes"], "info", folder / "envelopes.npz", status=1)
+    np.savez(folder / "short.npz", lines=z.real, fs=FS)
+    says(["`beam_x` or `pitch`"], "info", folder / "short.npz", status=1)
+
+
+def zea_kinds():
+    """The kinds of data that OpenH-RF's files hold, by zea's writer: each opens, or says why not."""
+    rf = scene("rf")[:1]
+    path = folder / "kind.hdf5"
+    track = "tracks/track_0/scan/"
+
+    def kind(name, change=None, flags=(), status=0, words=(), samples=rf, key="rf", **more):
+        write_zea(path, key, samples, **more)
+        if change:
+            with h5py.File(path, "r+") as file:
+                change(file)
+        outcome = run("info", path, *flags)
+        text = outcome.stdout if outcome.returncode == 0 else outcome.stderr
+        fits = outcome.returncode == status and all(word in text for word in words)
+        check(fits, f"zea, {name}: {text}{status_of(outcome)}")
+        reason = outcome.stderr.strip().split(": ", 2)[-1].split(";")[0]
+        kinds_of_zea[name] = ("yes" if status == 0 else "no", " ".join(flags) if status == 0 else reason)
+
+    def put(place, value):
+        def change(file):
+            if place in file:
+                del file[place]
+            file[place] = value
+        return change
+
+    sources = [(-1e-3, -6e-3), (0.0, -6e-3), (1e-3, -6e-3)]
+    delays = np.array([np.hypot(X - sx, sz) - np.hypot(sx, sz) for sx, sz in sources]) / C
+    behind = dict(t0_delays=delays, focus=-np.hypot(*np.array(sources).T), angles=np.array([np.arctan2(-sx, -sz) for sx, sz in sources]))
+    kind("plane waves, RF")
+    kind("plane waves, I/Q", samples=scene("iq")[:1], key="iq")
+    kind("several frames", samples=scene("rf"))
+    kind("diverging waves", samples=scene("rf", source=sources)[:1], **behind)
+    radius = 0.06
+    angle = (np.arange(ELEMENTS) - 15.5) * 2 * np.arcsin(PITCH / 2 / radius)
+    x, z = radius * np.sin(angle), radius * np.cos(angle) - radius
+    kind("curved array", samples=scene("rf", x, z)[:1], x=x, z=z)
+    kind("harmonic", put(track + "demodulation_frequency", np.float32(1.5 * F0)), words=["received frequency"])
+    kind("gain over depth (`tgc_gain_curve`)", put(track + "tgc_gain_curve", np.ones(9, np.float32)), words=["not used"])
+    kind("speed of sound missing", lambda file: file.__delitem__(track + "sound_speed") if track + "sound_speed" in file else None)
+
+    def lens(file):
+        put("probe/lens_thickness", np.float32(1e-3))(file)
+        put("probe/lens_sound_speed", np.float32(1000))(file)
+
+    kind("lens of the probe", lens, ("--variable", "lens_delay=1e-6"))
+    kind("two tracks", lambda file: file.copy("tracks/track_0", "tracks/track_1"), ("--track", "track_1"))
+    kind("walking aperture (`rx_aperture_indices`)", put(track + "rx_aperture_indices", np.zeros((3, ELEMENTS), np.int32)), status=1, words=["rx_aperture_indices"])
+    code = np.ones((3, ELEMENTS), np.float32)
+    code[1, 2] = -1
+    kind("codes (negative `tx_apodizations`)", put(track + "tx_apodizations", code), status=1, words=["negative"])
+    kind("waves out of the plane (`azimuth_angles`)", put(track + "azimuth_angles", np.full(3, 0.1, np.float32)), status=1, words=["azimuth_angles"])
+    matrix = np.stack([X, np.tile([0, 1e-3], ELEMENTS // 2), 0 * X], 1).astype(np.float32)
+    kind("matrix array", put("probe/probe_geometry", matrix), status=1, words=["image plane"])
+    kind("images without raw data", lambda file: file.__delitem__("tracks/track_0/data/raw_data"), status=1, words=["raw_data"])
+
+
+kinds_of_zea = {}
+
+
+def tables():
+    """Writes both tables into docs/file-formats.md."""
+    versions = {name: metadata.version(name) for name in ("numpy", "scipy", "h5py", "pyuff_ustb")}
+    if zea_file:
+        versions["zea"] = metadata.version("zea")
+    kinds = list(dict.fromkeys(kind for row in conformance.values() for kind in row))
+    rows = [["", *kinds], ["---"] * (len(kinds) + 1)]
+    rows += [[writer, *(row.get(kind, "") for kind in kinds)] for writer, row in conformance.items()]
+    of_zea = [["kind", "opens", "flags, or the reason"], ["---"] * 3]
+    of_zea += [[name, *row] for name, row in kinds_of_zea.items()]
+    text = lambda rows: "\n".join("| " + " | ".join(row) + " |" for row in rows)
+    with_versions = ", ".join(f"{name} {version}" for name, version in versions.items())
+    written = f"By {with_versions}.\n\n{text(rows)}\n\n{text(of_zea)}"
+    path = Path(__file__).parents[2] / "docs/file-formats.md"
+    begin, end = "<!-- conformance -->\n", "\n<!-- end of conformance -->"
+    before, rest = path.read_text().split(begin)
+    path.write_text(before + begin + "\n" + written + "\n" + end + rest.split(end)[1])
+
+
 def geometries():
     """Curved and phased arrays, virtual sources: as zea and UFF tell them."""
     radius = 0.06
@@ -1269,10 +1597,12 @@ program = str(Path(sys.argv[1]).resolve())
 unknown = subprocess.run([program, "beamform", "--method", "?"], capture_output=True, text=True).stderr
 methods = re.search(r"possible values: (.*?)]", unknown)[1].split(", ")
 with tempfile.TemporaryDirectory() as temporary:
-    folder = Path(sys.argv[2] if len(sys.argv) > 2 else temporary).resolve()
+    folder = Path(next(iter(word for word in sys.argv[2:] if word != "--table"), temporary)).resolve()
     folder.mkdir(exist_ok=True)
-    for part in (formats, types, frames, many_frames, mapped, layouts, public_layouts, written, unusual, told, sonix, geometries, information, readme, messages, hostile):
+    for part in (formats, types, frames, many_frames, mapped, layouts, public_layouts, written, unusual, told, containers, scanner_lines, zea_kinds, sonix, geometries, conformance_of_writers, information, readme, messages, hostile):
         part()
+    if "--table" in sys.argv:
+        tables()
 print("zea's own files" if zea_file else "zea is not here: its files were written by h5py in its layout")
 for reason in sorted(later):
     print("not beamformed:", reason)

@@ -87,6 +87,7 @@ fn the_surface_of_a_picture_is_written_in_every_format_and_drawn() {
     let text = folder.text("a.json");
     let json: serde_json::Value = serde_json::from_str(&text).unwrap();
     assert_eq!(json["lines"], COLUMNS);
+    assert_eq!(json["verdict"], "bone");
     let points = json["pieces"][0].as_array().unwrap();
     assert_eq!(points.len(), found.len());
     assert!((points[9]["z_m"].as_f64().unwrap() - found[9][2]).abs() < 1e-6);

@@ -55,6 +55,20 @@ impl RecordingFile {
                 keys.set_item("beam_x", data.beam_x.map(|x| x.into_pyarray(py)))?;
                 Ok(keys)
             }
+            Recording::Lines(lines) => {
+                let keys = PyDict::new(py);
+                keys.set_item("z", lines.z.into_pyarray(py))?;
+                keys.set_item("fs", lines.fs)?;
+                keys.set_item("t0", lines.t0)?;
+                keys.set_item("c", lines.c)?;
+                keys.set_item("beam_x", lines.beam_x.into_pyarray(py))?;
+                if let Some(rays) = lines.rays {
+                    keys.set_item("beam_z", rays.z.into_pyarray(py))?;
+                    keys.set_item("beam_angle", rays.angle.into_pyarray(py))?;
+                }
+                keys.set_item("sub_lines", lines.sub_lines)?;
+                Ok(keys)
+            }
         }
     }
 }

@@ -55,7 +55,7 @@ pub fn surface_of_lines<'py>(
     Ok(arrays(py, &found.map_err(refused)?))
 }
 
-/// The surface in a picture: points, number of searched lines, and fan.
+/// The surface in a picture: points, number of searched lines, fan, and verdict.
 ///
 /// The beams of the fan are the lines.
 #[pyfunction]
@@ -68,7 +68,7 @@ pub fn surface_of_picture<'py>(
     depth: f64,
     fan: Option<Fan>,
     section: &str,
-) -> PyResult<(Points<'py>, usize, Option<Fan>)> {
+) -> PyResult<(Points<'py>, usize, Option<Fan>, String)> {
     let given = fan.map(|(x, z, begin, end, first, last)| PictureFan {
         x,
         z,
@@ -93,7 +93,8 @@ pub fn surface_of_picture<'py>(
         let ([begin, end], [first, last]) = (fan.radii, fan.angles);
         (fan.x, fan.z, begin, end, first, last)
     });
-    Ok((arrays(py, &found.points), found.lines, fan))
+    let verdict = found.verdict.to_string();
+    Ok((arrays(py, &found.points), found.lines, fan, verdict))
 }
 
 fn arrays<'py>(py: Python<'py>, points: &[SurfacePoint]) -> Points<'py> {

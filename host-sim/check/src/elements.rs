@@ -25,6 +25,8 @@ const CLOSE: usize = 3;
 const INDEPENDENT: f64 = 5.0;
 /// Standard deviation of an amplitude above which an element is not judged.
 const UNSURE: f64 = 0.12;
+/// Largest number of exchanged neighbours.
+const MOST_SWAPPED: usize = 2;
 /// Rounds of the amplitudes' iteration.
 const ROUNDS: usize = 8;
 /// Coherence below which elements cannot be judged.
@@ -230,10 +232,8 @@ impl Elements {
     /// Pairs of elements that have each other's records.
     fn swapped(&self, base: &Base, view: &View, table: &Table) -> Vec<[usize; 2]> {
         let count = self.amplitude.len();
-        let mut pairs: Vec<[usize; 2]> = (0..count - 1)
-            .filter(|&m| neighbours_swapped(view, table, m))
-            .map(|m| [m, m + 1])
-            .collect();
+        let neighbours = swapped_neighbours(view, table).into_iter();
+        let mut pairs: Vec<[usize; 2]> = neighbours.map(|m| [m, m + 1]).collect();
         let mut odd: Vec<usize> = (0..count)
             .filter(|&m| {
                 self.judged(m).is_some_and(|a| a.abs() < 0.6)
@@ -263,26 +263,38 @@ impl Elements {
     }
 }
 
-/// Whether neighbours `m` and `m + 1` have each other's records.
+/// Neighbours `m` and `m + 1` that have each other's records.
 ///
 /// They were aligned by each other's delays: the phase between them is then twice their difference, the other way.
-fn neighbours_swapped(view: &View, table: &Table, m: usize) -> bool {
-    let (mut own, mut other) = (0.0, 0.0);
-    for block in &table.blocks {
+fn swapped_neighbours(view: &View, table: &Table) -> Vec<usize> {
+    let count = view.elements.len();
+    let mut sums = vec![[0.0; 2]; count - 1];
+    for block in table.blocks.iter().filter(|block| block.total() > 0.0) {
         let line = &view.lines[block.line];
-        let delay = |m| view.receive(line, block.time, m, view.c);
-        let cycles = table.frequency * (delay(m + 1) - delay(m));
-        // Where the two differ.
-        if cycles.abs() < 0.05 {
-            continue;
-        }
-        let power = block.total();
-        if power > 0.0 {
-            let value = block.lags[0][m];
-            let value = Complex::new(f64::from(value.re), f64::from(value.im)) / power.sqrt();
-            own += value.re;
-            other += (value * Complex::from_polar(1.0, -2.0 * TAU * cycles)).re;
+        let delays: Vec<f64> = (0..count)
+            .map(|m| view.receive(line, block.time, m, view.c))
+            .collect();
+        for (m, sum) in sums.iter_mut().enumerate() {
+            let cycles = table.frequency * (delays[m + 1] - delays[m]);
+            // Where the two differ.
+            if cycles.abs() >= 0.05 {
+                let value = block.lags[0][m];
+                let value =
+                    Complex::new(f64::from(value.re), f64::from(value.im)) / block.total().sqrt();
+                let other = value * Complex::from_polar(1.0, -2.0 * TAU * cycles);
+                *sum = [sum[0] + value.re, sum[1] + other.re];
+            }
         }
     }
-    other > 0.0 && other > 1.5 * own
+    let usual = |m: usize| median(near(count - 1, m).map(|n| sums[n][0]));
+    let swapped = |m: &usize| {
+        sums[*m][1] > 0.5 * usual(*m) && sums[*m][0] < 0.25 * usual(*m) && usual(*m) > 0.0
+    };
+    let found: Vec<usize> = (0..count - 1).filter(swapped).collect();
+    // Many are no exchange of cables.
+    if found.len() > MOST_SWAPPED {
+        Vec::new()
+    } else {
+        found
+    }
 }

@@ -1,8 +1,7 @@
 //! Sound speed and time zero, by the curvature of echoes over the aperture.
 //!
 //! The phase between two neighbours of an aligned echo, elements or transmits, is 2πf·(D(c₀) − D(c)), with D the difference of their
-//! delays: `Table` has it for every block. Each pair of elements also has a phase of its own, the same for all lines:
-//! delays of its channels, or of tissue before it. It is eliminated, so only what moves with the lines counts.
+//! delays: `Table` has it for every block. The mean over a block's pairs is left out, so only the curvature counts.
 
 use std::f64::consts::TAU;
 
@@ -11,7 +10,7 @@ use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
 use crate::base::Base;
-use crate::table::{LAGS, Table, View};
+use crate::table::{Block, LAGS, Table, View};
 
 /// Alignments, each at the speed that the one before found.
 const PASSES: usize = 4;
@@ -51,16 +50,9 @@ pub(crate) struct Speeds {
     pub late: Estimate,
 }
 
-/// One pair of elements in one block: its correlation, and the derivatives of its phase by c and by time.
-struct Row {
-    block: usize,
-    line: usize,
-    pair: usize,
-    /// Weight of the pair, and the part of its correlation across its own phase.
-    weight: f64,
-    phase: f64,
-    by: [f64; 2],
-}
+/// Curvature of a block: sums over its pairs of xx, xy, yy, px, py, with the phases p and their derivatives x by c and
+/// y by time, less their means.
+type Curvature = [f64; 5];
 
 /// Estimates the speed of the echoes between elements for which `good` is true.
 ///
@@ -70,27 +62,27 @@ pub(crate) fn estimate(base: &Base, view: &View, good: &[bool]) -> Option<Speeds
     let mut table = Table::new(base, &view);
     for pass in 0..PASSES {
         let lags = if pass == 0 { 1 } else { LAGS.len() };
-        let rows = rows(&table, &view, good, lags);
-        let sums = Sums::of(&rows, &view, &vec![1.0; table.blocks.len()]);
-        let [step, _] = sums.solve(&vec![1.0; view.lines.len()], false)?;
+        let [step, _] = solve(&curvatures(&table, &view, good, lags), false)?;
         view.c = (view.c + step.clamp(-STEP * view.c, STEP * view.c)).clamp(RANGE[0], RANGE[1]);
         table = Table::new(base, &view);
     }
-    let rows = rows(&table, &view, good, LAGS.len());
-    let kept = robust(&rows, &table);
-    let sums = Sums::of(&rows, &view, &kept);
-    let lines = view.lines.len();
-    let all = vec![1.0; lines];
-    let [step, _] = sums.solve(&all, false)?;
-    let [free, late] = sums.solve(&all, true)?;
+    let blocks = robust(curvatures(&table, &view, good, LAGS.len()));
+    let mut lines = vec![Curvature::default(); view.lines.len()];
+    for (block, own) in table.blocks.iter().zip(blocks) {
+        lines[block.line]
+            .iter_mut()
+            .zip(own)
+            .for_each(|(sum, term)| *sum += term);
+    }
+    let [step, _] = solve(&lines, false)?;
+    let [free, late] = solve(&lines, true)?;
     let mut random = ChaCha8Rng::seed_from_u64(58);
     let mut samples = Vec::new();
     for _ in 0..RESAMPLES {
-        let mut times = vec![0.0; lines];
-        (0..lines).for_each(|_| times[random.random_range(0..lines)] += 1.0);
-        if let (Some([step, _]), Some([free, late])) =
-            (sums.solve(&times, false), sums.solve(&times, true))
-        {
+        let drawn: Vec<Curvature> = (0..lines.len())
+            .map(|_| lines[random.random_range(0..lines.len())])
+            .collect();
+        if let (Some([step, _]), Some([free, late])) = (solve(&drawn, false), solve(&drawn, true)) {
             samples.push([step, free, late]);
         }
     }
@@ -111,198 +103,139 @@ fn deviation(values: impl Iterator<Item = f64> + Clone) -> f64 {
     (values.map(|v| (v - mean) * (v - mean)).sum::<f64>() / (count - 1.0)).sqrt()
 }
 
-/// Number of pairs: of elements at each lag, and of transmits.
-fn pairs(view: &View) -> usize {
-    LAGS.len() * view.elements.len() + view.waves.len()
-}
-
-/// One row for each pair and block.
+/// The curvature of each block.
 ///
-/// A transmit that reaches a point of a line is as good a witness as an element that receives from it.
-fn rows(table: &Table, view: &View, good: &[bool], lags: usize) -> Vec<Row> {
+/// A transmit that reaches a point of a line is as good a witness as an element that receives from it. The mean phase of
+/// a block's pairs is left out: an echo that comes from beside the line.
+fn curvatures(table: &Table, view: &View, good: &[bool], lags: usize) -> Vec<Curvature> {
     let count = view.elements.len();
-    let (mut rows, mut values) = (Vec::new(), Vec::new());
     let turn = -TAU * table.frequency;
-    let bare = View {
+    let (dc, dt) = (1.0, 5e-9);
+    let bare = |c: f64| View {
+        c,
         order: Vec::new(),
         ..view.clone()
     };
-    for (index, block) in table.blocks.iter().enumerate() {
+    let views = [bare(view.c), bare(view.c + dc)];
+    let of = |block: &Block| {
         let line = &view.lines[block.line];
+        // Here, at a higher speed, later.
+        let at = [
+            (&views[0], block.time),
+            (&views[1], block.time),
+            (&views[0], block.time + 0.5 * dt),
+        ];
+        let by = |delays: &[Vec<f64>; 3], a: usize, b: usize| {
+            let [here, faster, later] = [0, 1, 2].map(|k| delays[k][b] - delays[k][a]);
+            [turn * (faster - here) / dc, turn * (later - here) / dt]
+        };
+        let mut sums = Curvature::default();
         let power = block.total();
-        if power <= 0.0 {
-            continue;
-        }
-        let shared: Complex<f32> = block.lags[0].iter().sum();
-        // Blocks without echoes have little to say.
-        let weight = f64::from(shared.norm()) / (power * power);
-        let (dc, dt) = (1.0, 5e-9);
-        let delays = |time: f64, c: f64| -> Vec<f64> {
-            (0..count).map(|m| view.receive(line, time, m, c)).collect()
-        };
-        let arrivals = |time: f64, c: f64| -> Vec<f64> {
-            let view = View { c, ..bare.clone() };
-            view.waves
-                .iter()
-                .map(|wave| view.arrival(wave, line, c * time))
-                .collect()
-        };
-        let power_of_transmits = f64::from(block.transmits.iter().map(|pair| pair.1).sum::<f32>());
-        if !view.own && power_of_transmits > 0.0 {
-            let shared: Complex<f32> = block.transmits.iter().map(|pair| pair.0).sum();
-            let weight = f64::from(shared.norm()) / (power_of_transmits * power_of_transmits);
-            let here = arrivals(block.time, view.c);
-            let faster = arrivals(block.time, view.c + dc);
-            let later = arrivals(block.time + 0.5 * dt, view.c);
-            for (t, (value, _)) in block.transmits.iter().enumerate() {
-                let difference = |d: &[f64]| d[t + 1] - d[t];
-                values.push(Complex::new(f64::from(value.re), f64::from(value.im)) * weight);
-                rows.push(Row {
-                    block: index,
-                    line: block.line,
-                    pair: LAGS.len() * count + t,
-                    weight: 0.0,
-                    phase: 0.0,
-                    by: [
-                        turn * (difference(&faster) - difference(&here)) / dc,
-                        turn * (difference(&later) - difference(&here)) / dt,
-                    ],
-                });
+        if power > 0.0 {
+            let received = at.map(|(view, time)| -> Vec<f64> {
+                (0..count)
+                    .map(|m| view.receive(line, time, m, view.c))
+                    .collect()
+            });
+            for (k, lag) in LAGS.into_iter().enumerate().take(lags) {
+                let pairs = (0..count.saturating_sub(lag)).filter(|&m| good[m] && good[m + lag]);
+                let pairs = pairs.filter(|&m| block.lags[k][m] != Complex::default());
+                add(
+                    &mut sums,
+                    power,
+                    pairs.map(|m| (block.lags[k][m], by(&received, m, m + lag))),
+                );
             }
         }
-        let here = delays(block.time, view.c);
-        let faster = delays(block.time, view.c + dc);
-        let later = delays(block.time + 0.5 * dt, view.c);
-        for (k, lag) in LAGS.into_iter().enumerate().take(lags) {
-            for m in 0..count.saturating_sub(lag) {
-                let value = block.lags[k][m];
-                if value == Complex::default() || !good[m] || !good[m + lag] {
-                    continue;
-                }
-                let difference = |d: &[f64]| d[m + lag] - d[m];
-                values.push(Complex::new(f64::from(value.re), f64::from(value.im)) * weight);
-                rows.push(Row {
-                    block: index,
-                    line: block.line,
-                    pair: k * count + m,
-                    weight: 0.0,
-                    phase: 0.0,
-                    by: [
-                        turn * (difference(&faster) - difference(&here)) / dc,
-                        turn * (difference(&later) - difference(&here)) / dt,
-                    ],
-                });
-            }
+        let power = f64::from(block.transmits.iter().map(|pair| pair.1).sum::<f32>());
+        if !view.own && power > 0.0 {
+            let reached = at.map(|(view, time)| -> Vec<f64> {
+                view.waves
+                    .iter()
+                    .map(|wave| view.arrival(wave, line, view.c * time))
+                    .collect()
+            });
+            let pairs = block.transmits.iter().enumerate();
+            add(
+                &mut sums,
+                power,
+                pairs.map(|(t, (value, _))| (*value, by(&reached, t, t + 1))),
+            );
         }
-    }
-    // Each pair's own phase is taken off.
-    let mut own = vec![Complex::<f64>::default(); pairs(view)];
-    rows.iter()
-        .zip(&values)
-        .for_each(|(row, value)| own[row.pair] += value);
-    let turned = |row: &Row, value: &Complex<f64>| {
-        value * own[row.pair].conj() / own[row.pair].norm().max(f64::MIN_POSITIVE)
+        sums
     };
-    // Pairs of one block and lag weigh alike: by the mean that they have in common.
-    let groups = LAGS.len() + 1;
-    let group = |row: &Row| row.block * groups + (row.pair / count).min(LAGS.len());
-    let mut means = vec![[0.0; 2]; table.blocks.len() * groups];
-    for (row, value) in rows.iter().zip(&values) {
-        let mean = &mut means[group(row)];
-        *mean = [mean[0] + turned(row, value).re, mean[1] + 1.0];
-    }
-    for (row, value) in rows.iter_mut().zip(&values) {
-        let [sum, number] = means[group(row)];
-        row.phase = turned(row, value).im;
-        row.weight = (sum / number).max(0.0);
-    }
-    rows
+    table.blocks.iter().map(of).collect()
 }
 
-/// Sums over the blocks of a line for each pair: weights w, phases p, and their products with the derivatives x, y.
-struct Sums {
-    /// [line][pair]: w, wx, wy, wxx, wxy, wyy, p, px, py.
-    sums: Vec<Vec<[f64; 9]>>,
-}
-
-impl Sums {
-    fn of(rows: &[Row], view: &View, weights: &[f64]) -> Self {
-        let mut sums = vec![vec![[0.0; 9]; pairs(view)]; view.lines.len()];
-        for row in rows {
-            let ([x, y], by) = (row.by, weights[row.block]);
-            let (w, p) = (by * row.weight, by * row.phase);
-            let terms = [
-                w,
-                w * x,
-                w * y,
-                w * x * x,
-                w * x * y,
-                w * y * y,
-                p,
-                p * x,
-                p * y,
-            ];
-            let sum = &mut sums[row.line][row.pair];
-            sum.iter_mut()
-                .zip(terms)
-                .for_each(|(sum, term)| *sum += term);
-        }
-        Sums { sums }
-    }
-
-    /// The step of c and of time zero that turns the phases to 0; of c alone unless `both`.
-    ///
-    /// Each pair keeps a phase of its own.
-    fn solve(&self, lines: &[f64], both: bool) -> Option<[f64; 2]> {
-        let ([mut xx, mut xy, mut yy], [mut px, mut py]) = ([0.0; 3], [0.0; 2]);
-        for pair in 0..self.sums.first()?.len() {
-            let mut all = [0.0; 9];
-            for (sums, weight) in self.sums.iter().zip(lines) {
-                let terms = all.iter_mut().zip(&sums[pair]);
-                terms.for_each(|(all, term)| *all += weight * term);
-            }
-            let [w, wx, wy, wxx, wxy, wyy, p, own_px, own_py] = all;
-            if w <= 0.0 {
-                continue;
-            }
-            xx += wxx - wx * wx / w;
-            xy += wxy - wx * wy / w;
-            yy += wyy - wy * wy / w;
-            px += own_px - wx * p / w;
-            py += own_py - wy * p / w;
-        }
-        if !both {
-            return (xx > 0.0).then(|| [px / xx, 0.0]);
-        }
-        let determinant = xx * yy - xy * xy;
-        (determinant > 1e-9 * xx * yy).then(|| {
-            [
-                (px * yy - py * xy) / determinant,
-                (py * xx - px * xy) / determinant,
-            ]
+/// Adds the pairs of one kind: correlations and the derivatives of their phases.
+fn add(sums: &mut Curvature, power: f64, pairs: impl Iterator<Item = (Complex<f32>, [f64; 2])>) {
+    let pairs: Vec<(Complex<f64>, [f64; 2])> = pairs
+        .map(|(value, by)| {
+            (
+                Complex::new(f64::from(value.re), f64::from(value.im)) / power,
+                by,
+            )
         })
+        .collect();
+    let shared: Complex<f64> = pairs.iter().map(|pair| pair.0).sum();
+    let coherence = shared.norm();
+    if pairs.len() < 3 || coherence == 0.0 {
+        return;
+    }
+    let number = pairs.len() as f64;
+    let mean = |k: usize| pairs.iter().map(|pair| pair.1[k]).sum::<f64>() / number;
+    let means = [mean(0), mean(1)];
+    // Blocks without echoes have little to say.
+    let weight = coherence * coherence / number;
+    for (value, by) in &pairs {
+        let [x, y] = [by[0] - means[0], by[1] - means[1]];
+        let phase = (value * shared.conj()).im;
+        let terms = [
+            weight * x * x,
+            weight * x * y,
+            weight * y * y,
+            phase * x,
+            phase * y,
+        ];
+        sums.iter_mut()
+            .zip(terms)
+            .for_each(|(sum, term)| *sum += term);
     }
 }
 
-/// Weights of the blocks: 0 for those whose own speed is far from the others'.
+/// The step of c and of time zero that turns the phases to 0; of c alone unless `both`.
+fn solve(all: &[Curvature], both: bool) -> Option<[f64; 2]> {
+    let [xx, xy, yy, px, py] = [0, 1, 2, 3, 4].map(|k| all.iter().map(|own| own[k]).sum::<f64>());
+    if !both {
+        return (xx > 0.0).then(|| [px / xx, 0.0]);
+    }
+    let determinant = xx * yy - xy * xy;
+    (determinant > 1e-9 * xx * yy).then(|| {
+        [
+            (px * yy - py * xy) / determinant,
+            (py * xx - px * xy) / determinant,
+        ]
+    })
+}
+
+/// Leaves out blocks whose own speed is far from the others'.
 ///
 /// A mirror's echo does not come from where it lies.
-fn robust(rows: &[Row], table: &Table) -> Vec<f64> {
-    let mut own = vec![[0.0; 2]; table.blocks.len()];
-    for row in rows {
-        own[row.block][0] += row.by[0] * row.phase;
-        own[row.block][1] += row.by[0] * row.by[0] * row.weight;
-    }
-    let size = |[b, a]: [f64; 2]| if a > 0.0 { (b / a.sqrt()).abs() } else { 0.0 };
-    let mut sizes: Vec<f64> = own
-        .iter()
-        .map(|&own| size(own))
-        .filter(|&size| size > 0.0)
-        .collect();
+fn robust(mut blocks: Vec<Curvature>) -> Vec<Curvature> {
+    let size = |own: &Curvature| {
+        if own[0] > 0.0 {
+            own[3].abs() / own[0].sqrt()
+        } else {
+            0.0
+        }
+    };
+    let mut sizes: Vec<f64> = blocks.iter().map(size).filter(|&size| size > 0.0).collect();
     sizes.sort_by(f64::total_cmp);
     let usual = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
-    let outlying = |own: [f64; 2]| size(own) > OUTLYING * usual;
-    own.into_iter()
-        .map(|own| if outlying(own) { 0.0 } else { 1.0 })
-        .collect()
+    for own in &mut blocks {
+        if size(own) > OUTLYING * usual {
+            *own = Curvature::default();
+        }
+    }
+    blocks
 }

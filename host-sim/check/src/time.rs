@@ -13,9 +13,9 @@ use crate::table::View;
 /// Standard deviations by which a value must differ from the file's.
 const SURE: f64 = 4.0;
 /// Smallest difference of the sound speed that is reported, as a share.
-const SPEED: f64 = 0.012;
+const SPEED: f64 = 0.02;
 /// Smallest time that is reported, s.
-const LATE: f64 = 0.2e-6;
+const LATE: f64 = 0.5e-6;
 /// Sound speeds of tissue and water, m/s; beyond, the pitch is wrong.
 const TISSUE: [f64; 2] = [1330.0, 1700.0];
 /// Standard deviation of a sound speed above which it is too uncertain to be used, m/s.

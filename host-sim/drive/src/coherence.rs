@@ -107,6 +107,10 @@ pub fn of_frame(
             let kernel = Kernel::new(measure, parameters, &stage.depths(), largest)?;
             of_stage(stage, samples, &kernel)
         }
+        (Recording::Lines(_), None) => {
+            let needs = "coherence needs the samples of the elements; the file holds lines";
+            Err(crate::Error::Data(needs.into()))
+        }
         (Recording::Aligned(data), None) => of_aligned_data(data, frame, (measure, parameters)),
         _ => Err(other_kind()),
     }

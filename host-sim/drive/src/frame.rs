@@ -33,6 +33,7 @@ pub struct RecordingFrames<'a> {
 enum Of<'a> {
     /// Ranges of lines beamformed together, with their tiles.
     Channel(Box<DelayStage<'a>>, Vec<(Range<usize>, Vec<Tile>)>),
+    /// Aligned data, or lines, which are the output.
     Aligned,
 }
 
@@ -45,6 +46,12 @@ impl<'a> RecordingFrames<'a> {
         match recording {
             Recording::Channel(data) => Self::of_channel_data(data, parameters),
             Recording::Aligned(data) => Self::of_aligned_data(data, parameters),
+            Recording::Lines(_) => Ok(RecordingFrames {
+                plan: plan(parameters.parameters(), 1)?,
+                all: Mutex::new(Array2::zeros((0, 0))),
+                of: Of::Aligned,
+                parameters,
+            }),
         }
     }
 
@@ -165,6 +172,14 @@ impl<'a> RecordingFrames<'a> {
         match recording {
             Recording::Channel(data) => self.of_frames(data, frames, progress),
             Recording::Aligned(data) => self.of_aligned(data, frames, progress),
+            Recording::Lines(lines) => {
+                let held = lines.z.dim().0;
+                let one = |index| match index < held {
+                    true => Ok(lines.frame(index)),
+                    false => Err(no_frame(index, held)),
+                };
+                frames.map(one).collect()
+            }
         }
     }
 

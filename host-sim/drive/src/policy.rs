@@ -102,7 +102,7 @@ pub fn working_memory(
     let frame = recording.bytes() / recording.frames().max(1);
     let blocks = product(&[(2 * frames).saturating_sub(1), frame]);
     let beamforming = match recording {
-        Recording::Aligned(_) => vec![blocks, frame],
+        Recording::Aligned(_) | Recording::Lines(_) => vec![blocks, frame],
         Recording::Channel(data) => {
             let c = parameters.sound_speed.unwrap_or(data.c);
             let [first, last] = depths_of(data, parameters);

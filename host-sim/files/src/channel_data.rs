@@ -493,3 +493,47 @@ impl ChannelData {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndarray::Array4;
+
+    /// Plane-wave data of four elements with the given RF.
+    fn data(fs: f64, f0: f64, rf: impl Fn(f64) -> f64) -> ChannelData {
+        ChannelData {
+            samples: Samples::Rf(Array4::from_shape_fn((1, 1, 4, 1600), |(.., n)| {
+                rf(n as f64 / fs) as f32
+            })),
+            fs,
+            t0: vec![0.0],
+            element_x: (0..4).map(|m| 0.3e-3 * f64::from(m)).collect(),
+            element_z: None,
+            element_angle: None,
+            c: 1540.0,
+            f0,
+            transmits: Transmits::Plane { angle: vec![0.0] },
+            lens_delay: 0.0,
+        }
+    }
+
+    #[test]
+    fn only_a_harmonic_is_warned_of_as_one() {
+        let pulse = |t: f64, f: f64| {
+            let u = t - 10e-6;
+            (-(u * 1.2e6).powi(2)).exp() * (std::f64::consts::TAU * f * u).cos()
+        };
+        for fs in [20e6, 31.25e6, 62.5e6, 40.3e6] {
+            let says = |rf: &dyn Fn(f64) -> f64| data(fs, 5e6, rf).beside().is_some();
+            for f in [2.4e6, 9.6e6] {
+                assert!(says(&|t| 7.0 + pulse(t, f)), "{f} at {fs}");
+            }
+            assert!(!says(&|_| 7.0), "constant, {fs}");
+            assert!(!says(&|t| 1e5 * t), "ramp, {fs}");
+            assert!(!says(&|t| 50.0 + pulse(t, 5e6)), "offset, {fs}");
+            assert!(!says(&|t| 2e4 * t + pulse(t, 5e6)), "drift, {fs}");
+            // Attenuated on the way, as by a centimetre of bone or five of tissue.
+            assert!(!says(&|t| pulse(t, 3.9e6)), "downshifted, {fs}");
+        }
+    }
+}

@@ -41,7 +41,7 @@ pub use channel_data::{ChannelData, check_plane};
 pub use error::{Error, Result};
 pub use hash::{FileHash, SharedHash};
 pub use input::cannot_be_opened;
-pub use lines::{BeamRays, BeamformedLines};
+pub use lines::{BeamRays, BeamformedLines, LineFrames};
 pub use npy::read_array;
 pub use partial::Partial;
 pub use partial_lines::PartialLines;

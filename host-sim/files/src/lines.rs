@@ -32,6 +32,9 @@ pub struct BeamformedLines<Z = Array2<Complex<f32>>> {
     pub c: f64,
 }
 
+/// Lines of several frames, `z` [frame, beam, sample].
+pub type LineFrames = BeamformedLines<Array3<Complex<f32>>>;
+
 /// Depths and directions of beams that are rays.
 ///
 /// The depth of a sample is then the distance along its beam.
@@ -44,11 +47,6 @@ pub struct BeamRays {
 }
 
 impl BeamformedLines {
-    /// Whether a file is a `.npz` archive of lines.
-    pub fn are_in(path: &Path) -> bool {
-        npz::Reader::open(path).is_ok_and(|file| file.has("z"))
-    }
-
     /// Reads the lines of one frame from a `.npz` file.
     ///
     /// Keys: `z`, `fs`, `t0`, `beam_x`, `c` and, optionally, `beam_z`, `beam_angle` and `sub_lines`.
@@ -58,51 +56,7 @@ impl BeamformedLines {
     pub fn read(path: &Path) -> Result<Self> {
         let mut file = npz::Reader::open(path)?;
         let z: Array2<Complex<f32>> = file.complex("z", "[beam, sample]")?;
-        Self::with(&mut file, z)
-    }
-
-    /// Reads the lines of one or more frames, at least one.
-    ///
-    /// # Errors
-    /// As [`BeamformedLines::read`].
-    pub fn read_frames(path: &Path) -> Result<Vec<Self>> {
-        let mut file = npz::Reader::open(path)?;
-        let z: ArrayD<Complex<f32>> = file.complex("z", "[beam, sample]")?;
-        let wrong =
-            |_| file.error("`z` has another rank than [beam, sample] or [frame, beam, sample]");
-        let z = if z.ndim() == 2 {
-            z.insert_axis(Axis(0))
-        } else {
-            z
-        };
-        let z: Array3<Complex<f32>> = z.into_dimensionality().map_err(wrong)?;
-        if z.dim().0 == 0 {
-            return Err(file.error("`z` has no frame"));
-        }
-        let frames = z.outer_iter().map(|z| z.to_owned());
-        frames.map(|z| Self::with(&mut file, z)).collect()
-    }
-
-    fn with(file: &mut npz::Reader, z: Array2<Complex<f32>>) -> Result<Self> {
-        let beam_x = file.vector("beam_x", z.nrows(), "beam")?;
-        let beam_z = file.optional_vector("beam_z", z.nrows(), "beam")?;
-        let beam_angle = file.optional_vector("beam_angle", z.nrows(), "beam")?;
-        let none = || vec![0.0; z.nrows()];
-        let rays = (beam_z.is_some() || beam_angle.is_some()).then(|| BeamRays {
-            z: beam_z.unwrap_or_else(none),
-            angle: beam_angle.unwrap_or_else(none),
-        });
-        let lines = Self {
-            z,
-            fs: file.scalar("fs")?,
-            t0: file.scalar("t0")?,
-            beam_x,
-            rays,
-            sub_lines: file
-                .optional_scalar("sub_lines")?
-                .map_or(1, |count| count as usize),
-            c: file.scalar("c")?,
-        };
+        let lines = Self::with(&mut file, z.nrows(), z)?;
         lines.check().map_err(|message| file.error(message))?;
         Ok(lines)
     }
@@ -128,21 +82,6 @@ impl BeamformedLines {
             npz.add("z", &self.z)?;
             Ok(self.finish_npz(npz)?)
         })
-    }
-
-    fn finish_npz<W: Write + Seek>(&self, mut npz: npz_writer::Writer<W>) -> npz_writer::Written {
-        npz.add("fs", &arr0(self.fs))?;
-        npz.add("t0", &arr0(self.t0))?;
-        npz.add("beam_x", &aview1(&self.beam_x))?;
-        if let Some(rays) = &self.rays {
-            npz.add("beam_z", &aview1(&rays.z))?;
-            npz.add("beam_angle", &aview1(&rays.angle))?;
-        }
-        if self.sub_lines > 1 {
-            npz.add("sub_lines", &arr0(self.sub_lines as f64))?;
-        }
-        npz.add("c", &arr0(self.c))?;
-        npz.finish()
     }
 
     /// Stages a file of `count` frames, whose `z` is [frame, beam, sample].
@@ -201,6 +140,119 @@ impl BeamformedLines {
             Ok(first.finish_npz(npz)?)
         })?;
         Ok(first)
+    }
+}
+
+impl<Z> BeamformedLines<Z> {
+    /// The lines of an archive with these samples of `beams` beams, not checked.
+    fn with(file: &mut npz::Reader, beams: usize, z: Z) -> Result<Self> {
+        let beam_x = file.vector("beam_x", beams, "beam")?;
+        let beam_z = file.optional_vector("beam_z", beams, "beam")?;
+        let beam_angle = file.optional_vector("beam_angle", beams, "beam")?;
+        Ok(Self {
+            z,
+            fs: file.scalar("fs")?,
+            t0: file.scalar("t0")?,
+            beam_x,
+            rays: BeamRays::of(beams, beam_z, beam_angle),
+            sub_lines: file
+                .optional_scalar("sub_lines")?
+                .map_or(1, |count| count as usize),
+            c: file.scalar("c")?,
+        })
+    }
+
+    /// Adds the keys shared by all frames to an archive with their samples; ends it.
+    pub(super) fn finish_npz<W: Write + Seek>(
+        &self,
+        mut npz: npz_writer::Writer<W>,
+    ) -> npz_writer::Written {
+        npz.add("fs", &arr0(self.fs))?;
+        npz.add("t0", &arr0(self.t0))?;
+        npz.add("beam_x", &aview1(&self.beam_x))?;
+        if let Some(rays) = &self.rays {
+            npz.add("beam_z", &aview1(&rays.z))?;
+            npz.add("beam_angle", &aview1(&rays.angle))?;
+        }
+        if self.sub_lines > 1 {
+            npz.add("sub_lines", &arr0(self.sub_lines as f64))?;
+        }
+        npz.add("c", &arr0(self.c))?;
+        npz.finish()
+    }
+}
+
+impl BeamRays {
+    /// Rays of `beams` beams whose missing depths or angles are 0; `None` if both are missing.
+    pub fn of(beams: usize, z: Option<Vec<f64>>, angle: Option<Vec<f64>>) -> Option<Self> {
+        let none = || vec![0.0; beams];
+        (z.is_some() || angle.is_some()).then(|| Self {
+            z: z.unwrap_or_else(none),
+            angle: angle.unwrap_or_else(none),
+        })
+    }
+}
+
+impl LineFrames {
+    /// Lines of an archive with the key `z`, at least one frame.
+    pub(super) fn from_npz(file: &mut npz::Reader) -> Result<Self> {
+        let z: ArrayD<Complex<f32>> = file.complex("z", "[beam, sample]")?;
+        let wrong =
+            |_| file.error("`z` has another rank than [beam, sample] or [frame, beam, sample]");
+        let z = match z.ndim() {
+            2 => z.insert_axis(Axis(0)),
+            _ => z,
+        };
+        let z: Array3<Complex<f32>> = z.into_dimensionality().map_err(wrong)?;
+        if z.dim().0 == 0 {
+            return Err(file.error("`z` has no frame"));
+        }
+        let lines = Self::with(file, z.dim().1, z)?;
+        lines.check().map_err(|message| file.error(message))?;
+        Ok(lines)
+    }
+
+    /// The lines of a frame, which must exist.
+    pub fn frame(&self, index: usize) -> BeamformedLines {
+        self.with_samples(self.z.index_axis(Axis(0), index).to_owned())
+    }
+
+    /// The same lines with other samples.
+    pub fn with_samples<Z>(&self, z: Z) -> BeamformedLines<Z> {
+        BeamformedLines {
+            z,
+            fs: self.fs,
+            t0: self.t0,
+            beam_x: self.beam_x.clone(),
+            rays: self.rays.clone(),
+            sub_lines: self.sub_lines,
+            c: self.c,
+        }
+    }
+
+    /// Checks every value of every frame.
+    ///
+    /// # Errors
+    /// A message that names the key, the index and the expected value.
+    pub fn check(&self) -> std::result::Result<(), String> {
+        let frames = self.z.outer_iter();
+        frames
+            .map(|z| self.with_samples(z))
+            .try_for_each(|lines| lines.check())
+    }
+
+    /// Begins the array of `frames` such frames in an archive.
+    ///
+    /// A single frame has no frame axis.
+    pub(super) fn begin_npz<W: Write + Seek>(
+        &self,
+        frames: usize,
+        npz: &mut npz_writer::Writer<W>,
+    ) -> npz_writer::Written {
+        let (_, beams, samples) = self.z.dim();
+        let shape = [frames, beams, samples];
+        let shape = if frames == 1 { &shape[1..] } else { &shape };
+        npz.begin::<Complex<f32>>("z", shape)
     }
 }
 

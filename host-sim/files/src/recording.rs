@@ -4,11 +4,11 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::path::Path;
 
-use ndarray::{Array4, Axis};
+use ndarray::{Array3, Array4, Axis};
 use num_complex::Complex;
 
 use super::atomic::Outputs;
-use super::{AlignedData, ChannelData, Samples, SharedHash, npz, npz_writer};
+use super::{AlignedData, ChannelData, LineFrames, Samples, SharedHash, npz, npz_writer};
 use crate::Result;
 use crate::memory::product;
 
@@ -19,16 +19,20 @@ pub enum Recording {
     Channel(ChannelData),
     /// Aligned data (`x`), already delayed.
     Aligned(AlignedData),
+    /// Lines (`z`), already beamformed.
+    Lines(LineFrames),
 }
 
 impl Recording {
-    /// Reads some frames of a `.npz` archive of either kind, and the number of all.
+    /// Reads some frames of a `.npz` archive of any kind, and the number of all.
+    ///
+    /// Lines are read whole.
     ///
     /// The frames are read into the memory of `spare`, a recording that is no longer needed. Samples stored as i16 stay
     /// i16. Bytes of samples that are stored uncompressed are passed to `hash`, the hash of this file.
     ///
     /// # Errors
-    /// The file cannot be opened, has keys of both kinds or of neither, or is not valid.
+    /// The file cannot be opened, has keys of several kinds or of none, or is not valid.
     pub fn read_npz(
         path: &Path,
         frames: Range<usize>,
@@ -49,8 +53,13 @@ impl Recording {
             (true, true) => Err(file.error(
                 "holds both `rf` or `iq` (channel data) and `x` (aligned data); expected one of them",
             )),
+            (false, false) if file.has("z") && file.has("beam_x") => {
+                let lines = LineFrames::from_npz(file)?;
+                let frames = lines.z.dim().0;
+                Ok((Recording::Lines(lines), frames))
+            }
             (false, false) => Err(file.error(
-                "holds neither `rf` or `iq` (channel data) nor `x` (aligned data); expected one of them",
+                "holds neither `rf` or `iq` (channel data) nor `x` (aligned data), and no lines (`z` and `beam_x`, or `lines`)",
             )),
         }
     }
@@ -75,17 +84,22 @@ impl Recording {
             match self {
                 Recording::Channel(data) => data.samples.begin_npz(count, &mut npz)?,
                 Recording::Aligned(data) => data.begin_npz(count, &mut npz)?,
+                Recording::Lines(lines) => lines.begin_npz(count, &mut npz)?,
             }
             for part in parts {
                 let (recording, own) = part?;
                 match recording.as_ref() {
                     Recording::Channel(data) => data.samples.append_npz(own, &mut npz)?,
                     Recording::Aligned(data) => data.append_npz(own, &mut npz)?,
+                    Recording::Lines(lines) => {
+                        npz.append(&lines.z.slice_axis(Axis(0), own.into()))?
+                    }
                 }
             }
             match self {
                 Recording::Channel(data) => Ok(data.finish_npz(npz)?),
                 Recording::Aligned(data) => Ok(data.finish_npz(npz)?),
+                Recording::Lines(lines) => Ok(lines.finish_npz(npz)?),
             }
         })
     }
@@ -113,6 +127,7 @@ impl Recording {
                 complex: complex(data.x),
                 ..none
             },
+            Recording::Lines(_) => none,
         }
     }
 
@@ -123,7 +138,7 @@ impl Recording {
                 samples: data.samples.into_float(),
                 ..data
             }),
-            aligned => aligned,
+            other => other,
         }
     }
 
@@ -148,6 +163,10 @@ impl Recording {
                     ..*data
                 })
             }
+            Recording::Lines(lines) => {
+                let (_, beams, samples) = lines.z.dim();
+                Recording::Lines(lines.with_samples(Array3::default((0, beams, samples))))
+            }
         }
     }
 
@@ -156,6 +175,7 @@ impl Recording {
         match self {
             Recording::Channel(data) => data.samples.frames(),
             Recording::Aligned(data) => data.x.dim().0,
+            Recording::Lines(lines) => lines.z.dim().0,
         }
     }
 
@@ -170,6 +190,9 @@ impl Recording {
                 Recording::Aligned(data) => {
                     data.x = data.x.slice_axis(Axis(0), frames.into()).to_owned();
                 }
+                Recording::Lines(lines) => {
+                    lines.z = lines.z.slice_axis(Axis(0), frames.into()).to_owned();
+                }
             }
         }
         self
@@ -180,6 +203,7 @@ impl Recording {
         match self {
             Recording::Channel(data) => data.samples.bytes(),
             Recording::Aligned(data) => data.x.len() * size_of::<Complex<f32>>(),
+            Recording::Lines(lines) => lines.z.len() * size_of::<Complex<f32>>(),
         }
     }
 }

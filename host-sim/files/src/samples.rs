@@ -272,39 +272,46 @@ impl Samples {
 
     /// Power of the first frame of RF at twice and at half a frequency, over that at the frequency itself.
     ///
-    /// It is that of windows of four periods, in at most 64 records. `None` without RF in f32, or for a frequency
-    /// beyond half the rate.
+    /// It is that of Hann windows of eight periods without their mean, in at most 64 records. `None` without a frame; 0
+    /// beyond half the rate, and if the power falls on the way there.
     pub(super) fn harmonics(&self, f0: f64, fs: f64) -> Option<[f64; 2]> {
-        let Some(FrameSamples::Rf(rf)) = self.frame(0) else {
-            return None;
-        };
-        let records = rf.dim().0 * rf.dim().1;
-        let window = (4.0 * fs / f0).ceil() as usize;
-        let power = |f: f64| -> f64 {
-            let step = std::f64::consts::TAU * f / fs;
-            let carrier: Vec<Complex<f64>> = (0..window)
-                .map(|n| Complex::from_polar(1.0, step * n as f64))
-                .collect();
+        fn power<T: Copy + Into<f64>>(frame: ArrayView3<'_, T>, carrier: &[Complex<f64>]) -> f64 {
+            let step = (frame.dim().0 * frame.dim().1).div_ceil(64).max(1);
             let mut sum = 0.0;
-            for record in rf.rows().into_iter().step_by(records.div_ceil(64).max(1)) {
-                let record = record.to_vec();
-                for part in record.chunks_exact(window) {
+            for record in frame.rows().into_iter().step_by(step) {
+                for part in record.axis_chunks_iter(Axis(0), carrier.len()) {
+                    if part.len() < carrier.len() {
+                        continue;
+                    }
                     let mixed = part
                         .iter()
-                        .zip(&carrier)
-                        .map(|(&sample, carrier)| carrier * f64::from(sample));
+                        .zip(carrier)
+                        .map(|(&sample, carrier)| carrier * sample.into());
                     sum += mixed.sum::<Complex<f64>>().norm_sqr();
                 }
             }
             sum
+        }
+        let frame = self.frame(0)?;
+        let window = (8.0 * fs / f0).ceil();
+        let power = |f: f64| {
+            let turn = std::f64::consts::TAU;
+            let hann = |n: f64| 0.5 - 0.5 * (turn * (n + 0.5) / window).cos();
+            let mut carrier: Vec<Complex<f64>> = (0..window as usize)
+                .map(|n| Complex::from_polar(hann(n as f64), turn * f / fs * n as f64))
+                .collect();
+            let mean = carrier.iter().sum::<Complex<f64>>() / window;
+            carrier.iter_mut().for_each(|carrier| *carrier -= mean);
+            match &frame {
+                FrameSamples::Rf(rf) => power(rf.view(), &carrier),
+                FrameSamples::Counts(counts) => power(counts.view(), &carrier),
+                FrameSamples::Iq { .. } => 0.0,
+            }
         };
         let own = power(f0);
-        let over = |f: f64| {
-            if f < 0.5 * fs && own > 0.0 {
-                power(f) / own
-            } else {
-                0.0
-            }
+        let over = |f: f64| match (power(f), 2.0 * f < fs && own > 0.0) {
+            (found, true) if found > power(0.5 * (f + f0)) => found / own,
+            _ => 0.0,
         };
         Some([over(2.0 * f0), over(0.5 * f0)])
     }

@@ -10,9 +10,10 @@ use ndarray::{ArrayD, IxDyn};
 
 use crate::aliases::{is_given, listed};
 use crate::values::{NamedArrays, Values};
-use crate::variables::{AXES, Given, LAWS, ORIGIN, TIMES, Variables};
+use crate::variables::{AXES, Given, LAWS, LINE_KEYS, ORIGIN, TIMES, Variables};
 use crate::waves::{Law, first_fires};
-use axes::{Axes, ORDER};
+pub(crate) use axes::Axes;
+use axes::ORDER;
 use bonebeam_files::{ChannelData, Error, Result, Samples, Transmits, check_plane};
 
 /// The arrays of a file, by the keys of channel data.
@@ -29,6 +30,7 @@ pub struct Keyed<'a> {
 type Needed = (&'static [&'static str], &'static str);
 
 const SAMPLES: Needed = (&["rf", "iq"], "rf=NAME");
+const LINES: [Needed; 2] = [(&["fs"], "fs=HZ"), (&["beam_x", "pitch"], "pitch=METRES")];
 const CARRIER: Needed = (&["f_demod"], "f_demod=HZ");
 /// Keys needed besides the samples.
 const NEEDED: [Needed; 6] = [
@@ -180,7 +182,11 @@ impl Keyed<'_> {
         )
     }
 
-    fn centred(&self, elements: usize) -> Result<Vec<f64>> {
+    /// Even positions about 0, by `pitch`.
+    ///
+    /// # Errors
+    /// No pitch, or several.
+    pub fn centred(&self, elements: usize) -> Result<Vec<f64>> {
         let Some(pitch) = self.optional("pitch")? else {
             return Err(self.missing("element_x"));
         };
@@ -207,13 +213,23 @@ impl Keyed<'_> {
     /// # Errors
     /// The message, with a list of the arrays in the file.
     fn check_that_all_is_given(&self, samples: Option<Needed>) -> Result<()> {
+        let carrier = is_given(self.source, self.variables, "iq").then_some(CARRIER);
+        self.check_needed(samples.into_iter().chain(NEEDED).chain(carrier))
+    }
+
+    /// As for channel data, for lines.
+    ///
+    /// # Errors
+    /// As for channel data.
+    pub fn check_that_lines_are_given(&self) -> Result<()> {
+        self.check_needed(LINES)
+    }
+
+    fn check_needed(&self, needed: impl IntoIterator<Item = Needed>) -> Result<()> {
         let given = |key: &str| is_given(self.source, self.variables, key);
         let by_layout = |key: &str| self.law.is_some() && (key == "t0" || key.starts_with("tx_"));
-        let carrier = given("iq").then_some(CARRIER);
-        let missing: Vec<Needed> = samples
+        let missing: Vec<Needed> = needed
             .into_iter()
-            .chain(NEEDED)
-            .chain(carrier)
             .filter(|(keys, _)| !keys.iter().any(|key| given(key) || by_layout(key)))
             .collect();
         if missing.is_empty() {
@@ -251,6 +267,7 @@ impl Keyed<'_> {
             .keys()
             .filter_map(|key| {
                 let reason = match key {
+                    _ if LINE_KEYS.contains(&key) => "the samples are channel data".into(),
                     _ if unread.contains(&key) => "this format does not have it".into(),
                     "f_demod" if !is_given("iq") => "the samples are RF".into(),
                     "pitch" if is_given("element_x") => "`element_x` gives the array".into(),
@@ -272,7 +289,7 @@ impl Keyed<'_> {
     }
 
     /// The array of a key, if there is one.
-    fn name<'b>(&'b self, key: &'b str) -> Option<&'b str> {
+    pub fn name<'b>(&'b self, key: &'b str) -> Option<&'b str> {
         match self.variables.get(key) {
             Some(Given::Name(name)) => Some(name),
             Some(_) => None,
@@ -294,7 +311,11 @@ impl Keyed<'_> {
         }
     }
 
-    fn optional(&self, key: &str) -> Result<Option<Vec<f64>>> {
+    /// The numbers of a key, if there are any.
+    ///
+    /// # Errors
+    /// As [`NamedArrays::vector`].
+    pub fn optional(&self, key: &str) -> Result<Option<Vec<f64>>> {
         match self.variables.get(key) {
             Some(Given::Number(value)) => Ok(Some(vec![*value])),
             Some(Given::Numbers(values)) => Ok(Some(values.clone())),
@@ -309,7 +330,11 @@ impl Keyed<'_> {
         self.optional(key)?.ok_or_else(|| self.missing(key))
     }
 
-    fn scalar(&self, key: &str) -> Result<f64> {
+    /// The number of a key.
+    ///
+    /// # Errors
+    /// A key that is missing, or several numbers.
+    pub fn scalar(&self, key: &str) -> Result<f64> {
         match self.vector(key)?.as_slice() {
             [value] => Ok(*value),
             values => Err(self.source.error(format!(

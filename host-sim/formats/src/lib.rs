@@ -11,7 +11,9 @@ mod hdf5;
 mod keyed;
 mod layout;
 mod layouts;
+mod lines;
 mod mat5;
+mod npz;
 mod picmus;
 mod recording_file;
 mod sonix;
@@ -22,7 +24,7 @@ mod waves;
 mod zea;
 
 pub use blocks::Blocks;
-pub use export::{Export, add_lines};
+pub use export::Export;
 pub use layout::Layout;
 pub use recording_file::RecordingFile;
 pub use variables::{Given, Variables};
@@ -94,22 +96,24 @@ impl Format {
 fn expected() -> String {
     let names = Format::names();
     format!(
-        "expected one of {names}, with channel data (`rf`, `iq`) or aligned data (`x`), see --help"
+        "expected one of {names}, with channel data (`rf`, `iq`), aligned data (`x`) or lines (`lines`), see --help"
     )
 }
 
 /// Number of bytes at a file's beginning that show its format.
-const HEAD: u64 = 520;
+const HEAD: u64 = (1 << 16) + 8;
 const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
-/// Offset of MATLAB's HDF5, behind a header of its own.
+/// Least offset of HDF5 behind a user block, such as MATLAB's header; others are twice as long, and so on.
 const USER_BLOCK: usize = 512;
+
+const MATLAB: &[u8] = b"MATLAB";
 
 /// Formats that are not read, by their first bytes.
 const FOREIGN: [(&[u8], &str); 5] = [
     (b"\x93NUMPY", "a single .npy array"),
     (b"\x1f\x8b", "compressed with gzip"),
     (
-        b"MATLAB",
+        MATLAB,
         "a MATLAB file that is damaged or of an unknown version",
     ),
     (b"\x89PNG", "a picture"),
@@ -126,9 +130,11 @@ pub struct Found {
     pub frames: usize,
     /// Assumed values that the file does not give, one sentence each without full stop.
     pub assumed: Vec<String>,
+    /// Names of the file's arrays that were not read.
+    pub unread: Vec<String>,
 }
 
-/// Reads some frames of channel data or aligned data.
+/// Reads some frames of channel data or aligned data, or lines.
 ///
 /// The format is recognized by content. Frames that do not exist are left out.
 ///
@@ -173,8 +179,7 @@ fn read_as_written(path: &Path, variables: &Variables, frames: Range<usize>) -> 
         return match sonix::is(path) {
             true => {
                 let (data, held, assumed) = sonix::read(path, variables, frames)?;
-                let found = channel(Ok((data, held)), Format::Sonix)?;
-                Ok(Found { assumed, ..found })
+                Ok(channel((data, held), Format::Sonix, assumed, Vec::new()))
             }
             false => Err(file_error(
                 path,
@@ -185,9 +190,9 @@ fn read_as_written(path: &Path, variables: &Variables, frames: Range<usize>) -> 
     let mut head = Vec::new();
     let begin = input::open(path).and_then(|file| file.take(HEAD).read_to_end(&mut head));
     begin.map_err(|e| file_error(path, cannot_be_opened(&e)))?;
-    let matlab = head.get(USER_BLOCK..).is_some_and(|b| b.starts_with(HDF5));
-    if head.starts_with(HDF5) || matlab {
-        return read_hdf5(path, matlab, variables, frames);
+    let begins = |at: usize| head.get(at..).is_some_and(|bytes| bytes.starts_with(HDF5));
+    if begins(0) || (0..8).any(|k| begins(USER_BLOCK << k)) {
+        return read_hdf5(path, head.starts_with(MATLAB), variables, frames);
     }
     let version = head.get(124..128);
     if version == Some(&[0, 1, b'I', b'M']) || version == Some(&[1, 0, b'M', b'I']) {
@@ -196,15 +201,14 @@ fn read_as_written(path: &Path, variables: &Variables, frames: Range<usize>) -> 
     }
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
     if head.starts_with(b"PK") {
-        refuse_without_effect(variables, path)?;
-        return npz_archive(path, frames);
+        return npz_archive(path, variables, frames);
     }
     if let Some((_, what)) = FOREIGN.iter().find(|(magic, _)| head.starts_with(magic)) {
         return Err(file_error(path, format!("is {what}; {}", expected())));
     }
     // One that is cut short or damaged says so itself.
     if extension.eq_ignore_ascii_case("npz") {
-        return npz_archive(path, frames);
+        return npz_archive(path, variables, frames);
     }
     let named = |extensions: &[&str]| extensions.iter().any(|e| extension.eq_ignore_ascii_case(e));
     let what = if named(&["h5", "hdf5", "uff"]) {
@@ -219,14 +223,42 @@ fn read_as_written(path: &Path, variables: &Variables, frames: Range<usize>) -> 
     Err(file_error(path, format!("{what}; {}", expected())))
 }
 
-fn npz_archive(path: &Path, frames: Range<usize>) -> Result<Found> {
+fn npz_archive(path: &Path, variables: &Variables, frames: Range<usize>) -> Result<Found> {
+    let source = npz::Archive::open(path)?;
+    let own =
+        ["rf", "iq", "x", "z"].iter().any(|key| source.has(key)) && !lines::is(&source, variables);
+    if !own {
+        let (completed, _) = aliases::complete(&source, variables);
+        let named = |key: &&str| aliases::is_given(&source, &completed, key);
+        if ["rf", "iq", "lines"].iter().any(|key| named(&key)) {
+            return keyed(&source, variables, frames, Format::Npz);
+        }
+        return Err(source.error(format!(
+            "holds neither `rf` or `iq` (channel data) nor `x` (aligned data), and no lines (`z` and `beam_x`, or \
+             `lines`); --variable rf=NAME names the samples; its arrays: {}",
+            aliases::listed(&source)
+        )));
+    }
+    refuse_without_effect(variables, path)?;
     let (recording, frames) = Recording::read_npz(path, frames, None, None)?;
     Ok(Found {
         recording,
         format: Format::Npz,
         frames,
         assumed: Vec::new(),
+        unread: other_keys(source.names()),
     })
+}
+
+/// The names of an archive that are no keys.
+fn other_keys(mut names: Vec<String>) -> Vec<String> {
+    let known = [
+        &variables::KEYS[..],
+        &variables::LINE_KEYS,
+        &["x", "z", "sub_lines"],
+    ];
+    names.retain(|name| !known.iter().any(|keys| keys.contains(&name.as_str())));
+    names
 }
 
 fn read_hdf5(
@@ -240,23 +272,26 @@ fn read_hdf5(
         let only = variables.only_numbers(keys);
         only.map_err(|e| file_error(path, e))
     };
-    if !matlab && picmus::is(&store) {
+    let (data, format, assumed) = if matlab || store.is_octave() {
+        let format = if matlab { Format::Mat73 } else { Format::Hdf5 };
+        return keyed(&store, variables, frames, format);
+    } else if picmus::is(&store) {
         only(&["fs", "c", "f0", "lens_delay"])?;
-        let data = picmus::read(&store, variables);
-        return channel(data.map(|data| (data, 1)), Format::Picmus);
-    }
-    if !matlab && uff::is(&store) {
+        let data = picmus::read(&store, variables)?;
+        ((data, 1), Format::Picmus, Vec::new())
+    } else if uff::is(&store) {
         only(&["fs", "c", "f0", "f_demod", "lens_delay"])?;
-        return channel(uff::read(&store, variables, frames), Format::Uff);
-    }
-    if !matlab && zea::is(&store) {
+        let data = uff::read(&store, variables, frames)?;
+        (data, Format::Uff, Vec::new())
+    } else if zea::is(&store, variables)? {
         only(&[TRACK, "fs", "c", "f0", "lens_delay"])?;
         let (data, held, assumed) = zea::read(&store, variables, frames)?;
-        let found = channel(Ok((data, held)), Format::Zea)?;
-        return Ok(Found { assumed, ..found });
-    }
-    let format = if matlab { Format::Mat73 } else { Format::Hdf5 };
-    keyed(&store, variables, frames, format)
+        ((data, held), Format::Zea, assumed)
+    } else {
+        return keyed(&store, variables, frames, Format::Hdf5);
+    };
+    let unread = store.unread();
+    Ok(channel(data, format, assumed, unread))
 }
 
 /// Arrays with names that users choose.
@@ -266,19 +301,33 @@ fn keyed(
     frames: Range<usize>,
     format: Format,
 ) -> Result<Found> {
+    if lines::is(source, variables) {
+        let (lines, assumed) = lines::read(source, variables)?;
+        return Ok(Found {
+            frames: lines.z.dim().0,
+            recording: Recording::Lines(lines),
+            format,
+            assumed,
+            unread: source.unread(),
+        });
+    }
     let (data, held, assumed) = layouts::channel_data(source, variables, frames)?;
-    let found = channel(Ok((data, held)), format)?;
-    Ok(Found { assumed, ..found })
+    Ok(channel((data, held), format, assumed, source.unread()))
 }
 
-fn channel(data: Result<(ChannelData, usize)>, format: Format) -> Result<Found> {
-    let (data, frames) = data?;
-    Ok(Found {
+fn channel(
+    (data, frames): (ChannelData, usize),
+    format: Format,
+    assumed: Vec<String>,
+    unread: Vec<String>,
+) -> Found {
+    Found {
         recording: Recording::Channel(data),
         format,
         frames,
-        assumed: Vec::new(),
-    })
+        assumed,
+        unread,
+    }
 }
 
 fn refuse_without_effect(variables: &Variables, path: &Path) -> Result<()> {

@@ -23,6 +23,7 @@ pub struct RecordingFile {
     /// The first frame, or all.
     first: Recording,
     assumed: Vec<String>,
+    unread: Vec<String>,
 }
 
 impl RecordingFile {
@@ -44,6 +45,7 @@ impl RecordingFile {
             frames: found.frames,
             first: found.recording,
             assumed: found.assumed,
+            unread: found.unread,
         })
     }
 
@@ -55,6 +57,11 @@ impl RecordingFile {
     /// Assumed values that the file does not give.
     pub fn assumed(&self) -> &[String] {
         &self.assumed
+    }
+
+    /// Names of the file's arrays that were not read.
+    pub fn unread(&self) -> &[String] {
+        &self.unread
     }
 
     /// Number of frames in the file.

@@ -1,5 +1,7 @@
 //! Arrays of a file, as its format's reader returns them.
 
+use std::cell::RefCell;
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 use ndarray::{ArrayD, Axis, IxDyn};
@@ -32,6 +34,30 @@ impl Values {
 /// Indices beyond the array are left out.
 pub type AxisRange = (usize, Range<usize>);
 
+/// Names of the arrays that were read.
+#[derive(Default)]
+pub struct Reads(RefCell<BTreeSet<String>>);
+
+impl Reads {
+    /// Notes that an array was read.
+    pub fn note(&self, name: &str) {
+        self.0.borrow_mut().insert(plain(name));
+    }
+
+    /// The names of which no array was read.
+    pub fn without(&self, mut names: Vec<String>) -> Vec<String> {
+        let read = self.0.borrow();
+        names.retain(|name| !read.contains(&plain(name)));
+        names
+    }
+}
+
+/// The steps of a path without the entries that they select.
+fn plain(path: &str) -> String {
+    let steps: Vec<&str> = steps(path).iter().map(|(step, _)| *step).collect();
+    steps.join("/")
+}
+
 /// Named arrays of a file, independent of its format.
 pub trait NamedArrays {
     /// An error about this file.
@@ -39,6 +65,11 @@ pub trait NamedArrays {
 
     /// The names of its arrays.
     fn names(&self) -> Vec<String>;
+
+    /// The names of the arrays that were not read until now.
+    fn unread(&self) -> Vec<String> {
+        Vec::new()
+    }
 
     /// Real numbers, exactly or rounded to f64.
     ///

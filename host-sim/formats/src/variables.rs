@@ -34,6 +34,8 @@ pub const KEYS: [&str; 22] = [
     // The distance between neighbouring elements, m, where there is no `element_x`: centred on 0.
     "pitch",
 ];
+/// Keys of lines.
+pub const LINE_KEYS: [&str; 4] = ["lines", "beam_x", "beam_z", "beam_angle"];
 /// Keys of which one gives the delay law.
 pub const LAWS: [&str; 5] = ["tx_x", "tx_angle", "tx_element", "tx_source_x", "tx_delay"];
 /// The order of the axes of the samples.
@@ -218,17 +220,18 @@ impl Variables {
                 (BUFFER, Given::Number(number)) => *number >= 1.0 && number.fract() == 0.0,
                 (TIMES, Given::Name(from)) => [ORIGIN, "first"].contains(&from.as_str()),
                 (AXES | BUFFER | CHANNELS | LAYOUT | TIMES | TRACK | IQ_CONJUGATE, _) => false,
+                ("lines", given) => matches!(given, Given::Name(_)),
                 ("rf" | "iq", given) => matches!(given, Given::Name(_) | Given::Names(_)),
                 (_, Given::Names(_)) => false,
                 (_, Given::Number(value)) => value.is_finite(),
                 (_, Given::Numbers(values)) => values.iter().all(|v| v.is_finite()),
                 (_, Given::Name(_)) => true,
             };
-            if !OTHERS.contains(&key.as_str()) && !KEYS.contains(&key.as_str()) {
+            let known = [&OTHERS[..], &KEYS, &LINE_KEYS];
+            if !known.iter().any(|keys| keys.contains(&key.as_str())) {
                 return Err(format!(
-                    "`{key}` in [variables] (--variable) is unknown; expected {}, {}",
-                    OTHERS.join(", "),
-                    KEYS.join(", ")
+                    "`{key}` in [variables] (--variable) is unknown; expected {}",
+                    known.map(|keys| keys.join(", ")).join(", ")
                 ));
             }
             if !fits {

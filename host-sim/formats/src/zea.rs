@@ -35,11 +35,28 @@ fn folders(store: &Store) -> Vec<String> {
     folders
 }
 
-/// Whether a file is zea's.
-pub fn is(store: &Store) -> bool {
+/// Whether a file is zea's, unless the variables name its samples.
+///
+/// # Errors
+/// A file of zea without raw data.
+pub fn is(store: &Store, variables: &Variables) -> Result<bool> {
     let marked = ["zea_version", "us_machine", "probe"];
     let marked = marked.iter().any(|name| store.mark("", name).is_some());
-    !folders(store).is_empty() && (marked || store.has_group("scan"))
+    if !folders(store).is_empty() {
+        return Ok(marked || store.has_group("scan"));
+    }
+    let keys = ["rf", "iq", "lines"];
+    let is_named = keys.iter().any(|key| variables.get(key).is_some());
+    let is_own = marked && store.has_group("tracks") || store.mark("", "zea_version").is_some();
+    if is_own && !is_named {
+        let of_data = |name: &String| name.contains("data/");
+        let held: Vec<String> = store.names().into_iter().filter(of_data).collect();
+        return Err(store.error(format!(
+            "is a zea file without `data/raw_data`, the channel data; images cannot be beamformed; it holds {}",
+            if held.is_empty() { "no data".into() } else { held.join(", ") }
+        )));
+    }
+    Ok(false)
 }
 
 /// The group of the chosen track, or of the only one with raw data.

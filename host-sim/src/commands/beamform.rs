@@ -37,7 +37,8 @@ use bonebeam_report::page::figure;
 
 /// Beamform channel data: one complex value per line and depth.
 ///
-/// FILE holds channel data, or aligned data (`x` …) as .npz, which are not delayed again. Focused transmits make
+/// FILE holds channel data, aligned data (`x` …) as .npz, which are not delayed again, or lines (`z` or `lines` …), of
+/// which images, bone map and surface are made. Focused transmits make
 /// one line each, from left to right; those at one position are averaged. So do virtual sources in front of the array
 /// if none is behind another. Other transmits are compounded into two lines per element: straight down, along the normals of a curved array, or in a
 /// sector. With an adaptive method, lines are up to 0.1 mm apart, and each is the largest of several directions
@@ -54,9 +55,9 @@ pub struct Arguments {
     /// File for the beamformed lines
     ///
     /// Keys: `z` complex64 [beam, sample] ([frame, beam, sample] for several frames), `fs`, `t0`, `beam_x`, `c`,
-    /// and `beam_z`, `beam_angle` of lines that do not go straight down.
+    /// and `beam_z`, `beam_angle` of lines that do not go straight down. Needed unless FILE holds lines.
     #[arg(short, long, value_name = "LINES.npz")]
-    output: PathBuf,
+    output: Option<PathBuf>,
 
     #[command(flatten)]
     variables: VariableArguments,
@@ -159,6 +160,13 @@ impl Arguments {
                 (spacing, "the beams' positions")
             }
             Recording::Aligned(_) => (delay, "aligned data"),
+            Recording::Lines(_) => {
+                let any = self.beamform.given().next().map(|(flag, _)| flag);
+                (
+                    any.or(self.coherence.as_ref().map(|_| "coherence")),
+                    "lines",
+                )
+            }
         };
         match flag {
             None => Ok(()),
@@ -171,7 +179,8 @@ impl Arguments {
 
     /// Refuses outputs that cannot be written, or that would overwrite another file.
     fn check_paths(&self, config_path: &Path) -> Result<()> {
-        let mut outputs = vec![self.output.as_path(), config_path];
+        let output = self.output.as_deref();
+        let mut outputs: Vec<_> = output.into_iter().chain([config_path]).collect();
         if let Some(path) = &self.image {
             if !is_figure(path) {
                 Format::of(path)?;
@@ -243,13 +252,14 @@ impl Arguments {
     /// Lines of an interrupted run with the same configuration, recording and frames.
     fn partial(
         &self,
+        output: &Path,
         snapshot: &Snapshot,
         config: &Config,
         frames: &Range<usize>,
     ) -> Result<PartialLines> {
         let settings = format!("{:?} {:?} {frames:?}", config.beamform, config.variables);
         let key = snapshot.key(&settings)?;
-        let mut path = self.output.as_os_str().to_owned();
+        let mut path = output.as_os_str().to_owned();
         path.push(".partial");
         PartialLines::open(Path::new(&path), key)
     }
@@ -276,7 +286,11 @@ impl Arguments {
         let known = map.as_ref().filter(|_| measure == Measure::ShortLag);
         let points = of_recording(frames, frame, lines, known, &config.surface);
         let points = points.map_err(of_file)?;
-        let surface = FrameSurface { frame: 0, points };
+        let surface = FrameSurface {
+            frame: 0,
+            points,
+            verdict: None,
+        };
         let count = lines.beam_x.len();
         let text = format!("; {}", surface.summary(count));
         add_surfaces_to(&[surface], count, None, path, outputs)?;
@@ -334,7 +348,17 @@ pub fn run(arguments: Arguments) -> Result<()> {
     }
     config.validate()?;
 
-    let config_path = Config::path_beside(&arguments.output);
+    let outputs = [
+        &arguments.output,
+        &arguments.image,
+        &arguments.bone_map,
+        &arguments.surface,
+    ];
+    let Some(beside) = outputs.into_iter().flatten().next() else {
+        let message = "no output is asked for; expected --output LINES.npz, or of lines --image, --bone-map or --surface";
+        return Err(Error::Usage(message.into()));
+    };
+    let config_path = Config::path_beside(beside);
     arguments.check_paths(&config_path)?;
 
     let snapshot = Snapshot::of(&arguments.recording)?;
@@ -344,6 +368,12 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let mut file = RecordingFile::open(&arguments.recording, &config.variables)?;
     let first = file.first();
     arguments.refuse_flags_without_effect(first)?;
+    if !matches!(first, Recording::Lines(_)) && arguments.output.is_none() {
+        return Err(Error::Usage(format!(
+            "{} holds no lines yet; expected --output LINES.npz for them",
+            arguments.recording.display()
+        )));
+    }
     arguments.check_beams(first)?;
     arguments.warn_of(first, &config)?;
     tell_assumed(&arguments.recording, &file);
@@ -376,15 +406,16 @@ pub fn run(arguments: Arguments) -> Result<()> {
     };
 
     let mut outputs = Outputs::new();
-    let (lines, partial) = match of {
-        1 => {
+    let (lines, partial) = match (&arguments.output, of) {
+        (None, _) => (next(0)?.remove(0), None),
+        (Some(output), 1) => {
             let lines = next(0)?.remove(0);
-            lines.add_to(&arguments.output, &mut outputs)?;
+            lines.add_to(output, &mut outputs)?;
             (lines, None)
         }
-        _ => {
-            let mut partial = arguments.partial(&snapshot, &config, &frames)?;
-            let (output, count) = (&arguments.output, frames.len());
+        (Some(output), _) => {
+            let mut partial = arguments.partial(output, &snapshot, &config, &frames)?;
+            let count = frames.len();
             let first =
                 BeamformedLines::add_frames_to(count, output, &mut outputs, &mut partial, next)?;
             (first, Some(partial))
@@ -394,7 +425,8 @@ pub fn run(arguments: Arguments) -> Result<()> {
     bar.clear();
     let input = hashing.finish()?;
     let mut measures = Measures::new(&input, format, seconds, resumed, &lines);
-    let mut summary = summary_of_lines(&shared, &config.beamform, frames.len(), &lines);
+    let count = arguments.output.as_ref().map_or(1, |_| frames.len());
+    let mut summary = summary_of_lines(&shared, &config.beamform, count, &lines);
     if resumed > 0 {
         summary += &format!(", {resumed} of them from an interrupted run");
     }
@@ -482,5 +514,6 @@ fn given_beams(recording: &Recording) -> Option<Vec<f64>> {
             _ => None,
         },
         Recording::Aligned(data) => data.beam_x.clone(),
+        Recording::Lines(_) => None,
     }
 }

@@ -115,7 +115,7 @@ impl EstimateArgument {
         let file = RecordingFile::open(path, &config.variables)?;
         let found = match file.first() {
             Recording::Channel(data) => sound_speed(data),
-            Recording::Aligned(_) => None,
+            Recording::Aligned(_) | Recording::Lines(_) => None,
         };
         let Some(found) = found else {
             let message = "the echoes do not show their sound speed; take --sound-speed";

@@ -7,10 +7,10 @@ use clap::Args;
 use super::{ConfigArgument, VariableArguments, load_config, recording_help, tell_assumed};
 use crate::Result;
 use crate::provenance::Snapshot;
+use bonebeam_files::Recording;
 use bonebeam_files::atomic::{Outputs, check_outputs};
 use bonebeam_files::terminal::{print, warn};
-use bonebeam_files::{BeamformedLines, Recording};
-use bonebeam_formats::{Export, RecordingFile, add_lines};
+use bonebeam_formats::{Export, RecordingFile};
 
 /// Write a recording of any format, or lines, as .npz, UFF or zea's HDF5.
 ///
@@ -19,7 +19,7 @@ use bonebeam_formats::{Export, RecordingFile, add_lines};
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    #[arg(value_name = "FILE", help = format!("{}; or lines as beamform writes them", recording_help()))]
+    #[arg(value_name = "FILE", help = recording_help())]
     recording: PathBuf,
 
     /// Output file: .npz, .uff, or for zea .hdf5 or .h5
@@ -55,13 +55,6 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let export = Export::of(&arguments.output)?;
     let snapshot = Snapshot::of(&arguments.recording)?;
     let mut outputs = Outputs::new();
-    if export != Export::Npz && BeamformedLines::are_in(&arguments.recording) {
-        let frames = BeamformedLines::read_frames(&arguments.recording)?;
-        add_lines(export, &frames, &arguments.output, &mut outputs)?;
-        snapshot.check()?;
-        outputs.commit()?;
-        return print(&format!("lines read, {} written\n", export.name()));
-    }
     let file = RecordingFile::open(&arguments.recording, &config.variables)?;
     tell_assumed(&arguments.recording, &file);
     if let Recording::Channel(data) = file.first() {
@@ -72,6 +65,9 @@ pub fn run(arguments: Arguments) -> Result<()> {
     file.add_to(export, &arguments.output, &mut outputs)?;
     snapshot.check()?;
     outputs.commit()?;
-    let format = file.format().name();
+    let format = match file.first() {
+        Recording::Lines(_) => "lines",
+        _ => file.format().name(),
+    };
     print(&format!("{format} read, {} written\n", export.name()))
 }

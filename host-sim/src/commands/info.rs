@@ -12,7 +12,7 @@ use bonebeam_drive::config::{Beamform, Image};
 use bonebeam_drive::delay::DelayStage;
 use bonebeam_drive::policy::warnings;
 use bonebeam_files::terminal::{digits, one_line, print};
-use bonebeam_files::{AlignedData, ChannelData, Recording, Samples, Transmits};
+use bonebeam_files::{AlignedData, ChannelData, LineFrames, Recording, Samples, Transmits};
 use bonebeam_formats::RecordingFile;
 
 /// Print a recording's contents and the processing that `beamform` would apply.
@@ -63,7 +63,9 @@ pub fn run(arguments: Arguments) -> Result<()> {
         Recording::Aligned(data) => {
             facts.extend(of_aligned_data(data, file.frames(), &config.beamform))
         }
+        Recording::Lines(lines) => facts.extend(of_lines(lines)),
     }
+    facts.extend(not_used(file.unread()));
     let mut text = String::new();
     for (what, fact) in facts {
         text += &format!("{what:<10} {}\n", one_line(&fact));
@@ -238,6 +240,41 @@ fn sub_lines(stage: &DelayStage<'_>) -> Option<Fact> {
         ),
     };
     Some(("sub-lines", format!("{own} loses up to about {loss:.1} dB")))
+}
+
+/// The arrays that were not read; of many, the first.
+fn not_used(names: &[String]) -> Option<Fact> {
+    const MOST: usize = 12;
+    let more = match names.len().saturating_sub(MOST) {
+        0 => String::new(),
+        count => format!(" and {count} more"),
+    };
+    let first = names[..names.len().min(MOST)].join(", ");
+    (!names.is_empty()).then(|| ("not used", format!("{first}{more}")))
+}
+
+fn of_lines(lines: &LineFrames) -> Vec<Fact> {
+    let (frames, beams, samples) = lines.z.dim();
+    let [first, last] = [0, samples - 1].map(|n| lines.c * (lines.t0 + n as f64 / lines.fs) / 2.0);
+    let counts = [
+        count(frames, "frame"),
+        count(beams, "beam"),
+        count(samples, "sample"),
+    ];
+    vec![
+        ("holds", format!("lines: {}", counts.join(", "))),
+        ("sampled", format!("at {}", mhz(lines.fs))),
+        (
+            "depths",
+            format!(
+                "{} to {} mm at {} m/s",
+                mm(first),
+                mm(last),
+                digits(lines.c)
+            ),
+        ),
+        ("beams", format!("at {}", range(&lines.beam_x, 1e3, "mm"))),
+    ]
 }
 
 fn of_aligned_data(data: &AlignedData, frames: usize, parameters: &Beamform) -> Vec<Fact> {

@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::surface_mesh::triangles;
 use crate::{Error, Result};
 use bonebeam_drive::image::BModeImage;
-use bonebeam_drive::surface::{PictureFan, SurfacePoint};
+use bonebeam_drive::surface::{PictureFan, SurfacePoint, Verdict};
 use bonebeam_files::atomic::Outputs;
 use bonebeam_files::image;
 
@@ -50,19 +50,22 @@ impl Kind {
 pub struct FrameSurface {
     pub frame: usize,
     pub points: Vec<SurfacePoint>,
+    /// Of a picture.
+    pub verdict: Option<Verdict>,
 }
 
 impl FrameSurface {
-    /// Number of lines with bone out of `lines`, and their depths.
+    /// Number of lines with bone out of `lines`, their depths, and the verdict.
     pub fn summary(&self, lines: usize) -> String {
+        let verdict = self.verdict.map_or(String::new(), |v| format!("; {v}"));
         let depths = self.points.iter().map(|point| 1e3 * point.z);
         let least = depths.clone().fold(f64::INFINITY, f64::min);
         let most = depths.fold(f64::NEG_INFINITY, f64::max);
         let Some(last) = self.points.last() else {
-            return format!("no bone surface in {lines} lines");
+            return format!("no bone surface in {lines} lines{verdict}");
         };
         format!(
-            "bone surface in {} of {lines} lines, in {} piece{}, from {least:.2} to {most:.2} mm",
+            "bone surface in {} of {lines} lines, in {} piece{}, from {least:.2} to {most:.2} mm{verdict}",
             self.points.len(),
             last.piece + 1,
             if last.piece == 0 { "" } else { "s" }
@@ -94,6 +97,9 @@ impl FrameSurface {
 struct Document {
     /// Number of lines searched.
     lines: usize,
+    /// Whether a picture has bone, and why not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    verdict: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pieces: Option<Vec<Vec<DocumentPoint>>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -140,11 +146,13 @@ pub fn add_surfaces_to(
             let document = match frames {
                 [one] => Document {
                     lines,
+                    verdict: one.verdict.map(|verdict| verdict.to_string()),
                     pieces: Some(one.document(sweep_step)),
                     frames: None,
                 },
                 _ => Document {
                     lines,
+                    verdict: None,
                     pieces: None,
                     frames: Some(frames.iter().map(of).collect()),
                 },

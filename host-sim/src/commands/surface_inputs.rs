@@ -13,9 +13,9 @@ use crate::{Error, Result};
 use bonebeam_drive::frame::RecordingFrames;
 use bonebeam_drive::image::{BModeImage, image_of};
 use bonebeam_drive::policy::{Pictures, warnings, working_memory};
-use bonebeam_drive::surface::{self, Picture, PictureFan, of_lines, of_picture};
+use bonebeam_drive::surface::{self, Picture, PictureFan, of_picture};
 use bonebeam_files::terminal::warn;
-use bonebeam_files::{BeamformedLines, Recording, image, memory, npz};
+use bonebeam_files::{BeamformedLines, Recording, image, memory};
 use bonebeam_formats::RecordingFile;
 use ndarray::Slice;
 
@@ -78,26 +78,11 @@ impl Source<'_> {
     }
 }
 
-/// Content of FILE.
-enum Input {
-    Picture,
-    Lines,
-    Recording,
-}
-
-impl Input {
-    fn of(path: &Path) -> Result<Self> {
-        let extension = path.extension().and_then(|e| e.to_str());
-        let is = |name: &str| extension.is_some_and(|e| e.eq_ignore_ascii_case(name));
-        if is("png") || is("npy") {
-            return Ok(Self::Picture);
-        }
-        let lines = is("npz") && {
-            let file = npz::Reader::open(path)?;
-            file.has("z") && file.has("beam_x")
-        };
-        Ok(if lines { Self::Lines } else { Self::Recording })
-    }
+/// Whether a file is a picture, by its name.
+fn is_picture(path: &Path) -> bool {
+    let extension = path.extension().and_then(|e| e.to_str());
+    let is = |name: &str| extension.is_some_and(|e| e.eq_ignore_ascii_case(name));
+    is("png") || is("npy")
 }
 
 /// Surfaces of the frames, and the picture of the first.
@@ -116,23 +101,11 @@ impl Found {
     /// # Errors
     /// Flags that have no effect on the source, invalid data, or an error of the core.
     pub fn of(source: &Source<'_>, config: &Config, snapshot: &Snapshot) -> Result<Self> {
-        match Input::of(source.path)? {
-            Input::Picture => of_file_of_picture(source, config),
-            Input::Lines => {
-                source.refuse_of_picture()?;
-                let frames = BeamformedLines::read_frames(source.path)?;
-                let range = source.range(frames.len(), config)?;
-                let mut found = None;
-                for index in range {
-                    add_frame(&mut found, index, &frames[index], (source, config), None)?;
-                }
-                found.ok_or_else(|| Error::Usage("--frames selects no frame".into()))
-            }
-            Input::Recording => {
-                source.refuse_of_picture()?;
-                of_recording(source, config, snapshot)
-            }
+        if is_picture(source.path) {
+            return of_file_of_picture(source, config);
         }
+        source.refuse_of_picture()?;
+        of_recording(source, config, snapshot)
     }
 }
 
@@ -198,6 +171,7 @@ fn of_file_of_picture(source: &Source<'_>, config: &Config) -> Result<Found> {
         frames: vec![FrameSurface {
             frame: 0,
             points: found.points,
+            verdict: Some(found.verdict),
         }],
         lines: found.lines,
         picture: Some(BModeImage {
@@ -213,21 +187,22 @@ fn of_file_of_picture(source: &Source<'_>, config: &Config) -> Result<Found> {
 
 /// Adds the surface of a frame; of the first frame also the picture if asked for.
 ///
-/// `recorded` is the frame in its recording; lines alone have none.
+/// `recorded` is the frame in its recording.
 fn add_frame(
     found: &mut Option<Found>,
     frame: usize,
     lines: &BeamformedLines,
     (source, config): (&Source<'_>, &Config),
-    recorded: Option<(&RecordingFrames<'_>, (&Recording, usize))>,
+    (frames, recorded): (&RecordingFrames<'_>, (&Recording, usize)),
 ) -> Result<()> {
     let of_file = |error| about(source.path, error);
-    let points = match recorded {
-        Some((frames, frame)) => surface::of_recording(frames, frame, lines, None, &config.surface),
-        None => of_lines(lines, &config.surface),
-    };
+    let points = surface::of_recording(frames, recorded, lines, None, &config.surface);
     let points = points.map_err(of_file)?;
-    let surface = FrameSurface { frame, points };
+    let surface = FrameSurface {
+        frame,
+        points,
+        verdict: None,
+    };
     match found {
         Some(found) => found.frames.push(surface),
         None => {
@@ -249,6 +224,7 @@ fn of_recording(source: &Source<'_>, config: &Config, snapshot: &Snapshot) -> Re
     let path = source.path;
     let file = RecordingFile::open(path, &config.variables)?;
     let frames = source.range(file.frames(), config)?;
+    super::tell_assumed(path, &file);
     let first = file.first();
     if let Recording::Channel(data) = first {
         for warning in warnings(data, &config.beamform)? {
@@ -276,7 +252,7 @@ fn of_recording(source: &Source<'_>, config: &Config, snapshot: &Snapshot) -> Re
         let lines = beamformer.lines(recording, own.clone(), &progress);
         let lines = lines.map_err(|e| about(path, e))?;
         for ((index, held), lines) in (start..).zip(own).zip(lines) {
-            let recorded = Some((&beamformer, (recording, held)));
+            let recorded = (&beamformer, (recording, held));
             add_frame(&mut found, index, &lines, (source, config), recorded)?;
         }
     }

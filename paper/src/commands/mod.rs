@@ -8,7 +8,7 @@ mod verify;
 use std::num::NonZeroUsize;
 use std::process::ExitCode;
 
-use crate::{Error, Result};
+use crate::page::print::register_font;
 use bonebeam_oracle::verify::REFERENCES;
 use clap::{Parser, Subcommand};
 use host_sim::commands::main_job;
@@ -57,13 +57,4 @@ pub fn run() -> ExitCode {
             Some(Command::Golden(arguments)) => golden::run(&arguments),
         }
     })
-}
-
-/// Registers the font that measures and draws text.
-///
-/// The reader's own fonts show the page.
-fn register_font() -> Result<()> {
-    let bytes = dejavu::sans::regular();
-    plotters::style::register_font("sans-serif", plotters::style::FontStyle::Normal, bytes)
-        .map_err(|_| Error::Data("the font of the axes cannot be read".into()))
 }

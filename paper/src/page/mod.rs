@@ -12,7 +12,7 @@ use bonebeam_report::page::html::{document, folded, notes, parts, table};
 use bonebeam_report::page::pictures::PictureLocation;
 use bonebeam_report::page::{Page, Report, tables};
 
-mod print;
+pub(crate) mod print;
 
 /// The page, with pictures as they are printed.
 pub const PAPER: Page = Page {

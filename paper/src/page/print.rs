@@ -80,6 +80,7 @@ struct Sheet {
 impl Sheet {
     /// The axes of a picture, and a colour bar if there is one.
     fn new(picture: &Picture, bar: Option<&Bar<'_>>) -> Result<Self> {
+        register_font()?;
         let (rows, columns) = picture.pixels.dim();
         let dots = WIDTH.div_ceil(columns.max(1));
         let beside = MARGINS.left + (columns * dots) as u32 + MARGINS.margin[1];
@@ -142,6 +143,15 @@ impl Sheet {
 
 fn failed(error: &dyn std::fmt::Display) -> Error {
     Error::Data(format!("a picture cannot be drawn for print: {error}"))
+}
+
+/// Registers the font that measures and draws text.
+///
+/// The reader's own fonts show the page.
+pub fn register_font() -> Result<()> {
+    let bytes = dejavu::sans::regular();
+    plotters::style::register_font("sans-serif", plotters::style::FontStyle::Normal, bytes)
+        .map_err(|_| Error::Data("the font of the axes cannot be read".into()))
 }
 
 #[cfg(test)]

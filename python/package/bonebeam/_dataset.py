@@ -15,8 +15,7 @@ from os import PathLike, fspath
 from typing import Any, TypeVar, overload
 
 from . import _native
-from ._data import AlignedData, ChannelData
-from ._files import Variables, opened, recording
+from ._files import Recording, Variables, opened, recording
 
 Result = TypeVar("Result")
 # Files that are open at a time: each keeps its first frame.
@@ -25,7 +24,7 @@ OPEN = 4
 PERIOD = 10.0
 
 
-class Dataset(Sequence["ChannelData | AlignedData"]):
+class Dataset(Sequence[Recording]):
     """The frames of one or several recordings, read from disk on demand.
 
     Files may be larger than memory. A slice is a data set of its frames, without reading them. A data set can be
@@ -68,10 +67,10 @@ class Dataset(Sequence["ChannelData | AlignedData"]):
         return len(self._numbers)
 
     @overload
-    def __getitem__(self, index: int) -> ChannelData | AlignedData: ...
+    def __getitem__(self, index: int) -> Recording: ...
     @overload
     def __getitem__(self, index: slice) -> Dataset: ...
-    def __getitem__(self, index: int | slice) -> ChannelData | AlignedData | Dataset:
+    def __getitem__(self, index: int | slice) -> Recording | Dataset:
         if isinstance(index, slice):
             part = Dataset.__new__(Dataset)
             part.__dict__.update(self.__getstate__(), _numbers=self._numbers[index])

@@ -11,7 +11,9 @@ from typing import Any
 import numpy as np
 
 from . import _native
-from ._data import AlignedData, ChannelData
+from ._data import AlignedData, ChannelData, Lines
+
+Recording = ChannelData | AlignedData | Lines
 
 Variables = Mapping[str, Any]
 
@@ -21,8 +23,8 @@ def read(
     *,
     frames: int | range | None = None,
     variables: Variables | None = None,
-) -> ChannelData | AlignedData:
-    """Reads a recording: channel data (``rf`` or ``iq`` …) or aligned data (``x`` …).
+) -> Recording:
+    """Reads a recording: channel data (``rf`` or ``iq`` …), aligned data (``x`` …) or lines (``z`` or ``lines`` …).
 
     The formats are those of ``host-sim beamform``: docs/file-formats.md.
 
@@ -54,7 +56,7 @@ def read(
 
 def frames(
     path: str | PathLike[str], *, variables: Variables | None = None
-) -> Iterator[ChannelData | AlignedData]:
+) -> Iterator[Recording]:
     """Iterates over a recording's frames, as a :class:`Dataset`.
 
     Args:
@@ -88,11 +90,13 @@ def opened(path: str | PathLike[str], variables: Variables | None) -> _native.Re
     return _native.RecordingFile(path, json.dumps(given))
 
 
-def recording(keys: dict[str, Any], one: bool = True) -> ChannelData | AlignedData:
+def recording(keys: dict[str, Any], one: bool = True) -> Recording:
     """Data from keys; with ``one``, a single frame has no axis of frames."""
-    for key in ("rf", "iq", "x"):
+    for key in ("rf", "iq", "x", "z"):
         if one and len(keys.get(key, ())) == 1:
             keys[key] = keys[key][0]
+    if "z" in keys:
+        return Lines(**keys)
     return AlignedData(**keys) if "x" in keys else ChannelData(**keys)
 
 

@@ -54,6 +54,8 @@ class Surface(Shown):
     """The searched lines or picture."""
     fan: Fan | None = None
     """Fan of a picture of a curved array or a sector; its beams are the lines."""
+    verdict: str | None = None
+    """Of a picture: ``bone``, ``no bone`` or ``cannot tell``, the last two with the reason."""
 
     def __len__(self) -> int:
         return len(self.line)
@@ -81,6 +83,8 @@ class Surface(Shown):
     def _facts(self) -> Mapping[str, str]:
         points = len(self)
         facts = {"Points": f"{_show.counted(points, 'point')} in {_show.counted(self.lines, 'line')}"}
+        if self.verdict is not None:
+            facts["Verdict"] = self.verdict
         if points:
             pieces = int(self.piece[-1]) + 1
             facts["Pieces"] = _show.counted(pieces, "piece")
@@ -189,10 +193,11 @@ def surface(
     pixels = taken("source", image.pixels, np.float32, ("row", "column"), ("float32", "float64", "uint8"))
     # A picture from elsewhere begins at its top, an image of lines where they do.
     depth = image.z0 if isinstance(source, Image) else 0.0
-    points, lines, found = _native.surface_of_picture(
+    points, lines, found, verdict = _native.surface_of_picture(
         pixels, image.pixel, image.x0, image.z0, depth, None if fan is None else Fan(*fan), keys
     )
-    return Surface(*points, lines=lines, source=image, fan=None if found is None else Fan(*found))
+    fan = None if found is None else Fan(*found)
+    return Surface(*points, lines=lines, source=image, fan=fan, verdict=verdict)
 
 
 def _image(source: Any, pixel_size: float | None) -> Image:

@@ -4,7 +4,7 @@
 //! cargo run --release -p bonebeam-check --example check_study -- --quick
 //! ```
 //!
-//! `--seed` and `--count` choose the recordings. It prints the table of docs/check.md.
+//! `--seed` and `--count` choose the recordings; `--small` takes those of the tests. It prints the table of docs/check.md.
 
 mod faults;
 mod scene;
@@ -43,7 +43,17 @@ fn main() {
     let mut alarms = 0;
     let mut speeds: BTreeMap<String, Vec<[f64; 2]>> = BTreeMap::new();
     for seed in seed..seed + count {
-        let scene = scene::Scene::draw(seed);
+        let laws = [
+            scene::Law::Focused,
+            scene::Law::Plane,
+            scene::Law::Diverging,
+            scene::Law::Element,
+        ];
+        let small = arguments.iter().any(|a| a == "--small");
+        let scene = match small {
+            true => scene::Scene::small(laws[(seed % 4) as usize]),
+            false => scene::Scene::draw(seed),
+        };
         let sound = scene.record();
         let about = format!(
             "{seed} {:?} {:?} {:.0} ns {:.0} dB",

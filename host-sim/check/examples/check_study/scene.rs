@@ -63,6 +63,20 @@ impl Scene {
         }
     }
 
+    /// Points under clean conditions.
+    pub fn small(law: Law) -> Self {
+        Scene {
+            law,
+            medium: Medium::Points,
+            f0: 5e6,
+            c: 1540.0,
+            pitch: 0.9,
+            aberration: 0.0,
+            snr: 10.0,
+            seed: 7,
+        }
+    }
+
     pub fn record(&self) -> ChannelData {
         let mut random = ChaCha8Rng::seed_from_u64(self.seed.wrapping_add(1 << 32));
         let Scene {

@@ -15,6 +15,12 @@ const MAX_PRICE: f64 = 64.0;
 /// Largest weight of a term, nats; the core accepts it with the width of each term.
 const MAX_WEIGHT: f64 = 12.0;
 
+/// The learnt model over joined lines of pictures, whose distance makes moves between lines longer.
+const PICTURE: Settings = Settings {
+    slope: 1.5e3,
+    ..Settings::LEARNT
+};
+
 section! {
     /// Section `[surface]`.
     ///
@@ -82,7 +88,7 @@ section! {
 
 /// The core's defaults for lines and for a picture.
 fn usual(of: fn(&Settings) -> f64) -> String {
-    let [lines, picture] = [Settings::DEFAULT, Settings::LEARNT].map(|s| short(of(&s)));
+    let [lines, picture] = [Settings::DEFAULT, PICTURE].map(|s| short(of(&s)));
     format!("{lines}; {picture} for a picture")
 }
 
@@ -155,7 +161,7 @@ impl Surface {
             Some((name, _)) => Err(Error::Usage(format!(
                 "--{name} has no effect on a picture without --terms"
             ))),
-            None => Ok(self.settings(Settings::LEARNT)),
+            None => Ok(self.settings(PICTURE)),
         }
     }
 

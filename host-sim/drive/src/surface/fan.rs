@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use ndarray::{Array2, ArrayView2};
+use ndarray::{Array2, ArrayView2, Axis};
 use serde::{Deserialize, Serialize};
 
 /// Geometry of a picture's beams, which fan out from an apex.
@@ -23,54 +23,135 @@ pub struct PictureFan {
     pub angles: [f64; 2],
 }
 
-/// Largest grey level that counts as black, of 255.
+/// Largest distance of grey levels from the background's, of 255.
 ///
 /// Compression leaves some grey beside letters and edges.
 const BLACK: f32 = 8.0;
-/// Side of the blocks in which connected parts are found, pixels.
+/// Side of the blocks in which connected parts are found, pixels, and the pixels that fill one.
 ///
-/// Smaller gaps do not split the picture.
+/// Smaller gaps do not split the picture. Thin lines, such as a frame's, fill no block.
 const BLOCK: usize = 4;
+const FILLED: usize = 6;
 /// Largest deviation of a side from a straight line, pixels.
 const STRAIGHT: f64 = 1.5;
 /// Smallest height of a side of a fan, as a share of the picture's height.
-const LEAST_SIDE: f64 = 0.25;
-/// Smallest and largest angle between the sides, rad.
-const TURNS: [f64; 2] = [0.15, 3.0];
+const LEAST_SIDE: f64 = 0.12;
+/// Smallest and largest angle between the sides, and smallest of a side from the vertical, rad.
+const TURNS: [f64; 2] = [0.15, 2.4];
+const LEAST_TURN: f64 = 0.05;
+/// Largest depth of the apex below the picture's top, as a share of the height, and longest outer radius, heights.
+const APEX: f64 = 0.2;
+const FARTHEST: f64 = 6.0;
+/// Most outer arcs that are tried, and most points of the outline.
+const ARCS: usize = 40;
+const POINTS: usize = 800;
+/// Smallest shares of the outline: between the sides, on the sides, on the sides and arcs.
+const WITHIN: f64 = 0.985;
+const ON_SIDES: f64 = 0.1;
+const EXPLAINED: f64 = 0.2;
 
 impl PictureFan {
     /// The fan in pixels from the centre of the top left one; `None` if there is none.
     ///
-    /// The largest connected part that is not black is the picture. The convex hull of a fan has two straight sides that
-    /// meet above it. The arcs are at the distances at which most beams begin and end.
+    /// The largest connected part that is not black is the picture. Each pair of straight sides of its convex hull that
+    /// meet above it is a candidate, and each circle through three points of its lower hull, with sides at the same
+    /// angle: shadows may hide a side. The candidate with most of the outline on its sides and arcs is the fan.
     pub(super) fn of(pixels: ArrayView2<f32>) -> Option<Self> {
         let lit = largest_part(pixels);
-        let rows = lit.outer_iter().enumerate().filter_map(|(row, levels)| {
-            let first = levels.iter().position(|&lit| lit)?;
-            let last = levels.iter().rposition(|&lit| lit)?;
-            Some([row as f64, first as f64, last as f64])
-        });
-        let rows: Vec<[f64; 3]> = rows.collect();
-        let height = rows.last()?[0] - rows[0][0];
-        let left = Side::of(rows.iter().map(|[z, first, _]| [*z, *first]))?;
+        let lanes = |axis| {
+            let lanes = lit.axis_iter(Axis(axis)).enumerate();
+            let ends = lanes.filter_map(|(k, lane)| {
+                let ends = [
+                    lane.iter().position(|&l| l)?,
+                    lane.iter().rposition(|&l| l)?,
+                ];
+                Some([k, ends[0], ends[1]].map(|k| k as f64))
+            });
+            ends.collect::<Vec<[f64; 3]>>()
+        };
+        let (rows, columns) = (lanes(0), lanes(1));
+        let (top, bottom) = (rows.first()?[0], rows.last()?[0]);
+        let height = bottom - top;
+        let across = rows.iter().flat_map(|&[z, a, b]| [[a, z], [b, z]]);
+        let down = columns.iter().flat_map(|&[x, a, b]| [[x, a], [x, b]]);
+        let outline: Vec<[f64; 2]> = across.chain(down).collect();
+        let every = outline.len().div_ceil(POINTS);
+        let outline: Vec<_> = outline.into_iter().step_by(every).collect();
+
+        let left = Side::all(rows.iter().map(|[z, first, _]| [*z, *first]), height);
         // Mirrored, the right side is a left one.
-        let right = Side::of(rows.iter().map(|[z, _, last]| [*z, -last]))?;
-        let turn = right.slope.atan() + left.slope.atan();
-        let long = left.height.min(right.height) >= LEAST_SIDE * height;
-        if !long || !(TURNS[0]..=TURNS[1]).contains(&-turn) {
-            return None;
-        }
-        // x = a + b·z on the left, x = −(c + d·z) on the right.
-        let z = -(left.at_0 + right.at_0) / (left.slope + right.slope);
-        let x = left.at_0 + left.slope * z;
-        let angles = [left.slope.atan(), -right.slope.atan()];
-        let radii = radii(&lit, [x, z], angles)?;
-        Some(Self {
+        let right = Side::all(rows.iter().map(|[z, _, last]| [*z, -last]), height);
+        let pairs = left.iter().flat_map(|l| right.iter().map(move |r| (l, r)));
+        let pairs = pairs.map(|(left, right)| {
+            // x = a + b·z on the left, x = −(c + d·z) on the right.
+            let z = -(left.at_0 + right.at_0) / (left.slope + right.slope);
+            let angles = [left.slope.atan(), -right.slope.atan()];
+            ([left.at_0 + left.slope * z, z], angles)
+        });
+        let low: Vec<_> = columns.iter().map(|[x, _, bottom]| [*x, -bottom]).collect();
+        let arcs = apices(&hull(&low)).into_iter().map(|[x, z]| {
+            let angles = outline.iter().map(|p| (p[0] - x).atan2(p[1] - z).abs());
+            let mut angles: Vec<f64> = angles.collect();
+            angles.sort_by(f64::total_cmp);
+            let half = angles[angles.len() * 199 / 200];
+            ([x, z], [-half, half])
+        });
+        let candidates = pairs.chain(arcs).filter(|([_, z], [first, last])| {
+            let turns = (TURNS[0]..=TURNS[1]).contains(&(last - first));
+            *z < top + APEX * height && turns && first.max(-last) < -LEAST_TURN
+        });
+        let judged = candidates.filter_map(|(apex, angles)| {
+            let fan = Self::around(&outline, apex, angles)?;
+            let fits = fan.explained(&outline, bottom);
+            (fan.radii[1] < FARTHEST * height && fits >= EXPLAINED).then_some((fits, fan))
+        });
+        let (_, fan) = judged.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        // Of all pixels: dark tissue begins later and ends earlier.
+        let pixels = lit.indexed_iter().filter(|(_, lit)| **lit);
+        let polar = pixels.map(|((row, column), _)| {
+            let (u, v) = (column as f64 - fan.x, row as f64 - fan.z);
+            [u.hypot(v), u.atan2(v)]
+        });
+        let ends = ends(polar, fan.angles);
+        let radii = [ends.nth(0, 0.2)?, ends.nth(1, 0.95)?];
+        Some(Self { radii, ..fan })
+    }
+
+    /// The fan of an apex and angles around an outline, down to where most beams end at the latest.
+    fn around(outline: &[[f64; 2]], [x, z]: [f64; 2], angles: [f64; 2]) -> Option<Self> {
+        let polar = outline.iter().map(|p| [p[0] - x, p[1] - z]);
+        let polar = polar.map(|[u, v]| [u.hypot(v), u.atan2(v)]);
+        let near = |angle: f64| angle > angles[0] - 0.01 && angle < angles[1] + 0.01;
+        let within = polar.clone().filter(|p| near(p[1])).count();
+        let first = polar.clone().map(|p| p[0]).fold(f64::INFINITY, f64::min);
+        let last = ends(polar, angles).nth(1, 0.95)?;
+        let most = within as f64 >= WITHIN * outline.len() as f64;
+        (most && last > first).then_some(Self {
             x,
             z,
-            radii,
+            radii: [first, last],
             angles,
         })
+    }
+
+    /// Share of the outline on the sides and arcs, without a level lower edge; 0 if little is on the sides.
+    fn explained(&self, outline: &[[f64; 2]], bottom: f64) -> f64 {
+        let judged = outline.iter().filter(|p| p[1] < bottom - 1.5);
+        let (mut all, mut on_sides, mut on_arcs) = (0.0, 0.0, 0.0);
+        for (u, v) in judged.map(|p| (p[0] - self.x, p[1] - self.z)) {
+            let (radius, angle) = (u.hypot(v), u.atan2(v));
+            let near = |away: f64| away.abs() <= 2.0 * STRAIGHT;
+            all += 1.0;
+            if self.angles.iter().any(|side| near(radius * (angle - side))) {
+                on_sides += 1.0;
+            } else if self.radii.iter().any(|arc| near(radius - arc)) {
+                on_arcs += 1.0;
+            }
+        }
+        match on_sides >= ON_SIDES * all {
+            true => (on_sides + on_arcs) / f64::max(all, 1.0),
+            false => 0.0,
+        }
     }
 
     /// The fan for pixels of side `pixel`, the first of them at (x0, z0), m.
@@ -93,49 +174,73 @@ impl PictureFan {
 struct Side {
     at_0: f64,
     slope: f64,
-    height: f64,
 }
 
 impl Side {
-    /// The longest straight part of the hull of points (z, x) of ascending z.
-    fn of(points: impl Iterator<Item = [f64; 2]>) -> Option<Self> {
+    /// The straight parts of the hull of points (z, x) of ascending z that are high enough.
+    fn all(points: impl Iterator<Item = [f64; 2]>, height: f64) -> Vec<Self> {
         let points: Vec<[f64; 2]> = points.collect();
         let hull = hull(&points);
-        let mut best: Option<[[f64; 2]; 2]> = None;
-        let length = |[a, b]: [[f64; 2]; 2]| (b[0] - a[0]).hypot(b[1] - a[1]);
-        for (i, &a) in hull.iter().enumerate() {
-            for (j, &b) in hull.iter().enumerate().skip(i + 1) {
-                let away = |p: &[f64; 2]| {
-                    let cross = (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]);
-                    cross.abs() / length([a, b]).max(1.0)
-                };
-                if hull[i..=j].iter().any(|p| away(p) > STRAIGHT) {
-                    break;
-                }
-                if best.is_none_or(|best| length([a, b]) > length(best)) {
-                    best = Some([a, b]);
-                }
-            }
-        }
-        let [a, b] = best.filter(|[a, b]| b[0] > a[0])?;
-        let slope = (b[1] - a[1]) / (b[0] - a[0]);
-        // Over all rows that reach the side, by least squares.
-        let near = points.iter().filter(|p| {
-            let inside = (a[0]..=b[0]).contains(&p[0]);
-            inside && (p[1] - a[1] - slope * (p[0] - a[0])).abs() <= 2.0 * STRAIGHT
+        let ends = hull.iter().enumerate().filter_map(|(i, &a)| {
+            let straight = hull[i + 1..].iter().take_while(|&&b| {
+                let length = (b[0] - a[0]).hypot(b[1] - a[1]).max(1.0);
+                let passed = hull[i..].iter().take_while(|p| p[0] <= b[0]);
+                let away =
+                    |p: &[f64; 2]| (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]);
+                passed.map(away).all(|away| away.abs() / length <= STRAIGHT)
+            });
+            let b = *straight.last()?;
+            (b[0] - a[0] >= LEAST_SIDE * height).then_some([a, b])
         });
-        let near: Vec<&[f64; 2]> = near.collect();
-        let count = near.len() as f64;
-        let [mean_z, mean_x] = [0, 1].map(|k| near.iter().map(|p| p[k]).sum::<f64>() / count);
-        let spread: f64 = near.iter().map(|p| (p[0] - mean_z).powi(2)).sum();
-        let product = |p: &&[f64; 2]| (p[0] - mean_z) * (p[1] - mean_x);
-        let slope = near.iter().map(product).sum::<f64>() / spread;
-        slope.is_finite().then(|| Self {
-            at_0: mean_x - slope * mean_z,
-            slope,
-            height: b[0] - a[0],
-        })
+        let fitted = ends.filter_map(|[a, b]| {
+            let slope = (b[1] - a[1]) / (b[0] - a[0]);
+            // Over all rows that reach the side, by least squares.
+            let near = points.iter().filter(|p| {
+                let inside = (a[0]..=b[0]).contains(&p[0]);
+                inside && (p[1] - a[1] - slope * (p[0] - a[0])).abs() <= 2.0 * STRAIGHT
+            });
+            let near: Vec<&[f64; 2]> = near.collect();
+            let count = near.len() as f64;
+            let [mean_z, mean_x] = [0, 1].map(|k| near.iter().map(|p| p[k]).sum::<f64>() / count);
+            let spread: f64 = near.iter().map(|p| (p[0] - mean_z).powi(2)).sum();
+            let product = |p: &&[f64; 2]| (p[0] - mean_z) * (p[1] - mean_x);
+            let slope = near.iter().map(product).sum::<f64>() / spread;
+            let at_0 = mean_x - slope * mean_z;
+            (slope < 0.0).then_some(Self { at_0, slope })
+        });
+        fitted.collect()
     }
+}
+
+/// Centres (x, z) of circles through three points (x, −z) of a lower hull, far enough apart.
+fn apices(hull: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let [Some(first), Some(last)] = [hull.first(), hull.last()] else {
+        return Vec::new();
+    };
+    let width = last[0] - first[0];
+    let mut triples = Vec::new();
+    for (i, a) in hull.iter().enumerate() {
+        for (j, b) in hull.iter().enumerate().skip(i + 1) {
+            let c = hull.iter().skip(j + 1).filter(|c| {
+                let apart = (b[0] - a[0]).min(c[0] - b[0]);
+                c[0] - a[0] > 0.25 * width && apart > 0.08 * width
+            });
+            triples.extend(c.map(|c| [a, b, c]));
+        }
+    }
+    let every = triples.len().div_ceil(ARCS).max(1);
+    let centres = triples.into_iter().step_by(every).filter_map(|[a, b, c]| {
+        // Both chords' perpendicular bisectors.
+        let [[bx, bz], [cx, cz]] = [b, c].map(|p| [p[0] - a[0], p[1] - a[1]]);
+        let (b, c) = (bx * bx + bz * bz, cx * cx + cz * cz);
+        let twice = 2.0 * (bx * cz - bz * cx);
+        let centre = [
+            a[0] + (cz * b - bz * c) / twice,
+            -(a[1] + (bx * c - cx * b) / twice),
+        ];
+        centre.iter().all(|v| v.is_finite()).then_some(centre)
+    });
+    centres.collect()
 }
 
 /// The lower convex hull of points of ascending first coordinate.
@@ -154,15 +259,16 @@ fn hull(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     hull
 }
 
-/// The largest connected part that is not black, without letters and rulers.
+/// The largest connected part that is not background, without letters, rulers and thin lines.
 fn largest_part(pixels: ArrayView2<f32>) -> Array2<bool> {
     let (rows, columns) = pixels.dim();
+    let background = background(pixels);
+    let is_lit = |level: f32| (level - background).abs() > BLACK;
     let mut blocks = Array2::from_elem((rows.div_ceil(BLOCK), columns.div_ceil(BLOCK)), 0usize);
     for ((row, column), level) in pixels.indexed_iter() {
-        if *level > BLACK {
-            blocks[[row / BLOCK, column / BLOCK]] = usize::MAX;
-        }
+        blocks[[row / BLOCK, column / BLOCK]] += usize::from(is_lit(*level));
     }
+    blocks.mapv_inplace(|count| if count >= FILLED { usize::MAX } else { 0 });
     let mut sizes = vec![0];
     let starts: Vec<[usize; 2]> = blocks.indexed_iter().map(|((a, b), _)| [a, b]).collect();
     for start in starts {
@@ -187,38 +293,69 @@ fn largest_part(pixels: ArrayView2<f32>) -> Array2<bool> {
         sizes.push(size);
     }
     let largest = (1..sizes.len()).max_by_key(|&name| sizes[name]);
+    // Also the blocks beside it, of which it fills a part.
+    let part = Array2::from_shape_fn(blocks.dim(), |(row, column)| {
+        (row.saturating_sub(1)..=row + 1)
+            .flat_map(|r| (column.saturating_sub(1)..=column + 1).map(move |c| [r, c]))
+            .any(|beside| largest.is_some() && blocks.get(beside).copied() == largest)
+    });
     Array2::from_shape_fn((rows, columns), |(row, column)| {
-        let name = blocks[[row / BLOCK, column / BLOCK]];
-        pixels[[row, column]] > BLACK && Some(name) == largest
+        is_lit(pixels[[row, column]]) && part[[row / BLOCK, column / BLOCK]]
     })
+}
+
+/// The level of the corners if they agree, else black.
+fn background(pixels: ArrayView2<f32>) -> f32 {
+    let [rows, columns] = [0, 1].map(|axis| {
+        let length = pixels.len_of(Axis(axis));
+        [2..10, length.saturating_sub(10)..length.saturating_sub(2)]
+    });
+    let corners = rows
+        .iter()
+        .flat_map(|r| columns.iter().map(move |c| (r, c)));
+    let corners = corners.map(|(rows, columns)| {
+        let all = rows
+            .clone()
+            .flat_map(|r| columns.clone().map(move |c| [r, c]));
+        let mut levels: Vec<f32> = all.filter_map(|at| pixels.get(at).copied()).collect();
+        levels.sort_by(f32::total_cmp);
+        levels.get(levels.len() / 2).copied().unwrap_or(0.0)
+    });
+    let mut corners: Vec<f32> = corners.collect();
+    corners.sort_by(f32::total_cmp);
+    match corners[3] - corners[0] <= 3.0 {
+        true => corners[2],
+        false => 0.0,
+    }
 }
 
 /// Number of bins of the angle in which the arcs are sought.
 const BINS: usize = 128;
 
-/// The radii at which most beams begin, and at which the longest end.
-fn radii(lit: &Array2<bool>, [x, z]: [f64; 2], angles: [f64; 2]) -> Option<[f64; 2]> {
+/// The nearest and the farthest radius of each bin of the angle.
+struct Ends(Vec<[f64; 2]>);
+
+/// Of points (radius, angle) between two angles.
+fn ends(points: impl Iterator<Item = [f64; 2]>, angles: [f64; 2]) -> Ends {
     let mut ends = vec![[f64::INFINITY, 0.0]; BINS];
-    for ((row, column), _) in lit.indexed_iter().filter(|(_, lit)| **lit) {
-        let (u, v) = (column as f64 - x, row as f64 - z);
-        let fraction = (u.atan2(v) - angles[0]) / (angles[1] - angles[0]);
+    for [radius, angle] in points {
+        let fraction = (angle - angles[0]) / (angles[1] - angles[0]);
         if (0.0..1.0).contains(&fraction) {
             let [nearest, farthest] = &mut ends[(fraction * BINS as f64) as usize];
-            let radius = u.hypot(v);
             (*nearest, *farthest) = (nearest.min(radius), farthest.max(radius));
         }
     }
     ends.retain(|[nearest, _]| nearest.is_finite());
-    let nth = |k: usize, fraction: f64| {
-        let mut sorted: Vec<f64> = ends.iter().map(|ends| ends[k]).collect();
+    Ends(ends)
+}
+
+impl Ends {
+    /// The radius that a share of the bins does not reach, of the nearest (0) or the farthest (1).
+    fn nth(&self, k: usize, share: f64) -> Option<f64> {
+        let mut sorted: Vec<f64> = self.0.iter().map(|ends| ends[k]).collect();
         sorted.sort_by(f64::total_cmp);
-        sorted
-            .get((fraction * sorted.len() as f64) as usize)
-            .copied()
-    };
-    // Dark tissue begins later and ends earlier; in a picture that is cut below, slanted beams end later.
-    let radii = [nth(0, 0.2)?, nth(1, 0.95)?];
-    (radii[1] > radii[0]).then_some(radii)
+        sorted.get((share * sorted.len() as f64) as usize).copied()
+    }
 }
 
 #[cfg(test)]

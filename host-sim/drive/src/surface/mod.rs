@@ -2,11 +2,12 @@
 
 mod fan;
 mod picture;
+mod verdict;
 
 use bonebeam::geometry::Axis;
 use bonebeam::image::{Fan, envelope, largest, log_compression};
 use bonebeam::memory::Scratch;
-use bonebeam::surface::{Detector, Parameters, Point, Settings, grey};
+use bonebeam::surface::{Detector, Levels, Parameters, Point, Settings, Survey, grey};
 use ndarray::{Array2, ArrayBase, ArrayView2, Data, Ix2};
 use num_complex::Complex;
 use rayon::prelude::*;
@@ -20,6 +21,7 @@ use crate::image::{Layout, layout, sample_axis};
 use crate::{Error, Result};
 pub use fan::PictureFan;
 pub use picture::{Picture, PictureSurface, of_picture};
+pub use verdict::Verdict;
 
 /// A point of the bone surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,7 +53,7 @@ pub fn of_lines<S: Data<Elem = Complex<f32>>>(
 /// Finds the surface in the lines of a frame of a recording.
 ///
 /// Lines of channel data are searched with the coherence of their samples; missing values of the section are then those
-/// of [`Settings::COHERENCE`]. Lines of aligned data are searched without coherence, as by [`of_lines`]: such data may
+/// of [`Settings::COHERENCE`]. Lines, and those of aligned data, are searched without coherence, as by [`of_lines`]: such data may
 /// hold only a few elements. `known` is the frame's coherence, if it is already computed.
 ///
 /// # Errors
@@ -69,7 +71,7 @@ pub fn of_recording(
             let map = coherence::of_frame(frames, recording, frame, Measure::ShortLag)?;
             of_lines_with_coherence(lines, map.view(), section)
         }
-        (Recording::Aligned(_), _) => of_lines(lines, section),
+        (Recording::Aligned(_) | Recording::Lines(_), _) => of_lines(lines, section),
     }
 }
 
@@ -102,7 +104,7 @@ fn of_lines_with<S: Data<Elem = Complex<f32>>>(
         Some(_) => Settings::COHERENCE,
         None => Settings::DEFAULT,
     });
-    let points = detect(&grey, coherence.as_deref(), samples, spacing, settings)?;
+    let (points, _) = detect(&grey, coherence.as_deref(), samples, spacing, settings)?;
     Ok(placed(points, section.min_confidence, |line, r| {
         let (z, angle) = match &lines.rays {
             None => (0.0, 0.0),
@@ -150,14 +152,14 @@ fn levels_of_coherence(map: ArrayView2<'_, f32>) -> Result<Vec<u8>> {
     Ok(levels)
 }
 
-/// Runs the core's detector over a whole frame.
+/// Runs the core's detector over a whole frame; returns its levels too.
 fn detect(
     grey: &[u8],
     coherence: Option<&[u8]>,
     samples: Axis,
     spacing: f64,
     mut settings: Settings,
-) -> Result<Vec<Option<Point>>> {
+) -> Result<(Vec<Option<Point>>, Levels)> {
     // Nearer to the end of the data there is too little shadow to judge, and the end itself looks like a shadow.
     let end = samples.last() - settings.far[1];
     if settings.depths[1].is_infinite() && end > settings.depths[0] + settings.far[1] {
@@ -175,13 +177,18 @@ fn detect(
     let refused = |_| Error::Usage("not enough memory for the bone surface".into());
     real.try_reserve_exact(need.real).map_err(refused)?;
     real.resize(need.real, 0.0);
-    let scratch = Scratch::new(&mut real, &mut []);
+    let mut scratch = Scratch::new(&mut real, &mut []);
+    let mut survey = Survey::new(&detector, scratch.reborrow())?;
+    for line in grey.chunks_exact(samples.count).step_by(Survey::EVERY) {
+        survey.line(line)?;
+    }
+    let levels = survey.levels();
     let mut points = vec![None; lines];
     match coherence {
         Some(map) => detector.frame_with_coherence(grey, map, scratch, &mut points)?,
         None => detector.frame(grey, scratch, &mut points)?,
     }
-    Ok(points)
+    Ok((points, levels))
 }
 
 /// Points at the positions `at(line, depth)`, in pieces.

@@ -8,7 +8,7 @@ mod zea;
 use std::path::Path;
 
 use bonebeam_files::atomic::Outputs;
-use bonebeam_files::{BeamformedLines, Error, Recording, Result, Transmits, file_error};
+use bonebeam_files::{Error, Recording, Result, Transmits, file_error};
 pub use frames::Part;
 use frames::without_lens;
 
@@ -51,7 +51,7 @@ impl Export {
     }
 }
 
-/// Stages channel data of `count` frames as UFF or zea's HDF5.
+/// Stages channel data or lines of `count` frames as UFF or zea's HDF5.
 ///
 /// `parts` provides the frames in order. All but the samples are those of `first`.
 ///
@@ -64,6 +64,13 @@ pub fn add_recording<'a>(
     path: &Path,
     outputs: &mut Outputs,
 ) -> Result<()> {
+    if let Recording::Lines(lines) = first {
+        let frames: Vec<_> = (0..count).map(|frame| lines.frame(frame)).collect();
+        return outputs.add_at(path, |temporary| match export {
+            Export::Uff => uff::write_lines(temporary, &frames),
+            _ => zea::write_lines(temporary, &frames),
+        });
+    }
     let Recording::Channel(data) = first else {
         let message = "holds aligned data, which UFF and zea cannot store; .npz can";
         return Err(file_error(path, message));
@@ -79,21 +86,5 @@ pub fn add_recording<'a>(
     outputs.add_at(path, |temporary| match export {
         Export::Uff => uff::write(temporary, &data, count, parts),
         _ => zea::write(temporary, &data, count, parts),
-    })
-}
-
-/// Stages lines of one or more frames as UFF or zea's HDF5.
-///
-/// # Errors
-/// A file that cannot be written.
-pub fn add_lines(
-    export: Export,
-    frames: &[BeamformedLines],
-    path: &Path,
-    outputs: &mut Outputs,
-) -> Result<()> {
-    outputs.add_at(path, |temporary| match export {
-        Export::Uff => uff::write_lines(temporary, frames),
-        _ => zea::write_lines(temporary, frames),
     })
 }

@@ -3,6 +3,7 @@
 //! `rust-hdf5` reads them, without a C library. Links out of the file and raw data in another file are refused: a
 //! recording is one file.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use ndarray::ArrayD;
@@ -13,7 +14,7 @@ use rust_hdf5::{
 };
 
 use crate::guard::{ReadResult, claim, claim_in_memory, guarded};
-use crate::values::{AxisRange, NamedArrays, Values, array, steps};
+use crate::values::{AxisRange, NamedArrays, Reads, Values, array, steps};
 use bonebeam_files::{Error, Result, cannot_be_opened, file_error, input};
 
 /// Offset at which an HDF5 file may begin within one of MATLAB's.
@@ -25,8 +26,11 @@ pub struct Store {
     file: H5File,
     /// Its length, bytes.
     length: u64,
-    /// Whether MATLAB wrote it, whose order of axes is reversed.
+    /// Whether MATLAB or Octave wrote it, whose order of axes is reversed.
     matlab: bool,
+    /// Whether Octave wrote it: each variable is a group with its `type` and its `value`.
+    octave: bool,
+    read: Reads,
 }
 
 /// Types of a dataset's numbers.
@@ -38,13 +42,66 @@ enum Kind {
     /// Integers that fit in i32.
     Short,
     Long,
-    /// Two floats of a size in bytes, at these offsets in an element of that size.
+    /// Two numbers, at these offsets in an element of a size in bytes.
     Complex {
-        bytes: usize,
+        part: Part,
         real: usize,
         imaginary: usize,
         size: usize,
     },
+}
+
+/// A part of a complex number.
+#[derive(Clone, Copy, PartialEq)]
+struct Part {
+    bytes: usize,
+    big_endian: bool,
+    /// Whether it is a float, or else a signed integer.
+    float: bool,
+}
+
+impl Part {
+    fn of(datatype: &DatatypeMessage) -> Option<Self> {
+        let (size, order, float) = match datatype {
+            DatatypeMessage::FloatingPoint {
+                size: size @ (4 | 8),
+                byte_order,
+                ..
+            } => (size, byte_order, true),
+            DatatypeMessage::FixedPoint {
+                size: size @ (2 | 4),
+                byte_order,
+                signed: true,
+                ..
+            } => (size, byte_order, false),
+            _ => return None,
+        };
+        Some(Self {
+            bytes: *size as usize,
+            big_endian: *order == ByteOrder::BigEndian,
+            float,
+        })
+    }
+
+    fn value(self, bytes: &[u8]) -> f32 {
+        let mut own = [0; 8];
+        let own = &mut own[..self.bytes];
+        own.copy_from_slice(bytes);
+        if self.big_endian {
+            own.reverse();
+        }
+        match (self.float, &*own) {
+            (true, &[a, b, c, d]) => f32::from_le_bytes([a, b, c, d]),
+            (true, own) => f64::from_le_bytes(own.try_into().unwrap_or_default()) as f32,
+            (false, &[a, b]) => f32::from(i16::from_le_bytes([a, b])),
+            (false, own) => i32::from_le_bytes(own.try_into().unwrap_or_default()) as f32,
+        }
+    }
+
+    /// Whether rust-hdf5 reads parts of arrays of it.
+    fn is_plain(self) -> bool {
+        self.float && !self.big_endian
+    }
 }
 
 impl Store {
@@ -61,12 +118,41 @@ impl Store {
             let options = H5File::options().no_locking();
             options.open(path).map_err(|e| damaged(&e))
         });
-        Ok(Self {
+        let mut store = Self {
             path: path.to_path_buf(),
             file: file.map_err(|message| file_error(path, message))?,
             length: length.max(USER_BLOCK),
             matlab,
-        })
+            octave: false,
+            read: Reads::default(),
+        };
+        let names = store.names();
+        let is_pair = |name: &String| {
+            let group = name.strip_suffix("/type");
+            group.is_some_and(|group| names.contains(&format!("{group}/value")))
+        };
+        let is_of_pair = |name: &String| name.ends_with("/type") || name.contains("/value");
+        store.octave = !matlab && names.iter().any(is_pair) && names.iter().all(is_of_pair);
+        store.matlab |= store.octave;
+        Ok(store)
+    }
+
+    /// Whether Octave wrote the file, in its own layout.
+    pub fn is_octave(&self) -> bool {
+        self.octave
+    }
+
+    /// The path in the file of a name.
+    fn own<'a>(&self, name: &'a str) -> Cow<'a, str> {
+        match self.octave {
+            true => steps(name)
+                .iter()
+                .map(|(step, _)| format!("{step}/value"))
+                .collect::<Vec<_>>()
+                .join("/")
+                .into(),
+            false => name.into(),
+        }
     }
 
     /// Whether there is a group or a dataset at this path.
@@ -161,6 +247,7 @@ impl Store {
 
     /// A dataset of this file.
     fn dataset(&self, name: &str) -> ReadResult<H5Dataset> {
+        let name = &*self.own(name);
         self.check_links(name)?;
         let mut path = name.to_owned();
         if self.file.dataset(name).is_err() || self.references(name)?.is_some() {
@@ -180,7 +267,14 @@ impl Store {
         })?;
         let elsewhere = dataset.external_files().map_err(|e| damaged(&e))?;
         let layout = dataset.storage_layout().map_err(|e| damaged(&e))?;
-        if !elsewhere.is_empty() || layout == StorageLayout::Virtual {
+        let mut virtual_elsewhere = false;
+        if layout == StorageLayout::Virtual {
+            let mappings = dataset.virtual_mappings().map_err(|e| damaged(&e))?;
+            virtual_elsewhere = mappings
+                .iter()
+                .any(|mapping| mapping.source_file_name != ".");
+        }
+        if !elsewhere.is_empty() || virtual_elsewhere {
             return Err("is in another file, which is not read".into());
         }
         Ok(dataset)
@@ -259,6 +353,7 @@ impl Store {
     }
 
     fn read_numbers(&self, name: &str) -> ReadResult<ArrayD<f64>> {
+        self.read.note(name);
         let dataset = self.dataset(name)?;
         let (slice, kind) = self.plan(&dataset, None)?;
         let values = match kind {
@@ -291,6 +386,7 @@ impl Store {
             let values = both.map(|(&re, &im)| Complex::new(re, im)).collect();
             return Ok(Values::Complex(array(real.shape(), values)?));
         }
+        self.read.note(name);
         let dataset = self.dataset(name)?;
         let (slice, kind) = self.plan(&dataset, part)?;
         let shape = &slice.shape;
@@ -313,7 +409,10 @@ impl Store {
                 let long = slice.read::<i64>(&dataset).map_err(failed)?;
                 long.into_iter().map(|v| v as f32).collect()
             }
-            Kind::Complex { bytes: 4, .. } if !slice.is_whole => {
+            Kind::Complex {
+                part: Part { bytes: 4, .. },
+                ..
+            } if !slice.is_whole => {
                 let read = dataset.read_slice::<Complex32>(&slice.start, shape);
                 let values = read.map_err(failed)?.into_iter();
                 let values = values.map(|z| Complex::new(z.re, z.im)).collect();
@@ -326,13 +425,13 @@ impl Store {
                 return Ok(Values::Complex(self.ordered(shape, values.collect())?));
             }
             Kind::Complex {
-                bytes,
+                part,
                 real,
                 imaginary,
                 size,
             } => {
                 let raw = dataset.read_raw_bytes().map_err(failed)?;
-                let part = |element: &[u8], at: usize| float(&element[at..at + bytes]);
+                let part = |element: &[u8], at: usize| part.value(&element[at..at + part.bytes]);
                 let values = raw
                     .chunks_exact(size)
                     .map(|e| Complex::new(part(e, real), part(e, imaginary)));
@@ -356,11 +455,11 @@ impl Store {
         // rust-hdf5 reads parts of pairs of numbers, and of no other compounds.
         let is_pair = match kind {
             Kind::Complex {
-                bytes,
+                part,
                 real,
                 imaginary,
                 size,
-            } => (real, imaginary, size) == (0, bytes, 2 * bytes),
+            } => part.is_plain() && (real, imaginary, size) == (0, part.bytes, 2 * part.bytes),
             _ => true,
         };
         Ok((is_pair && !dataset.is_null()).then_some(shape))
@@ -384,6 +483,10 @@ impl Slice {
 }
 
 impl NamedArrays for Store {
+    fn unread(&self) -> Vec<String> {
+        self.read.without(self.names())
+    }
+
     fn error(&self, message: String) -> Error {
         file_error(&self.path, message)
     }
@@ -392,6 +495,16 @@ impl NamedArrays for Store {
     fn names(&self) -> Vec<String> {
         let mut names = guarded(|| Ok(self.file.dataset_names())).unwrap_or_default();
         names.retain(|name| !name.trim_start_matches('/').starts_with('#'));
+        if self.octave {
+            names.retain(|name| name.ends_with("/value"));
+            for name in &mut names {
+                *name = name
+                    .split('/')
+                    .filter(|&step| step != "value")
+                    .collect::<Vec<_>>()
+                    .join("/");
+            }
+        }
         names
     }
 
@@ -409,6 +522,10 @@ impl NamedArrays for Store {
     }
 
     fn entries(&self, name: &str) -> Vec<String> {
+        if self.octave {
+            let known = self.names().into_iter();
+            return known.filter(|known| steps(known) == steps(name)).collect();
+        }
         guarded(|| self.paths(name)).unwrap_or_default()
     }
 
@@ -416,7 +533,7 @@ impl NamedArrays for Store {
     ///
     /// One that leads out of the file exists, and is refused when it is read.
     fn has(&self, name: &str) -> bool {
-        let leads_out = || guarded(|| self.check_links(name)).is_err();
+        let leads_out = || guarded(|| self.check_links(&self.own(name))).is_err();
         self.names().iter().any(|known| known == name)
             || leads_out()
             || !self.entries(name).is_empty()
@@ -449,48 +566,64 @@ fn kind(datatype: &DatatypeMessage) -> ReadResult<Kind> {
             let [real, imaginary] = members.as_slice() else {
                 return Err("is a compound of other than two numbers".into());
             };
-            let float = |datatype: &DatatypeMessage| match datatype {
-                DatatypeMessage::FloatingPoint {
-                    size: size @ (4 | 8),
-                    byte_order: ByteOrder::LittleEndian,
-                    ..
-                } => Some(*size as usize),
-                _ => None,
-            };
-            let named = |name: &str, first: char| name.starts_with(first);
-            let bytes = float(&real.datatype)
-                .filter(|_| named(&real.name, 'r') && named(&imaginary.name, 'i'))
-                .filter(|&bytes| float(&imaginary.datatype) == Some(bytes))
-                .ok_or("is a compound that is not a complex number")?;
+            let are_named = [('r', 'i'), ('i', 'q')].iter().any(|&(first, second)| {
+                let starts = |name: &str, with: char| name.to_ascii_lowercase().starts_with(with);
+                starts(&real.name, first) && starts(&imaginary.name, second)
+            });
+            let part = Part::of(&real.datatype)
+                .filter(|_| are_named)
+                .filter(|&part| Part::of(&imaginary.datatype) == Some(part))
+                .ok_or_else(|| {
+                    format!(
+                        "is a compound of `{}` and `{}`, not a complex number of `real` and `imag` of one type",
+                        real.name, imaginary.name
+                    )
+                })?;
             let (real, imaginary, size) = (
                 real.offset as usize,
                 imaginary.offset as usize,
                 *size as usize,
             );
-            if size == 0 || real.max(imaginary).saturating_add(bytes) > size {
+            if size == 0 || real.max(imaginary).saturating_add(part.bytes) > size {
                 return Err("is damaged: a complex number does not fit".into());
             }
             Ok(Kind::Complex {
-                bytes,
+                part,
                 real,
                 imaginary,
                 size,
             })
         }
-        other => Err(format!("is of type {other}; expected numbers")),
+        other => Err(format!(
+            "is of type {other}; expected numbers: floats of 2, 4 or 8 bytes, or integers"
+        )),
     }
 }
 
-/// A little-endian float of 4 or 8 bytes.
-fn float(bytes: &[u8]) -> f32 {
-    match bytes.try_into() {
-        Ok(single) => f32::from_le_bytes(single),
-        Err(_) => f64::from_le_bytes(bytes.try_into().unwrap_or_default()) as f32,
-    }
-}
+/// Codecs of plugins, by the numbers of their filters.
+const CODECS: [(&str, &str); 6] = [
+    ("32013", "ZFP"),
+    ("32017", "SZ"),
+    ("32018", "FCIDECOMP"),
+    ("32024", "SZ3"),
+    ("32026", "Blosc2"),
+    ("32028", "SPERR"),
+];
 
 fn damaged(error: &Hdf5Error) -> String {
-    format!("is damaged or not readable as HDF5: {error}")
+    let text = error.to_string();
+    let Some((_, what)) = text.split_once("unsupported") else {
+        return format!("is damaged or not readable as HDF5: {text}");
+    };
+    let what = what.trim_start_matches(" feature").trim_start_matches(": ");
+    let codec = CODECS
+        .iter()
+        .find(|(id, _)| what == format!("filter id {id}"));
+    let name = codec.map_or(String::new(), |(_, name)| format!(" of {name}"));
+    format!(
+        "is stored in a way that is not read ({what}{name}); write it anew with gzip, as by `h5repack -f GZIP=1`, or by h5py \
+         with hdf5plugin"
+    )
 }
 
 #[cfg(test)]

@@ -13,7 +13,7 @@ const ELEMENT: usize = 2;
 const SAMPLE: usize = 3;
 
 /// The axes of a file's samples.
-pub(super) struct Axes {
+pub(crate) struct Axes {
     /// Their indices in [`ORDER`]; `None` if they are those of channel data.
     roles: Option<Vec<usize>>,
     /// The axis along which transmits are concatenated, and the number of transmits.
@@ -27,7 +27,7 @@ impl Axes {
     ///
     /// # Errors
     /// Names that are not axes, or missing axes.
-    pub(super) fn new(
+    pub(crate) fn new(
         given: Option<&Given>,
         sides: Option<&[usize]>,
         transmits: Option<usize>,
@@ -76,7 +76,7 @@ impl Axes {
     ///
     /// # Errors
     /// A wrong number of axes.
-    pub(super) fn arranged<T: Clone>(
+    pub(crate) fn arranged<T: Clone>(
         &self,
         mut values: ArrayD<T>,
     ) -> std::result::Result<Array4<T>, String> {

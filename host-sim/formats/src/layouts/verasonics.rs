@@ -7,6 +7,7 @@
 use std::ops::Range;
 
 use ndarray::{Array2, Array4, Axis};
+use num_complex::Complex;
 
 use crate::values::{NamedArrays, Values};
 use crate::variables::{BUFFER, LAYOUT, Variables};
@@ -155,18 +156,24 @@ impl Workspace<'_> {
         })
     }
 
-    /// Sampling rate of RF: four samples per wavelength, or the given rate.
-    ///
-    /// Bandwidth sampling leaves samples out.
-    fn sampling_rate(&mut self) -> Result<f64> {
-        if let Some(mode) = self.source.entries("Receive.sampleMode").first() {
-            let mode = self.source.text(mode)?;
-            if mode != "NS200BW" {
-                return self.refuse(format!(
-                    "was sampled with `Receive.sampleMode` {mode}, which keeps a part of the samples; expected NS200BW"
-                ));
-            }
+    /// Periods of the carrier from one pair of samples to the next; `None` if every sample was kept.
+    fn periods(&self) -> Result<Option<usize>> {
+        let modes = self.source.entries("Receive.sampleMode");
+        let Some(mode) = modes.first() else {
+            return Ok(None);
+        };
+        match self.source.text(mode)?.as_str() {
+            "NS200BW" => Ok(None),
+            "BS100BW" => Ok(Some(1)),
+            "BS50BW" => Ok(Some(2)),
+            mode => self.refuse(format!(
+                "was sampled with `Receive.sampleMode` {mode}, which is not read; expected NS200BW, BS100BW or BS50BW"
+            )),
         }
+    }
+
+    /// Sampling rate of RF: four samples per wavelength, or the given rate.
+    fn sampling_rate(&mut self) -> Result<f64> {
         if self.source.has("Receive.decimSampleRate") {
             return Ok(1e6 * self.first("Receive.decimSampleRate")?);
         }
@@ -496,6 +503,42 @@ fn in_memory(frames: Range<usize>, oldest: usize, held: usize) -> Vec<Range<usiz
     }
 }
 
+/// Half the number of taps that delay the second samples of pairs.
+const REACH: i32 = 12;
+
+/// I/Q of RF in pairs of samples a quarter of a period apart, the pairs some periods apart.
+///
+/// The second samples are interpolated at the times of the first. `cycles` is the phase of the carrier at sample 0 of a
+/// transmit.
+fn in_quadrature(
+    rf: &Array4<f32>,
+    periods: usize,
+    cycles: impl Fn(usize) -> f64,
+) -> Array4<Complex<f32>> {
+    let (frames, transmits, elements, samples) = rf.dim();
+    let early = 0.25 / periods as f64;
+    let tap = |j: i32| {
+        let at = std::f64::consts::PI * (f64::from(j) + early);
+        at.sin() / at * (0.5 + 0.5 * (at / f64::from(REACH + 1)).cos())
+    };
+    let taps: Vec<f64> = (-REACH..=REACH).map(tap).collect();
+    let turns: Vec<Complex<f64>> = (0..transmits)
+        .map(|k| Complex::from_polar(1.0, -std::f64::consts::TAU * cycles(k)))
+        .collect();
+    Array4::from_shape_fn(
+        (frames, transmits, elements, samples / 2),
+        |(f, t, m, k)| {
+            let second = (-REACH..=REACH).zip(&taps).map(|(j, tap)| {
+                let n = (k as i64 + i64::from(j)) * 2 + 1;
+                let n = usize::try_from(n).ok().filter(|&n| n < samples);
+                n.map_or(0.0, |n| tap * f64::from(rf[[f, t, m, n]]))
+            });
+            let z = Complex::new(f64::from(rf[[f, t, m, 2 * k]]), -second.sum::<f64>()) * turns[t];
+            Complex::new(z.re as f32, z.im as f32)
+        },
+    )
+}
+
 /// Channel data of some frames, number of all frames, and assumptions.
 ///
 /// # Errors
@@ -523,18 +566,31 @@ pub fn read(
     )?;
     w.wavelength = speed / frequency;
     let c = variables.number("c").unwrap_or(speed);
-    let f0 = match variables.number("f0") {
-        Some(f0) => f0,
-        None if source.has("Receive.demodFrequency") => 1e6 * w.first("Receive.demodFrequency")?,
-        None => frequency,
+    let carrier = match source.has("Receive.demodFrequency") {
+        true => 1e6 * w.first("Receive.demodFrequency")?,
+        false => frequency,
     };
+    let f0 = variables.number("f0").unwrap_or(carrier);
     if (f0 - frequency).abs() > 0.01 * frequency && variables.number("f0").is_none() {
         let why = "f0 is the received frequency, Receive.demodFrequency, not Trans.frequency";
         w.assumed.push(why.into());
     }
-    let fs = match variables.number("fs") {
-        Some(fs) => fs,
-        None => w.sampling_rate()?,
+    let periods = w.periods()?;
+    let fs = match (variables.number("fs"), periods) {
+        (Some(_), Some(_)) => {
+            return w.refuse(
+                "has pairs of samples at a part of the carrier's frequency; `fs` has no effect"
+                    .into(),
+            );
+        }
+        (Some(fs), None) => fs,
+        (None, Some(periods)) => {
+            w.assumed.push(
+                "I/Q of pairs of samples a quarter of a period apart, by Receive.sampleMode".into(),
+            );
+            carrier / periods as f64
+        }
+        (None, None) => w.sampling_rate()?,
     };
     let unit = w.unit()?;
     let (elements, angles) = w.elements(unit)?;
@@ -562,8 +618,15 @@ pub fn read(
     let (rf, held) = w.samples(&rows, elements.len(), (buffer, frames))?;
     let is_flat = |values: &Vec<f64>| values.iter().all(|&value| value == 0.0);
     let element_z: Vec<f64> = elements.iter().map(|e| e[1]).collect();
+    let samples = match periods {
+        None => Samples::Rf(rf),
+        Some(periods) => Samples::Iq {
+            iq: in_quadrature(&rf, periods, |transmit| carrier * t0[transmit]),
+            f_demod: carrier,
+        },
+    };
     let data = ChannelData {
-        samples: Samples::Rf(rf),
+        samples,
         fs,
         t0,
         element_x: elements.iter().map(|e| e[0]).collect(),
@@ -577,4 +640,34 @@ pub fn read(
     let data = data.normalised();
     data.check().map_err(|message| source.error(message))?;
     Ok((data, held, w.assumed))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Pairs of a burst's samples are its analytic signal in the base band.
+    #[test]
+    fn pairs_of_samples_are_in_quadrature() {
+        let burst = |u: f64| {
+            Complex::from_polar(
+                (-(u * 0.25).powi(2)).exp(),
+                std::f64::consts::TAU * (u + 0.1),
+            )
+        };
+        for periods in [1, 2] {
+            // Times in periods of the carrier: pair k is at periods * k.
+            let time = |n: usize| periods as f64 * (n / 2) as f64 + 0.25 * (n % 2) as f64;
+            let rf =
+                Array4::from_shape_fn((1, 1, 1, 160), |(.., n)| burst(time(n) - 40.0).re as f32);
+            let iq = in_quadrature(&rf, periods, |_| 0.2);
+            for (k, z) in iq.iter().enumerate() {
+                let at = periods as f64 * k as f64;
+                let expected = burst(at - 40.0)
+                    * Complex::from_polar(1.0, -std::f64::consts::TAU * (at + 0.2));
+                let off = (Complex::new(f64::from(z.re), f64::from(z.im)) - expected).norm();
+                assert!(off < 0.01, "{periods} periods, pair {k}: off by {off}");
+            }
+        }
+    }
 }

@@ -17,7 +17,7 @@ use ndarray::{ArrayD, IxDyn, ShapeBuilder};
 use num_complex::Complex;
 
 use crate::guard::{CONVERSIONS, ReadResult, claim};
-use crate::values::{AxisRange, NamedArrays, Values, steps};
+use crate::values::{AxisRange, NamedArrays, Reads, Values, steps};
 use bonebeam_files::{Error, Result, cannot_be_opened, file_error, input, memory};
 use elements::{Elements, TAG};
 
@@ -52,6 +52,7 @@ pub struct Mat5 {
     by_name: HashMap<String, usize>,
     /// Inflated contents of structs and cells.
     inflated: Vec<Vec<u8>>,
+    read: Reads,
 }
 
 /// Position of an array.
@@ -88,6 +89,7 @@ impl Mat5 {
             arrays: Vec::new(),
             by_name: HashMap::new(),
             inflated: Vec::new(),
+            read: Reads::default(),
         };
         file.find().map_err(|message| file_error(path, message))?;
         Ok(file)
@@ -293,6 +295,7 @@ impl Mat5 {
         class: RangeInclusive<u8>,
         convert: impl Fn(f64, u8) -> T,
     ) -> ReadResult<Parts<T>> {
+        self.read.note(name);
         let element = match self.found(name).as_slice() {
             [] => return Err("is missing".into()),
             [element] => *element,
@@ -370,6 +373,10 @@ impl NamedArrays for Mat5 {
 
     fn names(&self) -> Vec<String> {
         self.arrays.iter().map(|array| array.name.clone()).collect()
+    }
+
+    fn unread(&self) -> Vec<String> {
+        self.read.without(self.names())
     }
 
     fn sides(&self, name: &str) -> Option<Vec<usize>> {

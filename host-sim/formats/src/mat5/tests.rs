@@ -44,6 +44,7 @@ fn file(big_endian: bool, class: u32, parts: &[(u32, Vec<u8>)]) -> Mat5 {
         arrays: Vec::new(),
         by_name: HashMap::new(),
         inflated: Vec::new(),
+        read: Reads::default(),
     };
     file.find().unwrap();
     file
