@@ -153,13 +153,10 @@ fn nifti(mut reader: impl Read) -> std::result::Result<Volume, String> {
     };
     // dim
     let sides = [42, 44, 46].map(|at| usize::try_from(short(at)).unwrap_or(0));
-    let more = (44 + 4..56)
+    let mut more = (44 + 4..56)
         .step_by(2)
         .take((short(40).clamp(3, 7) - 3) as usize);
-    if short(40) < 3
-        || sides.iter().any(|side| *side < 2)
-        || more.into_iter().any(|at| short(at) > 1)
-    {
+    if short(40) < 3 || sides.iter().any(|side| *side < 2) || more.any(|at| short(at) > 1) {
         return Err("is not one volume of three axes".into());
     }
     // datatype
@@ -228,7 +225,9 @@ fn nifti(mut reader: impl Read) -> std::result::Result<Volume, String> {
             eight[..size].copy_from_slice(number);
             let whole = i64::from_le_bytes(eight) << (64 - 8 * size);
             let value = match (real, signed) {
-                (true, _) if size == 4 => f64::from(f32::from_bits(whole.cast_unsigned() as u32)),
+                (true, _) if size == 4 => {
+                    f64::from(f32::from_bits(u64::from_le_bytes(eight) as u32))
+                }
                 (true, _) => f64::from_bits(u64::from_le_bytes(eight)),
                 (_, true) => (whole >> (64 - 8 * size)) as f64,
                 _ => u64::from_le_bytes(eight) as f64,
@@ -274,7 +273,7 @@ mod tests {
             assert!((dot(off, off).sqrt() - 7.0).abs() < 0.2, "{vertex:?}");
         }
         // Outwards.
-        assert!(bone.surface().volume() > 0.9 * 4.0 / 3.0 * 3.14 * 343.0 * 0.21);
+        assert!(bone.surface().volume() > 0.9 * 4.0 / 3.0 * std::f64::consts::PI * 343.0 * 0.21);
         let nothing = nifti(&balls()[..]).unwrap().bone(5000.0);
         assert!(nothing.is_err_and(|e| e.to_string().contains("--threshold")));
     }
