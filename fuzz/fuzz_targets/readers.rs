@@ -69,6 +69,7 @@ fn recording(path: &Path) {
             };
             assert_eq!(data, copy);
         }
+        Ok(Recording::Lines(lines)) => lines.check().expect("lines that are read are valid"),
         Err(_) => {}
     }
 }
