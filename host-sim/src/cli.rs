@@ -11,7 +11,7 @@ use crate::commands::bench;
 use crate::commands::bench_left_out as bench;
 use crate::commands::{
     beamform, check, completions, convert, elsewhere, info, main_job, phase_symmetry, register,
-    simulate, surface,
+    simulate, surface, sweep,
 };
 use crate::provenance::PROGRAM;
 use crate::{Error, Result};
@@ -45,6 +45,7 @@ enum Command {
     Beamform(Box<beamform::Arguments>),
     PhaseSymmetry(phase_symmetry::Arguments),
     Surface(Box<surface::Arguments>),
+    Sweep(Box<sweep::Arguments>),
     Register(Box<register::Arguments>),
     /// Tune beamformer, image and bone-surface detector together, on simulated bones
     Tune(elsewhere::Arguments),
@@ -76,6 +77,7 @@ Examples:
       --image ps.png
   host-sim surface channels.npz -o surface.csv --image surface.png
   host-sim surface scan.png --pixel-size 0.0001 -o surface.csv --image surface.png
+  host-sim sweep sweep.igs.mha --calibration PlusConfiguration.xml -o bone.ply --image views.png
   host-sim register bone.ply ct.stl -o registered.ply --image residuals.png
   host-sim tune -o tuned
   host-sim info recording.hdf5
@@ -132,6 +134,7 @@ fn dispatch(cli: Cli) -> Result<()> {
         Some(Command::Beamform(arguments)) => beamform::run(*arguments),
         Some(Command::PhaseSymmetry(arguments)) => phase_symmetry::run(arguments),
         Some(Command::Surface(arguments)) => surface::run(*arguments),
+        Some(Command::Sweep(arguments)) => sweep::run(*arguments),
         Some(Command::Register(arguments)) => register::run(&arguments),
         Some(Command::Tune(_) | Command::Paper(_) | Command::Verify(_) | Command::Golden(_)) => {
             Ok(())

@@ -26,3 +26,4 @@ mod refused;
 mod register;
 mod resumed;
 mod surface;
+mod sweep;

@@ -13,6 +13,7 @@ mod register;
 mod simulate;
 mod surface;
 mod threads;
+mod tracked;
 mod words;
 
 #[pyo3::pymodule]
@@ -37,6 +38,8 @@ mod _native {
     use crate::surface::{surface_of_lines, surface_of_picture};
     #[pymodule_export]
     use crate::threads::{default_threads, processors, share_processors};
+    #[pymodule_export]
+    use crate::tracked::{TrackedSequence, sweep_of_pictures};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

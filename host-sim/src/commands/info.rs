@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::sequence::{self, SequenceArguments};
 use super::{ConfigArgument, VariableArguments, load_config, recording_help};
 use crate::Result;
 use crate::config::Config;
@@ -14,10 +15,12 @@ use bonebeam_drive::policy::warnings;
 use bonebeam_files::terminal::{digits, one_line, print};
 use bonebeam_files::{AlignedData, ChannelData, LineFrames, Recording, Samples, Transmits};
 use bonebeam_formats::RecordingFile;
+use bonebeam_tracked::Sequence;
 
-/// Print a recording's contents and the processing that `beamform` would apply.
+/// Print the contents of a recording and the processing that `beamform` would apply, or of a tracked sequence.
 ///
-/// It takes the flags of `beamform`. Of several frames it reads the first.
+/// It takes the flags of `beamform`. Of several frames it reads the first. A tracked sequence is a file of PLUS or 3D
+/// Slicer (.mha, .nrrd), or a folder of PNGs.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES, allow_negative_numbers = true)]
 pub struct Arguments {
@@ -31,6 +34,9 @@ pub struct Arguments {
     beamform: Flags<Beamform>,
 
     #[command(flatten)]
+    sequence: SequenceArguments,
+
+    #[command(flatten)]
     config: ConfigArgument,
 }
 
@@ -39,7 +45,8 @@ Examples:
   host-sim info recording.hdf5
   host-sim info recording.mat --variable rf=RcvData --variable c=1540
   host-sim info simulation.mat --layout kwave --variable pitch=0.3e-3 --variable f0=5e6
-  host-sim info recording.npz --depth-end 0.04";
+  host-sim info recording.npz --depth-end 0.04
+  host-sim info sweep.igs.mha";
 
 /// Runs the command.
 ///
@@ -51,8 +58,14 @@ pub fn run(arguments: Arguments) -> Result<()> {
     config.beamform.resolve();
     arguments.variables.apply(&mut config.variables)?;
     config.validate()?;
-    let file = RecordingFile::open(&arguments.recording, &config.variables)?;
     let mut facts = vec![("file", arguments.recording.display().to_string())];
+    if Sequence::recognizes(&arguments.recording) {
+        facts.extend(sequence::facts(
+            &arguments.sequence.open(&arguments.recording)?,
+        ));
+        return print_facts(&facts);
+    }
+    let file = RecordingFile::open(&arguments.recording, &config.variables)?;
     facts.push(("format", file.format().name().to_owned()));
     facts.extend(file.assumed().iter().map(|what| ("assumed", what.clone())));
     match file.first() {
@@ -66,9 +79,13 @@ pub fn run(arguments: Arguments) -> Result<()> {
         Recording::Lines(lines) => facts.extend(of_lines(lines)),
     }
     facts.extend(not_used(file.unread()));
+    print_facts(&facts)
+}
+
+fn print_facts(facts: &[Fact]) -> Result<()> {
     let mut text = String::new();
     for (what, fact) in facts {
-        text += &format!("{what:<10} {}\n", one_line(&fact));
+        text += &format!("{what:<10} {}\n", one_line(fact));
     }
     print(&text)
 }

@@ -15,11 +15,13 @@ pub mod main_job;
 mod measures;
 pub mod phase_symmetry;
 pub mod register;
+mod sequence;
 pub mod simulate;
 pub mod surface;
 mod surface_files;
 mod surface_inputs;
 mod surface_mesh;
+pub mod sweep;
 
 use std::env;
 use std::path::{Path, PathBuf};

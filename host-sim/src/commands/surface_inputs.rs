@@ -22,10 +22,10 @@ use ndarray::Slice;
 /// Part of a picture, pixels.
 #[derive(Clone, Copy, Debug)]
 pub struct Crop {
-    x: usize,
-    y: usize,
-    width: usize,
-    height: usize,
+    pub x: usize,
+    pub y: usize,
+    pub width: usize,
+    pub height: usize,
 }
 
 /// Parses `X,Y,WIDTH,HEIGHT`.

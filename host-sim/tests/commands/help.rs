@@ -57,6 +57,7 @@ fn help_has_examples_that_name_real_flags() {
         &["beamform", "--help"],
         &["phase-symmetry", "--help"],
         &["surface", "--help"],
+        &["sweep", "--help"],
         &["register", "--help"],
     ] {
         let text = help(command);
@@ -69,6 +70,7 @@ fn help_has_examples_that_name_real_flags() {
                 "beamform",
                 "phase-symmetry",
                 "surface",
+                "sweep",
                 "register",
             ] {
                 known += &help(&[name, "--help"]);

@@ -30,6 +30,7 @@ from ._native import __version__
 from ._register import Registration, register
 from ._simulate import simulate
 from ._surface import Fan, Surface, surface
+from ._tracked import Cloud, TrackedSequence, read_sequence, sweep
 
 __all__ = [
     "AlignedData",
@@ -38,6 +39,7 @@ __all__ = [
     "BeamformerParameters",
     "ChannelData",
     "ChannelDataParameters",
+    "Cloud",
     "Dataset",
     "DelayParameters",
     "Fan",
@@ -45,6 +47,7 @@ __all__ = [
     "Lines",
     "Registration",
     "Surface",
+    "TrackedSequence",
     "__version__",
     "beamform",
     "bmode",
@@ -53,7 +56,9 @@ __all__ = [
     "frames",
     "phase_symmetry",
     "read",
+    "read_sequence",
     "register",
     "simulate",
     "surface",
+    "sweep",
 ]

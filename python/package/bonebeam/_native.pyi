@@ -25,6 +25,42 @@ class RecordingFile:
     def __new__(cls, path: str | PathLike[str], variables: str) -> RecordingFile: ...
     def read(self, start: int, end: int) -> dict[str, Any]: ...
 
+class TrackedSequence:
+    frames: int
+    assumed: list[str]
+    is_lines: bool
+    timestamps: npt.NDArray[np.float64]
+    has_picture: npt.NDArray[np.bool_]
+    def __new__(
+        cls,
+        path: str | PathLike[str],
+        poses: str | PathLike[str] | None,
+        columns: list[str] | None,
+        euler: str,
+        pose_unit: str | None,
+        angle_unit: str | None,
+    ) -> TrackedSequence: ...
+    def transforms(self) -> dict[str, tuple[npt.NDArray[np.float64], list[str]]]: ...
+    def pictures(self, start: int, end: int) -> npt.NDArray[np.float32]: ...
+    def lines(self, start: int, end: int) -> npt.NDArray[np.complex64]: ...
+    def poses(
+        self, calibration: list[str], to: str | None, pixel: list[float] | None, jump: float
+    ) -> tuple[npt.NDArray[np.float64], list[str]]: ...
+
+def sweep_of_pictures(
+    pictures: npt.NDArray[np.float32],
+    poses: npt.NDArray[np.float64],
+    jump: float,
+    join: float,
+    section: str,
+) -> tuple[
+    npt.NDArray[np.float64],
+    npt.NDArray[np.float64],
+    npt.NDArray[np.float32],
+    npt.NDArray[np.int64],
+    npt.NDArray[np.int64],
+]: ...
+
 class Aligned:
     x: npt.NDArray[np.complex64]
     active: npt.NDArray[np.int64]

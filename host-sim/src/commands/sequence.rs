@@ -1,0 +1,127 @@
+//! Tracked sequences: the flags of their poses, and what `info` prints.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use crate::Result;
+use bonebeam_files::terminal::digits;
+use bonebeam_tracked::{AngleUnit, Euler, LengthUnit, Options, PoseTable, Sequence};
+
+/// Flags on the poses of a folder of pictures.
+#[derive(Debug, clap::Args)]
+pub struct SequenceArguments {
+    /// CSV table of a folder's poses, with a header [default: the only .csv in the folder or in the one above]
+    ///
+    /// A column such as file_path, timestamp or frame names the PNG of a row. Otherwise rows have the order of the
+    /// names. A pose maps the probe to the reference (or to the CT).
+    #[arg(long, value_name = "POSES.csv", help_heading = "Folder of pictures")]
+    poses: Option<PathBuf>,
+
+    /// Columns of the poses [default: by usual names, such as x,y,z,euler_x,euler_y,euler_z or tx,ty,tz,qx,qy,qz,qw]
+    ///
+    /// A position with three Euler angles or with a quaternion x, y, z, w; or the 12 or 16 numbers of a matrix, rows
+    /// first.
+    #[arg(
+        long,
+        value_name = "NAME,…",
+        value_delimiter = ',',
+        help_heading = "Folder of pictures"
+    )]
+    pose_columns: Option<Vec<String>>,
+
+    /// Axes of Euler angles: small letters are fixed axes, capitals moving axes, as in SciPy [default: xyz]
+    #[arg(long, value_name = "AXES", help_heading = "Folder of pictures")]
+    euler: Option<Euler>,
+
+    /// Unit of positions in the table, mm or m [default: by the columns' names, or mm]
+    #[arg(long, value_name = "UNIT", help_heading = "Folder of pictures")]
+    pose_unit: Option<LengthUnit>,
+
+    /// Unit of angles in the table, degrees or radians [default: by the columns' names, or degrees]
+    #[arg(long, value_name = "UNIT", help_heading = "Folder of pictures")]
+    angle_unit: Option<AngleUnit>,
+}
+
+impl SequenceArguments {
+    /// Axes of Euler angles.
+    pub fn euler(&self) -> Euler {
+        self.euler.unwrap_or_default()
+    }
+
+    /// Opens a sequence.
+    ///
+    /// # Errors
+    /// As [`Sequence::open`].
+    pub fn open(&self, path: &Path) -> Result<Sequence> {
+        let poses = PoseTable {
+            path: self.poses.clone(),
+            columns: self.pose_columns.clone(),
+            euler: self.euler(),
+            length: self.pose_unit,
+            angle: self.angle_unit,
+        };
+        Sequence::open(path, &Options { poses })
+    }
+}
+
+/// What `info` prints about a sequence.
+pub fn facts(sequence: &Sequence) -> Vec<(&'static str, String)> {
+    let frames = &sequence.frames;
+    let [columns, rows] = sequence.sides;
+    let what = match sequence.content.is_lines() {
+        true => format!("{rows} lines of {columns} samples ({:?})", sequence.content),
+        false => format!("pictures of {columns} x {rows} pixels"),
+    };
+    let mut facts = vec![
+        ("format", format!("{}, a tracked sequence", sequence.format)),
+        ("holds", format!("{} frames of {what}", frames.len())),
+    ];
+    facts.extend(
+        sequence
+            .assumed
+            .iter()
+            .map(|what| ("assumed", what.clone())),
+    );
+    facts.push((
+        "written",
+        format!("as {}, read as MF", sequence.orientation),
+    ));
+    facts.push((
+        "pixels",
+        match sequence.pixel {
+            Some([x, y]) => format!("{} x {} mm", digits(x), digits(y)),
+            None => "of a size that is in ImageToProbe, not in the file".into(),
+        },
+    ));
+    let valid = frames.iter().filter(|frame| frame.has_picture).count();
+    if valid < frames.len() {
+        facts.push((
+            "pictures",
+            format!("{valid} valid, {} invalid", frames.len() - valid),
+        ));
+    }
+    let times: Vec<f64> = frames.iter().filter_map(|frame| frame.timestamp).collect();
+    if let ([first, .., last], Some(rate)) = (&times[..], sequence.rate()) {
+        let rate = format!(
+            "{} per second of the timestamps, {first} to {last}",
+            digits(rate)
+        );
+        facts.push(("rate", rate));
+    }
+    for name in sequence.transform_names() {
+        let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+        for frame in frames {
+            let status = match frame.transforms.get(name) {
+                Some(transform) if transform.matrix.is_some() => &transform.status[..],
+                _ => "missing",
+            };
+            *counts.entry(status).or_default() += 1;
+        }
+        let counts: Vec<String> = counts
+            .iter()
+            .map(|(name, count)| format!("{count} {name}"))
+            .collect();
+        facts.push(("transform", format!("{name}: {}", counts.join(", "))));
+    }
+    facts
+}

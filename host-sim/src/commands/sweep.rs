@@ -1,0 +1,246 @@
+//! `host-sim sweep`: a tracked sequence → the bone surface in space.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use clap::builder::PossibleValuesParser;
+
+use super::frames::{FrameRange, parse_frames};
+use super::sequence::SequenceArguments;
+use super::surface_files::Overlay;
+use super::surface_inputs::{Crop, parse_crop};
+use crate::flags::Flags;
+use crate::progress::Progress;
+use crate::provenance::Snapshot;
+use crate::{Error, Result};
+use bonebeam_drive::config::Surface;
+use bonebeam_drive::image::BModeImage;
+use bonebeam_files::atomic::{Outputs, check_outputs};
+use bonebeam_files::image;
+use bonebeam_files::terminal::{print, remark};
+use bonebeam_tracked::{
+    Calibration, Cloud, Finder, Sequence, Settings, Space, Track, add_cloud_to, check_name, sweep,
+    views,
+};
+
+/// Find the bone surface in a tracked sweep: points in the frame of a tracker's reference or of a CT.
+///
+/// SEQUENCE is a file of PLUS or 3D Slicer (.mha, .nrrd), or a folder of PNGs with a table of poses. A point of a
+/// picture (column, row, 0, 1) is mapped by ImageToProbe and the sequence's transforms. Frames without a picture, with
+/// a pose that is missing or not OK, and frames that jump are left out and counted.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES, allow_negative_numbers = true)]
+pub struct Arguments {
+    /// Tracked sequence
+    #[arg(value_name = "SEQUENCE")]
+    input: PathBuf,
+
+    /// Points, written as .ply, .vtp, .csv or .mrk.json, in mm
+    ///
+    /// .ply, .vtp and .csv: positions, normals towards the probe, confidence, frame and line; .ply and .csv also the
+    /// sound's way to the point (px, py, pz). .mrk.json: at most 1000 fiducials for 3D Slicer.
+    #[arg(short, long, value_name = "BONE.ply")]
+    output: PathBuf,
+
+    /// Fixed transforms, mm: a configuration of PLUS (.xml), JSON, a file of numbers, or [NAME=]16 numbers; repeatable
+    ///
+    /// Numbers are a matrix, rows first, or x, y, z in mm and three Euler angles in degrees (--euler). Without a name they
+    /// are ImageToProbe. They replace transforms of the same name in the sequence.
+    #[arg(long, value_name = "FILE|NUMBERS")]
+    calibration: Vec<String>,
+
+    /// Frame of reference of the points [default: the first with a chain from Image of Reference, World, CT, Tracker]
+    #[arg(long, value_name = "NAME")]
+    to: Option<String>,
+
+    /// Axes of the frame of reference, written into the files; positions are not changed
+    ///
+    /// 3D Slicer shows the frames of PLUS as RAS. Frames of a CT are LPS by DICOM.
+    #[arg(long, value_name = "LPS|RAS", value_parser = PossibleValuesParser::new(["LPS", "RAS"]), default_value = "RAS")]
+    space: String,
+
+    /// Side of a pixel, m, or along columns and rows: for a calibration in mm instead of pixels
+    #[arg(long, value_name = "M[,M]", value_delimiter = ',', num_args = 1)]
+    pixel_size: Vec<f64>,
+
+    /// Frames A to B−1, or frame A alone: A..B or A [default: all]
+    #[arg(long, value_name = "A..B", value_parser = parse_frames)]
+    frames: Option<FrameRange>,
+
+    /// Use every Nth frame
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    every: u32,
+
+    /// Part of the pictures to use, in pixels from the top left [default: all]
+    #[arg(long, value_name = "X,Y,WIDTH,HEIGHT", value_parser = parse_crop)]
+    crop: Option<Crop>,
+
+    /// Deviation of a picture from the median of five frames that is a jump, m; up to four usual steps are none
+    #[arg(long, value_name = "M", default_value_t = 0.005)]
+    jump: f64,
+
+    /// Distance within which points of different frames are joined, m; 0 joins none
+    #[arg(long, value_name = "M", default_value_t = 0.0001)]
+    join: f64,
+
+    /// Also write a picture of the points from three sides: x and y, x and z, y and z
+    #[arg(long, value_name = "VIEWS.png")]
+    image: Option<PathBuf>,
+
+    /// Also write the middle one of the searched frames with the surface drawn over it
+    #[arg(long, value_name = "FRAME.png")]
+    overlay: Option<PathBuf>,
+
+    #[command(flatten)]
+    sequence: SequenceArguments,
+
+    #[command(flatten)]
+    surface: Flags<Surface>,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  host-sim sweep sweep.igs.mha --calibration PlusConfiguration.xml -o bone.ply --image views.png
+  host-sim sweep sweep.seq.nrrd --calibration ImageToProbe.json --to Tracker -o bone.mrk.json
+  host-sim sweep UltrasoundImages --poses tracking.csv --euler xyz --pose-unit mm --angle-unit degrees \\
+      --calibration 26.4,-0.5,128.0,92.5,-0.5,179.2 --pixel-size 0.00005392 --space LPS -o bone.ply";
+
+/// Runs the command.
+///
+/// # Errors
+/// A flag out of range, a sequence or a calibration that is not valid, or an output that cannot be written.
+pub fn run(arguments: Arguments) -> Result<()> {
+    check_name(&arguments.output)?;
+    let pictures = [&arguments.image, &arguments.overlay].map(Option::as_deref);
+    let pictures: Vec<&Path> = pictures.into_iter().flatten().collect();
+    for path in &pictures {
+        if image::Format::of(path)? != image::Format::Png {
+            let message = format!("{}: expected a name that ends in .png", path.display());
+            return Err(Error::Usage(message));
+        }
+    }
+    let outputs: Vec<&Path> = pictures
+        .into_iter()
+        .chain([arguments.output.as_path()])
+        .collect();
+    check_outputs(&[&arguments.input], &outputs)?;
+    let mut section = Surface::default();
+    arguments.surface.apply(&mut section);
+    section.validate()?;
+    if section.sweep_step.is_some() {
+        return Err(Error::Usage(
+            "--sweep-step has no effect on a tracked sweep".into(),
+        ));
+    }
+    let mm = |flag: &str, metres: f64| match (0.0..=1.0).contains(&metres) {
+        true => Ok(1e3 * metres),
+        false => Err(Error::Usage(format!(
+            "--{flag} is {metres}; expected 0 to 1 (m)"
+        ))),
+    };
+    let pixel = match arguments.pixel_size[..] {
+        [] => None,
+        [side] => Some([1e3 * side; 2]),
+        [x, y] => Some([1e3 * x, 1e3 * y]),
+        _ => {
+            return Err(Error::Usage(
+                "--pixel-size has more than two numbers".into(),
+            ));
+        }
+    };
+
+    let snapshot = Snapshot::of(&arguments.input)?;
+    let sequence = arguments.sequence.open(&arguments.input)?;
+    for what in &sequence.assumed {
+        remark(&format!("{}: {what}", arguments.input.display()));
+    }
+    let mut calibration = Calibration::default();
+    for text in &arguments.calibration {
+        calibration
+            .transforms
+            .extend(Calibration::of(text, arguments.sequence.euler())?.transforms);
+    }
+    let jump = mm("jump", arguments.jump)?;
+    let track = Track::of(
+        &sequence,
+        &calibration,
+        arguments.to.as_deref(),
+        pixel,
+        jump,
+    )?;
+    let range = FrameRange::of(arguments.frames.as_ref(), sequence.frames.len())?;
+    let settings = Settings {
+        surface: section,
+        frames: range.step_by(arguments.every as usize).collect(),
+        crop: arguments
+            .crop
+            .map(|crop| [crop.x, crop.y, crop.width, crop.height]),
+        join: mm("join", arguments.join)?,
+    };
+    let bar = Progress::new("searching", 1000);
+    let cloud = sweep(&sequence, &track, &settings, &|share| {
+        bar.set((1000.0 * share) as u64, 1000)
+    });
+    bar.clear();
+    let cloud = cloud?;
+    snapshot.check()?;
+
+    let space = if arguments.space == "LPS" {
+        Space::Lps
+    } else {
+        Space::Ras
+    };
+    let mut outputs = Outputs::new();
+    add_cloud_to(&cloud, space, &arguments.output, &mut outputs)?;
+    if let Some(path) = &arguments.image {
+        image::add_colours_to(&views(&cloud.points), path, &mut outputs)?;
+    }
+    if let Some(path) = &arguments.overlay {
+        overlay(&sequence, &track, &settings)?.add_to(path, &mut outputs)?;
+    }
+    outputs.commit()?;
+    print(&format!("{}\n", summary(&cloud, space)))
+}
+
+/// The middle one of the searched frames with its surface.
+fn overlay(sequence: &Sequence, track: &Track, settings: &Settings) -> Result<Overlay> {
+    let frames = track.usable(&settings.frames);
+    let finder = Finder::new(sequence, track, settings, &frames)?;
+    let (frame, _) = frames[frames.len() / 2];
+    let pixels = finder.picture(sequence.reader()?.frame(frame)?)?;
+    let found = finder.search(&pixels)?;
+    let picture = BModeImage {
+        pixels,
+        x0: 0.0,
+        z0: 0.0,
+        pixel: finder.pixel(),
+        angles: None,
+    };
+    Ok(Overlay::of(&picture, found.fan.as_ref(), &found.points))
+}
+
+/// One line for the terminal.
+fn summary(cloud: &Cloud, space: Space) -> String {
+    let [searched, with] = cloud.searched;
+    let left_out: Vec<String> = cloud
+        .left_out
+        .iter()
+        .map(|(reason, count)| format!("{count} ({reason})"))
+        .collect();
+    let left_out = match left_out.is_empty() {
+        true => "none".to_owned(),
+        false => left_out.join(", "),
+    };
+    format!(
+        "{} points of bone in {with} of {searched} frames, in the frame {} ({}), {} joined; left out: {left_out}; lines are {}",
+        cloud.points.len(),
+        cloud.target,
+        space.name(),
+        cloud.joined,
+        if cloud.fan.is_some() {
+            "beams of a fan"
+        } else {
+            "columns"
+        }
+    )
+}

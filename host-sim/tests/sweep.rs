@@ -1,0 +1,360 @@
+//! The command `sweep`: a drawn sweep over a shaft with known poses, its files, its errors.
+
+use crate::common;
+
+use std::fs;
+use std::path::Path;
+
+use bonebeam_files::image;
+use bonebeam_tracked::{Matrix, apply, inverse, product};
+use common::program::run;
+use ndarray::Array2;
+use rand::rngs::ChaCha8Rng;
+use rand::{RngExt, SeedableRng};
+use tempfile::{TempDir, tempdir};
+
+const FRAMES: usize = 24;
+const COLUMNS: usize = 160;
+const ROWS: usize = 240;
+/// Side of a pixel, mm.
+const PIXEL: f64 = 0.15;
+/// Radius of the shaft and a point of its axis in the reference's frame, mm.
+const RADIUS: f64 = 11.0;
+const MIDDLE: [f64; 3] = [40.0, -20.0, 30.0];
+/// Frames whose pose is out of view, whose pose jumps, and without a picture.
+const LOST: usize = 5;
+const JUMP: usize = 9;
+const EMPTY: usize = 15;
+
+/// The rotation by angles about x, then y, then z, and a translation.
+fn pose(angles: [f64; 3], [x, y, z]: [f64; 3]) -> Matrix {
+    let [(sa, ca), (sb, cb), (sc, cc)] = angles.map(f64::sin_cos);
+    [
+        [cb * cc, sa * sb * cc - ca * sc, ca * sb * cc + sa * sc, x],
+        [cb * sc, sa * sb * sc + ca * cc, ca * sb * sc - sa * cc, y],
+        [-sb, sa * cb, ca * cb, z],
+        [0.0, 0.0, 0.0, 1.0],
+    ]
+}
+
+fn calibration() -> Matrix {
+    let [x, y] = [COLUMNS, ROWS].map(|side| side as f64 * PIXEL / 2.0);
+    let scale = [
+        [PIXEL, 0.0, 0.0, -x],
+        [0.0, PIXEL, 0.0, -y],
+        [0.0, 0.0, 1.0, 0.0],
+        [0.0, 0.0, 0.0, 1.0],
+    ];
+    product(&pose([0.1, 1.2, -0.4], [5.0, 50.0, -3.0]), &scale)
+}
+
+/// Direction of the shaft in the reference's frame.
+fn axis() -> [f64; 3] {
+    let at = apply(&pose([0.3, 0.2, 0.5], [0.0; 3]), [0.0, 0.0, 1.0]);
+    at.map(|x| x / at.iter().map(|x| x * x).sum::<f64>().sqrt())
+}
+
+/// The vector from the axis to a point.
+fn from_axis(point: [f64; 3]) -> [f64; 3] {
+    let own = axis();
+    let off: [f64; 3] = std::array::from_fn(|k| point[k] - MIDDLE[k]);
+    let along: f64 = (0..3).map(|k| off[k] * own[k]).sum();
+    std::array::from_fn(|k| off[k] - along * own[k])
+}
+
+fn length(v: [f64; 3]) -> f64 {
+    v.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+fn reference() -> Matrix {
+    pose([-0.7, 0.4, 2.0], [100.0, -40.0, 900.0])
+}
+
+/// The picture's matrix to the reference: across the shaft, the array 14 mm above it, wobbling.
+fn image_to_reference(frame: usize) -> Matrix {
+    let k = frame as f64 - FRAMES as f64 / 2.0;
+    let along = axis().map(|x| 0.8 * k * x);
+    let wobble = pose([0.02 * k.sin(), 0.02 * k.cos(), 0.01 * k.sin()], [0.0; 3]);
+    let upright = product(
+        &pose(
+            [0.3, 0.2, 0.5],
+            std::array::from_fn(|k| MIDDLE[k] + along[k]),
+        ),
+        &wobble,
+    );
+    let top = [
+        [PIXEL, 0.0, 0.0, -(COLUMNS as f64) * PIXEL / 2.0],
+        [0.0, PIXEL, 0.0, -14.0 - RADIUS],
+        [0.0, 0.0, 1.0, 0.0],
+        [0.0, 0.0, 0.0, 1.0],
+    ];
+    product(&upright, &top)
+}
+
+/// Speckle, with an echo of 0.25 mm on the shaft and a shadow below it.
+fn picture(frame: usize) -> Vec<u8> {
+    let mut rng = ChaCha8Rng::seed_from_u64(59 + frame as u64);
+    let matrix = image_to_reference(frame);
+    let mut pixels = vec![0; ROWS * COLUMNS];
+    for column in 0..COLUMNS {
+        let depth =
+            |row: f64| length(from_axis(apply(&matrix, [column as f64, row, 0.0]))) - RADIUS;
+        let bone = (0..ROWS)
+            .map(|row| row as f64)
+            .find(|row| depth(*row) < 0.0);
+        let bone = bone.map(|row| row - depth(row) / (depth(row) - depth(row - 1.0)));
+        for row in 0..ROWS {
+            let speckle: f64 = rng.random_range(0.0..50.0);
+            let below = bone.map_or(-1e3, |bone| PIXEL * (row as f64 - bone));
+            let tissue = if below > 0.3 {
+                speckle / 4.0
+            } else {
+                45.0 + speckle
+            };
+            let echo = 190.0 * (-(below / 0.25).powi(2)).exp();
+            pixels[row * COLUMNS + column] = (tissue + echo).min(255.0) as u8;
+        }
+    }
+    pixels
+}
+
+fn text(matrix: &Matrix) -> String {
+    let numbers: Vec<String> = matrix.as_flattened().iter().map(f64::to_string).collect();
+    numbers.join(" ") + " "
+}
+
+/// The sweep as PLUS writes it, and its configuration.
+fn folder() -> TempDir {
+    let folder = tempdir().unwrap();
+    let mut header = format!(
+        "ObjectType = Image\nNDims = 3\nBinaryData = True\nCompressedData = False\n\
+         DimSize = {COLUMNS} {ROWS}                {FRAMES} \nElementSpacing = 1 1 1\nElementType = MET_UCHAR\n\
+         Kinds = domain domain               list\nUltrasoundImageOrientation = MFA\n"
+    );
+    let to_image = inverse(&calibration()).unwrap();
+    for k in 0..FRAMES {
+        let mut probe = product(&reference(), &product(&image_to_reference(k), &to_image));
+        if k == JUMP {
+            probe[1][3] += 30.0;
+        }
+        let status = if k == LOST { "OUT_OF_VIEW" } else { "OK" };
+        let valid = if k == EMPTY { "INVALID" } else { "OK" };
+        let of = |name: &str, matrix: &Matrix, status: &str| {
+            let name = format!("Seq_Frame{k:04}_{name}ToTrackerTransform");
+            format!("{name} = {}\n{name}Status = {status}\n", text(matrix))
+        };
+        header += &of("Probe", &probe, status);
+        header += &of("Reference", &reference(), "OK");
+        header += &format!("Seq_Frame{k:04}_Timestamp = {:.6}\n", 0.05 * k as f64);
+        header += &format!("Seq_Frame{k:04}_ImageStatus = {valid}\n");
+    }
+    header += "ElementDataFile = LOCAL\n";
+    let pixels: Vec<u8> = (0..FRAMES).flat_map(picture).collect();
+    fs::write(
+        folder.path().join("sweep.igs.mha"),
+        [header.as_bytes(), &pixels].concat(),
+    )
+    .unwrap();
+    let plus = format!(
+        "<PlusConfiguration><CoordinateDefinitions><Transform From=\"Image\" To=\"Probe\" Matrix=\"{}\"/>\
+         </CoordinateDefinitions></PlusConfiguration>",
+        text(&calibration())
+    );
+    fs::write(folder.path().join("plus.xml"), plus).unwrap();
+    folder
+}
+
+fn works(folder: &TempDir, arguments: &str) {
+    let (status, message) = run(folder, arguments);
+    assert_eq!(status, 0, "{arguments}: {message}");
+}
+
+/// The rows of a cloud's CSV: frame, line, position, normal, path, confidence.
+fn rows(path: &Path) -> Vec<[f64; 12]> {
+    let text = fs::read_to_string(path).unwrap();
+    let mut lines = text.lines();
+    assert_eq!(
+        lines.next(),
+        Some("# SPACE=RAS, mm, frame of reference Reference")
+    );
+    assert_eq!(
+        lines.next(),
+        Some("frame,line,x,y,z,nx,ny,nz,px,py,pz,confidence")
+    );
+    let row = |line: &str| {
+        let numbers: Vec<f64> = line.split(',').map(|n| n.parse().unwrap()).collect();
+        numbers.try_into().unwrap()
+    };
+    lines.map(row).collect()
+}
+
+#[test]
+fn points_lie_on_a_shaft_in_the_references_frame() {
+    let folder = folder();
+    let at = |name: &str| folder.path().join(name);
+    let common = "sweep sweep.igs.mha --calibration plus.xml --min-confidence 0.3";
+    works(
+        &folder,
+        &format!("{common} -o a.csv --image views.png --overlay frame.png"),
+    );
+    let rows = rows(&at("a.csv"));
+    let frames: std::collections::BTreeSet<usize> =
+        rows.iter().map(|row| row[0] as usize).collect();
+    let expected = (0..FRAMES).filter(|k| ![LOST, JUMP, EMPTY].contains(k));
+    assert!(frames.into_iter().eq(expected));
+    assert!(rows.len() > 80 * (FRAMES - 3), "{}", rows.len());
+
+    let part =
+        |row: &[f64; 12], from: usize| -> [f64; 3] { std::array::from_fn(|k| row[from + k]) };
+    let mut off: Vec<f64> = rows
+        .iter()
+        .map(|row| (length(from_axis(part(row, 2))) - RADIUS).abs())
+        .collect();
+    off.sort_by(f64::total_cmp);
+    let mean = off.iter().sum::<f64>() / off.len() as f64;
+    let most = off[off.len() * 95 / 100];
+    assert!(mean <= 0.15 && most <= 0.5, "mean {mean}, 95 % {most}");
+    // Normals point outwards, and the sound came from the picture's top.
+    let outwards = rows.iter().filter(|row| {
+        let [out, normal] = [from_axis(part(row, 2)), part(row, 5)];
+        (0..3).map(|k| out[k] * normal[k]).sum::<f64>() > 0.95 * length(out)
+    });
+    assert!(outwards.count() > rows.len() * 9 / 10);
+    for row in &rows {
+        let matrix = image_to_reference(row[0] as usize);
+        let top = apply(&matrix, [row[1], 0.0, 0.0]);
+        let came: [f64; 3] = std::array::from_fn(|k| row[2 + k] - row[8 + k] - top[k]);
+        assert!(length(came) < 1e-3, "{row:?}");
+    }
+    assert_eq!(image::read(&at("views.png")).unwrap().dim(), (640, 1920));
+    assert_eq!(
+        image::read(&at("frame.png")).unwrap().dim(),
+        (ROWS, COLUMNS)
+    );
+
+    // A part of the frames and of the picture, by numbers in place of the configuration, in a tracker's frame.
+    let numbers = text(&calibration()).trim().replace(' ', ",");
+    let rest =
+        format!("--calibration {numbers} --frames 2..9 --every 3 --crop 20,10,130,230 --threads 1");
+    works(
+        &folder,
+        &format!("sweep sweep.igs.mha -o b.ply --to Tracker --space LPS {rest}"),
+    );
+    let ply = fs::read(at("b.ply")).unwrap();
+    let head = String::from_utf8_lossy(&ply[..600]);
+    for line in [
+        "comment SPACE=LPS",
+        "in the frame Tracker",
+        "property float confidence",
+        "property int line",
+    ] {
+        assert!(head.contains(line), "{head}");
+    }
+    let end = head.find("end_header\n").unwrap() + 11;
+    let points = (ply.len() - end) / 48;
+    assert!(head.contains(&format!("element vertex {points}\n")) && (ply.len() - end) % 48 == 0);
+    let number = |k: usize| f32::from_le_bytes(*ply[end + 4 * k..].first_chunk().unwrap());
+    let first = [0, 1, 2].map(|k| f64::from(number(k)));
+    let back = apply(&inverse(&reference()).unwrap(), first);
+    assert!((length(from_axis(back)) - RADIUS).abs() < 1.0);
+
+    works(&folder, &format!("{common} -o c.vtp"));
+    works(&folder, &format!("{common} -o c.mrk.json"));
+    let vtp = fs::read_to_string(at("c.vtp")).unwrap();
+    assert!(vtp.contains("Name=\"SPACE\" NumberOfTuples=\"1\" format=\"ascii\">\n82\n65\n83\n0\n"));
+    let markups: serde_json::Value =
+        serde_json::from_slice(&fs::read(at("c.mrk.json")).unwrap()).unwrap();
+    assert_eq!(markups["markups"][0]["coordinateSystem"], "RAS");
+    let count = markups["markups"][0]["controlPoints"]
+        .as_array()
+        .unwrap()
+        .len();
+    assert!((500..=1000).contains(&count), "{count}");
+}
+
+#[test]
+fn a_folder_of_pngs_gives_the_points_of_the_same_sweep() {
+    let folder = folder();
+    let pngs = folder.path().join("pngs");
+    fs::create_dir(&pngs).unwrap();
+    let mut table = "file,tx,ty,tz,qw,qx,qy,qz\n".to_owned();
+    for k in 0..6 {
+        let levels: Vec<f32> = picture(k).into_iter().map(f32::from).collect();
+        let picture = Array2::from_shape_vec((ROWS, COLUMNS), levels).unwrap();
+        image::write(&picture, &pngs.join(format!("{k}.png"))).unwrap();
+        let to_image = inverse(&calibration()).unwrap();
+        let m = product(&image_to_reference(k), &to_image);
+        let w = (1.0 + m[0][0] + m[1][1] + m[2][2]).sqrt() / 2.0;
+        let [x, y, z] =
+            [m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1]].map(|v| v / (4.0 * w));
+        let [tx, ty, tz] = [m[0][3], m[1][3], m[2][3]].map(|mm| mm / 1e3);
+        table += &format!("{k}.png,{tx},{ty},{tz},{w},{x},{y},{z}\n");
+    }
+    fs::write(folder.path().join("poses.csv"), table).unwrap();
+    // The calibration in mm, with the pixel's size apart.
+    let mut rigid = calibration();
+    rigid
+        .iter_mut()
+        .take(3)
+        .for_each(|row| row[..2].iter_mut().for_each(|value| *value /= PIXEL));
+    fs::write(folder.path().join("rigid.txt"), text(&rigid)).unwrap();
+    works(
+        &folder,
+        "sweep pngs --pose-unit m --calibration rigid.txt --pixel-size 0.00015 -o a.csv --join 0",
+    );
+    works(
+        &folder,
+        "sweep sweep.igs.mha --calibration plus.xml --frames 0..6 -o b.csv --join 0",
+    );
+    let [a, b] = ["a.csv", "b.csv"].map(|name| rows(&folder.path().join(name)));
+    let a: Vec<_> = a
+        .into_iter()
+        .filter(|row| row[0] as usize != LOST)
+        .collect();
+    assert_eq!(a.len(), b.len());
+    for (a, b) in a.iter().zip(&b) {
+        assert_eq!(a[..2], b[..2]);
+        assert!((2..5).all(|k| (a[k] - b[k]).abs() < 2e-4), "{a:?} {b:?}");
+    }
+}
+
+#[test]
+fn what_a_sweep_lacks_is_named() {
+    let folder = folder();
+    fs::write(
+        folder.path().join("short.mha"),
+        "ObjectType = Image\nNDims = 2\n",
+    )
+    .unwrap();
+    fs::write(folder.path().join("mm.txt"), "1 0 0 0 0 1 0 0 0 0 1 0").unwrap();
+    for row in REFUSED.lines() {
+        let cells: Vec<&str> = row.split(" | ").collect();
+        let [arguments, status, words] = cells[..] else {
+            panic!("{row}")
+        };
+        let (found, message) = run(&folder, &format!("sweep {arguments}"));
+        assert_eq!(found.to_string(), status, "{arguments}: {message}");
+        assert!(
+            message.contains(words) && message.lines().count() == 1,
+            "{row}: {message}"
+        );
+        assert!(!folder.path().join("a.ply").exists());
+    }
+}
+
+/// Arguments, exit status, words of the message.
+const REFUSED: &str = "\
+sweep.igs.mha -o a.ply | 1 | ImageToProbe by --calibration
+sweep.igs.mha -o a.ply --calibration plus.xml --to Phantom | 1 | from Image to Phantom
+sweep.igs.mha -o a.ply --calibration mm.txt | 1 | give --pixel-size
+sweep.igs.mha -o a.ply --calibration 1,2 | 2 | 2 numbers
+sweep.igs.mha -o a.ply --calibration none.xml | 1 | no such file
+short.mha -o a.ply | 1 | no ElementDataFile
+plus.xml -o a.ply | 1 | no tracked sequence
+sweep.igs.mha -o a.obj | 2 | .mrk.json
+sweep.igs.mha -o a.ply --calibration plus.xml --crop 100,0,100,10 | 2 | beyond the 160 x 240
+sweep.igs.mha -o a.ply --calibration plus.xml --frames 5 | 1 | no frame with a picture and a pose
+sweep.igs.mha -o a.ply --calibration plus.xml --frames 30 | 2 | frames 0 to 23
+sweep.igs.mha -o a.ply --calibration plus.xml --sweep-step 0.001 | 2 | --sweep-step
+sweep.igs.mha -o a.ply --calibration plus.xml --join 3 | 2 | --join is 3
+sweep.igs.mha -o a.ply --calibration plus.xml --euler abc | 2 | xyz";

@@ -1,0 +1,90 @@
+//! NRRD: `.nrrd`, and `.nhdr` with its pixels beside it.
+
+use std::io::{BufRead, Seek};
+use std::path::Path;
+
+use super::header::Header;
+use super::metaimage::place;
+use super::pixels::{Axis, Element, Packing, Pixels};
+
+/// First letters of the format.
+pub const MAGIC: &[u8] = b"NRRD";
+
+/// Reads the header; PLUS also writes free fields as `name: value`.
+///
+/// # Errors
+/// The problem, without the file's name.
+pub fn read(path: &Path, reader: &mut (impl BufRead + Seek)) -> Result<(Header, Pixels), String> {
+    let mut header = Header::default();
+    header.line(reader)?;
+    while let Some(line) = header.line(reader)?.filter(|line| !line.is_empty()) {
+        if line.starts_with('#') {
+            continue;
+        }
+        let (name, value) = line
+            .split_once(':')
+            .ok_or_else(|| format!("has the line {line}"))?;
+        header.take(name, value.strip_prefix('=').unwrap_or(value))?;
+    }
+    let element = match header.get("type").ok_or("has no type")? {
+        "uchar" | "unsigned char" | "uint8" | "uint8_t" => Element::U8,
+        "signed char" | "int8" | "int8_t" => Element::I8,
+        "ushort" | "unsigned short" | "unsigned short int" | "uint16" | "uint16_t" => Element::U16,
+        "short" | "short int" | "signed short" | "signed short int" | "int16" | "int16_t" => {
+            Element::I16
+        }
+        "uint" | "unsigned int" | "uint32" | "uint32_t" => Element::U32,
+        "int" | "signed int" | "int32" | "int32_t" => Element::I32,
+        "float" => Element::F32,
+        "double" => Element::F64,
+        other => return Err(format!("has type: {other}; expected one of numbers")),
+    };
+    let packing = match header.get("encoding").ok_or("has no encoding")? {
+        "raw" => Packing::Raw,
+        "gz" | "gzip" => Packing::Gzip,
+        other => return Err(format!("has encoding: {other}; expected raw or gzip")),
+    };
+    for skip in ["line skip", "byte skip", "lineskip", "byteskip"] {
+        if header.get(skip).is_some_and(|count| count != "0") {
+            return Err(format!("has a {skip}, which is not read"));
+        }
+    }
+    let sides = header.sizes("sizes")?;
+    let kinds: Vec<&str> = header
+        .get("kinds")
+        .unwrap_or_default()
+        .split_whitespace()
+        .collect();
+    let mut axes = Vec::new();
+    for (k, side) in sides.iter().enumerate() {
+        let axis = match kinds.get(k).copied() {
+            Some("list" | "time") => Axis::Frame,
+            Some("vector" | "RGB-color" | "RGBA-color" | "3-color" | "4-color") => Axis::Component,
+            Some("domain" | "space") => Axis::Picture,
+            _ if k >= 2 && k + 1 == sides.len() => Axis::Frame,
+            _ => Axis::Picture,
+        };
+        axes.push((axis, *side));
+    }
+    let mut pixels = Pixels {
+        path: path.to_path_buf(),
+        offset: 0,
+        length: None,
+        packing,
+        element,
+        big_endian: header.get("endian") == Some("big"),
+        sides: [0; 2],
+        components: 1,
+        frames: 1,
+        strides: [1; 3],
+        frame_stride: None,
+    };
+    pixels.arrange(&axes)?;
+    let file = header
+        .get("data file")
+        .or(header.get("datafile"))
+        .map(str::to_owned);
+    let length = header.length;
+    place(&mut pixels, path, file.as_ref(), length)?;
+    Ok((header, pixels))
+}

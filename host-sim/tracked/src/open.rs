@@ -1,0 +1,235 @@
+//! Opens sequences: their format by the content, their header as frames.
+
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::path::Path;
+
+use bonebeam_files::{Result, cannot_be_opened, file_error, input};
+
+use crate::header::{Fields, Header};
+use crate::orientation::Orientation;
+use crate::pixels::Pixels;
+use crate::sequence::{Content, Frame, Options, Sequence, Source, Tracked};
+use crate::transforms::{Matrix, name_parts};
+use crate::{folder, metaimage, nrrd};
+
+/// Number of a frame's transforms that are read from a header at most.
+const MOST_TRANSFORMS: usize = 64;
+
+impl Sequence {
+    /// Whether a path looks like a sequence, by its content.
+    pub fn recognizes(path: &Path) -> bool {
+        folder::is_folder_of_pictures(path)
+            || beginning(path).is_ok_and(|bytes| Kind::of(&bytes).is_some())
+    }
+
+    /// Reads the header of a sequence, or the table of a folder.
+    ///
+    /// # Errors
+    /// A file that is no sequence, is damaged, or holds less than its header says.
+    pub fn open(path: &Path, options: &Options) -> Result<Self> {
+        let wrong = |message: String| file_error(path, message);
+        if path.is_dir() {
+            return folder::open(path, &options.poses);
+        }
+        let bytes = beginning(path).map_err(wrong)?;
+        let kind = Kind::of(&bytes);
+        let kind =
+            kind.ok_or_else(|| wrong("is no tracked sequence (.mha, .nrrd or a folder)".into()))?;
+        let file = input::open(path).map_err(|e| wrong(cannot_be_opened(&e)))?;
+        let mut reader = BufReader::new(file);
+        let (header, pixels) = match kind {
+            Kind::MetaImage => metaimage::read(path, &mut reader),
+            Kind::Nrrd => nrrd::read(path, &mut reader),
+        }
+        .map_err(wrong)?;
+        Self::of_header(path, kind, header, pixels)
+    }
+
+    fn of_header(path: &Path, kind: Kind, header: Header, pixels: Pixels) -> Result<Self> {
+        let wrong = |message: String| file_error(path, message);
+        let mut assumed = Vec::new();
+        let names = match kind {
+            Kind::MetaImage => [
+                "UltrasoundImageType",
+                "UltrasoundImageOrientation",
+                "ImageStatus",
+            ],
+            Kind::Nrrd => [
+                "ultrasound image type",
+                "ultrasound image orientation",
+                "Status",
+            ],
+        };
+        let colours = pixels.components > 1;
+        let content = match header.get(names[0]) {
+            None if colours => Content::Rgb,
+            None => Content::Brightness,
+            Some(name) => Content::of(name).ok_or_else(|| {
+                wrong(format!(
+                    "has {} = {name}; expected BRIGHTNESS, RGB_COLOR or RF lines",
+                    names[0]
+                ))
+            })?,
+        };
+        let orientation = match header.get(names[1]) {
+            Some(code) if code != "XX" => Orientation::of(code).ok_or_else(|| {
+                wrong(format!(
+                    "has {} = {code}; expected one such as MF or FM",
+                    names[1]
+                ))
+            })?,
+            _ => {
+                assumed.push(format!("{} = MF", names[1]));
+                Orientation {
+                    transposed: content.is_lines(),
+                    ..Orientation::MF
+                }
+            }
+        };
+        if content.is_lines() && (!orientation.transposed || colours) {
+            return Err(wrong(
+                "has lines that do not run along the fastest axis (FM)".into(),
+            ));
+        }
+        let [fast, slow] = pixels.sides;
+        let sides = match content {
+            Content::RfIqLine => [fast / 2, slow],
+            Content::RfILineQLine => [fast, slow / 2],
+            Content::RfReal => [fast, slow],
+            _ if orientation.transposed => [slow, fast],
+            _ => [fast, slow],
+        };
+        if sides.contains(&0)
+            || (content == Content::RfIqLine && fast % 2 > 0)
+            || (content == Content::RfILineQLine && slow % 2 > 0)
+        {
+            return Err(wrong(format!(
+                "has I/Q lines in {fast} x {slow} numbers; expected pairs"
+            )));
+        }
+        pixels.check()?;
+        if let Some((&last, _)) = header
+            .frames
+            .last_key_value()
+            .filter(|(k, _)| **k >= pixels.frames)
+        {
+            return Err(wrong(format!(
+                "has fields of frame {last}, but pixels of {} frames",
+                pixels.frames
+            )));
+        }
+        let none = Fields::new();
+        let frames = (0..pixels.frames)
+            .map(|k| frame(header.frames.get(&k).unwrap_or(&none), names[2]))
+            .collect::<std::result::Result<Vec<_>, _>>();
+        let frames = frames.map_err(wrong)?;
+        let pixel = spacing(&header, orientation);
+        Ok(Self {
+            path: path.to_path_buf(),
+            format: match kind {
+                Kind::MetaImage => "MetaImage",
+                Kind::Nrrd => "NRRD",
+            },
+            content,
+            orientation,
+            sides,
+            frames,
+            pixel,
+            fields: header.fields,
+            assumed,
+            source: Source::Pixels(pixels),
+        })
+    }
+}
+
+#[derive(Clone, Copy)]
+enum Kind {
+    MetaImage,
+    Nrrd,
+}
+
+impl Kind {
+    fn of(bytes: &[u8]) -> Option<Self> {
+        if bytes.starts_with(nrrd::MAGIC) {
+            return Some(Self::Nrrd);
+        }
+        let is = |magic: &&[u8]| bytes.starts_with(magic);
+        metaimage::MAGIC.iter().any(is).then_some(Self::MetaImage)
+    }
+}
+
+/// The first bytes of a file.
+fn beginning(path: &Path) -> std::result::Result<Vec<u8>, String> {
+    let file: File = input::open(path).map_err(|e| cannot_be_opened(&e))?;
+    let mut bytes = Vec::new();
+    let read = file.take(256).read_to_end(&mut bytes);
+    read.map_err(|e| cannot_be_opened(&e))?;
+    Ok(bytes)
+}
+
+/// A frame by its fields.
+fn frame(fields: &Fields, status: &str) -> std::result::Result<Frame, String> {
+    let mut frame = Frame {
+        has_picture: true,
+        ..Frame::default()
+    };
+    for (name, value) in fields {
+        if name == status || name == "ImageStatus" {
+            frame.has_picture = value == "OK";
+        } else if name == "Timestamp" {
+            frame.timestamp = value.parse().ok().filter(|time: &f64| time.is_finite());
+        } else if let Some(name) = name.strip_suffix("TransformStatus") {
+            entry(&mut frame, name).status = value.clone();
+        } else if let Some(name) = name
+            .strip_suffix("Transform")
+            .filter(|name| name_parts(name).is_some())
+        {
+            entry(&mut frame, name).matrix = Some(matrix(name, value)?);
+        }
+    }
+    match frame.transforms.len() <= MOST_TRANSFORMS {
+        true => Ok(frame),
+        false => Err(format!(
+            "has {} transforms in a frame",
+            frame.transforms.len()
+        )),
+    }
+}
+
+fn entry<'f>(frame: &'f mut Frame, name: &str) -> &'f mut Tracked {
+    let ok = || Tracked {
+        matrix: None,
+        status: "OK".into(),
+    };
+    frame.transforms.entry(name.into()).or_insert_with(ok)
+}
+
+/// Sixteen numbers, rows first.
+fn matrix(name: &str, text: &str) -> std::result::Result<Matrix, String> {
+    let numbers: Option<Vec<f64>> = text
+        .split_whitespace()
+        .map(|word| word.parse().ok())
+        .collect();
+    let rows = numbers.filter(|numbers| numbers.len() == 16);
+    let rows = rows.ok_or_else(|| format!("has a {name}Transform that is not 16 numbers"))?;
+    Ok(std::array::from_fn(|row| {
+        std::array::from_fn(|column| rows[4 * row + column])
+    }))
+}
+
+/// The sides of a pixel, mm; PLUS writes 1 for unknown.
+fn spacing(header: &Header, orientation: Orientation) -> Option<[f64; 2]> {
+    let text = header.get("ElementSpacing").or(header.get("spacings"))?;
+    let mut numbers = text
+        .split_whitespace()
+        .map_while(|word| word.parse::<f64>().ok());
+    let [fast, slow] = [numbers.next()?, numbers.next()?];
+    let valid = [fast, slow].iter().all(|side| (1e-3..=10.0).contains(side));
+    let known = valid && [fast, slow] != [1.0, 1.0];
+    known.then_some(if orientation.transposed {
+        [slow, fast]
+    } else {
+        [fast, slow]
+    })
+}

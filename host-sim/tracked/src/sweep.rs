@@ -1,0 +1,269 @@
+//! The bone surface of a tracked sweep.
+
+use std::collections::BTreeMap;
+
+use ndarray::{Array2, Slice};
+use rayon::prelude::*;
+
+use bonebeam_drive::config::Surface;
+use bonebeam_drive::surface::{Picture, PictureFan, PictureSurface, of_picture};
+
+use crate::cloud::{Axes, CloudPoint, join, set_normals, unit};
+use crate::sequence::{Encoded, Sequence};
+use crate::track::Track;
+use crate::transforms::{Matrix, apply};
+use crate::{Error, Result};
+
+/// Frames in memory, for each thread.
+const AHEAD: usize = 4;
+/// Frames whose brightest levels show the fan.
+const SHOWN: usize = 16;
+
+/// How a sweep is searched.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// The detector.
+    pub surface: Surface,
+    /// Indices of the frames.
+    pub frames: Vec<usize>,
+    /// Part of the pictures: x, y, width, height, pixels.
+    pub crop: Option<[usize; 4]>,
+    /// Distance within which points of different frames are one, mm; 0 joins none.
+    pub join: f64,
+}
+
+/// The bone surface of a sweep.
+#[derive(Clone, Debug, Default)]
+pub struct Cloud {
+    /// Points in the order of frames and lines.
+    pub points: Vec<CloudPoint>,
+    /// Name of the frame of reference.
+    pub target: String,
+    /// Number of searched frames, and of those with bone.
+    pub searched: [usize; 2],
+    /// Numbers of frames left out, by the reason.
+    pub left_out: BTreeMap<String, usize>,
+    /// Number of points that were joined to others.
+    pub joined: usize,
+    /// The fan of the pictures, m from the first pixel's centre; `None` if columns are lines.
+    pub fan: Option<PictureFan>,
+}
+
+/// Finds the bone in the frames of a sweep.
+///
+/// The fan is found once. Frames are read in order, some ahead, and searched by all threads. `progress` gets the share
+/// that is done.
+///
+/// # Errors
+/// Lines in place of pictures, no frame with a pose, a damaged file, or an error of the detector.
+pub fn sweep(
+    sequence: &Sequence,
+    track: &Track,
+    settings: &Settings,
+    progress: &(dyn Fn(f64) + Sync),
+) -> Result<Cloud> {
+    let own = |message: &str| bonebeam_files::file_error(&sequence.path, message);
+    if sequence.content.is_lines() {
+        return Err(own("holds lines of RF; a sweep needs pictures"));
+    }
+    let mut cloud = Cloud {
+        target: track.target.clone(),
+        ..Cloud::default()
+    };
+    let frames = track.usable(&settings.frames);
+    let poses = settings
+        .frames
+        .iter()
+        .filter_map(|&frame| track.poses.get(frame));
+    for reason in poses.filter_map(|pose| pose.as_ref().err()) {
+        *cloud.left_out.entry(reason.clone()).or_default() += 1;
+    }
+    let finder = Finder::new(sequence, track, settings, &frames)?;
+    cloud.fan = finder.surface.fan;
+    let at_a_time = AHEAD * rayon::current_num_threads();
+    let mut reader = sequence.reader()?;
+    let mut blocks = frames.chunks(at_a_time);
+    let mut read = |block: Option<&[(usize, Matrix)]>| -> Result<Vec<Encoded>> {
+        block
+            .unwrap_or_default()
+            .iter()
+            .map(|(frame, _)| reader.frame(*frame))
+            .collect()
+    };
+    let mut block = blocks.next();
+    let mut encoded = read(block)?;
+    while let Some(own) = block {
+        let next = blocks.next();
+        let (found, ahead) = rayon::join(
+            || {
+                let frames = own.par_iter().zip(encoded);
+                let found =
+                    frames.map(|((frame, pose), encoded)| finder.points(*frame, pose, encoded));
+                found.collect::<Result<Vec<_>>>()
+            },
+            || read(next),
+        );
+        for points in found? {
+            cloud.searched[0] += 1;
+            cloud.searched[1] += usize::from(!points.is_empty());
+            cloud.points.extend(points);
+        }
+        progress(cloud.searched[0] as f64 / frames.len() as f64);
+        (block, encoded) = (next, ahead?);
+    }
+    cloud.joined = join(&mut cloud.points, settings.join);
+    let axes: BTreeMap<usize, Axes> = frames
+        .iter()
+        .map(|(frame, pose)| (*frame, axes(pose)))
+        .collect();
+    let none = Axes {
+        across: [0.0; 3],
+        down: [0.0; 3],
+    };
+    set_normals(&mut cloud.points, |frame| {
+        axes.get(&frame).copied().unwrap_or(none)
+    });
+    Ok(cloud)
+}
+
+fn axes(pose: &Matrix) -> Axes {
+    let column = |k: usize| unit([0, 1, 2].map(|row| pose[row][k]));
+    Axes {
+        across: column(0),
+        down: column(1),
+    }
+}
+
+/// Finds the surface in single frames.
+pub struct Finder<'s> {
+    sequence: &'s Sequence,
+    surface: Surface,
+    /// First column and row, columns, rows.
+    part: [usize; 4],
+    /// Side of a pixel, m.
+    pixel: f64,
+    /// Factor that makes the largest number 255.
+    scale: f32,
+}
+
+impl<'s> Finder<'s> {
+    /// Finds the fan in the brightest levels of some frames.
+    ///
+    /// # Errors
+    /// No frame, a crop beyond the pictures, or errors as of [`sweep`].
+    pub fn new(
+        sequence: &'s Sequence,
+        track: &Track,
+        settings: &Settings,
+        frames: &[(usize, Matrix)],
+    ) -> Result<Self> {
+        let own = |message: String| bonebeam_files::file_error(&sequence.path, message);
+        let [columns, rows] = sequence.sides;
+        let part = settings.crop.unwrap_or([0, 0, columns, rows]);
+        if part[0].saturating_add(part[2]) > columns || part[1].saturating_add(part[3]) > rows {
+            let message =
+                format!("--crop ends beyond the {columns} x {rows} pixels of the pictures");
+            return Err(Error::Usage(message));
+        }
+        if frames.is_empty() {
+            return Err(own("has no frame with a picture and a pose".into()));
+        }
+        let [x, y] = track.pixel;
+        let mut finder = Self {
+            sequence,
+            surface: settings.surface.clone(),
+            part,
+            pixel: 1e-3 * (x * y).sqrt(),
+            scale: 1.0,
+        };
+        let mut brightest = Array2::<f32>::zeros((part[3], part[2]));
+        let mut reader = sequence.reader()?;
+        for (frame, _) in frames.iter().take(SHOWN) {
+            let picture = finder.picture(reader.frame(*frame)?)?;
+            brightest.zip_mut_with(&picture, |most, level| *most = most.max(*level));
+        }
+        let most = brightest.iter().copied().fold(0.0, f32::max);
+        if most > 255.0 {
+            finder.scale = 255.0 / most;
+            brightest *= finder.scale;
+        }
+        if finder.surface.fan.is_none() && !finder.surface.columns_as_lines {
+            let found = finder.search(&brightest)?;
+            finder.surface.fan = found.fan;
+            finder.surface.columns_as_lines = found.fan.is_none();
+        }
+        Ok(finder)
+    }
+
+    /// Side of a pixel, m: the geometric mean of both.
+    pub fn pixel(&self) -> f64 {
+        self.pixel
+    }
+
+    /// The levels of a frame's part, 0 to 255.
+    ///
+    /// # Errors
+    /// As [`Sequence::picture`].
+    pub fn picture(&self, encoded: Encoded) -> Result<Array2<f32>> {
+        let mut picture = self.sequence.picture(encoded)?;
+        let [x, y, width, height] = self.part;
+        if picture.dim() != (height, width) {
+            let part = picture.slice_each_axis(|axis| match axis.axis.index() {
+                0 => Slice::from(y..y + height),
+                _ => Slice::from(x..x + width),
+            });
+            picture = part.to_owned();
+        }
+        if self.scale != 1.0 {
+            picture *= self.scale;
+        }
+        Ok(picture)
+    }
+
+    /// The surface in the levels of a part.
+    ///
+    /// # Errors
+    /// As [`of_picture`].
+    pub fn search(&self, picture: &Array2<f32>) -> Result<PictureSurface> {
+        let of = Picture {
+            pixels: picture.view(),
+            pixel: self.pixel,
+            x0: 0.0,
+            z0: 0.0,
+            depth: 0.0,
+        };
+        let found = of_picture(&of, &self.surface);
+        found.map_err(|e| match e {
+            Error::Usage(message) => Error::Usage(message),
+            e => bonebeam_files::file_error(&self.sequence.path, e.to_string()),
+        })
+    }
+
+    fn points(&self, frame: usize, pose: &Matrix, encoded: Encoded) -> Result<Vec<CloudPoint>> {
+        let found = self.search(&self.picture(encoded)?)?;
+        let place = |[x, z]: [f64; 2]| {
+            let [column, row] = [x, z].map(|length| length / self.pixel);
+            apply(
+                pose,
+                [column + self.part[0] as f64, row + self.part[1] as f64, 0.0],
+            )
+        };
+        let point = |point: &bonebeam_drive::surface::SurfacePoint| {
+            let [x, z] = [point.x, point.z];
+            let start = match &found.fan {
+                Some(fan) => fan.at(fan.radii[0], (x - fan.x).atan2(z - fan.z)),
+                None => [x, 0.0],
+            };
+            let position = place([x, z]);
+            CloudPoint {
+                position,
+                normal: [0.0; 3],
+                path: crate::cloud::sub(position, place(start)),
+                confidence: point.confidence,
+                frame,
+                line: point.line + if found.fan.is_none() { self.part[0] } else { 0 },
+            }
+        };
+        Ok(found.points.iter().map(point).collect())
+    }
+}
