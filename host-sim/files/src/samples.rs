@@ -272,7 +272,7 @@ impl Samples {
 
     /// Power of the first frame of RF at twice and at half a frequency, over that at the frequency itself.
     ///
-    /// It is that of Hann windows of eight periods without their mean, in at most 64 records. `None` without a frame; 0
+    /// It is that of Hann windows of eight periods without mean and slope, in at most 64 records. `None` without RF; 0
     /// beyond half the rate, and if the power falls on the way there.
     pub(super) fn harmonics(&self, f0: f64, fs: f64) -> Option<[f64; 2]> {
         fn power<T: Copy + Into<f64>>(frame: ArrayView3<'_, T>, carrier: &[Complex<f64>]) -> f64 {
@@ -300,17 +300,31 @@ impl Samples {
             let mut carrier: Vec<Complex<f64>> = (0..window as usize)
                 .map(|n| Complex::from_polar(hann(n as f64), turn * f / fs * n as f64))
                 .collect();
+            let middle = 0.5 * (window - 1.0);
             let mean = carrier.iter().sum::<Complex<f64>>() / window;
-            carrier.iter_mut().for_each(|carrier| *carrier -= mean);
+            let tilted = (0..)
+                .zip(&carrier)
+                .map(|(n, z)| z * (f64::from(n) - middle));
+            let slope = tilted.sum::<Complex<f64>>() * 12.0 / (window * (window * window - 1.0));
+            for (n, z) in (0..).zip(&mut carrier) {
+                *z -= mean + slope * (f64::from(n) - middle);
+            }
             match &frame {
                 FrameSamples::Rf(rf) => power(rf.view(), &carrier),
                 FrameSamples::Counts(counts) => power(counts.view(), &carrier),
                 FrameSamples::Iq { .. } => 0.0,
             }
         };
+        let energy = |value: f64| value * value;
+        let all: f64 = match &frame {
+            FrameSamples::Rf(rf) => rf.iter().map(|&v| energy(v.into())).sum(),
+            FrameSamples::Counts(counts) => counts.iter().map(|&v| energy(v.into())).sum(),
+            FrameSamples::Iq { .. } => return None,
+        };
         let own = power(f0);
         let over = |f: f64| match (power(f), 2.0 * f < fs && own > 0.0) {
-            (found, true) if found > power(0.5 * (f + f0)) => found / own,
+            // Below a millionth of the amplitude all is rounding.
+            (found, true) if found > power(0.5 * (f + f0)).max(1e-12 * all) => found / own,
             _ => 0.0,
         };
         Some([over(2.0 * f0), over(0.5 * f0)])
