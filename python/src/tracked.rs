@@ -3,9 +3,7 @@
 use std::path::PathBuf;
 
 use bonebeam_files::{Error, Result};
-use bonebeam_tracked::{
-    Calibration, Euler, Matrix, Options, PoseTable, Sequence, Settings, Track, sweep,
-};
+use bonebeam_tracked::{Calibration, Euler, Matrix, PoseTable, Sequence, Settings, Track, sweep};
 use ndarray::{Array2, Array3, Axis};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray3};
 use pyo3::prelude::*;
@@ -54,7 +52,7 @@ impl TrackedSequence {
                 .map(|unit| parsed("angle_unit", unit))
                 .transpose()?,
         };
-        let opened = py.detach(|| Sequence::open(&path, &Options { poses }));
+        let opened = py.detach(|| Sequence::open(&path, &poses));
         Ok(Self(opened.map_err(refused)?, euler))
     }
 
@@ -179,7 +177,7 @@ impl TrackedSequence {
     }
 }
 
-/// Points, normals, confidence, frame and line of the bone in pictures with poses; lengths in mm.
+/// Points, normals, confidence, frames and lines of bone; lengths in mm.
 type Points<'py> = (
     Bound<'py, PyArray2<f64>>,
     Bound<'py, PyArray2<f64>>,

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::Result;
 use bonebeam_files::terminal::digits;
-use bonebeam_tracked::{AngleUnit, Euler, LengthUnit, Options, PoseTable, Sequence};
+use bonebeam_tracked::{AngleUnit, Euler, LengthUnit, PoseTable, Sequence};
 
 /// Flags on the poses of a folder of pictures.
 #[derive(Debug, clap::Args)]
@@ -60,7 +60,7 @@ impl SequenceArguments {
             length: self.pose_unit,
             angle: self.angle_unit,
         };
-        Sequence::open(path, &Options { poses })
+        Sequence::open(path, &poses)
     }
 }
 
@@ -82,10 +82,7 @@ pub fn facts(sequence: &Sequence) -> Vec<(&'static str, String)> {
             .iter()
             .map(|what| ("assumed", what.clone())),
     );
-    facts.push((
-        "written",
-        format!("as {}, read as MF", sequence.orientation),
-    ));
+    facts.push(("written", format!("as {}", sequence.orientation)));
     facts.push((
         "pixels",
         match sequence.pixel {

@@ -1,4 +1,4 @@
-//! Transforms that do not change: `ImageToProbe` and others, from a configuration of PLUS, JSON or numbers.
+//! Fixed transforms: `ImageToProbe` and others, from PLUS, JSON or numbers.
 
 use std::path::Path;
 
@@ -110,7 +110,7 @@ fn matrix(numbers: &[f64], euler: Euler) -> std::result::Result<Matrix, String> 
     }
 }
 
-/// The transforms of a configuration of PLUS: `<Transform From="Image" To="Probe" Matrix="…"/>`.
+/// PLUS's `<Transform From="Image" To="Probe" Matrix="…"/>`.
 fn of_xml(text: &str) -> std::result::Result<Vec<(String, Matrix)>, String> {
     let document = roxmltree::Document::parse(text).map_err(|e| format!("is damaged: {e}"))?;
     let mut transforms = Vec::new();

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-/// Side of the cubes in which normals are computed, mm, and their number to either side.
+/// Side of the cubes of normals, mm, and their number to either side.
 const CUBE: f64 = 0.5;
 const AROUND: i32 = 2;
 /// Weight of level ground against the points' slope, as a variance in mm².
@@ -65,9 +65,9 @@ fn neighbours(cell: [i32; 3], around: i32) -> impl Iterator<Item = [i32; 3]> {
         .map(move |step| std::array::from_fn(|k| cell[k].saturating_add(step[k])))
 }
 
-/// Joins points of different frames that are within `distance` mm, the surest first; returns how many were joined.
+/// Joins near points of different frames; returns how many were joined.
 ///
-/// A joined point lies at the mean weighted by confidence, and keeps the frame and line of the surest.
+/// Points within `distance` mm are joined, the surest first. A joined point lies at the mean weighted by confidence, and keeps the frame and line of the surest.
 pub(crate) fn join(points: &mut Vec<CloudPoint>, distance: f64) -> usize {
     if distance <= 0.0 {
         return 0;
@@ -136,7 +136,7 @@ struct Cube {
     down: [f64; 3],
 }
 
-/// Sets the normals: of a plane through the points around, as heights over the pictures' axes.
+/// Sets the normals: those of a plane through the points around.
 ///
 /// Where the points give no slope across the pictures, as in a single frame, the normal lies in the picture.
 pub(crate) fn set_normals(points: &mut [CloudPoint], axes: impl Fn(usize) -> Axes) {

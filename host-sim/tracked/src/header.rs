@@ -40,7 +40,7 @@ impl Header {
         Ok((!bytes.is_empty()).then(|| String::from_utf8_lossy(&bytes).trim().to_owned()))
     }
 
-    /// Takes a field; names `Seq_Frame0012_…` belong to frames, with any number of digits.
+    /// Takes a field; `Seq_Frame0012_…`, of any number of digits, is a frame's.
     ///
     /// # Errors
     /// A frame's field without a valid number.

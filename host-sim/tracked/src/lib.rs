@@ -29,7 +29,7 @@ pub use cloud_files::{Space, add_cloud_to, check_name};
 pub use folder::is_folder_of_pictures;
 pub use orientation::Orientation;
 pub use poses::{AngleUnit, Euler, LengthUnit, PoseTable};
-pub use sequence::{Content, Encoded, Frame, Options, Reader, Sequence, Tracked};
+pub use sequence::{Content, Encoded, Frame, Reader, Sequence, Tracked};
 pub use sweep::{Cloud, Finder, Settings, sweep};
 pub use track::Track;
 pub use transforms::{Chain, Matrix, apply, inverse, name_parts, product};

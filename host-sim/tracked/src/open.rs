@@ -9,7 +9,8 @@ use bonebeam_files::{Result, cannot_be_opened, file_error, input};
 use crate::header::{Fields, Header};
 use crate::orientation::Orientation;
 use crate::pixels::Pixels;
-use crate::sequence::{Content, Frame, Options, Sequence, Source, Tracked};
+use crate::poses::PoseTable;
+use crate::sequence::{Content, Frame, Sequence, Source, Tracked};
 use crate::transforms::{Matrix, name_parts};
 use crate::{folder, metaimage, nrrd};
 
@@ -27,10 +28,10 @@ impl Sequence {
     ///
     /// # Errors
     /// A file that is no sequence, is damaged, or holds less than its header says.
-    pub fn open(path: &Path, options: &Options) -> Result<Self> {
+    pub fn open(path: &Path, poses: &PoseTable) -> Result<Self> {
         let wrong = |message: String| file_error(path, message);
         if path.is_dir() {
-            return folder::open(path, &options.poses);
+            return folder::open(path, poses);
         }
         let bytes = beginning(path).map_err(wrong)?;
         let kind = Kind::of(&bytes);

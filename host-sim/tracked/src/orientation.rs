@@ -24,7 +24,7 @@ impl Orientation {
         near: false,
     };
 
-    /// The orientation by PLUS's code of two letters; a third, `A` or `D`, is that of slices.
+    /// The orientation by PLUS's two letters; a third is that of slices.
     pub fn of(code: &str) -> Option<Self> {
         let letters: Vec<char> = code.chars().collect();
         let [first, second] = match letters[..] {
@@ -44,7 +44,7 @@ impl Orientation {
         })
     }
 
-    /// The index in the file, [fast, slow], of a pixel of the `MF` picture with sides [columns, rows].
+    /// The index in the file, [fast, slow], of a pixel of the `MF` picture.
     pub fn place(&self, [column, row]: [usize; 2], [columns, rows]: [usize; 2]) -> [usize; 2] {
         let column = if self.unmarked {
             columns - 1 - column

@@ -98,9 +98,9 @@ pub struct Pixels {
     pub frames: usize,
     /// Distances between neighbours, in numbers: components, fast axis, slow axis.
     pub strides: [usize; 3],
-    /// Whether frames run faster than an axis of the picture, and by which distance, in numbers.
+    /// Distance between frames that run faster than an axis of the picture.
     ///
-    /// The file is then read whole.
+    /// In numbers. The file is then read whole.
     pub frame_stride: Option<usize>,
 }
 

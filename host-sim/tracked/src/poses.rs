@@ -118,7 +118,9 @@ impl std::str::FromStr for AngleUnit {
 pub struct PoseTable {
     /// The table [default: the only .csv of the folder, or of the one above].
     pub path: Option<PathBuf>,
-    /// Names of the columns: a position with 3 angles or a quaternion x, y, z, w; or the 12 or 16 numbers of a matrix.
+    /// Names of the columns of poses.
+    ///
+    /// A position with 3 angles or a quaternion x, y, z, w; or the 12 or 16 numbers of a matrix.
     pub columns: Option<Vec<String>>,
     /// Axes of the angles.
     pub euler: Euler,

@@ -11,7 +11,6 @@ use bonebeam_files::{Error, Result, file_error, image};
 use crate::header::Fields;
 use crate::orientation::Orientation;
 use crate::pixels::{Bytes, Element, Pixels};
-use crate::poses::PoseTable;
 use crate::transforms::Matrix;
 
 /// Content of the frames.
@@ -52,7 +51,7 @@ impl Content {
 pub struct Tracked {
     /// The matrix, mm; `None` if the file has none for this frame.
     pub matrix: Option<Matrix>,
-    /// PLUS's status: `OK`, or `INVALID`, `OUT_OF_VIEW` and others. A matrix is written with any status.
+    /// PLUS's status: `OK`, or `INVALID`, `OUT_OF_VIEW` and others.
     pub status: String,
 }
 
@@ -67,13 +66,6 @@ pub struct Frame {
     pub transforms: BTreeMap<String, Tracked>,
 }
 
-/// How a sequence is read.
-#[derive(Clone, Debug, Default)]
-pub struct Options {
-    /// Table of the poses of a folder of PNGs.
-    pub poses: PoseTable,
-}
-
 /// A tracked sequence.
 pub struct Sequence {
     /// The file or the folder.
@@ -84,7 +76,7 @@ pub struct Sequence {
     pub content: Content,
     /// Orientation of the pixels in the file; [`Sequence::picture`] returns `MF`.
     pub orientation: Orientation,
-    /// Sides of the `MF` picture, or of lines and samples: [columns, rows] or [samples, lines].
+    /// Sides of the `MF` picture, [columns, rows]; or [samples, lines].
     pub sides: [usize; 2],
     /// Frames, in order.
     pub frames: Vec<Frame>,
@@ -128,7 +120,7 @@ impl Sequence {
         })
     }
 
-    /// Pictures in memory, `[frame, row, column]`, with matrices from `Image` to `Reference`, mm.
+    /// Pictures `[frame, row, column]` with matrices to `Reference`, mm.
     ///
     /// # Errors
     /// Another number of matrices than of frames, or no pixels.
@@ -171,7 +163,7 @@ impl Sequence {
         names.map(String::as_str).collect()
     }
 
-    /// Frames a second by the timestamps' median distance; `None` if they do not increase.
+    /// Frames a second by the timestamps' median distance.
     pub fn rate(&self) -> Option<f64> {
         let times: Vec<f64> = self
             .frames
@@ -199,9 +191,9 @@ impl Sequence {
         })
     }
 
-    /// The numbers of a frame in the picture's orientation, `[row, column]`; colours by their Rec. 709 luma.
+    /// The numbers of a frame as an `MF` picture, `[row, column]`.
     ///
-    /// Lines of RF are returned as [`Sequence::lines`] reads them, without Q.
+    /// Colours become their Rec. 709 luma.
     ///
     /// # Errors
     /// A PNG that is damaged or of another size, or a NaN or infinite number.
@@ -264,7 +256,7 @@ impl Sequence {
         })
     }
 
-    /// The lines of a frame of RF, `[line, sample]`, from the marked side and from the transducer.
+    /// The lines of a frame of RF, `[line, sample]`, from the marked side.
     ///
     /// # Errors
     /// Frames that are pictures, or a NaN or infinite number.
@@ -314,7 +306,7 @@ impl Sequence {
     }
 }
 
-/// A frame's pixels as they lie in the file; [`Sequence::picture`] decodes them, on any thread.
+/// A frame's pixels as in the file; [`Sequence::picture`] decodes them.
 pub enum Encoded {
     /// Numbers.
     Bytes(Vec<u8>),

@@ -45,7 +45,7 @@ pub struct Cloud {
     pub left_out: BTreeMap<String, usize>,
     /// Number of points that were joined to others.
     pub joined: usize,
-    /// The fan of the pictures, m from the first pixel's centre; `None` if columns are lines.
+    /// The fan, m from the first pixel's centre; `None` if columns are lines.
     pub fan: Option<PictureFan>,
 }
 

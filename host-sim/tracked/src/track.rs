@@ -19,7 +19,7 @@ pub struct Track {
     pub target: String,
     /// The chain of transforms from `Image`.
     pub chain: Chain,
-    /// The matrix from (column, row, 0, 1) to the target, mm; or the reason why the frame is left out.
+    /// The matrix from (column, row, 0, 1) to the target, mm; or why there is none.
     pub poses: Vec<std::result::Result<Matrix, String>>,
     /// Sides of a pixel along columns and rows, mm.
     pub pixel: [f64; 2],

@@ -55,7 +55,7 @@ pub fn inverse(matrix: &Matrix) -> Option<Matrix> {
     Some(inverse)
 }
 
-/// The frames of a transform's name: `ProbeToTracker` goes from `Probe` to `Tracker`.
+/// The frames of a name: `ProbeToTracker` goes from `Probe` to `Tracker`.
 pub fn name_parts(name: &str) -> Option<[&str; 2]> {
     let starts = name.match_indices("To").map(|(at, _)| at);
     let parts = starts.map(|at| [&name[..at], &name[at + 2..]]);
@@ -74,7 +74,7 @@ pub struct Chain {
 }
 
 impl Chain {
-    /// The shortest chain between two frames by transforms of `names` and their inverses.
+    /// The shortest chain between two frames by transforms and their inverses.
     ///
     /// # Errors
     /// The missing link, with what there is.
@@ -113,7 +113,7 @@ impl Chain {
         Ok(Self { links })
     }
 
-    /// The product of the links' matrices; the first transform that is missing otherwise.
+    /// The product of the links' matrices.
     ///
     /// # Errors
     /// What `matrix` returns for a link, or `singular` for a matrix without an inverse.

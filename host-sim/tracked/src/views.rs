@@ -12,9 +12,9 @@ const SURE: [f32; 3] = [255.0, 170.0, 40.0];
 const DOUBTFUL: [f32; 3] = [60.0, 90.0, 255.0];
 const GREY: [u8; 3] = [110; 3];
 
-/// Draws x and y, x and z, y and z from left to right, the second axis upwards, with a bar of 10 mm.
+/// Draws points from three sides, with a bar of 10 mm.
 ///
-/// All views have one scale. Surer points are drawn over doubtful ones.
+/// From left to right: x and y, x and z, y and z, the second axis upwards. All views have one scale. Surer points are drawn over doubtful ones.
 pub fn views(points: &[CloudPoint]) -> Array2<[u8; 3]> {
     let mut picture = Array2::from_elem((SIDE, 3 * SIDE), [16u8; 3]);
     let ends: [[f64; 2]; 3] = std::array::from_fn(|axis| {

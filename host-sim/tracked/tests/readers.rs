@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use bonebeam_files::image;
-use bonebeam_tracked::{Chain, Options, Sequence};
+use bonebeam_tracked::{Chain, PoseTable, Sequence};
 use flate2::Compression;
 use flate2::write::{GzEncoder, ZlibEncoder};
 use ndarray::{Array2, array};
@@ -79,7 +79,7 @@ fn gzip(bytes: &[u8]) -> Vec<u8> {
 }
 
 fn pictures(path: &Path) -> (Sequence, Vec<Array2<f32>>) {
-    let sequence = Sequence::open(path, &Options::default()).unwrap();
+    let sequence = Sequence::open(path, &PoseTable::default()).unwrap();
     let mut reader = sequence.reader().unwrap();
     let frames = 0..sequence.frames.len();
     let pictures = frames
@@ -302,7 +302,7 @@ fn lines_of_rf_are_real_or_complex_and_begin_at_the_transducer() {
         let kind = format!("UltrasoundImageType = {kind}");
         let header = mha(sides, 1, &[&orientation, &kind, "ElementType = MET_SHORT"]) + LOCAL;
         let (_folder, path) = file("lines.mha", &header, &bytes);
-        let sequence = Sequence::open(&path, &Options::default()).unwrap();
+        let sequence = Sequence::open(&path, &PoseTable::default()).unwrap();
         let read = sequence
             .lines(sequence.reader().unwrap().frame(0).unwrap())
             .unwrap();
@@ -353,7 +353,7 @@ fn a_folder_is_matched_to_its_table_by_name_or_in_order() {
         assert_eq!(pictures[2][[0, 0]], 2.0);
     }
     let refused = || {
-        let options = Options::default();
+        let options = PoseTable::default();
         let opened = Sequence::open(&pngs, &options);
         opened.map(|_| ()).unwrap_err().to_string()
     };
@@ -424,7 +424,7 @@ fn files_that_lie_are_refused_in_one_line() {
 fn refused(header: &str, bytes: &[u8], words: &str) {
     let (_folder, path) = file("sweep.mha", header, bytes);
     let all = || -> bonebeam_files::Result<()> {
-        let sequence = Sequence::open(&path, &Options::default())?;
+        let sequence = Sequence::open(&path, &PoseTable::default())?;
         let mut reader = sequence.reader()?;
         (0..sequence.frames.len()).try_for_each(|k| sequence.picture(reader.frame(k)?).map(|_| ()))
     };

@@ -69,7 +69,7 @@ class TrackedSequence:
         else:
             texts = [" ".join(repr(float(x)) for x in np.asarray(calibration, np.float64).ravel())]
         sides = None if pixel_size is None else [float(side) for side in np.broadcast_to(pixel_size, 2)]
-        poses, _ = self._native.poses(texts, to, sides, jump)
+        poses: npt.NDArray[np.float64] = self._native.poses(texts, to, sides, jump)[0]
         return poses[self._frames.start : self._frames.stop]
 
 
