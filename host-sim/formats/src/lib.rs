@@ -103,7 +103,7 @@ fn expected() -> String {
 /// Number of bytes at a file's beginning that show its format.
 const HEAD: u64 = (1 << 16) + 8;
 const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
-/// Least offset of HDF5 behind a user block, such as MATLAB's header; others are twice as long, and so on.
+/// Least offset of HDF5 behind a user block, such as MATLAB's; others are doubled.
 const USER_BLOCK: usize = 512;
 
 const MATLAB: &[u8] = b"MATLAB";

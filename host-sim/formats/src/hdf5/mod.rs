@@ -28,7 +28,7 @@ pub struct Store {
     length: u64,
     /// Whether MATLAB or Octave wrote it, whose order of axes is reversed.
     matlab: bool,
-    /// Whether Octave wrote it: each variable is a group with its `type` and its `value`.
+    /// Whether Octave wrote it: groups with `type` and `value`.
     octave: bool,
     read: Reads,
 }

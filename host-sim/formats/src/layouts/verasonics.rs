@@ -156,7 +156,9 @@ impl Workspace<'_> {
         })
     }
 
-    /// Periods of the carrier from one pair of samples to the next; `None` if every sample was kept.
+    /// Periods of the carrier from one pair of samples to the next.
+    ///
+    /// `None` if every sample was kept.
     fn periods(&self) -> Result<Option<usize>> {
         let modes = self.source.entries("Receive.sampleMode");
         let Some(mode) = modes.first() else {
@@ -506,9 +508,9 @@ fn in_memory(frames: Range<usize>, oldest: usize, held: usize) -> Vec<Range<usiz
 /// Half the number of taps that delay the second samples of pairs.
 const REACH: i32 = 12;
 
-/// I/Q of RF in pairs of samples a quarter of a period apart, the pairs some periods apart.
+/// I/Q of RF in pairs of samples a quarter of a period apart.
 ///
-/// The second samples are interpolated at the times of the first. `cycles` is the phase of the carrier at sample 0 of a
+/// Pairs are some periods apart. The second samples are interpolated at the times of the first. `cycles` is the phase of the carrier at sample 0 of a
 /// transmit.
 fn in_quadrature(
     rf: &Array4<f32>,
