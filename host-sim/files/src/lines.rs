@@ -183,7 +183,9 @@ impl<Z> BeamformedLines<Z> {
 }
 
 impl BeamRays {
-    /// Rays of `beams` beams whose missing depths or angles are 0; `None` if both are missing.
+    /// Rays of `beams` beams whose missing depths or angles are 0.
+    ///
+    /// `None` if both are missing.
     pub fn of(beams: usize, z: Option<Vec<f64>>, angle: Option<Vec<f64>>) -> Option<Self> {
         let none = || vec![0.0; beams];
         (z.is_some() || angle.is_some()).then(|| Self {
