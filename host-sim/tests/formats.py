@@ -4,8 +4,8 @@
 
 Whatever the format, the samples must be the same numbers, and the lines the same bits where the
 parameters are the same numbers. Files that are cut short or changed are refused in one line, in bounded
-memory. Without zea its files are written by h5py in zea's layout, which is reported. --table writes the tables of
-docs/file-formats.md.
+memory. Without zea its files are written by h5py in zea's layout, which is reported. --table prints the place and
+the level of a point by each writer, and the kinds of zea's files.
 """
 
 import json
@@ -1367,7 +1367,7 @@ kinds_of_zea = {}
 
 
 def tables():
-    """Writes both tables into docs/file-formats.md."""
+    """Prints both tables."""
     versions = {name: metadata.version(name) for name in ("numpy", "scipy", "h5py", "pyuff_ustb")}
     if zea_file:
         versions["zea"] = metadata.version("zea")
@@ -1378,11 +1378,7 @@ def tables():
     of_zea += [[name, *row] for name, row in kinds_of_zea.items()]
     text = lambda rows: "\n".join("| " + " | ".join(row) + " |" for row in rows)
     with_versions = ", ".join(f"{name} {version}" for name, version in versions.items())
-    written = f"By {with_versions}.\n\n{text(rows)}\n\n{text(of_zea)}"
-    path = Path(__file__).parents[2] / "docs/file-formats.md"
-    begin, end = "<!-- conformance -->\n", "\n<!-- end of conformance -->"
-    before, rest = path.read_text().split(begin)
-    path.write_text(before + begin + "\n" + written + "\n" + end + rest.split(end)[1])
+    print(f"By {with_versions}.\n\n{text(rows)}\n\n{text(of_zea)}")
 
 
 def geometries():

@@ -12,7 +12,7 @@ use bonebeam_files::memory;
 ///
 /// Recordings shrink to a half or a tenth, those of a point without noise to a few hundredths. Equal bytes shrink 1,030
 /// times by deflate. The ratio bounds time; the memory is checked too.
-const MAX_INFLATION: u64 = 1000;
+const MAX_INFLATION: u64 = 900;
 /// An array of up to this size may have any compression, bytes.
 const SMALL: u64 = 16 << 20;
 /// Memory to read and convert an array, as a multiple of its size.

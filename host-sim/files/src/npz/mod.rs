@@ -24,7 +24,7 @@ use crate::{Error, Result, memory};
 ///
 /// Recordings shrink to a half or a tenth, those of a point without noise to a few hundredths. Equal bytes shrink 1,030
 /// times by deflate. The ratio bounds time; the memory is checked too.
-const MAX_INFLATION: u64 = 1000;
+const MAX_INFLATION: u64 = 900;
 /// A member of up to this size may have any compression, bytes.
 const SMALL: u64 = 16 << 20;
 
@@ -330,7 +330,7 @@ impl Reader {
 
     fn inflated(&self, key: &str) -> Error {
         self.error(format!(
-            "`{key}` inflates to more than {MAX_INFLATION} times its compressed size; \
+            "`{key}` inflates to more than {MAX_INFLATION} times its compressed size, \
              as if all samples were equal; recordings do not"
         ))
     }
