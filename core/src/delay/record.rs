@@ -62,7 +62,7 @@ pub(super) enum Samples<'a> {
 }
 
 impl<'a> Record<'a> {
-    /// Checks shape and magnitude of the RF of `elements` elements, `[element][sample]`.
+    /// Checks shape and magnitude of RF, `[element][sample]` of `elements` elements.
     ///
     /// Each element has the same number of samples, all within ±[`MAX_MAGNITUDE`].
     ///

@@ -79,7 +79,9 @@ pub trait Stage: Sealed {
         self.block_of(zero, line, record, Outputs::every(first, 1), scratch, out)
     }
 
-    /// [`Stage::block`] with only every `step`-th output sample in use, from the line's first on.
+    /// [`Stage::block`] with only every `step`-th output sample in use.
+    ///
+    /// They count from the line's first on.
     ///
     /// RF is still interpolated at all samples, since an imaginary part needs the real parts around it.
     #[doc(hidden)]

@@ -33,7 +33,9 @@ pub struct ScanParameters<'a> {
 }
 
 impl ScanParameters<'_> {
-    /// A small scan for examples: 64 lines of 16 elements from 4 mm to 12 mm, RF at 20 MHz.
+    /// A small scan for examples.
+    ///
+    /// It has 64 lines of 16 elements from 4 mm to 12 mm, and RF at 20 MHz.
     pub const EXAMPLE: ScanParameters<'static> = ScanParameters {
         array: Array::linear(16, 0.3e-3),
         lines: Lines::Even(Axis::centred(64, 0.1e-3)),

@@ -72,7 +72,9 @@ pub struct Parameters<'a> {
 }
 
 impl Parameters<'_> {
-    /// A small pipeline for examples: [`ScanParameters::EXAMPLE`], an image of 64 × 64 pixels, one scale.
+    /// A small pipeline for examples.
+    ///
+    /// It has [`ScanParameters::EXAMPLE`], an image of 64 × 64 pixels and one scale.
     pub const EXAMPLE: Parameters<'static> = Parameters {
         scan: ScanParameters::EXAMPLE,
         beamformer: beamform::Parameters::DEFAULT,
@@ -288,7 +290,9 @@ impl<'a, D: Stage> Pipeline<'a, D> {
         &self.phase_symmetry
     }
 
-    /// Memory of a [`Frame`], with lines by vectors of `lanes` lanes: 1, or those of [`Frame::line_over`].
+    /// Memory of a [`Frame`], with lines by vectors of `lanes` lanes.
+    ///
+    /// `lanes` is 1, or the number of lanes of [`Frame::line_over`].
     ///
     /// The beamformer's workspace of [`Frame::line_over`] is not included.
     pub fn need(&self, lanes: usize) -> Need {

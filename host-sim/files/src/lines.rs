@@ -183,7 +183,7 @@ impl<Z> BeamformedLines<Z> {
 }
 
 impl BeamRays {
-    /// Rays of `beams` beams, with 0 for missing depths or angles.
+    /// Rays of `beams` beams whose missing depths or angles are 0.
     ///
     /// `None` if both are missing.
     pub fn of(beams: usize, z: Option<Vec<f64>>, angle: Option<Vec<f64>>) -> Option<Self> {

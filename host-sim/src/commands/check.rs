@@ -14,7 +14,9 @@ use bonebeam_files::terminal::{one_line, print, remark};
 use bonebeam_files::{Recording, file_error};
 use bonebeam_formats::RecordingFile;
 
-/// Check a recording by its own echoes: order, signs, single elements, frequency, sound speed, time zero.
+/// Check a recording by its own echoes.
+///
+/// Order, signs, single elements, frequency, sound speed, time zero.
 ///
 /// It reads the first frame and changes nothing. Each finding is a line with its value, the interval of 95 %, its
 /// effect in mm, and the flag or key that mends it. The exit status is 4 if the picture is wrong, 3 if depths, levels

@@ -17,7 +17,9 @@ use bonebeam_files::{AlignedData, ChannelData, LineFrames, Recording, Samples, T
 use bonebeam_formats::RecordingFile;
 use bonebeam_tracked::Sequence;
 
-/// Print the contents of a recording and the processing that `beamform` would apply, or of a tracked sequence.
+/// Print the contents of a recording or of a tracked sequence.
+///
+/// Of a recording also the processing that `beamform` would apply.
 ///
 /// It takes the flags of `beamform`. Of several frames it reads the first. A tracked sequence is a file of PLUS or 3D
 /// Slicer (.mha, .nrrd), or a folder of PNGs.

@@ -23,7 +23,9 @@ use bonebeam_tracked::{
     views,
 };
 
-/// Find the bone surface in a tracked sweep: points in the frame of a tracker's reference or of a CT.
+/// Find the bone surface in a tracked sweep.
+///
+/// The points are in the frame of a tracker's reference or of a CT.
 ///
 /// SEQUENCE is a file of PLUS or 3D Slicer (.mha, .nrrd), or a folder of PNGs with a table of poses. A point of a
 /// picture (column, row, 0, 1) is mapped by ImageToProbe and the sequence's transforms. Frames without a picture, with
