@@ -7,9 +7,10 @@ use super::common::program::Folder;
 use serde_json::Value;
 use tempfile::{TempDir, tempdir};
 
-/// A ridge over a bent base, as height over x and y, mm; seen from above.
+/// A ridge with waves along it, over a bent base, as height over x and y, mm; seen from above.
 fn height(x: f64, y: f64) -> f64 {
-    6.0 * (-0.02 * (x - 0.2 * y).powi(2)).exp() - 0.01 * y * y + 0.05 * x
+    let ridge = 6.0 * (-0.02 * (x - 0.2 * y).powi(2)).exp();
+    ridge * (1.0 + 0.3 * (0.3 * y).sin()) - 0.01 * y * y + 0.05 * x
 }
 
 /// The surface as an ASCII STL, and its points with normals, moved by −(3, −2, 1) mm, as a CSV.

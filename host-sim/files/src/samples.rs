@@ -273,7 +273,7 @@ impl Samples {
     /// Power of the first frame of RF at twice and at half a frequency, over that at the frequency itself.
     ///
     /// It is that of Hann windows of eight periods without mean and slope, in at most 64 records. `None` without RF; 0
-    /// beyond half the rate, and if the power falls on the way there.
+    /// beyond half the rate, and without a maximum there: the power of an edge falls with the square of the frequency.
     pub(super) fn harmonics(&self, f0: f64, fs: f64) -> Option<[f64; 2]> {
         fn power<T: Copy + Into<f64>>(frame: ArrayView3<'_, T>, carrier: &[Complex<f64>]) -> f64 {
             let step = (frame.dim().0 * frame.dim().1).div_ceil(64).max(1);
@@ -322,10 +322,15 @@ impl Samples {
             FrameSamples::Iq { .. } => return None,
         };
         let own = power(f0);
-        let over = |f: f64| match (power(f), 2.0 * f < fs && own > 0.0) {
-            // Below a millionth of the amplitude all is rounding.
-            (found, true) if found > power(0.5 * (f + f0)).max(1e-12 * all) => found / own,
-            _ => 0.0,
+        let over = |f: f64| {
+            let (between, beyond) = (0.5 * (f + f0), 1.5 * f - 0.5 * f0);
+            match (power(f), 2.0 * f < fs && own > 0.0) {
+                // Below a millionth of the amplitude all is rounding.
+                (found, true) if found > power(between).max(power(beyond)).max(1e-12 * all) => {
+                    found / own
+                }
+                _ => 0.0,
+            }
         };
         Some([over(2.0 * f0), over(0.5 * f0)])
     }

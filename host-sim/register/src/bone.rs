@@ -77,9 +77,9 @@ impl Bone {
         let name = path.to_string_lossy().to_ascii_lowercase();
         if name.ends_with(".nii") || name.ends_with(".nii.gz") {
             let volume = Volume::read_nifti(path)?;
-            let bone = volume.bone(threshold.unwrap_or(THRESHOLD));
-            let bone = bone.map_err(|e| file_error(path, e.to_string()))?;
-            return Ok((bone, Vec::new()));
+            let surface = volume.surface(threshold.unwrap_or(THRESHOLD));
+            let surface = surface.map_err(|e| file_error(path, e.to_string()))?;
+            return Ok((Bone::new(surface), Vec::new()));
         }
         if threshold.is_some() {
             let message = "has triangles: a threshold has no effect on it";

@@ -1,7 +1,7 @@
 //! Rigid registration of points on bone to a surface from CT.
 //!
 //! The points come from tracked ultrasound: they cover the side of the bone that the probe saw, some are no bone, and
-//! parts are missing. [`register`] runs trimmed point-to-plane ICP ([`mod@icp`]) from several starts, matches points
+//! parts are missing. [`register`] runs trimmed point-to-plane ICP (`icp.rs`) from several starts, matches points
 //! only with the side of the surface that the probe can see, and says which motions the points leave open.
 //! Lengths are in mm.
 

@@ -6,7 +6,6 @@ use std::path::Path;
 use flate2::read::MultiGzDecoder;
 
 use crate::algebra::{V3, cross, dot};
-use crate::bone::Bone;
 use crate::cloud::to_lps;
 use crate::{Error, Result};
 use bonebeam_files::memory::{self, product};
@@ -48,7 +47,7 @@ impl Volume {
     ///
     /// # Errors
     /// No voxel above the threshold.
-    pub fn bone(mut self, threshold: f64) -> Result<Bone> {
+    pub fn surface(mut self, threshold: f64) -> Result<Surface> {
         self.keep_largest(threshold);
         let volume = CtVolume {
             grid: VolumeGrid {
@@ -68,13 +67,10 @@ impl Volume {
         let [x, y, z] = rows.map(|[a, b, c, _]| [a, b, c]);
         // Axes of a left-handed grid turn the triangles over.
         if dot(cross(x, y), z) > 0.0 {
-            return Ok(Bone::new(surface));
+            return Ok(surface);
         }
         let turned = surface.triangles().iter().map(|[a, b, c]| [*a, *c, *b]);
-        Ok(Bone::new(Surface::new(
-            surface.vertices().to_vec(),
-            turned.collect(),
-        )))
+        Ok(Surface::new(surface.vertices().to_vec(), turned.collect()))
     }
 
     /// Makes air of all voxels above the threshold that are not of its largest part.
@@ -242,6 +238,7 @@ fn nifti(mut reader: impl Read) -> std::result::Result<Volume, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bone::Bone;
     use ndarray::Array3;
 
     /// Two balls of bone, the larger at voxel (20, 12, 10).
@@ -266,7 +263,7 @@ mod tests {
     #[test]
     fn the_largest_part_has_its_place_in_lps() {
         let volume = nifti(&balls()[..]).unwrap();
-        let bone = volume.bone(300.0).unwrap();
+        let bone = Bone::new(volume.surface(300.0).unwrap());
         let centre = [-(1.0 + 20.0 * 0.5), -(2.0 + 12.0 * 0.6), 3.0 + 10.0 * 0.7];
         for vertex in bone.surface().vertices() {
             let off = [0, 1, 2].map(|k| (vertex[k] - centre[k]) / [0.5, 0.6, 0.7][k]);
@@ -274,7 +271,7 @@ mod tests {
         }
         // Outwards.
         assert!(bone.surface().volume() > 0.9 * 4.0 / 3.0 * std::f64::consts::PI * 343.0 * 0.21);
-        let nothing = nifti(&balls()[..]).unwrap().bone(5000.0);
+        let nothing = nifti(&balls()[..]).unwrap().surface(5000.0);
         assert!(nothing.is_err_and(|e| e.to_string().contains("--threshold")));
     }
 

@@ -376,5 +376,6 @@ tables! {
     irregular at least 22;
     pictures at least 35;
     recordings at least 110;
+    registration at least 15;
     simulations at least 30;
 }

@@ -110,7 +110,8 @@ def _vectors(name: str, array: Any, dtype: type = np.float64) -> npt.NDArray[Any
     array = from_anywhere(name, array)
     if array.ndim != 2 or array.shape[1] != 3:
         raise ValueError(f"`{name}` has shape {list(array.shape)}; expected [point, 3]")
-    return np.require(array, dtype=dtype, requirements=["C", "A"])
+    rows: npt.NDArray[Any] = np.require(array, dtype=dtype, requirements=["C", "A"])
+    return rows
 
 
 def _optional(name: str, array: Any, points: int) -> npt.NDArray[Any]:

@@ -75,10 +75,9 @@ pub fn by_the_core() -> Result<(Vec<f32>, Vec<f32>), Error> {
     let mut amplitude = vec![0.0; STRIPS.amplitude_len()];
     let mut map = vec![0.0; PIXELS];
     let need = STRIPS.need();
-    let fast = Scratch::new(
-        &mut vec![0.0; need.real],
-        &mut vec![Complex::new(0.0, 0.0); need.complex],
-    );
+    let mut real = vec![0.0; need.real];
+    let mut complex = vec![Complex::new(0.0, 0.0); need.complex];
+    let fast = Scratch::new(&mut real, &mut complex);
     bank.run(
         &Kernels {
             fft: &Microfft,

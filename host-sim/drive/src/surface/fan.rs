@@ -106,14 +106,15 @@ impl PictureFan {
             (fan.radii[1] < FARTHEST * height && fits >= EXPLAINED).then_some((fits, fan))
         });
         let (_, fan) = judged.max_by(|a, b| a.0.total_cmp(&b.0))?;
-        // Of all pixels: dark tissue begins later and ends earlier.
+        // Of all pixels: dark tissue begins later and ends earlier. Black below the outer arc would be a shadow, so the
+        // fan ends as far above it as its apex may be off.
         let pixels = lit.indexed_iter().filter(|(_, lit)| **lit);
         let polar = pixels.map(|((row, column), _)| {
             let (u, v) = (column as f64 - fan.x, row as f64 - fan.z);
             [u.hypot(v), u.atan2(v)]
         });
         let ends = ends(polar, fan.angles);
-        let radii = [ends.nth(0, 0.2)?, ends.nth(1, 0.95)?];
+        let radii = [ends.nth(0, 0.2)?, ends.nth(1, 0.95)? - 2.0 * STRAIGHT];
         Some(Self { radii, ..fan })
     }
 

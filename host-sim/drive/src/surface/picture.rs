@@ -187,7 +187,7 @@ fn detect_joined(
         if let Some(beside) = beside.and_then(|beside| groups[beside]) {
             point.depth += away.abs() * (beside.depth - point.depth);
         }
-        point.begins &= line % joined == 0;
+        point.begins &= line.is_multiple_of(joined);
         Some(point)
     };
     Ok(((0..lines).map(point).collect(), levels))

@@ -8,27 +8,11 @@ pub mod image;
 pub mod kernels;
 pub mod phase_symmetry;
 pub mod recording;
+mod references;
 pub mod tolerances;
 
 pub use bonebeam_drive::check::{Bits, Bound, Check};
-
-use bonebeam_drive::check::References;
-
-/// The comparisons of this crate.
-pub const REFERENCES: References = References {
-    aligned: delay::check,
-    lines: |aligned, lines| {
-        let frame = beamform::AlignedFrame {
-            x: aligned.x,
-            active: aligned.active,
-        };
-        let errors = frame.errors(lines, aligned.every_f64)?;
-        let bits = |&(z, parameters): &_| frame.bits(z, parameters, aligned.every_f32);
-        Ok(lines.iter().map(bits).zip(errors).collect())
-    },
-    image: image::check,
-    map: phase_symmetry::check,
-};
+pub use references::REFERENCES;
 
 /// The largest of some errors; a NaN counts as the largest.
 fn largest(errors: impl Iterator<Item = f64>) -> f64 {
