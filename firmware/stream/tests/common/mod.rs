@@ -30,10 +30,9 @@ pub fn by_the_core() -> Result<(Vec<f32>, Vec<f32>), Error> {
     let beamformer = Beamformer::new(PARAMETERS.beamformer)?;
     let sizes = beamformer.sizes(ELEMENTS);
     let need = sizes.need();
-    let own = Scratch::new(
-        &mut vec![0.0; need.real],
-        &mut vec![Complex::new(0.0, 0.0); need.complex],
-    );
+    let mut real = vec![0.0; need.real];
+    let mut complex = vec![Complex::new(0.0, 0.0); need.complex];
+    let own = Scratch::new(&mut real, &mut complex);
     let mut workspace = Workspace::new(0.0, sizes, own)?;
     let mut scratch = vec![0.0; delay.parameters().need(1).real];
     let mut aligned = vec![Complex::new(0.0, 0.0); ELEMENTS * LENGTH];
