@@ -152,9 +152,10 @@ impl Elements {
         }
     }
 
-    /// The amplitude of an element that can be judged.
+    /// The amplitude of an element that can be judged, with neighbours on both sides.
     fn judged(&self, m: usize) -> Option<f64> {
-        (self.deviation[m] < UNSURE).then_some(self.amplitude[m])
+        let within = m >= NEAR && m + NEAR < self.amplitude.len();
+        (within && self.deviation[m] < UNSURE).then_some(self.amplitude[m])
     }
 
     /// Elements that are dead, weak, inverted, noisy or in another's place.
