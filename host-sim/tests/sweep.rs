@@ -252,7 +252,10 @@ fn points_lie_on_a_shaft_in_the_references_frame() {
     }
     let end = head.find("end_header\n").unwrap() + 11;
     let points = (ply.len() - end) / 48;
-    assert!(head.contains(&format!("element vertex {points}\n")) && (ply.len() - end) % 48 == 0);
+    assert!(
+        head.contains(&format!("element vertex {points}\n"))
+            && (ply.len() - end).is_multiple_of(48)
+    );
     let number = |k: usize| f32::from_le_bytes(*ply[end + 4 * k..].first_chunk().unwrap());
     let first = [0, 1, 2].map(|k| f64::from(number(k)));
     let back = apply(&inverse(&reference()).unwrap(), first);

@@ -230,7 +230,7 @@ fn npz_archive(path: &Path, variables: &Variables, frames: Range<usize>) -> Resu
     if !own {
         let (completed, _) = aliases::complete(&source, variables);
         let named = |key: &&str| aliases::is_given(&source, &completed, key);
-        if ["rf", "iq", "lines"].iter().any(|key| named(&key)) {
+        if ["rf", "iq", "lines"].iter().any(named) {
             return keyed(&source, variables, frames, Format::Npz);
         }
         return Err(source.error(format!(
