@@ -116,7 +116,7 @@ def _vectors(name: str, array: Any, dtype: type = np.float64) -> npt.NDArray[Any
 
 def _optional(name: str, array: Any, points: int) -> npt.NDArray[Any]:
     """Rows of three numbers, one for each point, or none."""
-    array = np.zeros((0, 3)) if array is None else _vectors(name, array)
-    if len(array) not in (0, points):
-        raise ValueError(f"`{name}` has {len(array)} rows for {points} points")
-    return array
+    rows: npt.NDArray[Any] = np.zeros((0, 3)) if array is None else _vectors(name, array)
+    if len(rows) not in (0, points):
+        raise ValueError(f"`{name}` has {len(rows)} rows for {points} points")
+    return rows
