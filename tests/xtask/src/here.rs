@@ -37,7 +37,12 @@ impl Here {
     /// `target/tools` and of the environment of the command itself are first on PATH.
     pub fn command(&self, line: impl AsRef<str>) -> Command {
         let text = |path: PathBuf| path.display().to_string();
-        let paper = self.built("paper").join("release/bonebeam-paper");
+        // Its configuration has the target folder of the command.
+        let paper = match env::var_os("CARGO_TARGET_DIR") {
+            Some(_) => self.built("paper"),
+            None => self.target.clone(),
+        };
+        let paper = paper.join("release/bonebeam-paper");
         let mut line = line.as_ref().to_owned();
         if line.replace("@host-sim", "").contains("@host") {
             line = line.replace("@host-sim", "@program");
