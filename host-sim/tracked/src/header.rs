@@ -65,6 +65,14 @@ impl Header {
         self.fields.get(name).map(String::as_str)
     }
 
+    /// The words of a field; none without it.
+    pub fn words(&self, name: &str) -> Vec<&str> {
+        self.get(name)
+            .unwrap_or_default()
+            .split_whitespace()
+            .collect()
+    }
+
     /// The whole numbers of a field; PLUS pads them with blanks.
     ///
     /// # Errors

@@ -50,11 +50,7 @@ pub fn read(path: &Path, reader: &mut (impl BufRead + Seek)) -> Result<(Header, 
     };
     let sides = header.sizes("DimSize")?;
     // The format counts the axes of frames among the others; PLUS names them in `Kinds`.
-    let kinds: Vec<&str> = header
-        .get("Kinds")
-        .unwrap_or_default()
-        .split_whitespace()
-        .collect();
+    let kinds = header.words("Kinds");
     let mut axes: Vec<(Axis, usize)> = (sides.iter().enumerate())
         .map(|(k, side)| {
             let frames = match kinds.get(k) {
@@ -69,58 +65,15 @@ pub fn read(path: &Path, reader: &mut (impl BufRead + Seek)) -> Result<(Header, 
         let count = count.ok_or_else(|| format!("has ElementNumberOfChannels = {components}"))?;
         axes.insert(0, (Axis::Component, count));
     }
-    let compressed = says("CompressedData");
-    let mut pixels = Pixels {
-        path: path.to_path_buf(),
-        offset: 0,
-        length: header
-            .get("CompressedDataSize")
-            .and_then(|size| size.parse().ok()),
-        packing: if compressed {
-            Packing::Zlib
-        } else {
-            Packing::Raw
-        },
-        element,
-        big_endian: says("BinaryDataByteOrderMSB") || says("ElementByteOrderMSB"),
-        sides: [0; 2],
-        components: 1,
-        frames: 1,
-        strides: [1; 3],
-        frame_stride: None,
+    let packing = match says("CompressedData") {
+        true => Packing::Zlib,
+        false => Packing::Raw,
     };
-    pixels.arrange(&axes)?;
-    place(
-        &mut pixels,
-        path,
-        (file != "LOCAL").then_some(&file),
-        header.length,
-    )?;
+    let big_endian = says("BinaryDataByteOrderMSB") || says("ElementByteOrderMSB");
+    let file = (file != "LOCAL").then_some(&file[..]);
+    let pixels = Pixels {
+        length: (header.get("CompressedDataSize")).and_then(|size| size.parse().ok()),
+        ..Pixels::of(path, &header, packing, element, big_endian, &axes, file)?
+    };
     Ok((header, pixels))
-}
-
-/// The place of the pixels: behind the header, or in a file of the same folder.
-///
-/// # Errors
-/// A name that is not that of one file beside the header.
-pub fn place(
-    pixels: &mut Pixels,
-    path: &Path,
-    file: Option<&String>,
-    header: u64,
-) -> Result<(), String> {
-    let Some(file) = file else {
-        pixels.offset = header;
-        return Ok(());
-    };
-    let plain = Path::new(file)
-        .file_name()
-        .is_some_and(|name| name == file.as_str());
-    if !plain || file.contains('%') || file.starts_with("LIST") {
-        return Err(format!(
-            "has its pixels in {file}; expected one file in the same folder"
-        ));
-    }
-    pixels.path = path.with_file_name(file);
-    Ok(())
 }

@@ -4,7 +4,6 @@ use std::io::{BufRead, Seek};
 use std::path::Path;
 
 use super::header::Header;
-use super::metaimage::place;
 use super::pixels::{Axis, Element, Packing, Pixels};
 
 /// First letters of the format.
@@ -50,11 +49,7 @@ pub fn read(path: &Path, reader: &mut (impl BufRead + Seek)) -> Result<(Header, 
         }
     }
     let sides = header.sizes("sizes")?;
-    let kinds: Vec<&str> = header
-        .get("kinds")
-        .unwrap_or_default()
-        .split_whitespace()
-        .collect();
+    let kinds = header.words("kinds");
     let mut axes = Vec::new();
     for (k, side) in sides.iter().enumerate() {
         let axis = match kinds.get(k).copied() {
@@ -66,25 +61,8 @@ pub fn read(path: &Path, reader: &mut (impl BufRead + Seek)) -> Result<(Header, 
         };
         axes.push((axis, *side));
     }
-    let mut pixels = Pixels {
-        path: path.to_path_buf(),
-        offset: 0,
-        length: None,
-        packing,
-        element,
-        big_endian: header.get("endian") == Some("big"),
-        sides: [0; 2],
-        components: 1,
-        frames: 1,
-        strides: [1; 3],
-        frame_stride: None,
-    };
-    pixels.arrange(&axes)?;
-    let file = header
-        .get("data file")
-        .or(header.get("datafile"))
-        .map(str::to_owned);
-    let length = header.length;
-    place(&mut pixels, path, file.as_ref(), length)?;
+    let big_endian = header.get("endian") == Some("big");
+    let file = header.get("data file").or(header.get("datafile"));
+    let pixels = Pixels::of(path, &header, packing, element, big_endian, &axes, file)?;
     Ok((header, pixels))
 }

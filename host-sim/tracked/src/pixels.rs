@@ -2,11 +2,13 @@
 
 use std::fs::File;
 use std::io::{self, BufReader, ErrorKind, Read, Seek, SeekFrom};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use bonebeam_files::memory::{self, product};
 use bonebeam_files::{Result, cannot_be_opened, file_error, input};
 use flate2::read::{MultiGzDecoder, ZlibDecoder};
+
+use super::header::Header;
 
 /// Longest side of a picture, pixels.
 const LONGEST_SIDE: usize = 16_384;
@@ -105,11 +107,52 @@ pub struct Pixels {
 }
 
 impl Pixels {
+    /// The pixels of a header: behind it, or in `file` of the same folder.
+    ///
+    /// # Errors
+    /// A name that is not that of one file beside the header, sides that no picture has, or volumes.
+    pub fn of(
+        path: &Path,
+        header: &Header,
+        packing: Packing,
+        element: Element,
+        big_endian: bool,
+        axes: &[(Axis, usize)],
+        file: Option<&str>,
+    ) -> std::result::Result<Self, String> {
+        let mut pixels = Self {
+            path: path.to_path_buf(),
+            offset: 0,
+            length: None,
+            packing,
+            element,
+            big_endian,
+            sides: [0; 2],
+            components: 1,
+            frames: 1,
+            strides: [1; 3],
+            frame_stride: None,
+        };
+        pixels.arrange(axes)?;
+        let Some(file) = file else {
+            pixels.offset = header.length;
+            return Ok(pixels);
+        };
+        let plain = Path::new(file).file_name().is_some_and(|name| name == file);
+        if !plain || file.contains('%') || file.starts_with("LIST") {
+            return Err(format!(
+                "has its pixels in {file}; expected one file in the same folder"
+            ));
+        }
+        pixels.path = path.with_file_name(file);
+        Ok(pixels)
+    }
+
     /// The order of the numbers by the axes of a header, the fastest first.
     ///
     /// # Errors
     /// Sides that no picture has, or volumes.
-    pub fn arrange(&mut self, axes: &[(Axis, usize)]) -> std::result::Result<(), String> {
+    fn arrange(&mut self, axes: &[(Axis, usize)]) -> std::result::Result<(), String> {
         let of = |axis: Axis| axes.iter().filter(move |(kind, _)| *kind == axis);
         let mut sides: Vec<usize> = of(Axis::Picture).map(|(_, side)| *side).collect();
         // PLUS writes the one slice of a picture as an axis of its own.
