@@ -52,7 +52,7 @@ fn what_is_wrong_is_named() {
         );
     }
 
-    let convex = convex();
+    let convex = convex(ELEMENTS);
     let [line, ..] = lines(&convex);
     let iq = noise(ELEMENTS * 100, 1);
     let delay = IqDelay::new(good).unwrap();
