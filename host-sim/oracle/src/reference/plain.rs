@@ -93,7 +93,7 @@ impl Plain for beamform::Lines {
 impl Plain for image::Image {
     fn plain(&self) -> Option<Vec<f32>> {
         let p = self.stage.parameters();
-        if self.in_fan || p.logarithm == Logarithm::Polynomial {
+        if self.fan.is_some() || p.logarithm == Logarithm::Polynomial {
             return None;
         }
         let envelopes = plain::image::envelope(&self.z);
