@@ -220,7 +220,7 @@ impl Scene {
         }
         let picture = Picture {
             pixels: self.pixels.view(),
-            pixel: GRID.pixel,
+            pixel: [GRID.pixel; 2],
             x0: GRID.x0,
             z0: GRID.z0,
             depth: GRID.z0,
