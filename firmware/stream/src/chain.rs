@@ -71,14 +71,25 @@ impl<'m, P: Probe, const LINES: usize> Chain<'m, P, LINES> {
     /// A chain before its first record.
     ///
     /// # Errors
-    /// [`Error::Length`] for less memory than [`Probe::NEED`]; more is no error. For a plan of other parameters
-    /// than the probe's, [`Chain::line`] returns an error if the beamformer's shapes differ.
+    /// [`Error::Length`] for less memory than [`Probe::NEED`]; more is no error. [`Error::Parameter`] if the records of
+    /// [`Probe::TRANSMIT`] hold no sample of the first or of the last line
+    /// ([`LinePipeline::recorded`](bonebeam::pipeline::LinePipeline::recorded)): such lines are black.
     pub fn new(plan: &'m Plan<P>, scratch: Scratch<'m>) -> Result<Self, Error> {
         const {
             assert!(LINES == P::LINES);
         }
+        let lines = plan.pipeline().lines();
+        for line in [0, LINES.saturating_sub(1)] {
+            if lines.recorded(line, &P::TRANSMIT)?.is_empty() {
+                return Err(Error::Parameter {
+                    name: "t0",
+                    value: P::TRANSMIT.t0,
+                    expected: "a time in s whose records hold samples of the lines, which begin within the array",
+                });
+            }
+        }
         Ok(Chain {
-            frame: Frame::new(plan, scratch)?,
+            frame: Frame::new(plan.pipeline(), scratch)?,
             lines: [None; LINES],
         })
     }

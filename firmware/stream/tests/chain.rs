@@ -11,7 +11,7 @@ use bonebeam::memory::{Memory, Need};
 use bonebeam::pipeline::{Input, Parameters, Pipeline};
 use bonebeam_stream::scan::{self, BEAMS, ELEMENTS, Reference, ScanBlock, ScanMemory};
 use bonebeam_stream::{
-    Chain, Fault, Line, Overflow, Plan, Pool, Probe, Sequence, Stamp, rf_record,
+    Chain, Fault, Line, Overflow, Pool, Probe, Sequence, Stamp, rf_record,
 };
 use common::by_the_core;
 
@@ -49,18 +49,18 @@ fn run(events: &[Event]) -> (Vec<Fault>, Vec<Whole>) {
             };
             for _ in 0..times {
                 let block = source.begin().unwrap();
-                block.sequence = (frame * BEAMS + beam) as u32;
-                block.beam = beam as u16;
-                block.overflow = Overflow(0);
+                block.header.sequence = (frame * BEAMS + beam) as u32;
+                block.header.beam = beam as u16;
+                block.header.overflow = Overflow(0);
                 block.samples = scan::echoes(beam);
                 if event == Event::Clipped {
-                    block.overflow = Overflow::CLIPPED;
+                    block.header.overflow = Overflow::CLIPPED;
                     block.samples = [[[8191; 2]; ELEMENTS]; scan::SAMPLES];
                 }
                 source.complete(0);
             }
             while let Some(block) = sink.receive() {
-                let verdict = sequence.check(block.sequence, block.beam, block.overflow);
+                let verdict = sequence.check(block.header);
                 faults.extend(verdict.faults.into_iter().flatten());
                 if let Some(line) = verdict.line {
                     let record = scan::record(&block).unwrap();
@@ -194,11 +194,11 @@ impl Probe for Rf {
     };
     const NEED: Need = match Self::PARAMETERS.need(Input::Rf, 1) {
         Ok(need) => need,
-        Err(_) => panic!("the scan is not valid"),
+        Err(error) => panic!("{}", error.words().as_str()),
     };
     const TRANSMIT: Transmit<'static> = Transmit::new(TransmitLaw::Focused, 0.0);
 
-    fn plan() -> Result<Plan<Self>, Error> {
+    fn pipeline() -> Result<Pipeline<'static, Delay>, Error> {
         // A block of the reference is longer than this line.
         Pipeline::new(Parameters {
             block: 32,
@@ -279,4 +279,28 @@ fn rf_of_another_length_is_refused() {
         assert!(rf_record(&counts, layout, 3, 1.0, &mut [0.0; 16]).is_err());
         assert!(rf_record(&[], layout, 2, 1.0, &mut []).is_err());
     }
+}
+
+/// The probe of [`Reference`] with its time zero in microseconds.
+enum Black {}
+
+impl Probe for Black {
+    const TRANSMIT: Transmit<'static> = Transmit::new(TransmitLaw::Focused, 5.0);
+    type Stage = bonebeam::delay::IqDelay;
+    const PARAMETERS: Parameters<'static> = scan::PARAMETERS;
+    const NEED: Need = Reference::NEED;
+
+    fn pipeline() -> Result<Pipeline<'static, Self::Stage>, Error> {
+        Reference::pipeline()
+    }
+}
+
+#[test]
+fn a_record_that_holds_nothing_of_the_lines_is_refused_at_set_up() {
+    let (plan, mut memory) = (Black::plan().unwrap(), Box::new(ScanMemory::new()));
+    let refused = Chain::<Black, BEAMS>::new(&plan, memory.scratch());
+    let Err(Error::Parameter { name, value, .. }) = refused.map(drop) else {
+        panic!("a black chain");
+    };
+    assert_eq!((name, value), ("t0", 5.0));
 }
