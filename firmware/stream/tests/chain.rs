@@ -10,9 +10,7 @@ use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters, Transmit, Tr
 use bonebeam::memory::{Memory, Need};
 use bonebeam::pipeline::{Input, Parameters, Pipeline};
 use bonebeam_stream::scan::{self, BEAMS, ELEMENTS, Reference, ScanBlock, ScanMemory};
-use bonebeam_stream::{
-    Chain, Fault, Line, Overflow, Pool, Probe, Sequence, Stamp, rf_record,
-};
+use bonebeam_stream::{Chain, Fault, Line, Overflow, Pool, Probe, Sequence, Stamp, rf_record};
 use common::by_the_core;
 
 type ScanChain<'m> = Chain<'m, Reference, BEAMS>;

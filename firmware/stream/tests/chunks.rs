@@ -44,7 +44,12 @@ fn frame<const C: usize>() -> (Vec<f32>, Vec<f32>) {
         let verdict = sequence.check(chunk.header);
         assert_eq!(verdict.faults, [None; 2]);
         if let Some((block, saturated)) = record.receive(verdict.line.unwrap(), &chunk, 8191) {
-            assert_eq!(saturated, block.saturated(8191), "beam {}", block.header.beam);
+            assert_eq!(
+                saturated,
+                block.saturated(8191),
+                "beam {}",
+                block.header.beam
+            );
             let time = chunk.time();
             let stamp = Stamp { time, saturated };
             let own = scan::record(block).unwrap();

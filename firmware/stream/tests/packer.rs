@@ -28,6 +28,7 @@ fn blocks() -> Vec<Packed> {
         .map(|((end, beam), sequence)| {
             let mut block = Packed::filled([0; 2]);
             (block.header.sequence, block.header.beam) = (sequence, beam);
+            block.header.start = 0x5a;
             for number in block.samples.as_flattened_mut().as_flattened_mut() {
                 *number = next();
             }
@@ -44,12 +45,19 @@ fn blocks() -> Vec<Packed> {
 fn bytes(block: &Packed) -> Vec<u8> {
     let mut bytes = vec![0; Packed::BYTES];
     let mut put = |at: usize, part: &[u8]| bytes[at..at + part.len()].copy_from_slice(part);
-    put(offset_of!(Packed, header.sequence), &block.header.sequence.to_le_bytes());
-    put(offset_of!(Packed, header.beam), &block.header.beam.to_le_bytes());
+    put(
+        offset_of!(Packed, header.sequence),
+        &block.header.sequence.to_le_bytes(),
+    );
+    put(
+        offset_of!(Packed, header.beam),
+        &block.header.beam.to_le_bytes(),
+    );
     put(
         offset_of!(Packed, header.overflow),
         &block.header.overflow.0.to_le_bytes(),
     );
+    put(offset_of!(Packed, header.start), &[block.header.start]);
     let numbers = block.samples.as_flattened().as_flattened();
     for (k, number) in numbers.iter().enumerate() {
         let at = offset_of!(Packed, samples) + k * size_of::<i16>();

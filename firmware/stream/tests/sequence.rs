@@ -200,7 +200,7 @@ fn a_front_end_may_begin_anew() {
     let verdicts = run(&[(1000, 0), (0, 0), (1, 1), (2, 2)]);
     assert_eq!(
         verdicts[1].faults[0],
-        Some(Fault::Lost {
+        Some(Fault::Restarted {
             expected: 1001,
             got: 0
         })
