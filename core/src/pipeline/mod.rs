@@ -31,7 +31,7 @@ pub use line::{IqInput, LinePipeline};
 
 use crate::Error;
 use crate::beamform::{self, ShortLagCoherence};
-use crate::delay::{Delay, IqDelay, Stage};
+use crate::delay::{Delay, DelayParameters, IqDelay, Stage};
 use crate::error::{at_least_one, attempt};
 use crate::geometry::{Axis, Lines, Scan, ScanParameters};
 use crate::image::{BMode, BModeParameters, DepthInterpolation, Logarithm, PixelGrid};
@@ -93,12 +93,16 @@ impl Parameters<'_> {
     ///
     /// # Errors
     /// [`Error::Parameter`] or [`Error::Capacity`], naming the parameter that is out of range: as [`Scan::new`] or, for
-    /// I/Q, [`Scan::of_iq`]; [`beamform::Parameters::check`]; [`BModeParameters::check`];
+    /// I/Q, [`Scan::of_iq`]; [`DelayParameters::check`] of RF; [`beamform::Parameters::check`]; [`BModeParameters::check`];
     /// [`phase_symmetry::Parameters::check`]; for lines that are not evenly spaced, for `min_elements` beyond the
     /// array's, and for a block of 0 samples.
     pub const fn check(&self, input: Input) -> Result<(), Error> {
         let scan = match input {
-            Input::Rf => attempt!(Scan::new(self.scan)),
+            Input::Rf => {
+                let scan = attempt!(Scan::new(self.scan));
+                attempt!(DelayParameters::of(&scan).check());
+                scan
+            }
             Input::Iq => attempt!(Scan::of_iq(self.scan)),
         };
         attempt!(self.beamformer.check());
