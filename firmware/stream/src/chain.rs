@@ -94,6 +94,37 @@ impl<'m, P: Probe, const LINES: usize> Chain<'m, P, LINES> {
         })
     }
 
+    /// The same chain with another frame of its plan: with coherence, pooling or tables of gains.
+    ///
+    /// ```
+    /// # use bonebeam::memory::Memory;
+    /// # use bonebeam_stream::{Chain, Probe, scan::Reference};
+    /// # let plan = Reference::plan()?;
+    /// # let mut memory = Box::new(Memory::<{ Reference::NEED.real }, { Reference::NEED.complex }>::new());
+    /// let mut gains = vec![0.0; plan.pipeline().phase_symmetry().gain_tables_len()];
+    /// let chain = Chain::<Reference, { Reference::LINES }>::new(&plan, memory.scratch())?;
+    /// let chain = chain.with(|frame| frame.with_gain_tables(&mut gains))?;
+    /// # let _ = chain;
+    /// # Ok::<(), bonebeam::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Those of `change`.
+    pub fn with(
+        self,
+        change: impl FnOnce(Frame<'m, 'm, P::Stage>) -> Result<Frame<'m, 'm, P::Stage>, Error>,
+    ) -> Result<Self, Error> {
+        Ok(Chain {
+            frame: change(self.frame)?,
+            ..self
+        })
+    }
+
+    /// The frame, for the surface in its lines and for image and map in steps.
+    pub fn frame(&mut self) -> &mut Frame<'m, 'm, P::Stage> {
+        &mut self.frame
+    }
+
     /// Focuses and beamforms a line's record, and keeps its envelope for the image.
     ///
     /// # Errors
