@@ -9,7 +9,7 @@ use bonebeam_drive::check::Check;
 use bonebeam_drive::methods::COMPARED;
 
 use super::Vertebra;
-use super::measure::{ByImage, ImageLine, Surface, VertebraMeasure, VertebraResult};
+use super::measure::{Surface, VertebraMeasure, VertebraResult};
 
 const SURFACE: &str = "Vertebra in a water bath (Table I)";
 const LINES: &str = "Image lines of the vertebra (Fig. 8)";
@@ -100,18 +100,17 @@ fn parts(result: &VertebraResult, vertebra: &Vertebra) -> Vec<Section> {
 
 /// The axial and the lateral line, B-mode and phase symmetry.
 fn line_plots(result: &VertebraResult) -> Vec<Plot> {
-    type Pick = fn(&VertebraMeasure) -> &ByImage<ImageLine>;
-    let axial: Pick = |m| &m.axial;
-    let (depths, across) = (&result.axial_depth_mm, &result.lateral_x_mm);
-    let [down, left] = [&result.axial_surface_mm, &result.lateral_surface_mm];
-    let lines: [(&str, &'static str, &Vec<f64>, &Vec<f64>, Pick); 2] = [
-        ("Axial line", "depth, mm", depths, down, axial),
-        ("Lateral line", "lateral, mm", across, left, |m| &m.lateral),
-    ];
+    let lines = [("Axial line", "depth, mm"), ("Lateral line", "lateral, mm")];
+    let at = [&result.axial_depth_mm, &result.lateral_x_mm];
+    let marks = [&result.axial_surface_mm, &result.lateral_surface_mm];
     let mut plots = Vec::new();
-    for (direction, x, at, marks, pick) in lines {
+    for (way, (direction, x)) in lines.into_iter().enumerate() {
+        let at = at[way];
         for image in 0..2 {
-            let line = |k: usize| pick(&result.beamformers[k]).named()[image];
+            let line = |k: usize| {
+                let measured = &result.beamformers[k];
+                [&measured.axial, &measured.lateral][way].named()[image]
+            };
             let curves = curves(|k| {
                 let points = at.iter().zip(&line(k).2.intensity);
                 points.map(|(&x, &v)| (x, Some(f64::from(v)))).collect()
@@ -119,7 +118,7 @@ fn line_plots(result: &VertebraResult) -> Vec<Plot> {
             let caption = format!("{direction}, {}", line(0).1);
             let ranges = [[at[0], at[at.len() - 1]], [0.0, 255.0]];
             plots.push(Plot {
-                marks: marks.clone(),
+                marks: marks[way].clone(),
                 ..Plot::new(caption, [x, "grey level"], ranges, curves)
             });
         }
