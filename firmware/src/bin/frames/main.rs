@@ -142,7 +142,7 @@ fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error
             let cost = counter.count(|| {
                 outcome = scan::record(block).and_then(|record| {
                     let transmits = [(TRANSMIT, &record)];
-                    let lines = plan.lines();
+                    let lines = plan.pipeline().lines();
                     let line = Block::of_line(lines.scan(), beam);
                     lines
                         .align(0.0f32, line, transmits, scratch, aligned)
@@ -212,9 +212,9 @@ fn plan(case: &Case, interpolation: IqInterpolation) -> Result<Plan<Reference>, 
         interpolation: Some(interpolation),
         ..INPUT
     };
-    let plan = Pipeline::of_iq(parameters, input)?;
-    match case.gate {
-        Some(gate) => plan.with_gate(gate),
-        None => Ok(plan),
-    }
+    let pipeline = Pipeline::of_iq(parameters, input)?;
+    Ok(Plan::of(match case.gate {
+        Some(gate) => pipeline.with_gate(gate)?,
+        None => pipeline,
+    }))
 }

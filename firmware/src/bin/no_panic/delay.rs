@@ -35,7 +35,11 @@ fn rf(scan: &Scan) -> Result<(), Error> {
     take(delay.record_end(&opaque(line(scan)), opaque(0..1)));
     let rf = [0.0; 100];
     let record = Record::new(opaque(&rf[..]), opaque(1))?;
-    take((record.elements(), record.samples(), record.largest_aligned()));
+    take((
+        record.elements(),
+        record.samples(),
+        record.largest_aligned(),
+    ));
     let (scratch, out) = (&mut [0.0; 100][..], &mut [Complex::ZERO; 100][..]);
     let (scratch, out) = (opaque(scratch), opaque(out));
     take(delay.line(0.0f32, &opaque(line(scan)), &record, scratch, out));
