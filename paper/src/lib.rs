@@ -6,4 +6,5 @@ pub mod measure;
 pub mod page;
 
 pub use bonebeam_files::{Error, Result};
+pub(crate) use bonebeam_report::parameters;
 pub use commands::run;

@@ -4,7 +4,7 @@ use super::{
     Fan, Logarithm, PixelGrid, largest, log_compression, median, resample, scan_conversion,
 };
 use crate::Error;
-use crate::error::check_length;
+use crate::error::{attempt, check_length};
 use crate::geometry::Axis;
 use crate::memory::Need;
 use crate::simd::Vector;
@@ -60,6 +60,23 @@ pub struct BMode {
     fan: Option<Fan>,
 }
 
+impl BModeParameters {
+    /// Checks all values; a `const` can call it.
+    ///
+    /// # Errors
+    /// As [`BMode::new`].
+    pub const fn check(&self) -> Result<(), Error> {
+        let (rows, columns) = (self.grid.row_axis(), self.grid.column_axis());
+        attempt!(resample::check_axes(
+            &self.lines,
+            &self.samples,
+            &rows,
+            &columns
+        ));
+        log_compression::check_range(self.dynamic_range)
+    }
+}
+
 impl BMode {
     /// Validates the parameters.
     ///
@@ -67,14 +84,7 @@ impl BMode {
     /// [`Error::Parameter`] for an axis that is not finite, whose step is not positive, or a data
     /// axis of fewer than 2 positions, and for a dynamic range that is not positive.
     pub fn new(parameters: BModeParameters) -> Result<Self, Error> {
-        let BModeParameters { grid, .. } = &parameters;
-        resample::check_axes(
-            &parameters.lines,
-            &parameters.samples,
-            &grid.row_axis(),
-            &grid.column_axis(),
-        )?;
-        log_compression::check_range(parameters.dynamic_range)?;
+        parameters.check()?;
         Ok(BMode {
             parameters,
             fan: None,

@@ -53,7 +53,7 @@ pub fn frames(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Resul
              K = 2, forward-backward, {} transmits, each for the lines beside it, two cores unless said; 60 dB, \
              512 × 512 pixels, 3 × 3 median; phase symmetry with 18 filters. Rows of a method go from the recording \
              to the bone map. live is the preset, with K = 0: 128 lines of two sub-lines, with a depth step of 2 for \
-             rank 1 and of 4 for MV; 256 lines with a depth step of 4 for DAS.",
+             rank 1 and of 4 for MV and DAS.",
             InVivo::BEAMS,
             InVivo::pipeline(InVivo::PARAMETERS, data.samples.dim().3)?
                 .lines()
@@ -171,7 +171,12 @@ fn kinds() -> [Kind; 9] {
             2,
             Some([10.0; 2]),
         ),
-        kind("live, DAS", live(MethodName::Das), 2, Some([10.0; 2])),
+        kind(
+            "live, DAS",
+            two_sub_lines(live(MethodName::Das)),
+            2,
+            Some([10.0; 2]),
+        ),
     ]
 }
 

@@ -9,6 +9,7 @@ mod iq;
 use crate::common;
 use crate::common::changed;
 use crate::common::refused::assert_refused;
+use bonebeam::Complex;
 use bonebeam::beamform::{AlignedLine, Segment, constant_segments};
 use bonebeam::delay::{
     Compounding, Delay, DelayParameters, IqInterpolation, IqParameters, Record, ScanLine, Stage,
@@ -17,7 +18,6 @@ use bonebeam::geometry::{Scan, ScanParameters, Transmit, TransmitLaw};
 use bonebeam::memory::{Memory, Need, Scratch};
 use bonebeam::pipeline::{Block, Frame, Input, IqInput, LinePipeline, Parameters, Pipeline};
 use bonebeam::surface::{Detector, Point, Ramp, Settings};
-use bonebeam::Complex;
 use bonebeam_drive::beamform::{Memory as LaneMemory, beamform};
 use bonebeam_drive::config;
 use bonebeam_drive::delay::DelayStage;

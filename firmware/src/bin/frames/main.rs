@@ -127,7 +127,7 @@ fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error
             load(block, beam);
             let cost = counter.cost(|| {
                 let record = scan::record(block)?;
-                let (transmits, lines) = ([(TRANSMIT, &record)], plan.lines());
+                let (transmits, lines) = ([(TRANSMIT, &record)], plan.pipeline().lines());
                 let line = Block::of_line(lines.scan(), beam);
                 let line = lines.align(0.0f32, line, transmits, scratch, aligned);
                 line.map(drop)
@@ -190,9 +190,9 @@ fn plan(case: &Case, interpolation: IqInterpolation) -> Result<Plan<Reference>, 
         interpolation: Some(interpolation),
         ..INPUT
     };
-    let plan = Pipeline::of_iq(parameters, input)?;
-    match case.gate {
-        Some(gate) => plan.with_gate(gate),
-        None => Ok(plan),
-    }
+    let pipeline = Pipeline::of_iq(parameters, input)?;
+    Ok(Plan::of(match case.gate {
+        Some(gate) => pipeline.with_gate(gate)?,
+        None => pipeline,
+    }))
 }

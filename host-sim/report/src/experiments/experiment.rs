@@ -71,11 +71,16 @@ pub struct Covers {
 
 impl Covers {
     /// Nothing of it.
-    pub const NOTHING: Covers = Covers {
-        figures: &[],
-        tables: &[],
-        claims: false,
-    };
+    pub const NOTHING: Covers = Covers::figures(&[]);
+
+    /// These figures alone.
+    pub const fn figures(figures: &'static [u32]) -> Self {
+        Covers {
+            figures,
+            tables: &[],
+            claims: false,
+        }
+    }
 }
 
 /// Context of an experiment's run.

@@ -9,6 +9,7 @@ pub mod common;
 mod experiment;
 mod job;
 pub mod outcome;
+pub mod parameters;
 mod point;
 mod vertebra;
 

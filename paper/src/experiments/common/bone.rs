@@ -12,11 +12,6 @@ use bonebeam_simulate::Outline;
 
 use super::truth::{TOLERANCE, first_hits, precision};
 
-/// Region with the same reach on both sides of the surface, m.
-const NEAR: Region = Region {
-    outer: -1e-3,
-    inner: 1e-3,
-};
 /// Grey level from which a ridge counts as found.
 pub const FOUND: f32 = 64.0;
 
@@ -70,29 +65,22 @@ impl View {
         })
     }
 
-    /// The view of a bone on the pixels of a picture of `lines`, made on first use.
-    ///
-    /// All beamformers of a recording share it.
+    /// The view of a bone on the pixels of a picture of `lines`.
     ///
     /// # Errors
     /// A phantom without a bone, or lines that do not make an image.
-    pub fn once<'a>(
-        view: &'a mut Option<Self>,
+    pub fn of_lines(
         bone: Option<&Outline>,
         lines: &BeamformedLines,
         image: &Image,
-    ) -> Result<&'a Self> {
-        let made = match view.take() {
-            Some(made) => made,
-            None => View::new(bone, grid_of_picture(lines, image)?)?,
-        };
-        Ok(view.insert(made))
+    ) -> Result<Self> {
+        View::new(bone, grid_of_picture(lines, image)?)
     }
 
     /// Measures an image with the paper's region A of its kind.
     pub fn measure(&self, pixels: &Array2<f32>, region: Region) -> BoneMeasure {
         let found = measure(pixels.view(), self.distance.view(), region);
-        let near = measure(pixels.view(), self.distance.view(), NEAR);
+        let near = measure(pixels.view(), self.distance.view(), Region::NEAR);
         let millimetres = |v: Option<f64>| v.map(|v| 1e3 * v);
         let (fraction, thickness) = self.found(pixels, |_, _| true);
         BoneMeasure {

@@ -85,9 +85,7 @@ impl Scenes {
             [self.thickness, self.density],
             &settings,
         )?;
-        let recorded = recording(context, "tune", &settings, &phantom, &|done| {
-            (context.progress)(what, done);
-        })?;
+        let recorded = recording(context, ["tune", what], &settings, &phantom)?;
         let disturbed = self.disturbances.of(&settings, &recorded)?;
         let under = |condition| Ok((condition, disturbed.under(condition)?));
         let conditions = CONDITIONS.into_iter().map(under).collect::<Result<_>>()?;

@@ -2,12 +2,12 @@
 
 use crate::experiments::common::beamformers::{Paper, comparison};
 use crate::experiments::outcome::Comparison;
+use crate::measure::line::Line;
 use bonebeam_drive::methods::COMPARED;
 
 use super::contour::Row;
-use super::measures::Measured;
+use super::measures::{Measured, SEARCH};
 use super::parameters::{KINDS, METHODS};
-use super::profiles::{Line, Profile};
 
 const BATH: &str = "All sources of error are on; fiducials are picked at their brightest voxel. Bone and bath \
      differ from the paper's, the array is of the same kind, and the noise is assumed.";
@@ -120,9 +120,9 @@ const FIGURES: [Entry; 14] = {
 };
 
 impl Quantity {
-    fn of(self, line: &Line, p: &Profile) -> Option<f64> {
-        let first = line.peak(p, line.first());
-        let sidewall = |side: usize| line.peak(p, line.sidewalls()[side]);
+    fn of(self, line: &Line, p: &[f32]) -> Option<f64> {
+        let first = line.peak(p, line.first(), SEARCH);
+        let sidewall = |side: usize| line.peak(p, line.sidewalls()[side], SEARCH);
         match self {
             Quantity::Bias => Some(first?.at_mm - line.first()?),
             Quantity::Fall => line.drop_below(p, first),
@@ -141,8 +141,12 @@ pub fn line_comparisons(measured: &[Measured]) -> Vec<Comparison> {
         let image = usize::from(figure.ends_with(['c', 'd']));
         let way = usize::from(figure.ends_with(['b', 'd']));
         let line = [&slice.down, &slice.across][way];
-        let here =
-            |index: usize| quantity.of(line, &slice.profiles[distance_index(index)?][image][way]);
+        let here = |index: usize| {
+            quantity.of(
+                line,
+                &slice.profiles[distance_index(index)?][image][way].grey,
+            )
+        };
         let name = format!("Fig. {figure}: {name}");
         comparison("Image lines (Figs. 8 and 9)", &name, here, *paper, LINES)
     });

@@ -1,16 +1,13 @@
 //! Curves, tables and comparisons with one entry per compared beamformer.
 
 use crate::experiments::outcome::{Comparison, Curve, PaperComparison};
-use bonebeam_drive::methods::{COMPARED, ComparedMethod};
+use bonebeam_drive::methods::COMPARED;
 
 /// One curve per beamformer: `points` by its index in [`COMPARED`].
 pub fn curves(points: impl Fn(usize) -> Vec<(f64, Option<f64>)>) -> Vec<Curve> {
-    let curve = |(k, row): (usize, &ComparedMethod)| Curve {
-        name: row.name.into(),
-        featured: row.featured,
-        points: points(k),
-    };
-    COMPARED.iter().enumerate().map(curve).collect()
+    let rows = COMPARED.iter().enumerate();
+    rows.map(|(k, row)| Curve::new(row.name, row.featured, points(k)))
+        .collect()
 }
 
 /// The paper's values of the featured beamformers, in the order of [`COMPARED`].

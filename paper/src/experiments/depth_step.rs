@@ -2,14 +2,13 @@
 //!
 //! Lines are beamformed at every second to fourth sample and interpolated.
 
-mod show;
-
 use ndarray::{Array2, Axis};
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
 use crate::Result;
-use crate::measure::signed_distance::Region;
+use crate::measure::mean;
+use crate::measure::signed_distance::REGIONS;
 use bonebeam::image::DepthInterpolation;
 use bonebeam_drive::image::b_mode;
 use bonebeam_files::BeamformedLines;
@@ -17,10 +16,10 @@ use bonebeam_files::BeamformedLines;
 use super::common::bone::View;
 use super::common::pictures::ridges;
 use super::common::recording::recording;
-use super::common::variants::{Aligned, Variant};
+use super::common::variants::{Variant, lines_of};
+use super::outcome::{Section, Table, data, number};
 use super::vertebra_in_tissue::VertebraInTissue;
 use super::{Context, Experiment, Outcome, Overrides};
-use show::StepError;
 
 /// The depth steps.
 const STEPS: [usize; 3] = [2, 3, 4];
@@ -33,6 +32,22 @@ const BRIGHT: f32 = 127.5;
 pub struct DepthStep {
     /// The scene, its recording and its images.
     scene: VertebraInTissue,
+}
+
+/// Errors of one beamformer with one depth step.
+#[derive(Clone, Debug, Serialize)]
+struct StepError {
+    beamformer: String,
+    name: String,
+    depth_step: usize,
+    /// RMS over the image, grey levels.
+    rms: f64,
+    /// RMS over the bright half of the grey scale.
+    bright_rms: f64,
+    /// Change of the bone's localization error, mm: B-mode, then phase symmetry.
+    ///
+    /// Relative to images of all samples.
+    bone_mm: [Option<f64>; 2],
 }
 
 impl Experiment for DepthStep {
@@ -61,29 +76,26 @@ impl Experiment for DepthStep {
     fn run(&self, context: &Context<'_>) -> Result<Outcome> {
         let scene = &self.scene;
         let phantom = scene.phantom()?;
-        let data = recording(context, "fig3", &scene.simulation, &phantom, &|done| {
-            (context.progress)("depth_step: simulate", done);
-        })?;
-        let aligned = Aligned::new(&data, &scene.receive)?;
-        let cycles = data.f0 / scene.receive.0.rate_of(&data);
-        let mut results = Vec::new();
-        let mut view = None;
+        let names = ["fig3", "depth_step: simulate"];
+        let data = recording(context, names, &scene.simulation, &phantom)?;
         let variants = [
             Variant::forward("das", 0),
             Variant::forward_backward("mv", 0),
             Variant::forward_backward("esmv-rank1", 0),
         ];
-        for variant in variants {
-            let lines = aligned.lines(&variant, &scene.receive, "depth_step", context.progress)?;
-            let view = View::once(&mut view, phantom.bone.as_ref(), &lines, &scene.image)?;
-            let all = self.images(&lines, view)?;
+        let progress = context.progress;
+        let all = lines_of("depth_step", &data, &scene.receive, &variants, progress)?;
+        let view = View::of_lines(phantom.bone.as_ref(), &all[0], &scene.image)?;
+        let cycles = data.f0 / scene.receive.0.rate_of(&data);
+        let mut results = Vec::new();
+        for (variant, lines) in variants.iter().zip(&all) {
+            let all = self.images(lines, &view)?;
             for depth_step in STEPS {
-                let stepped = interpolated(&lines, depth_step, cycles)?;
-                let images = self.images(&stepped, view)?;
-                results.push(error(&variant, depth_step, view, [&all, &images]));
+                let images = self.images(&interpolated(lines, depth_step, cycles)?, &view)?;
+                results.push(error(variant, depth_step, &view, [&all, &images]));
             }
         }
-        show::outcome(&results)
+        outcome(&results)
     }
 }
 
@@ -127,27 +139,55 @@ fn error(
     view: &View,
     [all, stepped]: [&[Array2<f32>; 2]; 2],
 ) -> StepError {
-    let rms = |wanted: &dyn Fn(f32) -> bool| {
-        let pairs = all[0]
-            .iter()
-            .zip(&stepped[0])
-            .filter(|(level, _)| wanted(**level));
-        let (mut sum, mut count) = (0.0, 0usize);
-        for (level, other) in pairs {
-            sum += f64::from(other - level).powi(2);
-            count += 1;
-        }
-        (sum / count.max(1) as f64).sqrt()
+    let rms = |least: f32| {
+        let pairs = all[0].iter().zip(&stepped[0]);
+        let pairs = pairs.filter(|(level, _)| **level >= least);
+        mean(pairs.map(|(level, other)| f64::from(other - level).powi(2))).map_or(0.0, f64::sqrt)
     };
-    let regions = [Region::B_MODE, Region::PHASE_SYMMETRY];
-    let mean = |images: &[Array2<f32>; 2], k: usize| view.measure(&images[k], regions[k]).mean_mm;
-    let difference = |k: usize| Some(mean(stepped, k)? - mean(all, k)?);
+    let bone = |images: &[Array2<f32>; 2], k: usize| view.measure(&images[k], REGIONS[k]).mean_mm;
+    let difference = |k: usize| Some(bone(stepped, k)? - bone(all, k)?);
     StepError {
         beamformer: variant.key.clone(),
         name: variant.name.clone(),
         depth_step,
-        rms: rms(&|_| true),
-        bright_rms: rms(&|level| level >= BRIGHT),
+        rms: rms(0.0),
+        bright_rms: rms(BRIGHT),
         bone_mm: [0, 1].map(difference),
     }
+}
+
+/// The outcome of all beamformers and depth steps.
+fn outcome(results: &[StepError]) -> Result<Outcome> {
+    let table = Table::of(
+        "Depth step: images compared with those of all samples",
+        results,
+        &[
+            ("", |e| e.name.clone()),
+            ("depth step", |e| e.depth_step.to_string()),
+            ("rms, grey levels", |e| number(Some(e.rms))),
+            ("rms, bright half", |e| number(Some(e.bright_rms))),
+            ("bone shift, B-mode, mm", |e| thousandths(e.bone_mm[0])),
+            ("bone shift, phase symmetry, mm", |e| {
+                thousandths(e.bone_mm[1])
+            }),
+        ],
+    );
+    let text = "The vertebra in tissue of Fig. 3, K = 0, forward-backward covariance. Lines of every second to \
+         fourth sample are interpolated and compared with lines of all samples. Images have 255 grey levels; \
+         the bright half is above 127. The bone shift is the difference of the bone's mean signed distance, in \
+         B-mode and in phase symmetry.";
+    Ok(Outcome {
+        title: "Depth step: errors of images",
+        parts: vec![Section::Text(text.into())],
+        tables: vec![table],
+        data: data(&results)?,
+        ..Outcome::default()
+    })
+}
+
+/// A difference as text, without a negative zero.
+fn thousandths(value: Option<f64>) -> String {
+    value.map_or("–".into(), |value| {
+        format!("{:+.3}", (1e3 * value).round() / 1e3 + 0.0)
+    })
 }

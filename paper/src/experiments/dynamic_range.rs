@@ -1,20 +1,23 @@
 //! True and measured contrast of each beamformer: points, gradients and cysts.
 
-use ndarray::Array2;
-use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
-use crate::Result;
+use ndarray::Array2;
+use serde::Serialize;
+
 use crate::measure::contrast::{cnr, contrast_ratio, gcnr, speckle_snr};
 use crate::measure::linearity::{Linearity, linearity};
+use crate::measure::mean;
+use crate::{Result, parameters};
 use bonebeam_drive::config::Image;
 use bonebeam_drive::image::{PixelGrid, b_mode, grid_of_picture};
 use bonebeam_simulate::{Block, DynamicRange as Levels, Settings};
 
 use super::common::pictures::{picture, scales};
 use super::common::recording::recording;
-use super::common::variants::{Aligned, Variant};
+use super::common::variants::{Variant, lines_of};
 use super::common::{self, Receive};
-use super::outcome::{Curve, Picture, Plot, Section, SideBySide, Table, View, number};
+use super::outcome::{Curve, Picture, Plot, Section, SideBySide, Table, data, number};
 use super::{Context, Experiment, Outcome, Overrides};
 
 /// Dynamic range of the measured levels, dB; lower levels are not distinguished.
@@ -30,46 +33,28 @@ const CYST: f64 = 2.3;
 /// The ring of background around a cyst, mm.
 const RING: [f64; 2] = [3.6, 5.0];
 
-/// Section `[dynamic_range]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct DynamicRange {
-    /// Thickness of the slab, m.
-    thickness: f64,
-    /// Scatterers per m³.
-    density: f64,
-    /// K: half the time window, samples.
-    half_window: usize,
-    /// Array, pulse, transmit, noise.
-    simulation: Settings,
-    /// Delay and beamformer.
-    receive: Receive,
-    /// The B-mode image.
-    image: Image,
-}
-
-impl Default for DynamicRange {
-    fn default() -> Self {
-        let mut receive = Receive::default();
-        receive.0.depth_end = Some(46e-3);
-        DynamicRange {
-            thickness: 4e-3,
-            density: 30e9,
-            half_window: 2,
-            simulation: Settings {
-                fs: 40e6,
-                depth_end: 46e-3,
-                focus: 25e-3,
-                noise: Some(-80.0),
-                elevation_focus: Some(25e-3),
-                ..Settings::volume()
-            },
-            receive,
-            image: Image {
-                dynamic_range: 70.0,
-                ..Image::default()
-            },
-        }
+parameters! {
+    /// Section `[dynamic_range]`.
+    DynamicRange "dynamic_range" {
+        /// Thickness of the slab, m.
+        thickness: f64 = 4e-3;
+        /// Scatterers per m³.
+        density: f64 = 30e9;
+        /// K: half the time window, samples.
+        half_window: usize = 2;
+        /// Array, pulse, transmit, noise.
+        simulation: Settings = Settings {
+            fs: 40e6,
+            depth_end: 46e-3,
+            focus: 25e-3,
+            noise: Some(-80.0),
+            elevation_focus: Some(25e-3),
+            ..Settings::volume()
+        } => Settings::validate;
+        /// Delay and beamformer.
+        receive: Receive = Receive::to(46e-3) => Receive::validate;
+        /// The B-mode image.
+        image: Image = Image { dynamic_range: 70.0, ..Image::default() } => Image::validate;
     }
 }
 
@@ -121,7 +106,7 @@ impl Experiment for DynamicRange {
     }
 
     fn validate(&self) -> Result<()> {
-        common::validate(&self.simulation, &self.receive, &self.image)
+        self.check()
     }
 
     fn run(&self, context: &Context<'_>) -> Result<Outcome> {
@@ -133,32 +118,36 @@ impl Experiment for DynamicRange {
             density: self.density,
             seed: settings.seed,
         })?;
-        let data = recording(context, "dynamic-range", settings, &phantom, &|done| {
-            (context.progress)("dynamic range: simulate", done);
-        })?;
-        let aligned = Aligned::new(&data, &self.receive)?;
-        let mut all = Vec::new();
-        for variant in [
+        let names = ["dynamic-range", "dynamic range: simulate"];
+        let recorded = recording(context, names, settings, &phantom)?;
+        let variants = [
             Variant::forward("das", self.half_window),
             Variant::forward("esmv-rank1", self.half_window),
             Variant::forward_backward("esmv-rank1", self.half_window),
             Variant::forward("esmv-1", self.half_window),
             Variant::forward("mv", self.half_window),
-        ] {
-            let progress = context.progress;
-            let lines = aligned.lines(&variant, &self.receive, "dynamic range", progress)?;
-            let grid = grid_of_picture(&lines, &self.image)?;
+        ];
+        let progress = context.progress;
+        let lines = lines_of(
+            "dynamic range",
+            &recorded,
+            &self.receive,
+            &variants,
+            progress,
+        )?;
+        let grid = grid_of_picture(&lines[0], &self.image)?;
+        let all = variants.into_iter().zip(&lines).map(|(variant, lines)| {
             let range = self.image.dynamic_range;
-            let shown = b_mode(&lines, range as f32, &grid, self.image.median)?;
-            let levels = b_mode(&lines, MEASURED as f32, &grid, false)?.pixels;
-            all.push(self.measure(&variant, &levels, &grid, shown.pixels));
-        }
+            let shown = b_mode(lines, range as f32, &grid, self.image.median)?;
+            let levels = b_mode(lines, MEASURED as f32, &grid, false)?.pixels;
+            Ok(self.measure(variant, &levels, &grid, shown.pixels))
+        });
+        let all = all.collect::<Result<Vec<_>>>()?;
         Ok(Outcome {
             title: "True contrast: points, gradients and cysts",
             parts: self.parts(&all),
-            pictures: all.iter().map(|m| m.picture.clone()).collect(),
             tables: tables(&all),
-            data: crate::experiments::outcome::data(&all)?,
+            data: data(&all)?,
             ..Outcome::default()
         })
     }
@@ -167,91 +156,77 @@ impl Experiment for DynamicRange {
 impl DynamicRange {
     fn measure(
         &self,
-        variant: &Variant,
+        variant: Variant,
         levels: &Array2<f32>,
         grid: &PixelGrid,
         shown: Array2<f32>,
     ) -> Measured {
-        let decibels = |grey: f32| MEASURED * (f64::from(grey) / 255.0 - 1.0);
-        let x = |column: usize| 1e3 * (grid.x0 + column as f64 * grid.pixel);
-        let z = |row: usize| 1e3 * (grid.z0 + row as f64 * grid.pixel);
-        let within = |wanted: &dyn Fn(f64, f64) -> bool| -> Vec<(f64, f64, f64)> {
-            let all = levels.indexed_iter();
-            all.map(|((row, column), &grey)| (x(column), z(row), decibels(grey)))
-                .filter(|(x, z, _)| wanted(*x, *z))
-                .collect()
-        };
-        // The power of every 2 mm (lateral) or 1 mm (axial) of a gradient.
-        let along = |pixels: Vec<(f64, f64, f64)>, lateral: bool| -> Vec<[f64; 2]> {
-            let step = if lateral { 2.0 } else { 1.0 };
-            let position = |(x, z, _): &(f64, f64, f64)| {
-                let along = if lateral { *x } else { *z };
-                (along / step).floor() as i64
+        // Position, mm, and level, dB, of pixels.
+        let within = |wanted: &dyn Fn(f64, f64) -> bool| -> Vec<[f64; 3]> {
+            let place = |(row, column): (usize, usize)| {
+                let x = 1e3 * (grid.x0 + column as f64 * grid.pixel);
+                (x, 1e3 * (grid.z0 + row as f64 * grid.pixel))
             };
-            let mut bins: std::collections::BTreeMap<i64, Vec<f64>> = Default::default();
-            for pixel in &pixels {
-                let power = 10f64.powf(pixel.2 / 10.0);
-                bins.entry(position(pixel)).or_default().push(power);
-            }
-            bins.into_iter()
-                .map(|(bin, powers)| {
-                    let at = 1e-3 * step * (bin as f64 + 0.5);
-                    let truth = match lateral {
-                        true => Levels::level(at, 41e-3),
-                        false => Levels::level(-14e-3, at),
-                    };
-                    let mean = powers.iter().sum::<f64>() / powers.len() as f64;
-                    [truth, 10.0 * mean.log10()]
-                })
+            let all = levels.indexed_iter();
+            all.map(|(at, &grey)| (place(at), MEASURED * (f64::from(grey) / 255.0 - 1.0)))
+                .filter(|((x, z), _)| wanted(*x, *z))
+                .map(|((x, z), level)| [x, z, level])
                 .collect()
         };
-        let lateral = along(
-            within(&|x, z| (39.0..44.0).contains(&z) && x.abs() < 16.0),
-            true,
-        );
-        let axial = along(
-            within(&|x, z| (13.0..37.0).contains(&z) && (-17.0..-11.5).contains(&x)),
-            false,
-        );
+        // The true level and that of the power of every `step` mm of a gradient along an axis.
+        let along = |pixels: Vec<[f64; 3]>, axis: usize, step: f64, truth: fn(f64) -> f64| {
+            let mut bins: BTreeMap<i64, Vec<f64>> = BTreeMap::new();
+            for pixel in &pixels {
+                let bin = (pixel[axis] / step).floor() as i64;
+                bins.entry(bin)
+                    .or_default()
+                    .push(10f64.powf(pixel[2] / 10.0));
+            }
+            let level = |(bin, powers): (i64, Vec<f64>)| {
+                let at = 1e-3 * step * (bin as f64 + 0.5);
+                Some([truth(at), 10.0 * mean(powers)?.log10()])
+            };
+            bins.into_iter().filter_map(level).collect::<Vec<_>>()
+        };
+        let lateral = within(&|x, z| (39.0..44.0).contains(&z) && x.abs() < 16.0);
+        let lateral = along(lateral, 0, 2.0, |x| Levels::level(x, 41e-3));
+        let axial = within(&|x, z| (13.0..37.0).contains(&z) && (-17.0..-11.5).contains(&x));
+        let axial = along(axial, 1, 1.0, |z| Levels::level(-14e-3, z));
         let fit = |pairs: &[[f64; 2]]| {
             let (truth, found): (Vec<f64>, Vec<f64>) = pairs.iter().map(|p| (p[0], p[1])).unzip();
             linearity(&truth, &found)
         };
-        let envelope = |pixels: Vec<(f64, f64, f64)>| -> Vec<f64> {
-            pixels.iter().map(|p| 10f64.powf(p.2 / 20.0)).collect()
+        let envelope = |pixels: &[[f64; 3]]| -> Vec<f64> {
+            pixels.iter().map(|p| 10f64.powf(p[2] / 20.0)).collect()
         };
-        let level =
-            |pixels: Vec<(f64, f64, f64)>| -> Vec<f64> { pixels.iter().map(|p| p.2).collect() };
+        let level = |pixels: &[[f64; 3]]| -> Vec<f64> { pixels.iter().map(|p| p[2]).collect() };
         let cysts = CYSTS.iter().map(|&([cx, cz], name)| {
             let far = move |x: f64, z: f64| (x - cx).hypot(z - cz);
-            let inside = || within(&|x, z| far(x, z) < CYST);
-            let ring = || within(&|x, z| (RING[0]..RING[1]).contains(&far(x, z)));
+            let inside = within(&|x, z| far(x, z) < CYST);
+            let ring = within(&|x, z| (RING[0]..RING[1]).contains(&far(x, z)));
             CystMeasure {
                 level: name,
-                contrast_db: contrast_ratio(&envelope(inside()), &envelope(ring())),
-                gcnr: gcnr(&level(inside()), &level(ring())),
-                cnr: cnr(&envelope(inside()), &envelope(ring())),
+                contrast_db: contrast_ratio(&envelope(&inside), &envelope(&ring)),
+                gcnr: gcnr(&level(&inside), &level(&ring)),
+                cnr: cnr(&envelope(&inside), &envelope(&ring)),
             }
         });
         let background = within(&|x, z| (2.0..3.5).contains(&x) && (14.0..36.0).contains(&z));
-        let key = &variant.key;
+        let (key, name, range) = (&variant.key, &variant.name, self.image.dynamic_range);
         Measured {
-            beamformer: key.clone(),
-            name: variant.name.clone(),
             axial: fit(&axial),
             lateral: fit(&lateral),
             cysts: cysts.collect(),
-            speckle_snr: speckle_snr(&envelope(background)),
+            speckle_snr: speckle_snr(&envelope(&background)),
             lateral_db: lateral,
             picture: picture(
                 format!("dynamic-range-{key}.png"),
-                format!(
-                    "{}: known levels over {} dB",
-                    variant.name, self.image.dynamic_range
-                ),
+                format!("{name}: known levels over {range} dB"),
                 shown,
                 grid,
             ),
+            beamformer: variant.key,
+            name: variant.name,
         }
     }
 
@@ -263,36 +238,24 @@ impl DynamicRange {
              Diffraction bends the axial gradient already with DAS.",
             self.half_window
         ))];
-        let views = all.iter().map(|m| View {
-            name: m.name.clone(),
-            pictures: vec![m.picture.clone()],
-        });
+        let views = all
+            .iter()
+            .map(|m| (m.name.clone(), vec![m.picture.clone()]));
         let mut grey = scales(self.image.dynamic_range);
         grey.truncate(1);
         parts.extend(SideBySide::of("dynamic-range", views, 0, Vec::new(), grey));
-        let offset = |m: &Measured| m.lateral_db.iter().map(|p| p[1]).fold(f64::MIN, f64::max);
-        parts.push(Section::Plots(vec![Plot {
-            caption:
-                "The lateral gradient: measured level over true level, each relative to its maximum"
-                    .into(),
-            x: "true level, dB",
-            y: "measured level, dB",
-            x_range: [-50.0, 0.0],
-            y_range: [-80.0, 5.0],
-            marks: Vec::new(),
-            curves: all
-                .iter()
-                .map(|m| Curve {
-                    name: m.name.clone().into(),
-                    featured: ["das", "esmv-rank1"].contains(&&m.beamformer[..]),
-                    points: m
-                        .lateral_db
-                        .iter()
-                        .map(|p| (p[0], Some(p[1] - offset(m))))
-                        .collect(),
-                })
-                .collect(),
-        }]));
+        let curve = |m: &Measured| {
+            let largest = m.lateral_db.iter().map(|p| p[1]).fold(f64::MIN, f64::max);
+            let featured = ["das", "esmv-rank1"].contains(&&m.beamformer[..]);
+            let points = m.lateral_db.iter().map(|p| (p[0], p[1] - largest));
+            Curve::new(m.name.clone(), featured, points)
+        };
+        parts.push(Section::Plots(vec![Plot::new(
+            "The lateral gradient: measured level over true level, each relative to its maximum",
+            ["true level, dB", "measured level, dB"],
+            [[-50.0, 0.0], [-80.0, 5.0]],
+            all.iter().map(curve),
+        )]));
         parts
     }
 }
