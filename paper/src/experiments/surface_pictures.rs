@@ -194,7 +194,7 @@ impl Scene {
         }
         let picture = Picture {
             pixels: self.pixels.view(),
-            pixel: GRID.pixel,
+            pixel: [GRID.pixel; 2],
             x0: GRID.x0,
             z0: GRID.z0,
             depth: GRID.z0,

@@ -13,7 +13,9 @@ const FLOOR_DB: f64 = -300.0;
 /// It is in decibels relative to the largest of all.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LateralProfile {
-    /// Beam positions, m, ascending.
+    /// Lateral positions of the beams, m, ascending.
+    ///
+    /// Of rays at the distance of the peak.
     pub x: Vec<f64>,
     /// Levels, dB, at most 0.
     pub level: Vec<f64>,
@@ -42,11 +44,21 @@ impl LateralProfile {
             .filter(|&k| maxima[k] > 0.0)
             .ok_or_else(|| Error::Data("lateral profile: every sample of the lines is 0".into()))?;
         let sample = largest(&beams[peak]).unwrap_or(0) as f64 + vertex(&beams[peak]);
+        let along = 0.5 * lines.c * (lines.t0 + sample / lines.fs);
+        let (x, peak_depth) = match &lines.rays {
+            None => (lines.beam_x.clone(), along),
+            Some(rays) => (
+                (lines.beam_x.iter().zip(&rays.angle))
+                    .map(|(x, angle)| x + along * angle.sin())
+                    .collect(),
+                rays.z[peak] + along * rays.angle[peak].cos(),
+            ),
+        };
         Ok(LateralProfile {
-            x: lines.beam_x.clone(),
+            x,
             level: re(&maxima, maxima[peak]),
             peak,
-            peak_depth: 0.5 * lines.c * (lines.t0 + sample / lines.fs),
+            peak_depth,
             maxima,
         })
     }

@@ -224,8 +224,9 @@ section! {
             /// Sub-lines of each line: 1, 2, 4, 8, 16 or 32 [default: by the recording; 1 for das of all depths]
             ///
             /// Sub-lines are directions within the cell of a line, which reaches half way to its neighbours. They share the
-            /// covariance of the line. With this flag, each sub-line is written. By default their number keeps a point between
-            /// two lines within 2.5 dB, and the line written is the largest of its sub-lines.
+            /// covariance of the line. With this flag, each sub-line is written. By default their number keeps the loss of a
+            /// point between two within 2 dB, and the line written is the largest of its sub-lines. The focus of compounded
+            /// transmits stays at the line, which adds a loss: `host-sim info` states the sum.
             sub_lines: Option<usize> = None, row("N");
             /// Angle from the first to the last line of a sector, rad [default: 1.5708]
             sector: f64 = std::f64::consts::FRAC_PI_2, row("RAD");
