@@ -6,5 +6,4 @@ pub mod measure;
 pub mod page;
 
 pub use bonebeam_files::{Error, Result};
-pub(crate) use bonebeam_report::parameters;
 pub use commands::run;

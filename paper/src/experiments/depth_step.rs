@@ -2,36 +2,25 @@
 //!
 //! Lines are beamformed at every second to fourth sample and interpolated.
 
-use ndarray::{Array2, Axis};
+use super::study::*;
+use ndarray::Axis;
 use num_complex::Complex;
-use serde::{Deserialize, Serialize};
 
-use crate::Result;
-use crate::measure::mean;
-use crate::measure::signed_distance::REGIONS;
 use bonebeam::image::DepthInterpolation;
-use bonebeam_drive::image::b_mode;
-use bonebeam_files::BeamformedLines;
 
-use super::common::bone::View;
-use super::common::pictures::ridges;
-use super::common::recording::recording;
-use super::common::variants::{Variant, lines_of};
-use super::outcome::{Section, Table, data, number};
 use super::vertebra_in_tissue::VertebraInTissue;
-use super::{Context, Experiment, Outcome, Overrides};
 
 /// The depth steps.
 const STEPS: [usize; 3] = [2, 3, 4];
 /// Grey levels from here on are the bright half.
 const BRIGHT: f32 = 127.5;
 
-/// Section `[depth_step]`: the vertebra in tissue of Fig. 3, default covariance.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct DepthStep {
-    /// The scene, its recording and its images.
-    scene: VertebraInTissue,
+parameters! {
+    /// Section `[depth_step]`: the vertebra in tissue of Fig. 3, default covariance.
+    DepthStep "depth_step" {
+        /// The scene, its recording and its images.
+        scene: VertebraInTissue = VertebraInTissue::default() => VertebraInTissue::validate;
+    }
 }
 
 /// Errors of one beamformer with one depth step.
@@ -51,10 +40,6 @@ struct StepError {
 }
 
 impl Experiment for DepthStep {
-    const NAME: &'static str = "depth_step";
-
-    const FLAGS: &'static [&'static str] = &["--mesh", "--keep"];
-
     fn quick() -> Self {
         DepthStep {
             scene: VertebraInTissue::quick(),
@@ -70,7 +55,7 @@ impl Experiment for DepthStep {
     }
 
     fn validate(&self) -> Result<()> {
-        self.scene.validate()
+        self.check()
     }
 
     fn run(&self, context: &Context<'_>) -> Result<Outcome> {

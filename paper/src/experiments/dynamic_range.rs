@@ -1,24 +1,11 @@
 //! True and measured contrast of each beamformer: points, gradients and cysts.
 
+use super::study::*;
 use std::collections::BTreeMap;
-
-use ndarray::Array2;
-use serde::Serialize;
 
 use crate::measure::contrast::{cnr, contrast_ratio, gcnr, speckle_snr};
 use crate::measure::linearity::{Linearity, linearity};
-use crate::measure::mean;
-use crate::{Result, parameters};
-use bonebeam_drive::config::Image;
-use bonebeam_drive::image::{PixelGrid, b_mode, grid_of_picture};
-use bonebeam_simulate::{Block, DynamicRange as Levels, Settings};
-
-use super::common::pictures::{picture, scales};
-use super::common::recording::recording;
-use super::common::variants::{Variant, lines_of};
-use super::common::{self, Receive};
-use super::outcome::{Curve, Picture, Plot, Section, SideBySide, Table, data, number};
-use super::{Context, Experiment, Outcome, Overrides};
+use bonebeam_simulate::{Block, DynamicRange as Levels};
 
 /// Dynamic range of the measured levels, dB; lower levels are not distinguished.
 const MEASURED: f64 = 120.0;
@@ -83,10 +70,6 @@ struct CystMeasure {
 }
 
 impl Experiment for DynamicRange {
-    const NAME: &'static str = "dynamic_range";
-
-    const FLAGS: &'static [&'static str] = &["--keep"];
-
     fn quick() -> Self {
         let full = DynamicRange::default();
         DynamicRange {

@@ -2,27 +2,10 @@
 //!
 //! They are three views of a lumbar spine under layers of tissue.
 
-use serde::Serialize;
+use super::study::*;
+use bonebeam_simulate::Bone;
 
-use crate::measure::signed_distance::Region;
-use crate::{Result, parameters};
-use bonebeam_drive::config::{Image, PhaseSymmetry};
-use bonebeam_drive::image::b_mode;
-use bonebeam_simulate::{
-    Bone, BoneSurface, Clutter, DiffuseClutter, NoiseSpectrum, Phantom, Settings,
-};
-
-use super::common::bone::{BoneMeasure, View};
-use super::common::brightness::Brightness;
 use super::common::layers::fill_layers;
-use super::common::pair::pair;
-use super::common::pictures::{ridges, scales};
-use super::common::recording::recording;
-use super::common::truth::beside;
-use super::common::variants::{Variant, lines_of};
-use super::common::{self, Receive, octaves};
-use super::outcome::{Picture, Section, SideBySide, Table, data, number, percent};
-use super::{Context, Covers, Experiment, Outcome, Overrides};
 
 /// Range of the muscle, lateral and in depth, m, for the bone's relative level.
 const LATERAL: [f64; 2] = [-18e-3, 18e-3];
@@ -132,12 +115,6 @@ struct Measured {
 }
 
 impl Experiment for Spine {
-    const NAME: &'static str = "spine";
-
-    const COVERS: Covers = Covers::figures(&[10, 11, 12]);
-
-    const FLAGS: &'static [&'static str] = &["--keep"];
-
     fn quick() -> Self {
         let full = Spine::default();
         Spine {

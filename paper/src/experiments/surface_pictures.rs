@@ -2,25 +2,17 @@
 //!
 //! The pictures are vertebrae and layers alone of the crate `bonebeam-draw`.
 
-use ndarray::{Array2, Axis, Slice};
+use super::study::*;
+use ndarray::{Axis, Slice};
 use rayon::prelude::*;
-use serde::Serialize;
 
-use crate::measure::surface::{Judged, Known};
-use crate::{Result, parameters};
 use bonebeam_draw::{Look, Picture as Drawn};
 use bonebeam_drive::config;
-use bonebeam_drive::image::PixelGrid;
 use bonebeam_drive::surface::{Picture, of_picture};
 use bonebeam_oracle::surface::Grey;
 
-use super::common::pictures::picture;
-use super::common::truth::{TOLERANCE, beside};
-use super::outcome::{Gallery, Scale, Section, Table, data, number};
-use super::parameters::within;
 use super::surface::detectors::{Answer, DEPTHS, DETECTORS, Detector, Kind, judged, of_grey};
 use super::surface::show::interval;
-use super::{Context, Experiment, Outcome, Overrides};
 
 /// The pixels: their centres, from half a pixel below the array on.
 const GRID: PixelGrid = PixelGrid {
@@ -76,8 +68,6 @@ struct PictureResult {
 }
 
 impl Experiment for SurfacePictures {
-    const NAME: &'static str = "surface_pictures";
-
     fn quick() -> Self {
         SurfacePictures {
             bones: 4,

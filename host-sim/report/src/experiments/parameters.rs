@@ -28,6 +28,10 @@ macro_rules! parameters {
             }
         }
 
+        impl $crate::experiments::Parameters for $type {
+            const NAME: &'static str = $section;
+        }
+
         impl $type {
             /// Checks each value that has a range.
             pub(crate) fn check(&self) -> $crate::Result<()> {

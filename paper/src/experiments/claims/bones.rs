@@ -1,24 +1,14 @@
 //! Pictures of the first bones: one disturbed scene each in water and in tissue.
 
-use crate::Result;
-use crate::experiments::Context;
-use crate::experiments::common::pair::pair;
-use crate::experiments::common::pictures::{ridges, scales};
-use crate::experiments::common::truth::beside;
-use crate::experiments::common::variants::Variant;
-use crate::experiments::outcome::{Section, SideBySide};
-
 use super::condition::Condition;
 use super::parameters::Claims;
 use super::pose::one;
+use crate::experiments::study::*;
 
 /// Number of bones shown.
 const SHOWN: u64 = 2;
 
 /// Pictures of the first bones with the paper's time windows.
-///
-/// # Errors
-/// A scene that cannot be simulated.
 pub fn shown(claims: &Claims, context: &Context<'_>) -> Result<Vec<Section>> {
     let mut parts = Vec::new();
     let first = claims.simulation.seed;

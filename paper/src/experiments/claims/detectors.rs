@@ -1,10 +1,7 @@
 //! Tables of the surface detectors.
 
+use crate::experiments::study::*;
 use std::ops::Range;
-
-use crate::experiments::common::interval::Interval;
-use crate::experiments::outcome::Table;
-use crate::measure::mean;
 
 use super::condition::{Condition, Medium};
 use super::judge::ClaimsResult;

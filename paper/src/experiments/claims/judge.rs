@@ -1,14 +1,10 @@
 //! Judges each claim by the scenes.
 
+use crate::experiments::study::*;
 use std::collections::{BTreeMap, BTreeSet};
 
-use serde::Serialize;
-
-use crate::Result;
-use crate::experiments::common::interval::{Interval, holm};
-use crate::experiments::common::variants::Variant;
-use crate::experiments::outcome::{Ruling, Verdict, number};
-use crate::measure::mean;
+use crate::experiments::common::interval::holm;
+use crate::experiments::outcome::{Ruling, Verdict};
 
 use super::condition::{Condition, Medium};
 use super::parameters::Claims;
@@ -88,9 +84,6 @@ impl Cell {
 }
 
 /// Judges every claim on the scenes.
-///
-/// # Errors
-/// A mesh that cannot be read.
 pub fn judge(scenes: Vec<SceneResult>, tuned: Vec<Tuned>, claims: &Claims) -> Result<ClaimsResult> {
     let numbers: BTreeSet<u64> = scenes.iter().map(|scene| scene.bone).collect();
     let bones = numbers.into_iter().map(|number| Bone::new(claims, number));

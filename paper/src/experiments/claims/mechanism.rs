@@ -2,19 +2,9 @@
 //!
 //! Parts of the rank-1 ESMV image replace those of the DAS image. The levels of the tissue are compared.
 
-use ndarray::Array2;
-use serde::{Deserialize, Serialize};
-
-use crate::Result;
-use crate::experiments::Context;
-use crate::experiments::common::bone::View;
 use crate::experiments::common::pair::pair as pictures;
-use crate::experiments::common::pictures::{ridges, scales};
-use crate::experiments::common::truth::{beside, precision};
-use crate::experiments::outcome::{Curve, Plot, Section, SideBySide};
+use crate::experiments::study::*;
 use crate::measure::contrast::moments;
-use crate::measure::mean;
-use bonebeam_drive::config::PhaseSymmetry;
 
 use super::condition::{Condition, Medium};
 use super::parameters::Claims;
@@ -63,10 +53,7 @@ fn zone_map(view: &View) -> Array2<Zone> {
     let mut map = Array2::from_elem((rows, columns), Zone::Rest);
     for (column, hit) in view.hits.iter().enumerate() {
         let Some(hit) = hit else { continue };
-        let near = SAME_DEPTH / pixel;
-        let first = (hit - near).ceil().max(0.0) as usize;
-        let last = ((hit + near) as usize).min(rows - 1);
-        for row in first..=last {
+        for row in view.near(*hit, SAME_DEPTH) {
             for c in column.saturating_sub(reach)..=(column + reach).min(columns - 1) {
                 map[[row, c]] = Zone::Halo;
             }
@@ -118,9 +105,6 @@ fn levels(image: &Array2<f32>, view: &View, map: &Array2<Zone>, zone: Zone) -> V
 }
 
 /// Scores of the mixed images of a scene; grey levels span `range` dB.
-///
-/// # Errors
-/// An image that phase symmetry does not accept.
 pub fn zones(
     view: &View,
     images: &[Beamformed],
@@ -160,9 +144,6 @@ pub fn zones(
 /// The figure of the first bone: one quiet scene in tissue.
 ///
 /// Nothing if quiet scenes in tissue are not selected.
-///
-/// # Errors
-/// A scene that cannot be simulated.
 pub fn shown(claims: &Claims, context: &Context<'_>) -> Result<Vec<Section>> {
     let condition = Condition::TissueQuiet;
     if !claims.wants(condition) {

@@ -17,9 +17,7 @@ mod show;
 mod statements;
 mod tuning;
 
-use crate::{Error, Result};
-
-use super::{Context, Covers, Experiment, Outcome, Overrides, common};
+use super::study::*;
 use condition::Condition;
 use judge::judge;
 pub use parameters::Claims;
@@ -31,16 +29,6 @@ use tuning::Tuned;
 const TUNED: u64 = (1 << 40) + 100;
 
 impl Experiment for Claims {
-    const NAME: &'static str = "claims";
-
-    const COVERS: Covers = Covers {
-        figures: &[],
-        tables: &[],
-        claims: true,
-    };
-
-    const FLAGS: &'static [&'static str] = &["--mesh", "--only", "--keep", "--merge"];
-
     /// Two bones, one to tune on, half the beams, one time window.
     fn quick() -> Self {
         let full = Claims::default();

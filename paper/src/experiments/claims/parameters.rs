@@ -1,15 +1,8 @@
 //! Parameters of the claims; their scenes and beamformers.
 
-use std::path::PathBuf;
-
 use super::condition::{Condition, Medium};
-use crate::experiments::common::variants::Variant;
-use crate::experiments::common::{Common, Receive};
-use crate::experiments::parameters::{level, positive, within};
-use crate::parameters;
-use bonebeam_drive::config::{Image, PhaseSymmetry};
-use bonebeam_files::settings::LENGTHS;
-use bonebeam_simulate::{BoneSurface, DiffuseClutter, NoiseSpectrum, Settings};
+use crate::experiments::common::Common;
+use crate::experiments::study::*;
 
 parameters! {
     /// Section `[claims]`.

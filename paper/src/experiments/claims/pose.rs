@@ -1,21 +1,10 @@
 //! The recordings of a bone, and the images of its scenes.
 
+use crate::experiments::study::*;
 use std::collections::{BTreeMap, BTreeSet};
 
-use ndarray::Array2;
-
-use crate::experiments::Context;
 use crate::experiments::common::aberration::aberrate;
-use crate::experiments::common::bone::View;
-use crate::experiments::common::variants::{Variant, lines_of};
-use crate::{Error, Result};
-use bonebeam_drive::config::{Image, PhaseSymmetry};
-use bonebeam_drive::image::b_mode;
-use bonebeam_files::{BeamformedLines, ChannelData, Samples};
-use bonebeam_simulate::{
-    self as simulate, Clutter, Layers, Outline, Phantom, Settings, Summation, Tissue, add_noise,
-    channel_data,
-};
+use bonebeam_simulate::{self as simulate, Layers, Summation, Tissue, add_noise, channel_data};
 
 /// Correlation of the aberration along the array: full width at half maximum, m.
 const ABERRATION_LENGTH: f64 = 3e-3;
@@ -102,9 +91,6 @@ pub struct Beamformed {
 
 impl Beamformed {
     /// B-mode over another dynamic range, dB.
-    ///
-    /// # Errors
-    /// A dynamic range that is not positive.
     pub fn over(&self, dynamic_range: f64, view: &View, median: bool) -> Result<Array2<f32>> {
         let made = b_mode(&self.lines, dynamic_range as f32, &view.grid, median)?;
         Ok(made.pixels)
@@ -113,9 +99,6 @@ impl Beamformed {
 
 impl<'a> Pose<'a> {
     /// Makes the bone of a number.
-    ///
-    /// # Errors
-    /// A bone that cannot be made.
     pub fn new(
         claims: &'a Claims,
         context: &'a Context<'a>,
@@ -141,9 +124,6 @@ impl<'a> Pose<'a> {
     }
 
     /// Passes the images of the selected scenes to `each`, one scene at a time.
-    ///
-    /// # Errors
-    /// A scene that cannot be simulated, or an error of `each`.
     pub fn images(
         &self,
         conditions: &[Condition],
@@ -324,9 +304,6 @@ impl Claims {
 }
 
 /// The images of one scene of a bone with one time window, for a figure.
-///
-/// # Errors
-/// A scene that cannot be simulated.
 pub fn one(
     claims: &Claims,
     context: &Context<'_>,

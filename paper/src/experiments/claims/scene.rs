@@ -1,20 +1,11 @@
 //! Measures of a scene.
 
-use ndarray::{Array2, ArrayView1};
-use serde::{Deserialize, Serialize};
+use crate::experiments::study::*;
+use ndarray::ArrayView1;
 
-use crate::experiments::common::bone::{BoneMeasure, FOUND, View};
-use crate::experiments::common::brightness::Brightness;
-use crate::experiments::common::kept::kept;
-use crate::experiments::common::pictures::{self, ridges};
-use crate::experiments::common::truth::TOLERANCE;
+use crate::experiments::common::bone::FOUND;
+use crate::experiments::common::pictures;
 use crate::experiments::surface::detectors::{DEPTHS, Detector, Frame, Kind, ONSET_PATH};
-use crate::measure::signed_distance::{REGIONS, Region};
-use crate::measure::surface::{Judged, Known, judge};
-use crate::{Error, Result};
-use bonebeam_drive::config::Image;
-use bonebeam_files::BeamformedLines;
-use bonebeam_simulate::Outline;
 
 use super::by_direction;
 use super::condition::{Condition, Medium};
@@ -95,9 +86,6 @@ pub fn read(data: &serde_json::Value) -> Result<Vec<SceneResult>> {
 /// Measures of the scenes of a bone.
 ///
 /// Kept results are read instead if they exist.
-///
-/// # Errors
-/// A scene that cannot be simulated.
 pub fn scenes(pose: &Pose<'_>, tuned: &[Tuned]) -> Result<Vec<SceneResult>> {
     let claims = pose.claims;
     let detector = Settings::DEFAULT;

@@ -1,11 +1,7 @@
 //! Tables, texts and pictures of the claims.
 
-use crate::Result;
-use crate::experiments::Outcome;
-use crate::experiments::common::bone::BoneMeasure;
-use crate::experiments::common::brightness::Brightness;
-use crate::experiments::outcome::{Ruling, Section, Table, data, number};
-use crate::measure::mean;
+use crate::experiments::outcome::Ruling;
+use crate::experiments::study::*;
 
 use super::condition::Condition;
 use super::detectors;
@@ -17,9 +13,6 @@ use super::scene::SceneMeasure;
 const MAIN: &str = "PS, tuned: average precision";
 
 /// The outcome of a result.
-///
-/// # Errors
-/// Numbers that cannot be written.
 pub fn outcome(
     result: &ClaimsResult,
     bones: Vec<Section>,

@@ -1,17 +1,9 @@
 //! Finds the best filter of phase symmetry for each beamformer and medium.
 
-use serde::{Deserialize, Serialize};
-
-use crate::Result;
-use crate::experiments::common::kept::kept;
-use crate::experiments::common::octaves;
-use crate::experiments::common::pictures::ridges;
-use crate::experiments::common::truth::precision;
-use bonebeam_drive::config::PhaseSymmetry;
-
 use super::by_direction;
 use super::condition::{Condition, Medium};
 use super::pose::{Beamformed, Images, Pose};
+use crate::experiments::study::*;
 
 /// Exponents of the finest and of the coarsest scale of [`SCALES`].
 const EVERY_SCALE: [i32; 2] = [1, 9];
@@ -92,9 +84,6 @@ impl Tuned {
 /// Scores of every filter on the scenes of a pose.
 ///
 /// Kept results are read instead if they exist.
-///
-/// # Errors
-/// A scene that cannot be simulated.
 pub fn scores(pose: &Pose<'_>) -> Result<Vec<Tuned>> {
     let key = format!("{:?} {}", pose.claims, pose.bone.number);
     kept(pose.context, "claims-tune", &key, || {

@@ -107,6 +107,13 @@ impl View {
         }
     }
 
+    /// Rows within a distance of a row with fractions, m.
+    pub fn near(&self, row: f64, distance: f64) -> std::ops::RangeInclusive<usize> {
+        let reach = distance / self.grid.pixel;
+        let first = (row - reach).ceil().max(0.0) as usize;
+        first..=((row + reach).floor() as usize).min(self.grid.rows - 1)
+    }
+
     /// Share of the selected columns whose surface is found, and mean extent there, mm.
     ///
     /// `wanted` selects a column by its surface (x, depth), m. The extent is that of the ridges along the axis.
@@ -115,7 +122,6 @@ impl View {
         pixels: &Array2<f32>,
         wanted: impl Fn(f64, f64) -> bool,
     ) -> (Option<f64>, Option<f64>) {
-        let reach = TOLERANCE / self.grid.pixel;
         let (mut columns, mut found, mut extent) = (0usize, 0usize, 0.0);
         for (column, hit) in self.hits.iter().enumerate() {
             let Some(row) = *hit else { continue };
@@ -125,9 +131,8 @@ impl View {
             }
             columns += 1;
             let values = pixels.column(column);
-            let first = (row - reach).ceil().max(0.0) as usize;
-            let last = ((row + reach).floor() as usize).min(values.len() - 1);
-            let Some(peak) = (first..=last).max_by(|&a, &b| values[a].total_cmp(&values[b])) else {
+            let near = self.near(row, TOLERANCE);
+            let Some(peak) = near.max_by(|&a, &b| values[a].total_cmp(&values[b])) else {
                 continue;
             };
             if values[peak] < FOUND {

@@ -1,12 +1,7 @@
 //! Report of the point: the paper's Fig. 2, and the dependence on beams and noise.
 
-use crate::Result;
-use crate::experiments::Outcome;
-use crate::experiments::common::pictures::scales;
-use crate::experiments::outcome::{
-    Column, Comparison, Curve, PaperComparison, Plot, Section, SideBySide, Table, View, data,
-    number,
-};
+use crate::experiments::outcome::View;
+use crate::experiments::study::*;
 
 use super::measure::{PhaseResult, PointSpreadResult, ProfileMeasure};
 
@@ -20,9 +15,6 @@ const FIRST: &str =
     "The paper says of Fig. 2(c) that most of the main lobe between 0 and -20 dB is gone.";
 
 /// The outcome of a result whose pictures show `range` dB.
-///
-/// # Errors
-/// Numbers that cannot be written.
 pub fn outcome(result: &PointSpreadResult, range: f64, views: Vec<View>) -> Result<Outcome> {
     let mut parts = vec![Section::Text(format!(
         "One point at the transmit focus of 15 mm, as in the paper's Fig. 2: (a) DAS, (b) ESMV with only the \

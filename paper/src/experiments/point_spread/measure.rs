@@ -1,12 +1,7 @@
 //! Profiles of the point and their measures.
 
-use serde::Serialize;
-
-use crate::Result;
-use crate::experiments::common::variants::Variant;
-use crate::measure::mean;
+use crate::experiments::study::*;
 use crate::measure::point::LateralProfile;
-use bonebeam_files::BeamformedLines;
 
 /// Levels of the widths, dB: the paper's, and that of the FWHM.
 const LEVELS: [f64; 2] = [-12.0, -6.0];

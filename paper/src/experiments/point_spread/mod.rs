@@ -5,18 +5,10 @@
 mod figures;
 mod measure;
 
-use crate::{Result, parameters};
-use bonebeam_drive::config::Image;
-use bonebeam_drive::image::{PixelGrid, b_mode};
-use bonebeam_files::BeamformedLines;
-use bonebeam_simulate::{Phantom, Settings, Summation, add_noise, channel_data};
+use super::study::*;
+use bonebeam_simulate::{Summation, add_noise, channel_data};
 
-use super::common::Receive;
-use super::common::pictures::picture;
-use super::common::variants::{Variant, lines_of};
 use super::outcome::View;
-use super::parameters::within;
-use super::{Context, Covers, Experiment, Outcome, Overrides};
 use measure::{PhaseResult, PointSpreadResult, SnrResult, measured};
 
 /// Half the shown depth, and half the width, m: the paper's 3 mm × 5 mm.
@@ -45,10 +37,6 @@ parameters! {
 }
 
 impl Experiment for PointSpread {
-    const NAME: &'static str = "point_spread";
-
-    const COVERS: Covers = Covers::figures(&[2]);
-
     fn quick() -> Self {
         PointSpread {
             phases: 4,

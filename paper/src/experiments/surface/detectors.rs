@@ -1,16 +1,11 @@
 //! The detectors that are compared: at most one answer per line.
 
-use ndarray::{Array2, ArrayView1, Axis, Slice};
+use crate::experiments::study::*;
+use ndarray::{ArrayView1, Axis, Slice};
 
-use crate::Result;
-use crate::experiments::common::octaves;
-use crate::experiments::common::pictures::ridges;
-use crate::measure::surface::{Judged, Known, judge};
-use bonebeam_drive::config::{self, Image, PhaseSymmetry};
-use bonebeam_drive::image::{b_mode, grid_of_picture};
+use bonebeam_drive::config;
 use bonebeam_drive::phase_symmetry::with_scales;
 use bonebeam_drive::surface::{of_lines, of_lines_with_coherence};
-use bonebeam_files::BeamformedLines;
 use bonebeam_oracle::surface::{
     Grey, Prices, change_of_level, foroughi, log_onset, onset, path, ramp, shadow_to_end,
 };
@@ -138,9 +133,6 @@ impl<'a> Frame<'a> {
     }
 
     /// The answers of a detector.
-    ///
-    /// # Errors
-    /// Lines that do not make an image.
     pub fn answers(&self, detector: Detector) -> Result<Vec<Answer>> {
         match detector.kind {
             Kind::PhaseSymmetry(scales) => self.ridges(scales),

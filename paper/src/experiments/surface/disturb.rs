@@ -1,13 +1,10 @@
 //! Disturbances of a recording: aberration, clutter, noise, a wrong speed of sound.
 
 use crate::experiments::common::aberration::aberrate;
-use crate::experiments::common::recording::rf;
-use crate::experiments::parameters::{level, positive};
-use crate::{Error, Result, parameters};
+use crate::experiments::study::*;
 use bonebeam_files::section::Value;
-use bonebeam_files::settings::LENGTHS;
-use bonebeam_files::{ChannelData, Transmits, choice};
-use bonebeam_simulate::{NoiseSpectrum, Settings, noise};
+use bonebeam_files::{Transmits, choice};
+use bonebeam_simulate::noise;
 
 choice! {
     /// Disturbance of a scene.

@@ -6,21 +6,11 @@ pub(super) mod detectors;
 pub(super) mod disturb;
 pub(super) mod show;
 
-use crate::{Result, parameters};
+use super::study::*;
 use bonebeam_drive::coherence::of_first_frame;
-use bonebeam_drive::config::Image;
-use bonebeam_files::settings::LENGTHS;
-use bonebeam_simulate::{Bone, Phantom, Settings};
-
-use crate::measure::surface::Known;
+use bonebeam_simulate::Bone;
 
 use super::common::layers::fill_layers;
-use super::common::recording::recording;
-use super::common::truth::TOLERANCE;
-use super::common::variants::{Variant, lines_of};
-use super::common::{self, Receive};
-use super::parameters::{positive, within};
-use super::{Context, Experiment, Outcome, Overrides};
 use detectors::{Answer, DEPTHS, DETECTORS, Frame, METHODS};
 use disturb::{Condition, Disturbances};
 use show::{FAMILIES, SceneResult};
@@ -76,10 +66,6 @@ impl Answered {
 }
 
 impl Experiment for Surface {
-    const NAME: &'static str = "surface";
-
-    const FLAGS: &'static [&'static str] = &["--keep"];
-
     fn quick() -> Self {
         let full = Surface::default();
         Surface {

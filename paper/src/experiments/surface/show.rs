@@ -1,15 +1,9 @@
 //! The tables of the detectors.
 
-use crate::Result;
-use crate::experiments::Outcome;
-use crate::experiments::common::interval::Interval;
-use crate::experiments::outcome::{Section, Table, data, number};
-use crate::measure::surface::Judged;
-
 use super::detectors::DETECTORS;
 use super::disturb::Condition;
+use crate::experiments::study::*;
 use bonebeam_simulate::Bone;
-use serde::Serialize;
 
 /// The views, and the same layers without bone.
 pub const FAMILIES: [(&str, Option<Bone<'static>>); 4] = [
@@ -29,9 +23,6 @@ pub struct SceneResult {
 }
 
 /// The outcome of all scenes.
-///
-/// # Errors
-/// Numbers that cannot be written.
 pub fn outcome(seeds: u64, results: &[SceneResult]) -> Result<Outcome> {
     let tables = Condition::ALL
         .map(|condition| table(condition, results))

@@ -1,19 +1,10 @@
 //! Report of the vertebra in tissue: the paper's Fig. 3 and its measures.
 
-use crate::Result;
-use crate::experiments::Outcome;
-use crate::experiments::common::bone::BoneMeasure;
-use crate::experiments::common::brightness::Brightness;
-use crate::experiments::common::pictures::scales;
-use crate::experiments::outcome::{Section, SideBySide, Table, data, number, percent};
-
 use super::VertebraInTissue;
 use super::measure::{TissueMeasure, TissueResult};
+use crate::experiments::study::*;
 
 /// The outcome of a result.
-///
-/// # Errors
-/// Numbers that cannot be written.
 pub fn outcome(
     result: &TissueResult,
     settings: &VertebraInTissue,

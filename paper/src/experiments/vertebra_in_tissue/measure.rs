@@ -1,19 +1,8 @@
 //! The measures of the vertebra in tissue.
 
-use serde::Serialize;
-
 use super::{TISSUE, VertebraInTissue};
-use crate::Result;
-use crate::experiments::common::bone::{BoneMeasure, View};
-use crate::experiments::common::brightness::Brightness;
-use crate::experiments::common::pair::pair;
-use crate::experiments::common::pictures::ridges;
-use crate::experiments::common::variants::Variant;
-use crate::experiments::outcome::Picture;
+use crate::experiments::study::*;
 use crate::measure::contrast::{cnr, gcnr, moments, speckle_snr};
-use crate::measure::signed_distance::Region;
-use bonebeam_drive::image::b_mode;
-use bonebeam_files::BeamformedLines;
 
 /// The paper's boxes: side of the middle, and depths, m.
 const BOXES: [(&str, f64, [f64; 2]); 2] = [("A", -1.0, [26e-3, 29e-3]), ("B", 1.0, [23e-3, 26e-3])];

@@ -3,24 +3,9 @@
 mod figures;
 mod measure;
 
-use std::path::PathBuf;
+use super::study::*;
+use bonebeam_simulate::{Block, Bone, Layers, PAPER_DENSITY};
 
-use crate::measure::signed_distance::REGIONS;
-use crate::{Result, parameters};
-use bonebeam_drive::config::{Image, PhaseSymmetry};
-use bonebeam_files::settings::LENGTHS;
-use bonebeam_simulate::{
-    Block, Bone, BoneSurface, Clutter, DiffuseClutter, Layers, PAPER_DENSITY, Phantom, Settings,
-};
-
-use super::common::bone::View;
-use super::common::brightness::Brightness;
-use super::common::recording::recording;
-use super::common::truth::beside;
-use super::common::variants::{Variant, lines_of};
-use super::common::{self, Receive};
-use super::parameters::{level, positive};
-use super::{Context, Covers, Experiment, Outcome, Overrides};
 use measure::TissueResult;
 
 /// Block of tissue: from and to, lateral and in depth, m.
@@ -66,12 +51,6 @@ parameters! {
 }
 
 impl Experiment for VertebraInTissue {
-    const NAME: &'static str = "vertebra_in_tissue";
-
-    const COVERS: Covers = Covers::figures(&[3]);
-
-    const FLAGS: &'static [&'static str] = &["--mesh", "--keep"];
-
     /// Half the beams at 40 MHz, and a slab of fewer scatterers.
     fn quick() -> Self {
         let full = VertebraInTissue::default();

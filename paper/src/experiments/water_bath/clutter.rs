@@ -2,23 +2,15 @@
 //!
 //! The level is fitted to one number of the paper.
 
-use ndarray::{Array2, Zip};
-use serde::Serialize;
+use crate::experiments::study::*;
+use ndarray::Zip;
 
-use crate::experiments::Context;
-use crate::experiments::common::pictures::ridges;
-use crate::experiments::common::recording::{recording, rf};
-use crate::experiments::outcome::{Section, Table, number};
-use crate::measure::signed_distance::{Region, measure};
-use crate::{Error, Result};
-use bonebeam_drive::image::b_mode;
-use bonebeam_files::{BeamformedLines, ChannelData, Samples};
-use bonebeam_simulate::{Clutter, DiffuseClutter, Phantom, Settings, add_noise, decorrelate};
+use bonebeam_simulate::{add_noise, decorrelate};
 
-use super::comparisons::PAPER;
 use super::contour::{self, Row};
 use super::parameters::{FEATURED, Shadow, WaterBath};
 use super::specimen::Specimen;
+use crate::experiments::common::beamformers::TABLE_ONE;
 
 /// Scatterers on bone in the two slices, per m²: the paper's.
 const ON_BONE: f64 = 200e6;
@@ -62,9 +54,6 @@ impl WaterBath {
     }
 
     /// Bone and clutter of a slice.
-    ///
-    /// # Errors
-    /// A slice that cannot be simulated.
     pub fn record(&self, k: usize, specimen: &Specimen, context: &Context<'_>) -> Result<Recorded> {
         let all = specimen.scatterers(ON_BONE, Some((&self.bone, self.simulation.seed)))?;
         let bare = self.phantom(specimen, &all, self.slices[k]);
@@ -202,9 +191,6 @@ impl WaterBath {
     }
 
     /// The law of the clutter with its level.
-    ///
-    /// # Errors
-    /// As [`WaterBath::level`].
     pub fn law(&self, recorded: &Recorded, distance: &Array2<f64>) -> Result<DiffuseClutter> {
         let scanner = self.scanner_of(recorded.slice);
         let coherence = self.clutter.coherence.unwrap_or(f64::INFINITY);
@@ -217,9 +203,6 @@ impl WaterBath {
     /// Measures a slice with every shadow to try.
     ///
     /// The first slice fits the levels, except that of the images, whose law is known.
-    ///
-    /// # Errors
-    /// A slice that cannot be beamformed.
     pub fn try_shadows(
         &self,
         recorded: &Recorded,
@@ -304,7 +287,12 @@ pub fn sections(bath: &WaterBath, law: &DiffuseClutter, rows: &[Tried]) -> Vec<S
 }
 
 fn table(rows: &[Tried]) -> Table {
-    let mut cells = vec![paper()];
+    let mut paper = vec!["the paper".to_owned(), String::new(), String::new()];
+    for [.., c] in &TABLE_ONE {
+        let slices = [0, 1].into_iter();
+        paper.extend(slices.flat_map(|slice| c.map(|slices| number(Some(slices[slice])))));
+    }
+    let mut cells = vec![paper];
     for row in rows {
         let Shadow {
             coherence,
@@ -329,12 +317,4 @@ fn table(rows: &[Tried]) -> Table {
     let slices = ["US 1, DAS", "US 2, DAS", "PS 1, DAS", "PS 2, DAS"];
     let slices = slices.into_iter().flat_map(|slice| [slice, "rank 1"]);
     Table::new(title, first.into_iter().chain(slices).collect(), cells)
-}
-
-/// The paper's row.
-fn paper() -> Vec<String> {
-    let mut line = vec!["the paper".to_owned(), String::new(), String::new()];
-    let slices = PAPER.iter().flatten();
-    line.extend(slices.flatten().map(|[.., c]| number(Some(*c))));
-    line
 }

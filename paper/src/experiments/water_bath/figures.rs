@@ -3,16 +3,13 @@
 //! They are images with the contour, colour maps and curves by distance, Table I, its sources of error, image lines, and
 //! the volumes for other programs.
 
+use crate::experiments::study::*;
 use ndarray::{Array3, ShapeBuilder};
-use serde::Serialize;
 
-use crate::experiments::Outcome;
-use crate::experiments::outcome::{Attachment, Section, Table, data, number};
+use crate::experiments::outcome::Attachment;
 use crate::measure::contrast::moments;
 use crate::measure::registration::expected_fiducial_error;
-use crate::{Error, Result};
 use bonebeam_files::{nifti, ply};
-use bonebeam_simulate::DiffuseClutter;
 
 use super::clutter::{self, Tried};
 use super::comparisons::{line_comparisons, table_one};
@@ -68,9 +65,6 @@ const CONTRADICTIONS: &str = "The paper contradicts itself. For PS of slice 1 it
      text on Fig. 9a repeats the figures of Fig. 8a.";
 
 /// The outcome.
-///
-/// # Errors
-/// A picture or a volume that cannot be written.
 pub fn outcome(found: Found<'_>) -> Result<Outcome> {
     let every = Sources::every();
     let registrations = every.iter().filter(|s| !s.threshold);

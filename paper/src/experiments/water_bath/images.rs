@@ -1,19 +1,16 @@
 //! Recordings of the water bath and their images: the sweep and the two slices.
 
+use crate::experiments::study::*;
 use rayon::prelude::*;
 
-use crate::Result;
-use crate::experiments::Context;
+use crate::experiments::common::Checking;
 use crate::experiments::common::lines::beamform_by;
-use crate::experiments::common::pictures::{Pair, Studio};
-use crate::experiments::common::recording::recording;
-use crate::experiments::common::{Checking, Receive};
+use crate::experiments::common::pictures::Studio;
 use crate::measure::registration::Point;
 use bonebeam_drive::check::Check;
-use bonebeam_drive::image::{PixelGrid, b_mode};
 use bonebeam_drive::methods::{COMPARED, ComparedMethod};
-use bonebeam_files::{BeamformedLines, ChannelData, Transmits};
-use bonebeam_simulate::{Phantom, Scatterer, Settings};
+use bonebeam_files::Transmits;
+use bonebeam_simulate::Scatterer;
 
 use super::parameters::{FEATURED, METHODS, WaterBath};
 use super::specimen::Specimen;
@@ -171,9 +168,6 @@ impl WaterBath {
     }
 
     /// The images of a slice's recording.
-    ///
-    /// # Errors
-    /// Lines that do not make an image.
     pub fn images(&self, k: usize, data: &ChannelData, context: &Context<'_>) -> Result<Images> {
         let (common, progress) = (context.common, context.progress);
         let what = format!("water bath: slice {}", k + 1);

@@ -2,18 +2,15 @@
 //!
 //! Table I under every combination of sources, curves by distance, image lines, and repeated registrations.
 
-use ndarray::Array2;
+use crate::experiments::study::*;
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
 use rayon::prelude::*;
-use serde::Serialize;
 
-use crate::Result;
-use crate::experiments::common::pictures::{Pair, outline_mm};
-use crate::experiments::outcome::Picture;
+use crate::experiments::common::pictures::outline_mm;
 use crate::measure::line::Line;
-use crate::measure::registration::{Point, Rigid};
-use crate::measure::signed_distance::{REGIONS, distribution, measure};
+use crate::measure::registration::{Point, Rigid, fiducial_error};
+use crate::measure::signed_distance::distribution;
 use bonebeam_simulate::complex_gaussian;
 
 use super::contour::{self, Row, Sources};
@@ -188,7 +185,7 @@ impl WaterBath {
         let noisy = (0..DRAWS).map(|_| picks.iter().map(&mut shifted).collect());
         let noisy: Vec<Vec<Point>> = noisy.collect();
         let results = noisy.par_iter().map(|us| {
-            let way = Rigid::register(&ct.picks, us)?;
+            let way = Rigid::of_landmarks(&ct.picks, us)?;
             let mut errors = [Vec::new(), Vec::new()];
             for k in 0..2 {
                 let grid = contour::thinned(&slices[k].grid, THINNED);
@@ -201,7 +198,7 @@ impl WaterBath {
                     errors[k].push([error(0), error(1)]);
                 }
             }
-            Ok((1e3 * way.fiducial_error(&ct.picks, us), errors))
+            Ok((1e3 * fiducial_error(&way, &ct.picks, us), errors))
         });
         let (fre_mm, error_mm) = results.collect::<Result<Vec<_>>>()?.into_iter().unzip();
         Ok(Draws { fre_mm, error_mm })

@@ -16,11 +16,9 @@ mod registration;
 mod specimen;
 mod sweep;
 
-use crate::Result;
+use super::study::*;
 use bonebeam_files::terminal::warn;
 
-use super::common;
-use super::{Context, Covers, Experiment, Outcome, Overrides};
 use contour::Sources;
 use parameters::Shadow;
 pub use parameters::WaterBath;
@@ -28,15 +26,6 @@ use registration::{Ct, Registrations};
 use specimen::Specimen;
 
 impl Experiment for WaterBath {
-    const NAME: &'static str = "water_bath";
-    const COVERS: Covers = Covers {
-        figures: &[4, 5, 6, 7, 8, 9],
-        tables: &[1],
-        claims: false,
-    };
-
-    const FLAGS: &'static [&'static str] = &["--mesh", "--keep"];
-
     /// Coarse parameters for a first run.
     ///
     /// Every fourth beam, half the volume's slices, pixels and voxels of twice the size, a thin slab.

@@ -1,16 +1,7 @@
 //! The parameters of the water bath.
 
-use std::path::PathBuf;
-
-use serde::{Deserialize, Serialize};
-
-use crate::experiments::common::Receive;
-use crate::experiments::parameters::{level, positive, within};
+use crate::experiments::study::*;
 use crate::measure::registration::Point;
-use crate::{Result, parameters};
-use bonebeam_drive::config::Image;
-use bonebeam_files::settings::{LENGTHS, out_of_range};
-use bonebeam_simulate::{BoneSurface, DiffuseClutter, Settings};
 
 /// The paper's threshold, HU.
 pub const THRESHOLD: f64 = -524.0;

@@ -1,7 +1,7 @@
 //! Pictures and plots of the water bath's slices.
 
-use crate::experiments::common::pictures::{Pair, scales};
-use crate::experiments::outcome::{Coloured, Curve, Picture, Plot, Section, SideBySide};
+use crate::experiments::outcome::Coloured;
+use crate::experiments::study::*;
 use bonebeam_drive::methods::COMPARED;
 
 use super::images::Images;

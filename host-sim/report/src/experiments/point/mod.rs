@@ -60,8 +60,6 @@ pub struct Sampling {
 }
 
 impl Experiment for Point {
-    const NAME: &'static str = "point";
-
     fn quick() -> Self {
         let mut point = Point::default();
         (point.image.rows, point.image.columns) = (Some(256), Some(256));

@@ -15,7 +15,7 @@ use super::common::lines::beamform_all;
 use super::common::pictures::Studio;
 use super::common::{self, Receive};
 use super::parameters::positive;
-use super::{Context, Experiment, Outcome, Overrides};
+use super::{Context, Experiment, Outcome, Overrides, Parameters};
 use measure::measured;
 
 parameters! {
@@ -53,8 +53,6 @@ parameters! {
 }
 
 impl Experiment for Vertebra {
-    const NAME: &'static str = "vertebra";
-
     /// A quarter of the beams, recorded at 40 MHz.
     fn quick() -> Self {
         let mut vertebra = Vertebra::default();
