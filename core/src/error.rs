@@ -120,6 +120,7 @@ impl Error {
 
 /// A short text in fixed memory: [`Error::words`].
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Words {
     bytes: [u8; 160],
     length: usize,

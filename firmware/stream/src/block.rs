@@ -27,7 +27,9 @@ pub struct Header {
     pub beam: u16,
     /// Faults of the acquisition.
     pub overflow: Overflow,
-    /// A number that differs between two starts of the front end, such as a count of its resets; 0 if it has none.
+    /// A number that differs between two starts of the front end.
+    ///
+    /// Such as a count of its resets; 0 if it has none.
     pub start: u8,
 }
 

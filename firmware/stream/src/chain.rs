@@ -94,7 +94,7 @@ impl<'m, P: Probe, const LINES: usize> Chain<'m, P, LINES> {
         })
     }
 
-    /// The same chain with another frame of its plan: with coherence, pooling or tables of gains.
+    /// The same chain with coherence, pooling or tables of gains.
     ///
     /// ```
     /// # use bonebeam::memory::Memory;
