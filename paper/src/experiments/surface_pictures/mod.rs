@@ -59,10 +59,7 @@ impl Default for SurfacePictures {
             bones: 12,
             pictures: 2,
             seed: 1,
-            surface: config::Surface {
-                terms: true,
-                ..config::Surface::default()
-            },
+            surface: config::Surface::default(),
         }
     }
 }
