@@ -48,6 +48,26 @@ static void print(const char *name, const float *values, int count, const char *
     printf("%s %08" PRIx32 "%08" PRIx32 "%s", name, (uint32_t)(hash >> 32), (uint32_t)hash, end);
 }
 
+/* A field outside its range is named, and needs no bytes. */
+static int names(bonebeam_frame_parameters parameters, const char *name, double value, const char *expected) {
+    bonebeam_refusal refusal;
+    return bonebeam_frame_check(&parameters, &refusal) == BONEBEAM_STATUS_PARAMETER && strcmp(refusal.name, name) == 0 &&
+           refusal.value == value && strcmp(refusal.expected, expected) == 0 && bonebeam_frame_bytes(&parameters) == 0;
+}
+
+static int refusals(const bonebeam_frame_parameters *parameters) {
+    bonebeam_frame_parameters fewer = *parameters, gate = *parameters, image = *parameters;
+    fewer.scan.aperture.min_elements = ELEMENTS + 1;
+    gate.scan.gate_from = 9e-3;
+    gate.scan.gate_to = 8e-3;
+    image.image.rows = 100;
+    bonebeam_refusal none;
+    return bonebeam_frame_check(parameters, &none) == BONEBEAM_STATUS_OK && none.name[0] == 0 &&
+           names(fewer, "min_elements", ELEMENTS + 1, "at most the number of elements") &&
+           names(gate, "depth gate's end", 8e-3, "a depth in metres below the gate's start") &&
+           names(image, "image rows", 100, "a power of two: 64, 128, 256, 512 or 1024");
+}
+
 static bonebeam_status run(void) {
     const double scales[] = {1.0 / 8.0, 1.0 / 16.0, 1.0 / 32.0};
     const bonebeam_axis lines = {-31.5 * 0.15e-3, 0.15e-3, LINES};
@@ -77,6 +97,7 @@ static bonebeam_status run(void) {
         .surface_to = INFINITY,
         .surface_coherence = 0.4e-3,
     };
+    if (!refusals(&parameters)) return BONEBEAM_STATUS_OTHER;
     bonebeam_frame *frame;
     bonebeam_status status = bonebeam_frame_new(memory, sizeof memory, &parameters, &frame);
     for (int k = 0; k < LINES && status == BONEBEAM_STATUS_OK; k++) {

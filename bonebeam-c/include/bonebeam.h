@@ -380,6 +380,16 @@ typedef struct {
   double surface_coherence;
 } bonebeam_frame_parameters;
 
+/// The field for which a configuration is refused.
+typedef struct {
+  /// The field's name, ended by 0; empty if no field is at fault.
+  char name[48];
+  /// Its value, or 0.
+  double value;
+  /// The accepted values in words, ended by 0; empty of a length or a capacity.
+  char expected[112];
+} bonebeam_refusal;
+
 /// One transmit of a scan of RF.
 typedef struct {
   /// The transmitted wave.
@@ -543,6 +553,12 @@ size_t bonebeam_frame_bytes(const bonebeam_frame_parameters *parameters);
 
 /// Returns the bytes of a frame of I/Q.
 size_t bonebeam_frame_iq_bytes(const bonebeam_frame_parameters *parameters);
+
+/// Checks the configuration of a frame of RF: why `bonebeam_frame_new` refuses it.
+bonebeam_status bonebeam_frame_check(const bonebeam_frame_parameters *parameters, bonebeam_refusal *refusal);
+
+/// Checks the configuration of a frame of I/Q, as `bonebeam_frame_check`.
+bonebeam_status bonebeam_frame_iq_check(const bonebeam_frame_parameters *parameters, bonebeam_refusal *refusal);
 
 /// Places a frame of RF in `memory`.
 bonebeam_status bonebeam_frame_new(void *memory,

@@ -1,8 +1,8 @@
 //! Beamformers: from aligned samples to a line.
 
 use crate::image::product;
-use crate::memory::{Output, array, bytes_of, complex, new, one, one_mut, sum};
-use crate::status::{Status, chosen, status};
+use crate::memory::{Output, array, bytes_of, complex, new, one, one_mut, possible, sum};
+use crate::status::{Refused, Status, chosen, status};
 use crate::vectors::V;
 use crate::workspace::{workspace, workspace_bytes};
 use crate::{Complex, Range};
@@ -75,18 +75,28 @@ impl BeamformParameters {
     ///
     /// # Safety
     /// Keys and names are strings that end with a zero, and there are `count` numbers.
-    pub(crate) unsafe fn core(&self) -> Result<beamform::Parameters, Status> {
+    pub(crate) unsafe fn core(&self) -> Result<beamform::Parameters, Refused> {
         // SAFETY: by the caller's promise.
         let (method, postfilter, apodization, numbers) = unsafe {
             (
-                choice(self.method, Method::EXAMPLES, Method::key)?,
+                choice("method", self.method, Method::EXAMPLES, Method::key)?,
                 match self.postfilter.is_null() {
                     true => Postfilter::None,
-                    false => choice(self.postfilter, Postfilter::EXAMPLES, Postfilter::key)?,
+                    false => choice(
+                        "postfilter",
+                        self.postfilter,
+                        Postfilter::EXAMPLES,
+                        Postfilter::key,
+                    )?,
                 },
                 match self.apodization.is_null() {
                     true => Apodization::None,
-                    false => choice(self.apodization, Apodization::EXAMPLES, Apodization::key)?,
+                    false => choice(
+                        "apodization",
+                        self.apodization,
+                        Apodization::EXAMPLES,
+                        Apodization::key,
+                    )?,
                 },
                 match self.count {
                     0 => &[],
@@ -99,7 +109,11 @@ impl BeamformParameters {
         }
         let mut parameters = beamform::Parameters {
             method: method.with_argument(self.argument),
-            covariance: chosen(self.covariance, &[Core::ForwardBackward, Core::Forward])?,
+            covariance: chosen(
+                "covariance",
+                self.covariance,
+                &[Core::ForwardBackward, Core::Forward],
+            )?,
             postfilter,
             apodization,
             sub_lines: self.sub_lines.max(1),
@@ -107,7 +121,11 @@ impl BeamformParameters {
         };
         for number in numbers {
             // SAFETY: by the caller's promise.
-            let row = unsafe { choice(number.name, beamform::Parameters::TABLE, |row| row.name)? };
+            let row = unsafe {
+                choice("numbers", number.name, beamform::Parameters::TABLE, |row| {
+                    row.name
+                })?
+            };
             row.check(number.value)?;
             parameters.set(row.name, number.value);
         }
@@ -118,12 +136,13 @@ impl BeamformParameters {
     ///
     /// # Safety
     /// As [`BeamformParameters::core`].
-    unsafe fn plan(&self, elements: usize) -> Result<(Beamformer, Sizes), Status> {
+    unsafe fn plan(&self, elements: usize) -> Result<(Beamformer, Sizes), Refused> {
         // SAFETY: by the caller's promise.
         let beamformer = Beamformer::new(unsafe { self.core()? })?;
         // Directions belong to a scan.
         if self.sub_lines > 1 {
-            return Err(Status::Parameter);
+            let expected = "1: directions belong to a scan";
+            return Err(Refused::field("sub_lines", self.sub_lines as f64, expected));
         }
         Ok((beamformer, beamformer.sizes(elements)))
     }
@@ -134,16 +153,21 @@ impl BeamformParameters {
 /// # Safety
 /// If `text` is not null, it is a string that ends with a zero.
 unsafe fn choice<T>(
+    name: &'static str,
     text: *const c_char,
     rows: impl IntoIterator<Item = T>,
     key: fn(&T) -> &'static str,
-) -> Result<T, Status> {
+) -> Result<T, Refused> {
     // SAFETY: by the caller's promise.
     let text = unsafe { CStr::from_ptr(one(text)?) };
     let row = rows
         .into_iter()
         .find(|row| key(row).as_bytes() == text.to_bytes());
-    row.ok_or(Status::Parameter)
+    row.ok_or(Refused::field(
+        name,
+        0.0,
+        "a name of the tables of docs/numerics.md",
+    ))
 }
 
 /// An aperture that grows with depth.
@@ -205,7 +229,7 @@ pub unsafe extern "C" fn bonebeam_beamformer_bytes(
     let bytes = || unsafe {
         let (_, sizes) = one(parameters)?.plan(elements)?;
         let workspace = workspace_bytes(sizes.need());
-        Ok::<_, Status>(sum(&[bytes_of::<BeamformerObject>(1), workspace]))
+        possible(sum(&[bytes_of::<BeamformerObject>(1), workspace]))
     };
     bytes().unwrap_or(0)
 }

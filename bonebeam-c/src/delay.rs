@@ -4,9 +4,9 @@
 
 use crate::image::product;
 use crate::iq::{Interpolation, Layout};
-use crate::memory::{Output, array, bytes_of, new, one, one_mut, sum};
+use crate::memory::{Output, array, bytes_of, new, one, one_mut, possible, sum};
 use crate::scan_line::ScanLine;
-use crate::status::{Status, status};
+use crate::status::{Refused, Status, status};
 use crate::vectors::{LANES, zero};
 use crate::{Complex, Range};
 use bonebeam::Error;
@@ -74,14 +74,14 @@ impl DelayParameters {
         }
     }
 
-    pub(crate) fn iq_input(&self) -> Result<IqInput, Status> {
+    pub(crate) fn iq_input(&self) -> Result<IqInput, Refused> {
         Ok(IqInput {
             demodulation_frequency: self.frequency,
             interpolation: Some(Interpolation::core(self.interpolation)?),
         })
     }
 
-    pub(crate) fn iq(&self) -> Result<Iq, Status> {
+    pub(crate) fn iq(&self) -> Result<Iq, Refused> {
         Ok(Iq {
             sound_speed: self.sound_speed,
             sampling_rate: self.sampling_rate,
@@ -121,9 +121,9 @@ pub(crate) static ANY: Delay = match Delay::new(Rf {
 };
 
 impl DelayStage {
-    fn set(&mut self, parameters: &DelayParameters) -> Result<(), Status> {
+    fn set(&mut self, parameters: &DelayParameters) -> Result<(), Refused> {
         if parameters.rf().need(LANES).real > self.scratch.len() {
-            return Err(Status::Storage);
+            return Err(Status::Storage.into());
         }
         Ok(parameters.set(self.stage)?)
     }
@@ -136,7 +136,7 @@ impl DelayStage {
         rf: *const f32,
         block: Range,
         out: *mut Complex,
-    ) -> Result<(), Status> {
+    ) -> Result<(), Refused> {
         let DelayStage { stage, scratch } = self;
         let p = stage.parameters();
         // SAFETY: by the caller's promise. The stage has checked that the product is possible.
@@ -148,7 +148,9 @@ impl DelayStage {
         };
         let record = Record::new(rf, p.elements)?;
         let need = p.block_need(LANES, block.count).real;
-        let scratch = scratch.get_mut(..need).ok_or(Status::Capacity)?;
+        let scratch = scratch
+            .get_mut(..need)
+            .ok_or(Refused::Of(Status::Capacity))?;
         Ok(stage.block(zero(), &line, &record, block.first, scratch, out)?)
     }
 }
@@ -157,14 +159,16 @@ impl DelayStage {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_delay_bytes(parameters: *const DelayParameters) -> usize {
     // SAFETY: by the caller's promise.
-    unsafe { one(parameters) }.map_or(0, |parameters| {
-        let scratch = parameters.rf().need(LANES).real;
-        sum(&[
+    let bytes = || unsafe {
+        let parameters = one(parameters)?.rf();
+        parameters.check()?;
+        possible(sum(&[
             bytes_of::<DelayStage>(1),
             bytes_of::<Delay>(1),
-            bytes_of::<f32>(scratch),
-        ])
-    })
+            bytes_of::<f32>(parameters.need(LANES).real),
+        ]))
+    };
+    bytes().unwrap_or(0)
 }
 
 /// Places a delay stage for RF in `memory`.
@@ -275,7 +279,7 @@ pub unsafe extern "C" fn bonebeam_rf_counts(
     status(|| unsafe {
         let samples = block.samples();
         if samples.end > record_samples {
-            return Err(Status::Capacity);
+            return Err(Status::Capacity.into());
         }
         // Steps of the counts from element to element, and from sample to sample.
         let (element, sample) = match Layout::core(layout)? {

@@ -2,19 +2,19 @@
 
 use crate::delay::ANY;
 use crate::frame_parameters::FrameParameters;
-use crate::memory::{Bytes, Output, bytes_of, new, one, one_mut, sum};
+use crate::memory::{Bytes, Output, bytes_of, new, one, one_mut, possible, sum};
 use crate::planned::{Over, Planned};
 use crate::scan::{IqWave, RfWave};
-use crate::status::{Status, status};
+use crate::status::{Refusal, Refused, Status, status};
 use crate::vectors::LANES;
 use crate::workspace::{need_bytes, scratch};
 use crate::{Axis, Complex};
 use bonebeam::delay::{Delay, IqDelay};
 use bonebeam::memory::{Need, Scratch};
-use bonebeam::phase_symmetry::{self, PhaseSymmetry, Sizes};
+use bonebeam::phase_symmetry::Sizes;
 use bonebeam::pipeline::Input;
 use bonebeam::surface::{self, Detector};
-use bonebeam::{Parameters, Pipeline};
+use bonebeam::{Parameters, Pipeline, geometry};
 use core::ffi::c_void;
 
 /// The surface in a line.
@@ -72,7 +72,7 @@ impl FrameObject {
         parameters: &FrameParameters,
         core: &Parameters<'_>,
         bytes: &mut Bytes,
-    ) -> Result<Self, Status> {
+    ) -> Result<Self, Refused> {
         let surface = match parameters.detector(core)? {
             None => None,
             Some(detector) => Some(Surface {
@@ -88,10 +88,16 @@ impl FrameObject {
 impl FrameParameters {
     /// # Safety
     /// As [`FrameParameters::core`].
-    unsafe fn bytes(&self, input: Input) -> Result<usize, Status> {
+    unsafe fn bytes(&self, input: Input) -> Result<usize, Refused> {
         // SAFETY: by the caller's promise.
         let core = unsafe { self.core(input)? };
         let need = core.need(input, LANES)?;
+        if let Some(gate) = self.scan.gate() {
+            gate.samples(&geometry::Scan::of_iq(core.scan)?.depths())?;
+        }
+        if input == Input::Iq {
+            self.scan.delay.iq_input()?;
+        }
         let plan = match input {
             Input::Rf => {
                 let plan = bytes_of::<Pipeline<'_, &Delay>>(1);
@@ -100,11 +106,6 @@ impl FrameParameters {
             Input::Iq => bytes_of::<Pipeline<'_, IqDelay>>(1),
         };
         let sizes = Sizes::new(core.rows, core.columns, core.strip);
-        PhaseSymmetry::new(&phase_symmetry::Parameters {
-            sizes,
-            scales: core.scales,
-            threshold: core.threshold,
-        })?;
         let beamformer = core.beamformer.sizes(core.scan.array.elements());
         let tables = match self.gain_tables {
             0 => 0,
@@ -118,7 +119,7 @@ impl FrameParameters {
             None => (Need::default(), 0),
             Some(detector) => (detector.need(), self.scan.lines.count),
         };
-        Ok(sum(&[
+        possible(sum(&[
             bytes_of::<FrameObject>(1),
             plan,
             Over::bytes(beamformer, sizes),
@@ -143,6 +144,39 @@ pub unsafe extern "C" fn bonebeam_frame_bytes(parameters: *const FrameParameters
 pub unsafe extern "C" fn bonebeam_frame_iq_bytes(parameters: *const FrameParameters) -> usize {
     // SAFETY: by the caller's promise.
     unsafe { one(parameters).and_then(|p| p.bytes(Input::Iq)) }.unwrap_or(0)
+}
+
+/// Checks the configuration of a frame of RF: why `bonebeam_frame_new` refuses it.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn bonebeam_frame_check(
+    parameters: *const FrameParameters,
+    refusal: *mut Refusal,
+) -> Status {
+    // SAFETY: by the caller's promise.
+    unsafe { check(parameters, Input::Rf, refusal) }
+}
+
+/// Checks the configuration of a frame of I/Q, as `bonebeam_frame_check`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn bonebeam_frame_iq_check(
+    parameters: *const FrameParameters,
+    refusal: *mut Refusal,
+) -> Status {
+    // SAFETY: by the caller's promise.
+    unsafe { check(parameters, Input::Iq, refusal) }
+}
+
+/// # Safety
+/// As [`FrameParameters::bytes`].
+unsafe fn check(parameters: *const FrameParameters, input: Input, refusal: *mut Refusal) -> Status {
+    // SAFETY: by the caller's promise.
+    let (found, status) = Refusal::of(unsafe { one(parameters).and_then(|p| p.bytes(input)) });
+    // SAFETY: by the caller's promise.
+    match unsafe { one_mut(refusal) } {
+        Ok(refusal) => *refusal = found,
+        Err(_) => return Status::Pointer,
+    }
+    status
 }
 
 /// Places a frame of RF in `memory`.
@@ -202,7 +236,7 @@ pub unsafe extern "C" fn bonebeam_frame_line(
     // SAFETY: by the caller's promise.
     status(|| unsafe {
         let Source::Rf(own) = &mut one_mut(frame)?.source else {
-            return Err(Status::Parameter);
+            return Err(Refused::field("frame", 0.0, "one of RF"));
         };
         let z = own.output(z)?;
         let records = RfWave::core(waves, count, own.pipeline.lines().delay().parameters(), &z)?;
@@ -222,7 +256,7 @@ pub unsafe extern "C" fn bonebeam_frame_iq_line(
     // SAFETY: by the caller's promise.
     status(|| unsafe {
         let Source::Iq(own) = &mut one_mut(frame)?.source else {
-            return Err(Status::Parameter);
+            return Err(Refused::field("frame", 0.0, "one of I/Q"));
         };
         let z = own.output(z)?;
         let records = IqWave::core(waves, count, own.pipeline.lines().delay().parameters(), &z)?;
@@ -292,7 +326,7 @@ pub unsafe extern "C" fn bonebeam_frame_surface(
     // SAFETY: by the caller's promise.
     status(|| unsafe {
         let own = one_mut(frame)?;
-        let surface = own.surface.as_mut().ok_or(Status::Parameter)?;
+        let surface = own.surface.as_mut().ok_or(Refused::Of(Status::Parameter))?;
         let out = Output::new(points, surface.points.len())?;
         let memory = surface.memory.reborrow();
         let (detector, found) = (&surface.detector, &mut *surface.points);

@@ -3,7 +3,7 @@
 use crate::beamformer::BeamformParameters;
 use crate::phase_symmetry::PhaseSymmetryParameters;
 use crate::scan::Scan;
-use crate::status::Status;
+use crate::status::Refused;
 use bonebeam::beamform::ShortLagCoherence;
 use bonebeam::pipeline::Input;
 use bonebeam::surface::{Detector, Settings};
@@ -44,7 +44,7 @@ impl FrameParameters {
     ///
     /// # Safety
     /// As [`BeamformParameters::core`] and [`PhaseSymmetryParameters::core`].
-    pub(crate) unsafe fn core(&self, input: Input) -> Result<Parameters<'static>, Status> {
+    pub(crate) unsafe fn core(&self, input: Input) -> Result<Parameters<'static>, Refused> {
         // SAFETY: by the caller's promise.
         let (beamformer, image) = unsafe { (self.beamformer.core()?, self.image.core()?) };
         let scan = match input {
@@ -68,7 +68,7 @@ impl FrameParameters {
     }
 
     /// The detector, if there is a surface.
-    pub(crate) fn detector(&self, core: &Parameters<'_>) -> Result<Option<Detector>, Status> {
+    pub(crate) fn detector(&self, core: &Parameters<'_>) -> Result<Option<Detector>, Refused> {
         let depths = [self.surface_from, self.surface_to];
         if depths == [0.0; 2] {
             return Ok(None);
@@ -85,13 +85,14 @@ impl FrameParameters {
     pub(crate) fn coherence(
         &self,
         core: &Parameters<'_>,
-    ) -> Result<Option<ShortLagCoherence>, Status> {
+    ) -> Result<Option<ShortLagCoherence>, Refused> {
         let half_window = self.surface_coherence;
         if [self.surface_from, self.surface_to] == [0.0; 2] || half_window == 0.0 {
             return Ok(None);
         }
         if !(half_window > 0.0 && half_window.is_finite()) {
-            return Err(Status::Parameter);
+            let expected = "a positive, finite number, or 0";
+            return Err(Refused::field("surface_coherence", half_window, expected));
         }
         let samples = geometry::Scan::of_iq(core.scan)?.depths();
         Ok(Some(ShortLagCoherence::over(half_window, &samples)))

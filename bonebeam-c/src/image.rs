@@ -1,7 +1,7 @@
 //! Lines to an image: envelope, decibels, pixels, median.
 
 use crate::memory::{Output, array, complex, one};
-use crate::status::{Status, chosen, status};
+use crate::status::{Refused, Status, chosen, status};
 use crate::vectors::zero;
 use crate::{Axis, Complex};
 use bonebeam::geometry;
@@ -22,8 +22,8 @@ impl Axis {
     }
 }
 
-pub(crate) fn product(a: usize, b: usize) -> Result<usize, Status> {
-    a.checked_mul(b).ok_or(Status::Length)
+pub(crate) fn product(a: usize, b: usize) -> Result<usize, Refused> {
+    a.checked_mul(b).ok_or(Refused::Of(Status::Length))
 }
 
 /// Computes `|z|` of `length` samples.
@@ -75,7 +75,7 @@ pub unsafe extern "C" fn bonebeam_log_compression(
     // SAFETY: by the caller's promise.
     status(|| unsafe {
         let all = [image::Logarithm::Exact, image::Logarithm::Polynomial];
-        let by = chosen(logarithm, &all)?;
+        let by = chosen("logarithm", logarithm, &all)?;
         let out = Output::new(out, length)?;
         let envelopes = out.apart(array(envelopes, length)?)?;
         Ok(log_compression_with(

@@ -4,9 +4,9 @@
 
 use crate::Complex;
 use crate::delay::DelayParameters;
-use crate::memory::{Output, array, bytes_of, complex, new, one, one_mut, sum};
+use crate::memory::{Output, array, bytes_of, complex, new, one, one_mut, possible, sum};
 use crate::scan_line::ScanLine;
-use crate::status::{Status, chosen, status};
+use crate::status::{Refused, Status, chosen, status};
 use crate::vectors::{LANES, zero};
 use bonebeam::delay::{IqDelay, IqInterpolation, IqLayout, IqParameters, IqSamples, Record, Stage};
 use core::ffi::c_void;
@@ -55,16 +55,16 @@ pub struct IqRecord {
 
 impl Interpolation {
     /// The core's interpolation.
-    pub(crate) fn core(number: i32) -> Result<IqInterpolation, Status> {
+    pub(crate) fn core(number: i32) -> Result<IqInterpolation, Refused> {
         use IqInterpolation::{Cubic, Linear, LinearFixed, Sinc};
-        chosen(number, &[Linear, Cubic, Sinc, LinearFixed])
+        chosen("interpolation", number, &[Linear, Cubic, Sinc, LinearFixed])
     }
 }
 
 impl Layout {
     /// The core's layout.
-    pub(crate) fn core(number: i32) -> Result<IqLayout, Status> {
-        chosen(number, &[IqLayout::Planar, IqLayout::Interleaved])
+    pub(crate) fn core(number: i32) -> Result<IqLayout, Refused> {
+        chosen("layout", number, &[IqLayout::Planar, IqLayout::Interleaved])
     }
 }
 
@@ -78,7 +78,7 @@ impl IqRecord {
         &self,
         p: &IqParameters,
         out: &Output<bonebeam::Complex<f32>>,
-    ) -> Result<Record<'a>, Status> {
+    ) -> Result<Record<'a>, Refused> {
         let layout = Layout::core(self.layout)?;
         // A stage has checked that the product is possible.
         let count = p.elements * p.record_samples;
@@ -106,11 +106,13 @@ pub struct IqStage {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_iq_bytes(parameters: *const DelayParameters) -> usize {
     // SAFETY: by the caller's promise.
-    let parameters = unsafe { one(parameters) }.and_then(DelayParameters::iq);
-    parameters.map_or(0, |parameters| {
-        let scratch = parameters.need(LANES).real;
-        sum(&[bytes_of::<IqStage>(1), bytes_of::<f32>(scratch)])
-    })
+    let bytes = || unsafe {
+        let parameters = one(parameters)?.iq()?;
+        IqDelay::new(parameters)?;
+        let scratch = bytes_of::<f32>(parameters.need(LANES).real);
+        possible(sum(&[bytes_of::<IqStage>(1), scratch]))
+    };
+    bytes().unwrap_or(0)
 }
 
 /// Places a delay stage for I/Q in `memory`.

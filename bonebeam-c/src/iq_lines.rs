@@ -2,9 +2,9 @@
 
 use crate::beamformer::BeamformParameters;
 use crate::image::product;
-use crate::memory::{Output, bytes_of, new, one, one_mut, sum};
+use crate::memory::{Output, bytes_of, new, one, one_mut, possible, sum};
 use crate::scan::{IqWave, Scan, each};
-use crate::status::{Status, status};
+use crate::status::{Refused, Status, status};
 use crate::vectors::{LANES, V};
 use crate::workspace::{need_bytes, scratch, workspace, workspace_bytes};
 use crate::{Complex, SUB_LINES};
@@ -40,7 +40,7 @@ impl Plan {
 
     /// # Safety
     /// As [`BeamformParameters::core`].
-    unsafe fn new(scan: &Scan, beamformer: &BeamformParameters) -> Result<Plan, Status> {
+    unsafe fn new(scan: &Scan, beamformer: &BeamformParameters) -> Result<Plan, Refused> {
         let core = geometry::Scan::of_iq(scan.core_of_iq()?)?;
         scan.check(core.samples())?;
         // SAFETY: by the caller's promise.
@@ -79,7 +79,7 @@ pub unsafe extern "C" fn bonebeam_iq_lines_bytes(
     let bytes = || unsafe {
         let (scan, beamformer) = (one(scan)?, one(beamformer)?);
         let plan = Plan::new(scan, beamformer)?;
-        Ok::<_, Status>(sum(&[
+        possible(sum(&[
             bytes_of::<IqLines>(1),
             need_bytes(plan.need),
             workspace_bytes(plan.sizes.need()),
@@ -146,7 +146,7 @@ pub unsafe extern "C" fn bonebeam_iq_lines_line(
         match own.steering.as_ref().filter(|_| SUB_LINES) {
             None => pipeline.line(index, waves, scratch, workspace, z)?,
             Some(table) => {
-                let output = (table.line(index).ok_or(Status::Capacity)?, z);
+                let output = (table.line(index).ok_or(Refused::Of(Status::Capacity))?, z);
                 pipeline.sub_lines(index, waves, scratch, workspace, output)?;
             }
         }

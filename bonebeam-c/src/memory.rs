@@ -1,7 +1,7 @@
 //! References from C's pointers, and an object's parts in the caller's bytes.
 
 use crate::Complex;
-use crate::status::{Status, status};
+use crate::status::{Refused, Status, status};
 use core::ffi::c_void;
 use core::slice;
 
@@ -12,31 +12,31 @@ pub const BONEBEAM_ALIGN: usize = 64;
 ///
 /// # Safety
 /// If it is not null, it leads to a `T` that no one writes meanwhile.
-pub unsafe fn one<'a, T>(pointer: *const T) -> Result<&'a T, Status> {
+pub unsafe fn one<'a, T>(pointer: *const T) -> Result<&'a T, Refused> {
     if !pointer.is_aligned() {
-        return Err(Status::Pointer);
+        return Err(Status::Pointer.into());
     }
     // SAFETY: by the caller's promise; null gives none.
-    unsafe { pointer.as_ref() }.ok_or(Status::Pointer)
+    unsafe { pointer.as_ref() }.ok_or(Refused::Of(Status::Pointer))
 }
 
 /// References the value that a pointer leads to, for writing.
 ///
 /// # Safety
 /// If it is not null, it leads to a `T` that no one else uses meanwhile.
-pub unsafe fn one_mut<'a, T>(pointer: *mut T) -> Result<&'a mut T, Status> {
+pub unsafe fn one_mut<'a, T>(pointer: *mut T) -> Result<&'a mut T, Refused> {
     if !pointer.is_aligned() {
-        return Err(Status::Pointer);
+        return Err(Status::Pointer.into());
     }
     // SAFETY: by the caller's promise; null gives none.
-    unsafe { pointer.as_mut() }.ok_or(Status::Pointer)
+    unsafe { pointer.as_mut() }.ok_or(Refused::Of(Status::Pointer))
 }
 
 /// References `length` values from a pointer on.
 ///
 /// # Safety
 /// If it is not null, `length` values follow it, and no one writes them meanwhile.
-pub unsafe fn array<'a, T>(pointer: *const T, length: usize) -> Result<&'a [T], Status> {
+pub unsafe fn array<'a, T>(pointer: *const T, length: usize) -> Result<&'a [T], Refused> {
     fits(pointer, length)?;
     // SAFETY: by the caller's promise; aligned, not null, and no longer than memory.
     Ok(unsafe { slice::from_raw_parts(pointer, length) })
@@ -49,7 +49,7 @@ pub unsafe fn array<'a, T>(pointer: *const T, length: usize) -> Result<&'a [T], 
 pub unsafe fn complex<'a>(
     pointer: *const Complex,
     length: usize,
-) -> Result<&'a [bonebeam::Complex<f32>], Status> {
+) -> Result<&'a [bonebeam::Complex<f32>], Refused> {
     // SAFETY: by the caller's promise.
     unsafe { array(pointer.cast(), length) }
 }
@@ -64,7 +64,7 @@ pub struct Output<T> {
 
 impl<T> Output<T> {
     /// Takes `length` values from a pointer on.
-    pub fn new(pointer: *mut T, length: usize) -> Result<Self, Status> {
+    pub fn new(pointer: *mut T, length: usize) -> Result<Self, Refused> {
         fits(pointer, length)?;
         Ok(Output { pointer, length })
     }
@@ -78,13 +78,13 @@ impl<T> Output<T> {
     }
 
     /// Returns an input that shares no byte with the output.
-    pub fn apart<'a, U>(&self, input: &'a [U]) -> Result<&'a [U], Status> {
+    pub fn apart<'a, U>(&self, input: &'a [U]) -> Result<&'a [U], Refused> {
         let first = self.pointer.addr();
         // No longer than memory, as `fits` has checked.
         let end = first.wrapping_add(self.length * size_of::<T>());
         let read = input.as_ptr_range();
         match first < read.end.addr() && read.start.addr() < end {
-            true => Err(Status::Pointer),
+            true => Err(Status::Pointer.into()),
             false => Ok(input),
         }
     }
@@ -101,18 +101,18 @@ impl<T> Output<T> {
 
 impl Output<bonebeam::Complex<f32>> {
     /// [`Output::new`] of the core's complex numbers.
-    pub fn complex(pointer: *mut Complex, length: usize) -> Result<Self, Status> {
+    pub fn complex(pointer: *mut Complex, length: usize) -> Result<Self, Refused> {
         Output::new(pointer.cast(), length)
     }
 }
 
-fn fits<T>(pointer: *const T, length: usize) -> Result<(), Status> {
+fn fits<T>(pointer: *const T, length: usize) -> Result<(), Refused> {
     if pointer.is_null() || !pointer.is_aligned() {
-        return Err(Status::Pointer);
+        return Err(Status::Pointer.into());
     }
     match length.checked_mul(size_of::<T>()) {
         Some(bytes) if bytes <= isize::MAX as usize => Ok(()),
-        _ => Err(Status::Length),
+        _ => Err(Status::Length.into()),
     }
 }
 
@@ -132,6 +132,14 @@ pub fn sum(parts: &[usize]) -> usize {
     parts.iter().fold(0, add)
 }
 
+/// Refuses bytes that no memory has.
+pub fn possible(bytes: usize) -> Result<usize, Refused> {
+    match isize::try_from(bytes) {
+        Ok(_) => Ok(bytes),
+        Err(_) => Err(Status::Length.into()),
+    }
+}
+
 /// Places an object in the caller's memory, and then its parts.
 ///
 /// # Safety
@@ -140,7 +148,7 @@ pub unsafe fn new<T>(
     memory: *mut c_void,
     bytes: usize,
     handle: *mut *mut T,
-    object: impl FnOnce(&mut Bytes) -> Result<T, Status>,
+    object: impl FnOnce(&mut Bytes) -> Result<T, Refused>,
 ) -> Status {
     status(|| {
         // SAFETY: by the caller's promise.
@@ -166,12 +174,12 @@ impl Bytes {
     /// # Safety
     /// If `memory` is not null, it has `bytes` bytes, and only the object uses them from now on. Parts live as long
     /// as the object, whatever their lifetime says.
-    pub unsafe fn new(memory: *mut c_void, bytes: usize) -> Result<Self, Status> {
+    pub unsafe fn new(memory: *mut c_void, bytes: usize) -> Result<Self, Refused> {
         if memory.is_null() || !memory.addr().is_multiple_of(BONEBEAM_ALIGN) {
-            return Err(Status::Pointer);
+            return Err(Status::Pointer.into());
         }
         if bytes > isize::MAX as usize {
-            return Err(Status::Length);
+            return Err(Status::Length.into());
         }
         Ok(Bytes {
             first: memory.cast(),
@@ -180,11 +188,11 @@ impl Bytes {
     }
 
     /// Reserves memory for `count` values: aligned, and not shared.
-    fn place<T>(&mut self, count: usize) -> Result<*mut T, Status> {
+    fn place<T>(&mut self, count: usize) -> Result<*mut T, Refused> {
         const { assert!(align_of::<T>() <= BONEBEAM_ALIGN) };
         let bytes = bytes_of::<T>(count);
         let Some(left) = self.left.checked_sub(bytes) else {
-            return Err(Status::Storage);
+            return Err(Status::Storage.into());
         };
         let place = self.first.cast();
         // SAFETY: no further than the end of the caller's bytes.
@@ -194,7 +202,7 @@ impl Bytes {
     }
 
     /// Takes `count` copies of a value.
-    pub fn fill<T: Copy>(&mut self, count: usize, value: T) -> Result<&'static mut [T], Status> {
+    pub fn fill<T: Copy>(&mut self, count: usize, value: T) -> Result<&'static mut [T], Refused> {
         let place: *mut T = self.place(count)?;
         for index in 0..count {
             // SAFETY: memory of its own for `count` values.
@@ -205,7 +213,7 @@ impl Bytes {
     }
 
     /// Copies a value, without a copy on the stack.
-    pub fn copy<T>(&mut self, value: &T) -> Result<&'static mut T, Status> {
+    pub fn copy<T>(&mut self, value: &T) -> Result<&'static mut T, Refused> {
         const { assert!(!core::mem::needs_drop::<T>()) };
         let place: *mut T = self.place(1)?;
         // SAFETY: memory of its own; without a destructor a second copy is valid.
@@ -216,7 +224,7 @@ impl Bytes {
     }
 
     /// Takes all remaining bytes, as floats.
-    pub fn rest(&mut self) -> Result<&'static mut [f32], Status> {
+    pub fn rest(&mut self) -> Result<&'static mut [f32], Refused> {
         let floats = self.left / BONEBEAM_ALIGN * (BONEBEAM_ALIGN / size_of::<f32>());
         self.fill(floats, 0.0)
     }

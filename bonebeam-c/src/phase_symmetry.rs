@@ -1,7 +1,7 @@
 //! Phase symmetry of an image, in strips.
 
 use crate::memory::{Bytes, Output, array, bytes_of, new, one, one_mut, sum};
-use crate::status::{Status, status};
+use crate::status::{Refused, Status, status};
 use crate::workspace::{need_bytes, scratch};
 use bonebeam::phase_symmetry::{
     External, Kernels, LogGabor, Microfft, Parameters, PhaseSymmetry, Sizes, StripSlices,
@@ -37,7 +37,7 @@ impl PhaseSymmetryParameters {
     ///
     /// # Safety
     /// As [`array`], for the scales.
-    pub(crate) unsafe fn core<'a>(&self) -> Result<Parameters<'a>, Status> {
+    pub(crate) unsafe fn core<'a>(&self) -> Result<Parameters<'a>, Refused> {
         Ok(Parameters {
             sizes: self.sizes(),
             // SAFETY: by the caller's promise.

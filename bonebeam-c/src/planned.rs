@@ -5,7 +5,7 @@
 use crate::frame_parameters::FrameParameters;
 use crate::image::product;
 use crate::memory::{Bytes, Output, bytes_of, sum};
-use crate::status::Status;
+use crate::status::Refused;
 use crate::vectors::{LANES, V, zero};
 use crate::workspace::{scratch, workspace, workspace_bytes};
 use crate::{Complex, scan};
@@ -39,7 +39,7 @@ impl<D: Stage> Planned<D> {
         parameters: &FrameParameters,
         core: &Parameters<'_>,
         bytes: &mut Bytes,
-    ) -> Result<Self, Status> {
+    ) -> Result<Self, Refused> {
         let pipeline = match parameters.scan.gate() {
             None => pipeline,
             Some(gate) => pipeline.with_gate(gate)?,
@@ -88,7 +88,10 @@ impl<D: Stage> Planned<D> {
     }
 
     /// A line's numbers, or none for a null pointer.
-    pub(crate) fn output(&self, z: *mut Complex) -> Result<Output<bonebeam::Complex<f32>>, Status> {
+    pub(crate) fn output(
+        &self,
+        z: *mut Complex,
+    ) -> Result<Output<bonebeam::Complex<f32>>, Refused> {
         let lines = self.pipeline.lines();
         match z.is_null() {
             true => Ok(Output::none()),
@@ -104,7 +107,7 @@ impl<D: Stage> Planned<D> {
         index: usize,
         records: &'r scan::Transmits<'r>,
         z: &mut [bonebeam::Complex<f32>],
-    ) -> Result<(), Status> {
+    ) -> Result<(), Refused> {
         let waves = scan::each(records);
         let line = match &mut self.over {
             Some(over) if LANES > 1 => self.frame.line_over(&mut over.workspace, index, waves)?,
@@ -116,11 +119,11 @@ impl<D: Stage> Planned<D> {
         Ok(())
     }
 
-    pub(crate) fn image(&mut self, progress: &mut dyn FnMut(usize)) -> Result<&[f32], Status> {
+    pub(crate) fn image(&mut self, progress: &mut dyn FnMut(usize)) -> Result<&[f32], Refused> {
         Ok(self.frame.image_in_steps(progress)?)
     }
 
-    pub(crate) fn map(&mut self, progress: &mut dyn FnMut(usize)) -> Result<&[f32], Status> {
+    pub(crate) fn map(&mut self, progress: &mut dyn FnMut(usize)) -> Result<&[f32], Refused> {
         let over = match &mut self.over {
             Some(over) if LANES > 1 => over,
             _ => return Ok(self.frame.bone_map_in_steps(progress)?),
@@ -156,7 +159,7 @@ impl Over {
         beamformer: beamform::Sizes,
         image: Sizes,
         gains: Option<GainTables<&'static mut [f32]>>,
-    ) -> Result<Self, Status> {
+    ) -> Result<Self, Refused> {
         let lanes = bonebeam::Complex::new(zero(), zero());
         Ok(Over {
             workspace: workspace(bytes, beamformer)?,

@@ -6,7 +6,7 @@ use crate::delay::DelayParameters;
 use crate::iq::IqRecord;
 use crate::memory::{Output, array};
 use crate::scan_line::Wave;
-use crate::status::Status;
+use crate::status::{Refused, Status};
 use bonebeam::delay::{self, IqParameters, Record};
 use bonebeam::geometry::{Array, Depth, Lines, ScanParameters, Transmit};
 use bonebeam::pipeline::DepthGate;
@@ -56,10 +56,15 @@ pub struct IqWave {
 
 impl Scan {
     /// The core's scan, of a pulse with this centre frequency.
-    pub(crate) fn core(&self, centre_frequency: f64) -> Result<ScanParameters<'static>, Status> {
+    pub(crate) fn core(&self, centre_frequency: f64) -> Result<ScanParameters<'static>, Refused> {
         let delay = &self.delay;
         if self.aperture.elements != delay.elements {
-            return Err(Status::Parameter);
+            let elements = self.aperture.elements as f64;
+            return Err(Refused::field(
+                "aperture.elements",
+                elements,
+                "those of delay",
+            ));
         }
         // Half a sample behind the last one, so that rounding does not exclude it.
         let duration = (delay.output_samples as f64 - 0.5) / delay.output_rate;
@@ -79,17 +84,24 @@ impl Scan {
     }
 
     /// [`Scan::core`] of I/Q: the demodulation frequency stands for the pulse's, which directions of sub-lines need.
-    pub(crate) fn core_of_iq(&self) -> Result<ScanParameters<'static>, Status> {
+    pub(crate) fn core_of_iq(&self) -> Result<ScanParameters<'static>, Refused> {
         let frequency = self.delay.frequency;
         // At baseband there is no carrier, and all directions are the line's.
         self.core(if frequency > 0.0 { frequency } else { 1.0 })
     }
 
     /// Refuses a number of samples of the core's scan that is not `output_samples`, which the caller's arrays have.
-    pub(crate) fn check(&self, samples: usize) -> Result<(), Status> {
+    pub(crate) fn check(&self, samples: usize) -> Result<(), Refused> {
         match samples == self.delay.output_samples {
             true => Ok(()),
-            false => Err(Status::Parameter),
+            false => {
+                let expected = "as many as there are from output_start at output_rate";
+                Err(Refused::field(
+                    "output_samples",
+                    self.delay.output_samples as f64,
+                    expected,
+                ))
+            }
         }
     }
 
@@ -108,10 +120,10 @@ pub(crate) type Transmits<'r> = [Option<(Transmit<'r>, Record<'r>)>; BONEBEAM_WA
 /// The core's transmits.
 fn transmits<'r, W>(
     waves: &[W],
-    core: impl Fn(&W) -> Result<(Transmit<'r>, Record<'r>), Status>,
-) -> Result<Transmits<'r>, Status> {
+    core: impl Fn(&W) -> Result<(Transmit<'r>, Record<'r>), Refused>,
+) -> Result<Transmits<'r>, Refused> {
     if waves.len() > BONEBEAM_WAVES {
-        return Err(Status::Capacity);
+        return Err(Status::Capacity.into());
     }
     let mut records = [const { None }; BONEBEAM_WAVES];
     for (slot, wave) in records.iter_mut().zip(waves) {
@@ -138,7 +150,7 @@ impl RfWave {
         count: usize,
         p: &delay::DelayParameters,
         out: &Output<bonebeam::Complex<f32>>,
-    ) -> Result<Transmits<'r>, Status> {
+    ) -> Result<Transmits<'r>, Refused> {
         // SAFETY: by the caller's promise.
         let waves: &[RfWave] = unsafe { array(waves, count)? };
         transmits(waves, |wave| {
@@ -162,7 +174,7 @@ impl IqWave {
         count: usize,
         p: &IqParameters,
         out: &Output<bonebeam::Complex<f32>>,
-    ) -> Result<Transmits<'r>, Status> {
+    ) -> Result<Transmits<'r>, Refused> {
         // SAFETY: by the caller's promise.
         let waves: &[IqWave] = unsafe { array(waves, count)? };
         transmits(waves, |wave| {

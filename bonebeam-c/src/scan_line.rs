@@ -2,7 +2,7 @@
 
 use crate::Range;
 use crate::memory::{Output, array, one_mut};
-use crate::status::{Status, status};
+use crate::status::{Refused, Status, status};
 use bonebeam::delay::{Compounding, ScanLine as CoreLine};
 use bonebeam::geometry::{self, Array, Ray, Transmit, TransmitLaw};
 
@@ -85,7 +85,7 @@ impl Wave {
     ///
     /// # Safety
     /// If the law needs delays, `delays` points to `elements` of them, and nobody writes them meanwhile.
-    pub(crate) unsafe fn core<'a>(&self, elements: usize) -> Result<Transmit<'a>, Status> {
+    pub(crate) unsafe fn core<'a>(&self, elements: usize) -> Result<Transmit<'a>, Refused> {
         let (x, z) = (self.x, self.z);
         let law = match self.law {
             law if law == Law::Focused as i32 => TransmitLaw::Focused,
@@ -96,7 +96,7 @@ impl Wave {
                 // SAFETY: by the caller's promise.
                 TransmitLaw::Delays(unsafe { array(self.delays, elements)? })
             }
-            _ => return Err(Status::Parameter),
+            _ => return Err(Status::Parameter.into()),
         };
         Ok(Transmit::new(law, self.t0))
     }
@@ -107,7 +107,7 @@ impl ScanLine {
     ///
     /// # Safety
     /// As [`Wave::core`]; the array's pointer leads to `elements` of them, and nobody writes them meanwhile.
-    pub(crate) unsafe fn core<'a>(&self, elements: usize) -> Result<CoreLine<'a>, Status> {
+    pub(crate) unsafe fn core<'a>(&self, elements: usize) -> Result<CoreLine<'a>, Refused> {
         // SAFETY: by the caller's promise.
         let (transmit, array) = unsafe {
             let array = match self.element_x.is_null() {
@@ -135,7 +135,7 @@ unsafe fn any_array<'a>(
     elements: *const Element,
     count: usize,
     pitch: f64,
-) -> Result<Array<'a>, Status> {
+) -> Result<Array<'a>, Refused> {
     // SAFETY: by the caller's promise. The core's element is three numbers in this order as well.
     let elements: &[geometry::Element] = unsafe { array(elements.cast(), count)? };
     Ok(Array::at(elements, pitch))

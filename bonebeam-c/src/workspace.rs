@@ -1,13 +1,13 @@
 //! Working memory of the stages, and of beamformers.
 
 use crate::memory::{Bytes, bytes_of, sum};
-use crate::status::Status;
+use crate::status::Refused;
 use crate::vectors::{V, zero};
 use bonebeam::beamform::{Sizes, Workspace};
 use bonebeam::memory::{Need, Scratch};
 
 /// A workspace in the caller's bytes.
-pub(crate) fn workspace(bytes: &mut Bytes, sizes: Sizes) -> Result<Workspace<'static, V>, Status> {
+pub(crate) fn workspace(bytes: &mut Bytes, sizes: Sizes) -> Result<Workspace<'static, V>, Refused> {
     let need = sizes.need();
     let scratch = Scratch::new(
         bytes.fill(need.real, zero())?,
@@ -33,7 +33,7 @@ pub(crate) fn need_bytes(need: Need) -> usize {
 }
 
 /// The memory of a stage in `bytes`.
-pub(crate) fn scratch(bytes: &mut Bytes, need: Need) -> Result<Scratch<'static>, Status> {
+pub(crate) fn scratch(bytes: &mut Bytes, need: Need) -> Result<Scratch<'static>, Refused> {
     Ok(Scratch::new(
         bytes.fill(need.real, 0.0)?,
         bytes.fill(need.complex, bonebeam::Complex::ZERO)?,

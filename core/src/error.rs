@@ -75,6 +75,29 @@ impl Error {
         }
     }
 
+    /// Name and accepted values, for a `const` that cannot format a number.
+    ///
+    /// ```compile_fail
+    /// use bonebeam::memory::Need;
+    /// use bonebeam::pipeline::{Input, Parameters};
+    ///
+    /// const NEED: Need = match (Parameters { block: 0, ..Parameters::EXAMPLE }).need(Input::Rf, 1) {
+    ///     Ok(need) => need,
+    ///     // error: evaluation panicked: block: expected at least 1
+    ///     Err(error) => panic!("{}", error.words().as_str()),
+    /// };
+    /// static MEMORY: [f32; NEED.real] = [0.0; NEED.real];
+    /// ```
+    pub const fn words(&self) -> Words {
+        match *self {
+            Error::Parameter { name, expected, .. } => Words::of([name, ": expected ", expected]),
+            Error::Length { name, .. } => Words::of([name, ": another length", ""]),
+            Error::Capacity { name, .. } => Words::of([name, ": too large", ""]),
+            Error::NonFinite { name, .. } => Words::of([name, ": not finite", ""]),
+            Error::Memory => Words::of(["external memory", "", ""]),
+        }
+    }
+
     /// Number of the kind of error, for interfaces without types.
     ///
     /// It is never 0, and keeps its meaning in later versions.
@@ -91,6 +114,47 @@ impl Error {
             Error::Capacity { .. } => 3,
             Error::NonFinite { .. } => 4,
             Error::Memory => 5,
+        }
+    }
+}
+
+/// A short text in fixed memory: [`Error::words`].
+#[derive(Clone, Copy, Debug)]
+pub struct Words {
+    bytes: [u8; 160],
+    length: usize,
+}
+
+impl Words {
+    const fn of(parts: [&str; 3]) -> Self {
+        let mut words = Words {
+            bytes: [0; 160],
+            length: 0,
+        };
+        let mut part = 0;
+        while part < parts.len() {
+            let mut rest = parts[part].as_bytes();
+            while let [first, after @ ..] = rest
+                && words.length < words.bytes.len()
+            {
+                words.bytes[words.length] = *first;
+                words.length += 1;
+                rest = after;
+            }
+            part += 1;
+        }
+        words
+    }
+
+    /// The text.
+    pub const fn as_str(&self) -> &str {
+        let text = match self.bytes.split_at_checked(self.length) {
+            Some((text, _)) => text,
+            None => &[],
+        };
+        match core::str::from_utf8(text) {
+            Ok(text) => text,
+            Err(_) => "",
         }
     }
 }
@@ -167,6 +231,15 @@ pub(crate) const fn finite(name: &'static str, value: f64) -> Result<(), Error> 
         return Ok(());
     }
     Err(Error::parameter(name, value, "a finite number"))
+}
+
+/// Refuses a negative number, a NaN and an infinity.
+pub(crate) const fn not_negative(name: &'static str, value: f32) -> Result<(), Error> {
+    if value >= 0.0 && value.is_finite() {
+        return Ok(());
+    }
+    let expected = "a finite number of at least 0";
+    Err(Error::parameter(name, value as f64, expected))
 }
 
 /// Refuses 0.

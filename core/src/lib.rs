@@ -169,7 +169,7 @@ mod sine;
 pub mod surface;
 
 pub use delay::Record;
-pub use error::Error;
+pub use error::{Error, Words};
 pub use memory::Memory;
 pub use num_complex::Complex;
 pub use pipeline::{Frame, Parameters, Pipeline};

@@ -1,5 +1,5 @@
 // Packs the samples of a transmit into a `Block` of firmware/stream, as little-endian beats of 64 bits:
-// {faults, beam, sequence}, the samples, zeros up to a multiple of 32 bytes. See docs/fpga.md.
+// {epoch, faults, beam, sequence}, the samples, zeros up to a multiple of 32 bytes. See docs/fpga.md.
 //
 // A pulse of `start` begins a transmit; its samples come from the next clock on. They fill one of two banks, while
 // the other one is sent. If no bank is free, the transmit is dropped, and its number is missing from the blocks.
@@ -13,6 +13,7 @@ module packer #(
     input wire enable,             // low: `start` is ignored
     input wire start,
     input wire [15:0] beam,        // of the transmit
+    input wire [7:0] epoch,        // differs between two starts of the front end: the processor sets it
     input wire [CHANNELS*BITS-1:0] s_axis_tdata,   // channel CHANNELS - 1, ..., channel 0; I before Q
     input wire [1:0] s_axis_tuser, // {samples were lost before, the converter clipped}
     input wire s_axis_tvalid,
@@ -38,7 +39,7 @@ module packer #(
     // --- Samples to words of a bank.
     reg recording, bank, shifting;
     reg [31:0] transmit;
-    reg [47:0] header;
+    reg [55:0] header;
     reg [1:0] faults;
     reg [C-1:0] samples;           // offered to this block
     reg [A-1:0] address, next_address;
@@ -98,14 +99,14 @@ module packer #(
         end
         if (closes) begin
             full[bank] <= 1;
-            headers[bank] <= {14'd0, new_faults, header};
+            headers[bank] <= {header[55:48], 6'd0, new_faults, header[47:0]};
             recording <= 0;
             bank <= next_bank;
         end
         if (begins) begin
             transmit <= transmit + 1;
             recording <= !full[next_bank];
-            header <= {beam, transmit};
+            header <= {epoch, beam, transmit};
             faults <= 0;
             samples <= 0;
             next_address <= next_bank ? BANK[A-1:0] : {A{1'b0}};

@@ -6,14 +6,15 @@ module packer_tb;
     reg [63:0] expected [0:BLOCKS*BEATS-1];
     reg clock = 0, reset = 1, enable = 1, start = 0, valid = 0, ready = 0, waits = 1;
     reg [15:0] beam = 0;
+    reg [7:0] epoch = 8'h5A;
     reg [CHANNELS*BITS-1:0] sample = 0;
     reg [1:0] user = 0;
     wire [63:0] beat;
     wire sample_ready, beat_valid, last;
     integer gaps = 0, stalls = 0, round, b, errors = 0;
 
-    packer #(CHANNELS, BITS, SAMPLES) dut (clock, reset, enable, start, beam, sample, user, valid, sample_ready,
-        waits, beat, beat_valid, ready, last);
+    packer #(CHANNELS, BITS, SAMPLES) dut (clock, reset, enable, start, beam, epoch, sample, user, valid,
+        sample_ready, waits, beat, beat_valid, ready, last);
     always #5 clock = ~clock;
 
     function chance(input integer percent);
@@ -84,7 +85,8 @@ module packer_tb;
     task check(input integer at, input integer block, input [31:0] number, input [15:0] faults, input integer count);
         integer k;
         begin
-            if (got[at*BEATS] !== {faults, expected[block*BEATS][47:32], number}) fail("header", at);
+            if (got[at*BEATS] !== {expected[block*BEATS][63:56], faults[7:0], expected[block*BEATS][47:32], number})
+                fail("header", at);
             for (k = 1; k < BEATS; k = k + 1)
                 if ((k <= 2 * count || k > 2 * SAMPLES) && got[at*BEATS + k] !== expected[block*BEATS + k])
                     fail("word", at * BEATS + k);

@@ -27,7 +27,7 @@ pub fn process<P: Probe<Stage = IqDelay>>(
     sequence: &mut Sequence,
     block: Received<'_, ScanBlock>,
 ) -> Result<Option<Maps>, Error> {
-    let verdict = sequence.check(block.sequence, block.beam, block.overflow);
+    let verdict = sequence.check(block.header);
     for fault in verdict.faults.into_iter().flatten() {
         hprintln!("{:?}", fault);
     }
@@ -39,7 +39,7 @@ pub fn process<P: Probe<Stage = IqDelay>>(
         saturated: block.saturated(8191),
     };
     chain.line(line.into(), &scan::record(&block)?, stamp)?;
-    let frame = block.sequence / BEAMS as u32;
+    let frame = block.header.sequence / BEAMS as u32;
     // The block is free for the next acquisition.
     drop(block);
     if !verdict.whole {

@@ -78,12 +78,12 @@ impl Scanner {
             return;
         };
         let beam = sequence as usize % BEAMS;
-        block.sequence = sequence;
-        block.beam = beam as u16;
-        block.overflow = Overflow(0);
+        block.header.sequence = sequence;
+        block.header.beam = beam as u16;
+        block.header.overflow = Overflow(0);
         load(block, beam);
         if event == Event::Clipped {
-            block.overflow = Overflow::CLIPPED;
+            block.header.overflow = Overflow::CLIPPED;
             block.samples[0] = [[8191; 2]; ELEMENTS];
         }
         self.source.complete(time);

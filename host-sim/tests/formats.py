@@ -1,11 +1,11 @@
 """Recordings of one scene, written by h5py, pyuff, zea, scipy and numpy, each read and beamformed.
 
-    python host-sim/tests/formats.py PROGRAM [FOLDER] [--table]
+    python host-sim/tests/formats.py PROGRAM [FOLDER] [--table] [--docs] [--only PART,PART]
 
 Whatever the format, the samples must be the same numbers, and the lines the same bits where the
 parameters are the same numbers. Files that are cut short or changed are refused in one line, in bounded
 memory. Without zea its files are written by h5py in zea's layout, which is reported. --table prints the place and
-the level of a point by each writer, and the kinds of zea's files.
+the level of a point by each writer, and the kinds of zea's files; --docs writes both into docs/file-formats.md. --only runs some of the functions below.
 """
 
 import json
@@ -33,6 +33,13 @@ ELEMENTS, SAMPLES, FRAMES = 32, 900, 2
 X = (np.arange(ELEMENTS) - 15.5) * PITCH
 ANGLES = np.array([-0.125, 0.0, 0.125])
 POINT = (1.25e-3, 12.5e-3)
+# An arc of the same pitch, virtual sources behind the array, single elements, beams of which one meets the point.
+RADIUS = 0.06
+ARC = (np.arange(ELEMENTS) - 15.5) * 2 * np.arcsin(PITCH / 2 / RADIUS)
+ARC_X, ARC_Z = RADIUS * np.sin(ARC), RADIUS * np.cos(ARC) - RADIUS
+BEHIND = np.array([(-1e-3, -6e-3), (0.0, -6e-3), (1e-3, -6e-3)])
+SINGLE = [8, 16, 24]
+BEAMS, FOCUS = POINT[0] + 0.25e-3 * np.arange(-8, 9), 20e-3
 # The memory that a refusal may take, bytes.
 LIMIT = 4 << 30
 # How far lines of places in float32 are off, of the largest: a phase of 2 pi 1e-8 m / (C / F0), three ways.
@@ -113,7 +120,7 @@ def write_npz(path, kind, samples, **other):
     np.savez(path, **{kind: samples}, **{**keys(kind), **other})
 
 
-def write_zea(path, kind, samples, x=X, z=None, t0_delays=None, focus=np.inf, angles=ANGLES, start=0.0):
+def write_zea(path, kind, samples, x=X, z=None, t0_delays=None, focus=np.inf, angles=ANGLES, start=0.0, origins=None, weights=None):
     raw = samples.transpose(0, 1, 3, 2)
     raw = raw[..., None] if kind == "rf" else np.stack([raw.real, raw.imag], -1)
     z = np.zeros(ELEMENTS) if z is None else z
@@ -129,9 +136,9 @@ def write_zea(path, kind, samples, x=X, z=None, t0_delays=None, focus=np.inf, an
         # has the peak of its pulse a period later.
         initial_times=(start - first + 1 / F0).astype(np.float32),
         t0_delays=(t0_delays - first[:, None]).astype(np.float32),
-        tx_apodizations=np.ones((transmits, ELEMENTS), np.float32),
-        focus_distances=np.full(transmits, focus, np.float32),
-        transmit_origins=np.zeros((transmits, 3), np.float32),
+        tx_apodizations=np.ones((transmits, ELEMENTS), np.float32) if weights is None else weights.astype(np.float32),
+        focus_distances=np.broadcast_to(np.float32(focus), transmits),
+        transmit_origins=np.zeros((transmits, 3), np.float32) if origins is None else origins.astype(np.float32),
         polar_angles=angles.astype(np.float32),
         sound_speed=np.float32(C),
     )
@@ -181,7 +188,7 @@ def write_older_zea(path, kind, samples, **compression):
             file[f"scan/{name}"] = value
 
 
-def write_uff(path, kind, samples, probe=None, waves=None, delay=0.0):
+def write_uff(path, kind, samples, probe=None, waves=None, delay=0.0, start=0.0):
     path.unlink(missing_ok=True)
     if waves is None:
         waves = [
@@ -197,7 +204,7 @@ def write_uff(path, kind, samples, probe=None, waves=None, delay=0.0):
         ]
     data = uff.ChannelData(
         sampling_frequency=FS,
-        initial_time=-delay,
+        initial_time=start - delay,
         sound_speed=C,
         modulation_frequency=0.0 if kind == "rf" else F0,
         sequence=waves,
@@ -550,47 +557,13 @@ def mat5(path, values):
 def layouts():
     """Workspaces as MUST, f-k migration, k-Wave, Field II and Verasonics leave them."""
     rf = scene("rf")
-    steer = np.array([X * np.sin(angle) / C for angle in ANGLES])
-    delay = steer - steer.min(1)[:, None]
-    # When the wave passes the array's centre, from the first element that fires.
-    passes = -steer.min(1)
+    delay, passes = steered((X, 0 * X))
     first = rf[0].transpose(2, 1, 0)
     wavelength = C / F0
-    verasonics = {
-        "RcvData": [np.concatenate([rf[:, k].transpose(2, 1, 0) for k in range(3)]).astype(np.int16)],
-        "Receive": [
-            {
-                "startSample": 1.0 + SAMPLES * k,
-                "endSample": float(SAMPLES * (k + 1)),
-                "framenum": 1.0 + frame,
-                "acqNum": 1.0 + k,
-                "startDepth": 2.0,
-                "sampleMode": "NS200BW",
-                "decimSampleRate": FS / 1e6,
-            }
-            for frame in range(FRAMES)
-            for k in range(3)
-        ],
-        "Trans": {
-            "name": "L7-4",
-            "units": "mm",
-            "frequency": F0 / 1e6,
-            "ElementPos": np.stack([1e3 * X, 0 * X, 0 * X, 0 * X], 1),
-            "ConnectorES": np.arange(ELEMENTS, 0, -1.0)[:, None],
-            "lensCorrection": 0.5,
-        },
-        "TX": [
-            {"Delay": delay[k] * F0, "Apod": np.ones(ELEMENTS), "Steer": [np.array([[ANGLES[k], 0.0]])][0], "focus": 0.0}
-            for k in range(3)
-        ],
-        "TW": {"peak": 1.5},
-        "Resource": {"Parameters": {"speedOfSound": C}},
-    }
-    # Elements are wired from the last channel on.
-    verasonics["RcvData"][0] = verasonics["RcvData"][0][:, ::-1]
+    steered_by = [np.array([[angle, 0.0]]) for angle in ANGLES]
+    verasonics = workspace(rf, delay, passes, TX=dict(Steer=steered_by), Trans=dict(lensCorrection=0.5))
     waves = dict(verasonics, Trans=dict(verasonics["Trans"], units="wavelengths"))
     waves["Trans"]["ElementPos"] = waves["Trans"]["ElementPos"] * 1e-3 / wavelength
-    start = (2 * 2.0 - 1.5) / F0 - passes
     param = {"fs": FS, "fc": F0, "pitch": PITCH, "c": C}
     v = lambda **given: [word for key, value in given.items() for word in ("--variable", f"{key}={value}")]
     one = dict(tx_angle=np.zeros(1), t0=np.zeros(1))
@@ -614,14 +587,17 @@ def layouts():
                 {},
             ),
             # Half a millimetre of lens, and half a wavelength: Trans.units holds for lensCorrection too.
-            ("verasonics", verasonics, rf, [], dict(t0=start, lens_delay=0.5e-3 / C)),
-            ("wavelengths", waves, rf, [], dict(t0=start, lens_delay=0.5 / F0)),
+            ("verasonics", verasonics, rf, [], dict(t0=np.zeros(3), lens_delay=0.5e-3 / C)),
+            ("wavelengths", waves, rf, [], dict(t0=np.zeros(3), lens_delay=0.5 / F0)),
         ):
             path = folder / f"{name}_{write.__name__}.mat"
             write(path, values)
             # float32 of the samples: whole numbers that RF of any type holds.
             read_alike(path, "rf", samples.astype(np.float32), *flags, exact=False, **expected)
             described = run("info", path, *flags)
+            unused = next((line for line in described.stdout.splitlines() if line.startswith("not used")), "")
+            is_used = [part for part in ("RcvData", "startSample", "TX/Delay", "TX/Steer") if part in unused]
+            check(not is_used, f"{path.name}: {unused}")
             assumed = [line.split(maxsplit=1)[1] for line in described.stdout.splitlines() if line.startswith("assumed ")]
             check(described.returncode == 0 and assumed, f"{path.name}: {status_of(described)}")
             # What turns a file into lines or another file says the same.
@@ -656,18 +632,19 @@ def layouts():
         pairs = (n // 2 * periods + n % 2 / 4) / F0
         count = int(pairs.searchsorted(SAMPLES / FS)) // 2 * 2
         taken = scene_at("rf", pairs[:count])
-        workspace = dict(verasonics, RcvData=[np.concatenate(list(taken.transpose(0, 2, 1)))[:, ::-1]])
-        workspace["Receive"] = [
+        pairs_of = dict(verasonics, RcvData=[np.concatenate(list(taken.transpose(0, 2, 1)))[:, ::-1]])
+        pairs_of["Receive"] = [
             dict(startSample=1.0 + count * k, endSample=float(count * (k + 1)), framenum=1.0, startDepth=0.0, sampleMode=mode)
             for k in range(3)
         ]
         # Counted from the first element that fires, the rows begin when the wave passes the origin.
-        workspace["TW"] = {"peak": 0.0}
-        workspace["Receive"] = [dict(one, startDepth=passes[k] * F0 / 2) for k, one in enumerate(workspace["Receive"])]
-        workspace["Trans"] = dict(verasonics["Trans"], lensCorrection=0.0)
+        pairs_of["TW"] = {"peak": 0.0}
+        pairs_of["Receive"] = [dict(one, startDepth=passes[k] * F0 / 2) for k, one in enumerate(pairs_of["Receive"])]
+        pairs_of["Trans"] = dict(verasonics["Trans"], lensCorrection=0.0)
         path = folder / f"{mode}.mat"
-        mat5(path, workspace)
-        judge("Verasonics, by scipy", mode, path, "iq")
+        mat5(path, pairs_of)
+        # The band of BS50BW is half of f0, and the pulse's is wider.
+        judge("Verasonics", f"I/Q by {mode}", path, least=-0.7 if periods == 1 else -3)
     # All that is missing, in one line, with the arrays that there are.
     mat5(folder / "little.mat", {"data": first, "P": {"rate": FS}, "pos": X})
     outcome = run("info", folder / "little.mat")
@@ -1077,90 +1054,238 @@ def beamformed_alike(path, kind, samples, **given):
 
 
 conformance = {}
+VERSIONS = {name: metadata.version(name) for name in ("numpy", "scipy", "h5py", "pyuff_ustb")}
 
 
-def judge(writer, kind, path, samples, *flags):
-    """The point's place and level by DAS, against those of the scene; a row of the table."""
-    outcome = run("beamform", path, "--method", "das", "--json", "-o", "judged.npz", *flags)
+def judge(writer, kind, path, *flags, peak=100, least=-0.7):
+    """The point's place and level by DAS, against those of the scene; a cell of the table."""
+    outcome = run("beamform", path, "--method", "das", "--line-count", 255, "--json", "-o", "judged.npz", *flags)
+    if outcome.returncode and "has no effect" in outcome.stderr:
+        outcome = run("beamform", path, "--method", "das", "--json", "-o", "judged.npz", *flags)
     if outcome.returncode:
         check(False, f"{writer}, {kind}: {status_of(outcome)}")
         return
     measures = json.loads(outcome.stdout)
-    point, level = measures["point"], 20 * np.log10(measures["lines"]["peak"] / 100)
+    point = measures["point"]
     off = 1e3 * np.hypot(point["x_m"] - POINT[0], point["z_m"] - POINT[1])
-    # A line every half pitch, a sample every 0.011 mm of depth; between lines the level falls.
-    check(off < 0.15 and abs(level) < 2, f"{writer}, {kind}: {off:.3f} mm off, {level:.2f} dB")
-    conformance.setdefault(writer, {})[kind] = f"{off:.2f} mm, {level + 0.0:.1f} dB"
+    level = 20 * np.log10(measures["lines"]["peak"] / peak) if peak else 0.0
+    # A sample every 0.023 mm of depth; between lines the level falls.
+    check(off < 0.1 and least < level < 0.7, f"{writer}, {kind}: {off:.3f} mm off, {level:.2f} dB")
+    named = [re.sub("=.*", "", str(flag)) for flag in flags if flag != "--variable"]
+    flags = f" ({' '.join(named)})" if flags else ""
+    conformance.setdefault(kind, {})[writer] = f"{off:.2f}{f', {level + 0.0:.1f}' if peak else ''}{flags}"
+
+
+def steered(positions, angles=ANGLES):
+    """Delays of plane waves from the first element that fires, and when each passes the origin."""
+    delay = np.array([positions[0] * np.sin(angle) + positions[1] * np.cos(angle) for angle in angles]) / C
+    return delay - delay.min(1)[:, None], -delay.min(1)
+
+
+def beams_of_focus():
+    """[frame, transmit, element, sample] of beams straight down, whose level falls away from the point."""
+    at = lambda x: scene_at("rf", np.arange(SAMPLES) / FS, source=[(x, -1e3)])[0]
+    one = np.exp(-(((BEAMS - POINT[0]) / 0.5e-3) ** 2))[:, None, None] * np.stack([at(POINT[0])] * len(BEAMS))
+    return np.round(one)[None].astype(np.float32)
+
+
+def workspace(samples, delay, passes, **fields):
+    """A Verasonics workspace whose sample 0 is when each wave passes the origin; its elements are wired from the last
+    channel on."""
+    frames, transmits, _, count = samples.shape
+    number = lambda k: dict(framenum=1.0 + k // transmits, startSample=1.0 + count * (k % transmits), endSample=float(count * (k % transmits + 1)))
+    peak = 1.5
+    values = {
+        "RcvData": [np.concatenate([samples[:, k].transpose(2, 1, 0) for k in range(transmits)]).astype(np.int16)[:, ::-1]],
+        "Receive": [
+            dict(number(k), acqNum=1.0 + k % transmits, startDepth=(passes[k % transmits] * F0 + peak) / 2, sampleMode="NS200BW", decimSampleRate=FS / 1e6)
+            for k in range(frames * transmits)
+        ],
+        "Trans": {
+            "name": "L7-4",
+            "units": "mm",
+            "frequency": F0 / 1e6,
+            "ElementPos": np.stack([1e3 * X, 0 * X, 0 * X, 0 * X], 1),
+            "ConnectorES": np.arange(ELEMENTS, 0, -1.0)[:, None],
+            "lensCorrection": 0.0,
+        },
+        "TX": [
+            {"Delay": one * F0, "Apod": np.ones(ELEMENTS), "Steer": np.array([[0.0, 0.0]]), "focus": 0.0, "Origin": np.zeros((1, 3))}
+            for one in delay
+        ],
+        "TW": {"peak": peak},
+        "Resource": {"Parameters": {"speedOfSound": C}},
+    }
+    for name, changes in fields.items():
+        of = values[name] if isinstance(values[name], list) else [values[name]]
+        for k, entry in enumerate(of):
+            entry.update({field: value[k] if isinstance(value, list) else value for field, value in changes.items()})
+    return values
 
 
 def conformance_of_writers():
     """Each writer with each kind: the same point of the same generator."""
-    rf, iq = scene("rf"), scene("iq")
-    counts = rf.astype(np.int16)
-    radius = 0.06
-    angle = (np.arange(ELEMENTS) - 15.5) * 2 * np.arcsin(PITCH / 2 / radius)
-    x, z = radius * np.sin(angle), radius * np.cos(angle) - radius
-    sources = [(-1e-3, -6e-3), (0.0, -6e-3), (1e-3, -6e-3)]
-    index = [8, 16, 24]
-    elements = [(X[k], 0.0) for k in index]
-    curved = dict(element_x=x, element_z=z)
-    diverging = dict(tx_source_x=[s[0] for s in sources], tx_source_z=[s[1] for s in sources])
+    rf, iq, plane = scene("rf"), scene("iq"), dict(tx_angle=ANGLES)
+    later, lens = 2.0**-18, 2.0**-22
+    t = np.arange(SAMPLES) / FS
+    shifted = lambda shift: np.round(scene_at("rf", t + shift))[None].astype(np.float32)
+    half = 0.75 * X
+    behind = dict(tx_source_x=BEHIND[:, 0], tx_source_z=BEHIND[:, 1])
+    apart = np.array([(X[k], 0.0) for k in SINGLE])
+    single = dict(tx_element=SINGLE, t0=np.abs(X[SINGLE]) / C)
+    diverging, elements, beams = scene("rf", source=BEHIND), scene("rf", source=apart), beams_of_focus()
     kinds = {
-        "plane, RF": ("rf", rf, {}),
-        "plane, I/Q": ("iq", iq, {}),
-        "plane, int16": ("rf", counts, {}),
-        "diverging": ("rf", scene("rf", source=sources), diverging),
-        "element": ("rf", scene("rf", source=elements), dict(tx_element=index)),
-        "curved": ("rf", scene("rf", x, z), curved),
+        "plane waves, RF": ("rf", rf, plane),
+        "I/Q": ("iq", iq, plane),
+        "int16": ("rf", rf.astype(np.int16), plane),
+        "sample 0 at 3.8 µs": ("rf", shifted(later), dict(plane, t0=later)),
+        "lens of 0.24 µs": ("rf", shifted(-2 * lens), dict(plane, lens_delay=lens)),
+        "elements from right to left": ("rf", rf[:, :, ::-1], dict(plane, element_x=X[::-1])),
+        "focused beams": ("rf", beams, dict(tx_x=BEAMS, tx_focus=FOCUS)),
+        "diverging waves": ("rf", diverging, behind),
+        "single elements": ("rf", elements, single),
+        "curved array": ("rf", scene("rf", ARC_X, ARC_Z), dict(plane, element_x=ARC_X, element_z=ARC_Z)),
+        "phased array": ("rf", scene("rf", half, source=BEHIND), dict(behind, element_x=half)),
     }
-    plain = {
-        "numpy, .npz": ("npz", lambda path, values: np.savez(path, **values)),
-        "h5py": ("h5", lambda path, values: write_keyed(path, values)),
-        "scipy, MATLAB 5": ("mat", lambda path, values: scipy.io.savemat(path, values)),
-        "h5py, MATLAB 7.3": ("mat", mat73),
-        "h5py, as Octave": ("h5", octave),
-    }
+    plain = {"numpy .npz": ("npz", lambda path, values: np.savez(path, **values)), "h5py": ("h5", write_keyed), "scipy MATLAB 5": ("mat", scipy.io.savemat), "h5py as MATLAB 7.3": ("mat", mat73)}
+    plain["Octave" if shutil.which("octave-cli") else "h5py as Octave"] = ("h5", by_octave if shutil.which("octave-cli") else octave)
     for kind, (key, samples, law) in kinds.items():
-        values = {name: value for name, value in keys(key).items() if name != "tx_angle" or not set(law) & {"tx_source_x", "tx_element"}}
-        values = {key: samples[0], **values, **law}
+        values = {**keys(key), key: samples[0], **law}
+        if "tx_angle" not in law:
+            del values["tx_angle"]
         for writer, (ending, write) in plain.items():
             path = folder / f"conformance.{ending}"
             write(path, values)
-            judge(writer, kind, path, key)
+            judge(writer, kind, path)
+    # zea's files: sources and foci are behind or before the origin of each transmit.
     path = folder / "conformance.hdf5"
-    delays = np.array([np.hypot(X - sx, sz) - np.hypot(sx, sz) for sx, sz in sources]) / C
-    behind = dict(t0_delays=delays, focus=-np.hypot(*np.array(sources).T), angles=np.array([np.arctan2(-sx, -sz) for sx, sz in sources]))
+    distance = lambda places: np.hypot(*places.T)
+    delays = np.array([np.hypot(X - sx, sz) - np.hypot(sx, sz) for sx, sz in BEHIND]) / C
+    of_half = np.array([np.hypot(half - sx, sz) - np.hypot(sx, sz) for sx, sz in BEHIND]) / C
+    away = dict(focus=-distance(BEHIND), angles=np.arctan2(-BEHIND[:, 0], -BEHIND[:, 1]))
+    converging = np.array([FOCUS - np.hypot(X - x, FOCUS) for x in BEAMS]) / C
+    on_axis = np.stack([BEAMS, 0 * BEAMS, 0 * BEAMS], 1)
+    one_hot = np.eye(ELEMENTS)[SINGLE]
     for kind, key, samples, more in (
-        ("plane, RF", "rf", rf, {}),
-        ("plane, I/Q", "iq", iq, {}),
-        ("diverging", "rf", scene("rf", source=sources), behind),
-        ("curved", "rf", scene("rf", x, z), dict(x=x, z=z)),
+        ("plane waves, RF", "rf", rf, {}),
+        ("I/Q", "iq", iq, {}),
+        ("sample 0 at 3.8 µs", "rf", shifted(later), dict(start=later)),
+        ("elements from right to left", "rf", rf[:, :, ::-1], dict(x=X[::-1])),
+        ("focused beams", "rf", beams, dict(t0_delays=converging, focus=FOCUS, angles=0 * BEAMS, origins=on_axis)),
+        ("diverging waves", "rf", diverging, dict(t0_delays=delays, **away)),
+        ("single elements", "rf", elements, dict(t0_delays=np.zeros((3, ELEMENTS)), weights=one_hot, start=np.abs(X[SINGLE]) / C)),
+        ("curved array", "rf", kinds["curved array"][1], dict(x=ARC_X, z=ARC_Z)),
+        ("phased array", "rf", kinds["phased array"][1], dict(x=half, t0_delays=of_half, **away)),
     ):
         write_zea(path, key, samples[:1], **more)
-        judge("zea" if zea_file else "h5py, as zea", kind, path, key)
+        judge("zea", kind, path)
+    write_zea(path, "rf", rf[:1])
+    with h5py.File(path, "r+") as file:
+        walking(file)
+    held = converted(path)
+    recorded = held is not None and all(np.array_equal(held["rf"][k, window], rf[0, k, window]) and not np.delete(held["rf"][k], window, 0).any() for k, window in enumerate(WINDOWS))
+    check(recorded, "walking aperture: samples")
+    # A quarter of the channels is missing.
+    judge("zea", "walking aperture", path, least=-2.8)
+    write_zea(path, "rf", shifted(0)[:, ::-1])
+    with h5py.File(path, "r+") as file:
+        file.move("tracks/track_0", "tracks/other")
+    other = folder / "track.hdf5"
+    write_zea(other, "rf", rf[:1])
+    with h5py.File(path, "r+") as file, h5py.File(other) as own:
+        own.copy("tracks/track_0", file["tracks"])
+    judge("zea", "second of two tracks", path, "--track", "track_0")
+    # UFF.
     path = folder / "conformance.uff"
     at = lambda sx, sz: dict(distance=float(np.hypot(sx, sz)), azimuth=float(np.arctan2(sx, sz)), elevation=0.0)
-    wave = lambda s, origin: uff.Wave(wavefront=uff.Wavefront.spherical, source=uff.Point(**at(*s)), origin=uff.Point(**at(*origin)), apodization=uff.Apodization(), delay=0.0, sound_speed=C)
-    arc = uff.CurvilinearArray(N=ELEMENTS, pitch=PITCH, radius=radius, element_width=PITCH, element_height=5e-3)
+    wave = lambda place, origin=(0.0, 0.0): uff.Wave(wavefront=uff.Wavefront.spherical, source=uff.Point(**at(*place)), origin=uff.Point(**at(*origin)), apodization=uff.Apodization(), delay=0.0, sound_speed=C)
+    arc = uff.CurvilinearArray(N=ELEMENTS, pitch=PITCH, radius=RADIUS, element_width=PITCH, element_height=5e-3)
+    waves = [wave(place) for place in BEHIND]
     for kind, key, samples, more in (
-        ("plane, RF", "rf", rf, {}),
-        ("plane, I/Q", "iq", iq, {}),
-        ("diverging", "rf", scene("rf", source=sources), dict(waves=[wave(s, (0.0, 0.0)) for s in sources])),
-        ("element", "rf", scene("rf", source=elements), dict(waves=[wave(s, s) for s in elements])),
-        ("curved", "rf", scene("rf", x, z), dict(probe=arc)),
+        ("plane waves, RF", "rf", rf, {}),
+        ("I/Q", "iq", iq, {}),
+        ("sample 0 at 3.8 µs", "rf", shifted(later), dict(start=later)),
+        ("focused beams", "rf", beams, dict(waves=[wave((x, FOCUS), (x, 0.0)) for x in BEAMS])),
+        ("diverging waves", "rf", diverging, dict(waves=waves)),
+        ("single elements", "rf", elements, dict(waves=[wave(place) for place in apart])),
+        ("curved array", "rf", kinds["curved array"][1], dict(probe=arc)),
+        ("phased array", "rf", kinds["phased array"][1], dict(waves=waves, probe=uff.LinearArray(N=ELEMENTS, pitch=0.75 * PITCH, element_width=PITCH, element_height=5e-3))),
     ):
         write_uff(path, key, samples[:1], **more)
-        judge("pyuff_ustb", kind, path, key)
-    for kind, key, samples in (("plane, RF", "rf", rf), ("plane, I/Q", "iq", iq)):
+        judge("pyuff_ustb", kind, path)
+    for kind, key, samples in (("plane waves, RF", "rf", rf), ("I/Q", "iq", iq)):
         write_picmus(path, key, samples)
-        judge("h5py, as PICMUS", kind, path, key)
+        judge("PICMUS", kind, path)
     write_sonix(folder / "conformance", "rf", rf[:1])
-    judge("SonixDAQ", "plane, int16", folder / "conformance", "rf", *sonix_variables())
-    for name, writer in (("verasonics", "Verasonics, by scipy"), ("must", "MUST, by scipy"), ("field2", "Field II, by scipy"), ("kwave", "k-Wave, by scipy")):
-        flags = ["--variable", f"pitch={PITCH}", "--variable", f"f0={F0}"] if name == "kwave" else []
-        # The lens of the workspace is not in the scene.
-        flags += ["--variable", "lens_delay=0"] if name == "verasonics" else []
-        judge(writer, "plane, int16" if name == "verasonics" else "plane, RF", folder / f"{name}_mat5.mat", "rf", *flags)
+    judge("SonixDAQ", "int16", folder / "conformance", *sonix_variables())
+    # Workspaces and simulations, by scipy.
+    path = folder / "conformance.mat"
+    delay, passes = steered((X, 0 * X))
+    steer = dict(Steer=[np.array([[angle, 0.0]]) for angle in ANGLES])
+    after = lambda law: (law - law.min(1)[:, None], -law.min(1))
+    waves_of = C / F0
+    order = [2, 0, 1]
+    events = lambda values: {**values, "Event": [dict(rcv=1.0 + k % 3, tx=1.0 + order.index(k % 3)) for k in range(3)]}
+    two = workspace(rf[:1], delay, passes, TX=steer)
+    two["RcvData"] = [0 * two["RcvData"][0], two["RcvData"][0]]
+    two["Receive"] = [dict(one, bufnum=number) for number in (1.0, 2.0) for one in two["Receive"]]
+    from_origin = lambda places: dict(focus=list(-distance(places) / waves_of), Steer=[np.array([[np.arctan2(-sx, -sz), 0.0]]) for sx, sz in places])
+    shuffled = workspace(rf[:1], delay[order], passes, TX=dict(Steer=[steer["Steer"][k] for k in order]))
+    for kind, values in (
+        ("int16", workspace(rf[:1], delay, passes, TX=steer)),
+        ("sample 0 at 3.8 µs", workspace(shifted(later), delay, passes + later, TX=steer)),
+        ("lens of 0.24 µs", workspace(shifted(-2 * lens), delay, passes, TX=steer, Trans=dict(lensCorrection=1e3 * lens * C))),
+        ("focused beams", workspace(beams, *after(converging), TX=dict(focus=FOCUS / waves_of, Origin=[place[None] / waves_of for place in on_axis]))),
+        ("diverging waves", workspace(diverging[:1], *after(delays), TX=from_origin(BEHIND))),
+        ("single elements", workspace(elements[:1], np.zeros((3, ELEMENTS)), np.abs(X[SINGLE]) / C, TX=dict(Apod=list(one_hot)))),
+        ("second of two buffers", two),
+        ("transmits by `Event`", events(shuffled)),
+    ):
+        mat5(path, values)
+        judge("Verasonics", kind, path, *(["--variable", "buffer=2"] if values is two else []))
+    param = {"fs": FS, "fc": F0, "pitch": PITCH, "c": C}
+    of_matlab = lambda samples: samples[0].transpose(2, 1, 0)
+    scipy.io.savemat(path, {"RF": of_matlab(rf), "param": dict(param, t0=passes, TXdelay=delay)})
+    judge("MUST", "plane waves, RF", path)
+    scipy.io.savemat(path, {"RF": of_matlab(diverging), "param": dict(param, t0=after(delays)[1], TXdelay=after(delays)[0])})
+    judge("MUST", "diverging waves", path)
+    scipy.io.savemat(path, {"scat": of_matlab(rf), "fs": FS, "f0": F0, "c": C, "start_time": 0.0, "pitch": PITCH, "angles": ANGLES})
+    judge("Field II", "plane waves, RF", path)
+    first = np.array([scene_at("rf", t - when)[k] for k, when in enumerate(passes)])
+    values = {"sensor_data": first.transpose(1, 2, 0), "kgrid": {"dt": 1 / FS}, "medium": {"sound_speed": C}, "angles": ANGLES}
+    scipy.io.savemat(path, values)
+    judge("k-Wave", "plane waves, RF", path, *(word for pair in (f"pitch={PITCH}", f"f0={F0}") for word in ("--variable", pair)))
+    simulated(path)
+
+
+def simulated(path):
+    """The point by PyMUST's own simulation; its level has no unit."""
+    try:
+        import pymust
+    except ImportError:
+        return
+    VERSIONS["PyMUST"] = metadata.version("PyMUST")
+    param = pymust.utils.Param()
+    param.fc, param.fs, param.c, param.bandwidth = F0, 8 * F0, C, 60
+    param.Nelements, param.pitch, param.kerf, param.radius = ELEMENTS, PITCH, PITCH / 10, np.inf
+    for kind, delay in (("plane waves, RF", steered((X, 0 * X))[0]), ("diverging waves", np.array([np.hypot(X - sx, sz) for sx, sz in BEHIND]) / C)):
+        delay = delay - delay.min(1)[:, None]
+        records = [pymust.simus(np.array([POINT[0]]), np.array([POINT[1]]), np.ones(1), one[None], param)[0] for one in delay]
+        rows = min(map(len, records))
+        known = dict(fs=param.fs, fc=F0, pitch=PITCH, c=C, t0=0.0, TXdelay=delay)
+        scipy.io.savemat(path, {"RF": np.stack([one[:rows] for one in records], 2), "param": known})
+        judge("PyMUST", kind, path, peak=None)
+
+
+def by_octave(path, values):
+    """The same by Octave: save -hdf5, which cannot write single complex arrays."""
+    VERSIONS["Octave"] = subprocess.run(["octave-cli", "--version"], capture_output=True, text=True).stdout.split()[3]
+    wide = {name: np.asarray(value).astype(complex) if np.iscomplexobj(value) else value for name, value in values.items()}
+    scipy.io.savemat(folder / "to_octave.mat", wide)
+    path.unlink(missing_ok=True)
+    script = f"load('{folder / 'to_octave.mat'}'); save('-hdf5', '{path}', {', '.join(repr(name) for name in wide)});"
+    outcome = subprocess.run(["octave-cli", "--no-init-file", "--eval", script], capture_output=True, text=True)
+    check(outcome.returncode == 0, f"Octave: {outcome.stderr}")
 
 
 def write_keyed(path, values):
@@ -1307,6 +1432,18 @@ def scanner_lines():
     says(["`beam_x` or `pitch`"], "info", folder / "short.npz", status=1)
 
 
+WINDOWS = np.array([np.arange(24) + 4 * k for k in range(3)])
+
+
+def walking(file):
+    """Of each transmit 24 channels, which are other elements."""
+    place = "tracks/track_0/data/raw_data"
+    data = file[place][...]
+    del file[place]
+    file[place] = np.stack([data[:, k][:, :, window] for k, window in enumerate(WINDOWS)], 1)
+    file["tracks/track_0/scan/rx_aperture_indices"] = WINDOWS.astype(np.int32)
+
+
 def zea_kinds():
     """The kinds of data that OpenH-RF's files hold, by zea's writer: each opens, or says why not."""
     rf = scene("rf")[:1]
@@ -1332,19 +1469,36 @@ def zea_kinds():
             file[place] = value
         return change
 
-    sources = [(-1e-3, -6e-3), (0.0, -6e-3), (1e-3, -6e-3)]
+    sources = BEHIND
     delays = np.array([np.hypot(X - sx, sz) - np.hypot(sx, sz) for sx, sz in sources]) / C
-    behind = dict(t0_delays=delays, focus=-np.hypot(*np.array(sources).T), angles=np.array([np.arctan2(-sx, -sz) for sx, sz in sources]))
+    behind = dict(t0_delays=delays, focus=-np.hypot(*sources.T), angles=np.arctan2(-sources[:, 0], -sources[:, 1]))
     kind("plane waves, RF")
     kind("plane waves, I/Q", samples=scene("iq")[:1], key="iq")
     kind("several frames", samples=scene("rf"))
     kind("diverging waves", samples=scene("rf", source=sources)[:1], **behind)
-    radius = 0.06
-    angle = (np.arange(ELEMENTS) - 15.5) * 2 * np.arcsin(PITCH / 2 / radius)
-    x, z = radius * np.sin(angle), radius * np.cos(angle) - radius
-    kind("curved array", samples=scene("rf", x, z)[:1], x=x, z=z)
+    kind("curved array", samples=scene("rf", ARC_X, ARC_Z)[:1], x=ARC_X, z=ARC_Z)
+    kind("phased array", samples=scene("rf", 0.75 * X, source=sources)[:1], x=0.75 * X, **dict(behind, t0_delays=np.array([np.hypot(0.75 * X - sx, sz) - np.hypot(sx, sz) for sx, sz in sources]) / C))
+    converging = np.array([FOCUS - np.hypot(X - x, FOCUS) for x in BEAMS]) / C
+    kind("focused beams", samples=beams_of_focus(), t0_delays=converging, focus=FOCUS, angles=0 * BEAMS, origins=np.stack([BEAMS, 0 * BEAMS, 0 * BEAMS], 1))
+    kind("single elements", t0_delays=np.zeros((3, ELEMENTS)), weights=np.eye(ELEMENTS)[SINGLE])
+    kind("elements from right to left", x=X[::-1])
+
+    def stored(dtype, **options):
+        def change(file):
+            place = "tracks/track_0/data/raw_data"
+            data = file[place][...].astype(dtype)
+            del file[place]
+            file.create_dataset(place, data=data, chunks=(1, *data.shape[1:]), **options)
+        return change
+
+    kind("raw data of int16", stored("<i2", compression="gzip"))
+    kind("raw data of big-endian floats", stored(">f4"))
+    kind("raw data by Blosc, zstd and bit shuffle", stored("<f4", **hdf5plugin.Blosc(cname="zstd", shuffle=hdf5plugin.Blosc.BITSHUFFLE)))
+    kind("raw data by Blosc2", stored("<f4", **hdf5plugin.Blosc2()), status=1, words=["h5repack"])
+    kind("time of the peak (`t_peak`)", put(track + "t_peak", np.full(3, 1 / F0, np.float32)))
+    kind("two-way waveforms", put(track + "waveforms_two_way", np.tile(np.hanning(120) * np.cos(2 * np.pi * F0 * np.arange(120) / 250e6), (3, 1)).astype(np.float32)))
     kind("harmonic", put(track + "demodulation_frequency", np.float32(1.5 * F0)), words=["received frequency"])
-    kind("gain over depth (`tgc_gain_curve`)", put(track + "tgc_gain_curve", np.ones(9, np.float32)), words=["not used"])
+    kind("gain over depth (`tgc_gain_curve`)", put(track + "tgc_gain_curve", np.ones(9, np.float32)), words=["not used", "keep the gain"])
     kind("speed of sound missing", lambda file: file.__delitem__(track + "sound_speed") if track + "sound_speed" in file else None)
 
     def lens(file):
@@ -1353,7 +1507,8 @@ def zea_kinds():
 
     kind("lens of the probe", lens, ("--variable", "lens_delay=1e-6"))
     kind("two tracks", lambda file: file.copy("tracks/track_0", "tracks/track_1"), ("--track", "track_1"))
-    kind("walking aperture (`rx_aperture_indices`)", put(track + "rx_aperture_indices", np.zeros((3, ELEMENTS), np.int32)), status=1, words=["rx_aperture_indices"])
+    kind("walking aperture (`rx_aperture_indices`)", walking, words=["24 of 32 elements"])
+    kind("walking aperture that names an element twice", put(track + "rx_aperture_indices", np.zeros((3, ELEMENTS), np.int32)), status=1, words=["at most once"])
     code = np.ones((3, ELEMENTS), np.float32)
     code[1, 2] = -1
     kind("codes (negative `tx_apodizations`)", put(track + "tx_apodizations", code), status=1, words=["negative"])
@@ -1366,26 +1521,29 @@ def zea_kinds():
 kinds_of_zea = {}
 
 
-def tables():
-    """Prints both tables."""
-    versions = {name: metadata.version(name) for name in ("numpy", "scipy", "h5py", "pyuff_ustb")}
+def tables(document):
+    """Both tables, printed or written between the marks of a document."""
     if zea_file:
-        versions["zea"] = metadata.version("zea")
-    kinds = list(dict.fromkeys(kind for row in conformance.values() for kind in row))
-    rows = [["", *kinds], ["---"] * (len(kinds) + 1)]
-    rows += [[writer, *(row.get(kind, "") for kind in kinds)] for writer, row in conformance.items()]
-    of_zea = [["kind", "opens", "flags, or the reason"], ["---"] * 3]
-    of_zea += [[name, *row] for name, row in kinds_of_zea.items()]
+        VERSIONS["zea"] = metadata.version("zea")
+    writers = list(dict.fromkeys(writer for row in conformance.values() for writer in row))
     text = lambda rows: "\n".join("| " + " | ".join(row) + " |" for row in rows)
-    with_versions = ", ".join(f"{name} {version}" for name, version in versions.items())
-    print(f"By {with_versions}.\n\n{text(rows)}\n\n{text(of_zea)}")
+    rows = [["mm off, dB", *writers], ["---"] * (len(writers) + 1)]
+    rows += [[kind, *(row.get(writer, "") for writer in writers)] for kind, row in conformance.items()]
+    of_zea = [["kind of zea's file", "opens", "flag, or the reason"], ["---"] * 3]
+    of_zea += [[name, *row] for name, row in kinds_of_zea.items()]
+    versions = ", ".join(f"{name} {version}" for name, version in sorted(VERSIONS.items()))
+    written = f"{text(rows)}\n\n{text(of_zea)}\n\nBy {versions}."
+    if document is None:
+        return print(written)
+    begin, end = "<!-- conformance -->\n", "\n<!-- end of conformance -->"
+    whole = document.read_text()
+    first, last = whole.index(begin) + len(begin), whole.index(end)
+    document.write_text(f"{whole[:first]}\n{written}\n{whole[last:]}")
 
 
 def geometries():
     """Curved and phased arrays, virtual sources: as zea and UFF tell them."""
-    radius = 0.06
-    angle = (np.arange(ELEMENTS) - 15.5) * 2 * np.arcsin(PITCH / 2 / radius)
-    x, z = radius * np.sin(angle), radius * np.cos(angle) - radius
+    radius, angle, x, z = RADIUS, ARC, ARC_X, ARC_Z
     curved = scene("rf", x, z)[:1]
     path = folder / "curved.uff"
     write_uff(path, "rf", curved, uff.CurvilinearArray(N=ELEMENTS, pitch=PITCH, radius=radius, element_width=PITCH, element_height=5e-3))
@@ -1593,12 +1751,17 @@ program = str(Path(sys.argv[1]).resolve())
 unknown = subprocess.run([program, "beamform", "--method", "?"], capture_output=True, text=True).stderr
 methods = re.search(r"possible values: (.*?)]", unknown)[1].split(", ")
 with tempfile.TemporaryDirectory() as temporary:
-    folder = Path(next(iter(word for word in sys.argv[2:] if word != "--table"), temporary)).resolve()
+    words = [word for word in sys.argv[2:] if not word.startswith("--")]
+    parts = (formats, types, frames, many_frames, mapped, layouts, public_layouts, written, unusual, told, containers, scanner_lines, zea_kinds, sonix, geometries, conformance_of_writers, information, readme, messages, hostile)
+    if "--only" in sys.argv:
+        chosen = words.pop().split(",")
+        parts = [part for part in parts if part.__name__ in chosen]
+    folder = Path(next(iter(words), temporary)).resolve()
     folder.mkdir(exist_ok=True)
-    for part in (formats, types, frames, many_frames, mapped, layouts, public_layouts, written, unusual, told, containers, scanner_lines, zea_kinds, sonix, geometries, conformance_of_writers, information, readme, messages, hostile):
+    for part in parts:
         part()
-    if "--table" in sys.argv:
-        tables()
+    if "--docs" in sys.argv or "--table" in sys.argv:
+        tables(Path(__file__).parents[2] / "docs/file-formats.md" if "--docs" in sys.argv else None)
 print("zea's own files" if zea_file else "zea is not here: its files were written by h5py in its layout")
 for reason in sorted(later):
     print("not beamformed:", reason)

@@ -2,7 +2,7 @@
 
 use crate::common::changed;
 use bonebeam::beamform::Apodization;
-use bonebeam_drive::config::{Beamform, Grid, Image, LineKind, TransmitWeights};
+use bonebeam_drive::config::{Beamform, Grid, Image, LineKind, PixelSize, TransmitWeights};
 use bonebeam_drive::frame::beamform_channel_data;
 use bonebeam_drive::image::image_of;
 use bonebeam_drive::methods::MethodName;
@@ -242,10 +242,12 @@ fn pixels_have_the_size_that_is_asked_for() {
         beam_x: (0..21).map(|beam| f64::from(beam) * 0.1e-3).collect(),
         ..sector()
     };
-    let section = changed(Image::default(), |s| s.pixel_size = Some(0.05e-3));
+    let section = changed(Image::default(), |s| {
+        s.pixel_size = Some(PixelSize::Square(0.05e-3))
+    });
     let image = image_of(&straight, &section).unwrap();
     // 99 steps of 0.05 mm, and 20 of 0.1 mm.
-    assert_eq!((image.pixels.dim(), image.pixel), ((100, 41), 0.05e-3));
+    assert_eq!((image.pixels.dim(), image.pixel), ((100, 41), [0.05e-3; 2]));
     assert!(image.x0.abs() < 1e-12 && image.angles.is_none());
     // Every second column is a beam, every row a sample: grey levels by the formula, 20·lg 2 dB for each halving.
     let (row, column) = (30, 4);
@@ -260,7 +262,24 @@ fn pixels_have_the_size_that_is_asked_for() {
     });
     let part = image_of(&straight, &part).unwrap();
     assert_eq!(part.pixels.dim(), (41, 21));
-    let fine = changed(section, |s| s.pixel_size = Some(1e-6));
+    // Wider pixels are every second column of it.
+    let sides = PixelSize::Sides([0.1e-3, 0.05e-3]);
+    let wide = changed(section.clone(), |s| s.pixel_size = Some(sides));
+    let wide = image_of(&straight, &wide).unwrap();
+    assert_eq!(
+        (wide.pixels.dim(), wide.pixel),
+        ((100, 21), [0.1e-3, 0.05e-3])
+    );
+    let every_second = image
+        .pixels
+        .slice_axis(ndarray::Axis(1), ndarray::Slice::new(0, None, 2));
+    for (&level, &expected) in wide.pixels.iter().zip(every_second) {
+        assert!(
+            (level - expected).abs() < 0.01,
+            "{level}, expected {expected}"
+        );
+    }
+    let fine = changed(section, |s| s.pixel_size = Some(PixelSize::Square(1e-6)));
     let fine = BeamformedLines {
         beam_x: straight.beam_x.iter().map(|x| 20.0 * x).collect(),
         ..straight
@@ -325,7 +344,7 @@ fn uneven_beams_make_an_image() {
         ..even.clone()
     };
     let section = Image {
-        pixel_size: Some(0.02e-3),
+        pixel_size: Some(PixelSize::Square(0.02e-3)),
         dynamic_range: 200.0,
         ..Image::default()
     };
@@ -337,8 +356,8 @@ fn uneven_beams_make_an_image() {
     let mut compared = 0;
     for ((pixel, &level), &wanted) in image.pixels.indexed_iter().zip(&expected.pixels) {
         // Levels fall evenly from beam to beam, so that fewer beams change only rounding.
-        let x = image.x0 + pixel.1 as f64 * image.pixel;
-        let z = image.z0 + pixel.0 as f64 * image.pixel;
+        let x = image.x0 + pixel.1 as f64 * image.pixel[0];
+        let z = image.z0 + pixel.0 as f64 * image.pixel[1];
         if x.hypot(z) > 0.5e-3 {
             assert!(
                 (level - wanted).abs() < 0.01,

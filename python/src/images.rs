@@ -17,7 +17,7 @@ type Pixels<'py> = (
     Bound<'py, PyArray2<f32>>,
     f64,
     f64,
-    f64,
+    [f64; 2],
     Option<Bound<'py, PyArray1<f64>>>,
 );
 
@@ -64,7 +64,7 @@ pub fn bmode<'py>(
 pub fn phase_symmetry(
     py: Python<'_>,
     image: PyReadonlyArray2<'_, f32>,
-    pixel: Option<f64>,
+    pixel: Option<[f64; 2]>,
     section: &str,
     mut out: PyReadwriteArray2<'_, f32>,
     threads: Option<NonZeroUsize>,

@@ -62,7 +62,7 @@ pub fn surface_of_lines<'py>(
 pub fn surface_of_picture<'py>(
     py: Python<'py>,
     pixels: PyReadonlyArray2<'py, f32>,
-    pixel: f64,
+    pixel: [f64; 2],
     x0: f64,
     z0: f64,
     depth: f64,

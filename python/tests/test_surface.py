@@ -44,6 +44,14 @@ def test_it_lies_on_the_bone_of_lines_pictures_and_images(picture, lines):
     lies_on_the_bone(bonebeam.surface(lines), -8e-3)
     lies_on_the_bone(bonebeam.surface(picture, pixel_size=PIXEL), 0.0)
     lies_on_the_bone(bonebeam.surface(picture.astype(np.uint8), pixel_size=PIXEL), 0.0)
+    # Of every second row, pixels are higher than wide.
+    high = bonebeam.surface(picture[::2], pixel_size=(PIXEL, 2 * PIXEL))
+    lies_on_the_bone(high, 0.0)
+    assert high.source.extent[3] == pytest.approx(-1e3 * PIXEL)
+    wide = bonebeam.bmode(lines, pixel_size=(4e-4, 1e-4))
+    np.testing.assert_allclose(np.diff(wide.x)[0], 4e-4)
+    np.testing.assert_allclose(np.diff(wide.z)[0], 1e-4)
+    assert bonebeam.phase_symmetry(wide, pad=True).pixels.shape == wide.pixels.shape
     image = bonebeam.Image(picture, x0=-3e-3, z0=2e-3, pixel=PIXEL)
     lies_on_the_bone(bonebeam.surface(image), -3e-3, 2e-3)
     # An image that begins below the start of the search is searched from its top.

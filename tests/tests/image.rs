@@ -234,7 +234,7 @@ fn the_image_agrees_with_its_definition_in_f64() {
         let image = b_mode(&lines, 60.0, &grid, with_median).unwrap();
         assert_eq!(
             (image.x0, image.z0, image.pixel),
-            (grid.x0, grid.z0, grid.pixel)
+            (grid.x0, grid.z0, [grid.pixel; 2])
         );
         for ((at, &a), &b) in image.pixels.indexed_iter().zip(&expected) {
             let error = (f64::from(a) - b).abs();
@@ -256,12 +256,15 @@ fn a_point_lies_where_it_should() {
             (brightest, level) = (at, pixel);
         }
     }
-    let x = image.x0 + image.pixel * brightest.1 as f64;
-    let z = image.z0 + image.pixel * brightest.0 as f64;
+    let x = image.x0 + image.pixel[0] * brightest.1 as f64;
+    let z = image.z0 + image.pixel[1] * brightest.0 as f64;
     let depth = lines.c * (lines.t0 + 260.0 / lines.fs) / 2.0;
     // The nearest pixel is at most half a pixel away.
-    assert!((x - lines.beam_x[14]).abs() <= 0.51 * image.pixel, "x {x}");
-    assert!((z - depth).abs() <= 0.51 * image.pixel, "z {z}");
+    assert!(
+        (x - lines.beam_x[14]).abs() <= 0.51 * image.pixel[0],
+        "x {x}"
+    );
+    assert!((z - depth).abs() <= 0.51 * image.pixel[1], "z {z}");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use bonebeam_files::BeamformedLines;
+use bonebeam_files::{BeamRays, BeamformedLines};
 use bonebeam_report::measure::point::LateralProfile;
 use bonebeam_report::measure::profile::{largest, width};
 use bonebeam_report::measure::signed_distance::{Region, distribution, measure, uniform_baseline};
@@ -181,6 +181,17 @@ fn point_with_a_squared_sinc_profile() {
         20.0 * sinc2(2.45).log10(),
         0.1,
     );
+    // Rays from one place: the peak is at its distance along the ray.
+    let mut rays = lines(&x, |x| sinc2(x / 1e-3));
+    let (angle, z) = ((0..x.len()).map(|k| 0.2 + (k as f64 - 160.0) * 1e-3), 1e-3);
+    rays.beam_x = vec![0.0; x.len()];
+    rays.rays = Some(BeamRays {
+        z: vec![z; x.len()],
+        angle: angle.collect(),
+    });
+    let of_rays = LateralProfile::new(&rays).unwrap();
+    close(Some(of_rays.x[of_rays.peak]), 15e-3 * 0.2f64.sin(), 1e-7);
+    close(Some(of_rays.peak_depth), z + 15e-3 * 0.2f64.cos(), 1e-7);
     assert_eq!(profile.level_beyond(9e-3), None);
     assert_eq!(profile.width(-400.0), None);
 }

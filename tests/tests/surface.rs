@@ -1,6 +1,7 @@
 //! The bone surface: known answers, both references, any old memory, bad input.
 
 use crate::common::changed;
+use crate::common::refused::{assert_refused, name};
 use bonebeam::Error;
 use bonebeam::geometry::Axis;
 use bonebeam::memory::Scratch;
@@ -338,12 +339,6 @@ type Change<'a> = &'a dyn Fn(&mut Parameters);
 
 #[test]
 fn what_is_out_of_range_is_refused_by_its_name() {
-    let with = |change: &dyn Fn(&mut Parameters)| {
-        let mut parameters = PARAMETERS;
-        change(&mut parameters);
-        Detector::new(parameters).unwrap_err()
-    };
-
     let cases: [(&str, Change); 30] = [
         ("samples", &|p| p.samples.step = 0.0),
         ("samples", &|p| p.samples.count = (1 << 16) + 1),
@@ -378,13 +373,9 @@ fn what_is_out_of_range_is_refused_by_its_name() {
         ("slope", &|p| p.settings.slope = 1.0),
         ("confidence", &|p| p.settings.confidence[1] = f32::NAN),
     ];
-    for (name, change) in cases {
-        match with(change) {
-            Error::Parameter { name: found, .. } | Error::Capacity { name: found, .. } => {
-                assert_eq!(found, name);
-            }
-            error => panic!("{name}: {error}"),
-        }
+    for (expected, change) in cases {
+        let refused = Detector::new(changed(PARAMETERS, change));
+        assert_eq!(name(refused), expected);
     }
 }
 
@@ -394,22 +385,18 @@ fn other_lengths_are_refused() {
     let need = detector.need().real;
     let mut real = vec![0.0; need];
     let frame = vec![0; 1200];
-    let length = |refused: Result<(), Error>| match refused.unwrap_err() {
-        Error::Length { name, .. } => name,
-        error => panic!("{error}"),
-    };
     fn scratch(real: &mut [f32]) -> Scratch<'_> {
         Scratch::new(real, &mut [])
     }
     let mut run = |memory: usize, lines: usize| {
         let scratch = scratch(&mut real[..memory]);
-        length(detector.frame(&frame, scratch, &mut vec![None; lines]))
+        detector.frame(&frame, scratch, &mut vec![None; lines])
     };
-    assert_eq!(run(need, 3), "grey levels");
-    assert_eq!(run(need - 1, 2), "real memory");
+    assert_refused(run(need, 3), "length grey levels ");
+    assert_refused(run(need - 1, 2), "length real memory ");
     let of_frame =
         detector.frame_with_coherence(&frame, &frame[1..], scratch(&mut real), &mut [None; 2]);
-    assert_eq!(length(of_frame), "coherence");
+    assert_refused(of_frame, "length coherence ");
     let levels = Levels {
         dark: 0,
         tissue: 0,
@@ -417,9 +404,9 @@ fn other_lengths_are_refused() {
     };
     let mut tracker = Tracker::new(&detector, scratch(&mut real)).unwrap();
     let short = tracker.line(&frame[1..600], levels);
-    assert_eq!(length(short.map(drop)), "line");
+    assert_refused(short, "length line ");
     let short = tracker.line_with_coherence(&frame[..600], &frame[..599], levels);
-    assert_eq!(length(short.map(drop)), "coherence");
+    assert_refused(short, "length coherence ");
     let mut survey = Survey::new(&detector, scratch(&mut real)).unwrap();
-    assert_eq!(length(survey.line(&frame)), "line");
+    assert_refused(survey.line(&frame), "length line ");
 }

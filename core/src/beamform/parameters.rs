@@ -8,6 +8,7 @@ use super::sizes::Sizes;
 use super::table::{Parameter, Range, range};
 use crate::Error;
 use crate::covariance::Covariance;
+use crate::error::attempt;
 use crate::geometry::DepthStep;
 
 /// The fields of [`Parameters`] that are numbers. A row: the documentation, which is the help text; the field
@@ -77,7 +78,7 @@ macro_rules! parameters {
             }),*];
 
             /// Values of the fields of [`Parameters::TABLE`].
-            pub fn values(&self) -> [f64; Self::TABLE.len()] {
+            pub const fn values(&self) -> [f64; Self::TABLE.len()] {
                 [$(self.$name as f64),*]
             }
 
@@ -130,6 +131,66 @@ impl Default for Parameters {
 }
 
 impl Parameters {
+    /// Checks all values; a `const` can call it.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for a value outside the range of its row in [`Parameters::TABLE`], or for an argument
+    /// of the method outside that of [`Method::parameter`]; for sub-lines beyond [`Parameters::SUB_LINES`]. Without
+    /// the feature `eigenspace`, for its methods, and for MV with a diagonal loading below 10⁻⁴. Without the feature
+    /// `apodization`, `forward`, `postfilters` or `sub-lines`, for any of these.
+    pub const fn check(&self) -> Result<(), Error> {
+        let method = self.method;
+        if let (Some(row), Some(argument)) = (method.parameter(), method.argument()) {
+            attempt!(row.check(argument));
+        }
+        attempt!(method.check_compiled(self.diagonal_loading));
+        let (apodization, postfilter) = (self.apodization, self.postfilter);
+        let of_features = [
+            (
+                FORWARD || !matches!(self.covariance, Covariance::Forward),
+                "forward",
+                "the feature forward",
+            ),
+            (
+                APODIZATION || matches!(apodization, Apodization::None),
+                apodization.name(),
+                "the feature apodization",
+            ),
+            (
+                POSTFILTERS || matches!(postfilter, Postfilter::None),
+                postfilter.name(),
+                "the feature postfilters",
+            ),
+        ];
+        let mut k = 0;
+        while k < of_features.len() {
+            let (compiled, name, expected) = of_features[k];
+            if !compiled {
+                return Err(Error::parameter(name, 0.0, expected));
+            }
+            k += 1;
+        }
+        let sub_lines = self.sub_lines;
+        attempt!(Parameters::SUB_LINES.check(sub_lines as f64));
+        if !sub_lines.is_power_of_two() || sub_lines > 1 && !SUB_LINES {
+            return Err(Error::parameter(
+                Parameters::SUB_LINES.name,
+                sub_lines as f64,
+                match SUB_LINES {
+                    true => Parameters::SUB_LINES.range.text,
+                    false => "1 without the feature sub-lines",
+                },
+            ));
+        }
+        let values = self.values();
+        let mut k = 0;
+        while k < values.len() {
+            attempt!(Parameters::TABLE[k].check(values[k]));
+            k += 1;
+        }
+        Ok(())
+    }
+
     /// The window of the apodization, if it has one.
     pub(super) fn window(&self) -> Option<Window> {
         if !APODIZATION {
@@ -212,54 +273,9 @@ impl Beamformer {
     /// Validates the parameters.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for a value outside the range of its row in [`Parameters::TABLE`], or for an argument
-    /// of the method outside that of [`Method::parameter`]; for sub-lines beyond [`Parameters::SUB_LINES`]. Without
-    /// the feature `eigenspace`, for its methods, and for MV with a diagonal loading below 10⁻⁴. Without the feature
-    /// `apodization`, `forward`, `postfilters` or `sub-lines`, for any of these.
-    pub fn new(parameters: Parameters) -> Result<Self, Error> {
-        let method = parameters.method;
-        if let (Some(row), Some(argument)) = (method.parameter(), method.argument()) {
-            row.check(argument)?;
-        }
-        method.check_compiled(parameters.diagonal_loading)?;
-        let (apodization, postfilter) = (parameters.apodization, parameters.postfilter);
-        let of_features = [
-            (
-                FORWARD || parameters.covariance != Covariance::Forward,
-                "forward",
-                "the feature forward",
-            ),
-            (
-                APODIZATION || apodization == Apodization::None,
-                apodization.name(),
-                "the feature apodization",
-            ),
-            (
-                POSTFILTERS || postfilter == Postfilter::None,
-                postfilter.name(),
-                "the feature postfilters",
-            ),
-        ];
-        for (compiled, name, expected) in of_features {
-            if !compiled {
-                return Err(Error::parameter(name, 0.0, expected));
-            }
-        }
-        let sub_lines = parameters.sub_lines;
-        Parameters::SUB_LINES.check(sub_lines as f64)?;
-        if !sub_lines.is_power_of_two() || sub_lines > 1 && !SUB_LINES {
-            return Err(Error::parameter(
-                Parameters::SUB_LINES.name,
-                sub_lines as f64,
-                match SUB_LINES {
-                    true => Parameters::SUB_LINES.range.text,
-                    false => "1 without the feature sub-lines",
-                },
-            ));
-        }
-        for (row, value) in Parameters::TABLE.iter().zip(parameters.values()) {
-            row.check(value)?;
-        }
+    /// As [`Parameters::check`].
+    pub const fn new(parameters: Parameters) -> Result<Self, Error> {
+        attempt!(parameters.check());
         Ok(Beamformer { parameters })
     }
 

@@ -39,8 +39,8 @@ impl Parameter {
     ///
     /// # Errors
     /// [`Error::Parameter`] for a value outside the range.
-    pub fn check(&self, value: f64) -> Result<(), Error> {
-        if self.range.contains(value) && (!self.whole || value == libm::floor(value)) {
+    pub const fn check(&self, value: f64) -> Result<(), Error> {
+        if self.range.contains(value) && (!self.whole || value == value as u64 as f64) {
             return Ok(());
         }
         Err(Error::parameter(self.name, value, self.range.text))
@@ -63,7 +63,7 @@ pub struct Range {
 
 impl Range {
     /// Whether the range contains `value`; no range contains NaN.
-    pub fn contains(&self, value: f64) -> bool {
+    pub const fn contains(&self, value: f64) -> bool {
         let enough = value > self.least || value == self.least && !self.above;
         enough && value <= self.most
     }
@@ -140,20 +140,16 @@ macro_rules! choices {
             }
 
             /// Description of the argument, if the row has one.
-            pub fn parameter(&self) -> Option<Parameter> {
+            pub const fn parameter(&self) -> Option<Parameter> {
                 match self {
-                    $($type::$variant { .. } => {
-                        let parameter: Option<Parameter> = None;
-                        $(let parameter = parameter.or(Some($parameter));)?
-                        parameter
-                    })*
+                    $($type::$variant { .. } => [$(Some($parameter),)? None][0],)*
                 }
             }
 
             /// Value of the argument, if the row has one.
-            pub fn argument(&self) -> Option<f64> {
+            pub const fn argument(&self) -> Option<f64> {
                 match *self {
-                    $($type::$variant $(($argument))? => None $(.or(Some($argument as f64)))?,)*
+                    $($type::$variant $(($argument))? => [$(Some($argument as f64),)? None][0],)*
                 }
             }
 

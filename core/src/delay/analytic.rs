@@ -14,6 +14,7 @@
 //! | 100 MHz | 159 | 2.6·10⁻⁴ | 1.8·10⁻⁴ | 6·10⁻⁴ |
 
 use crate::Error;
+use crate::error::{at_least_one, attempt};
 use crate::kaiser::Kaiser;
 use crate::simd::{Vector, load};
 
@@ -53,19 +54,22 @@ pub(super) struct HilbertTransformer {
 }
 
 impl HilbertTransformer {
+    /// Refuses numbers of taps, as [`HilbertTransformer::new`].
+    pub(super) const fn check(count: usize) -> Result<(), Error> {
+        attempt!(at_least_one("hilbert taps", count));
+        if count > MAX_HILBERT_TAPS {
+            let capacity = MAX_HILBERT_TAPS;
+            return Err(Error::capacity("hilbert taps", count, capacity));
+        }
+        Ok(())
+    }
+
     /// `count` non-zero taps a side, N: 4N − 1 taps in all.
     ///
     /// # Errors
     /// [`Error::Parameter`] if `count` is 0, [`Error::Capacity`] if it exceeds [`MAX_HILBERT_TAPS`].
     pub(super) const fn new(count: usize) -> Result<Self, Error> {
-        if count == 0 {
-            let expected = "at least 1";
-            return Err(Error::parameter("hilbert taps", 0.0, expected));
-        }
-        if count > MAX_HILBERT_TAPS {
-            let capacity = MAX_HILBERT_TAPS;
-            return Err(Error::capacity("hilbert taps", count, capacity));
-        }
+        attempt!(Self::check(count));
         let mut taps = [0.0; MAX_HILBERT_TAPS];
         let window = Kaiser::new(BETA);
         let mut j = 0;

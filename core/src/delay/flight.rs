@@ -1,6 +1,10 @@
 //! The path that all elements share: transmit to a depth, back to the line's start.
 
+use core::ops::Range;
+
 use super::delay_law::TransmitDelay;
+use crate::Error;
+use crate::geometry::{Scan, Transmit};
 
 /// The times of a line's output samples, for one transmit and one sampling rate.
 pub(super) struct Flight<'a> {
@@ -25,6 +29,46 @@ pub(super) struct CentreSample {
     pub time: f64,
     /// The read position in the record, samples.
     pub position: f64,
+}
+
+/// The output samples of a line that the element at its beginning finds in a record.
+///
+/// Deeper samples come later.
+pub(crate) fn recorded(
+    scan: &Scan<'_>,
+    line: usize,
+    transmit: &Transmit<'_>,
+) -> Result<Range<usize>, Error> {
+    let p = scan.parameters();
+    let (ray, sound_speed) = (scan.ray(line), p.sound_speed);
+    let law = TransmitDelay::new(transmit.law, &ray, &p.array, sound_speed)?;
+    let flight = Flight {
+        transmit: &law,
+        t0: transmit.t0,
+        sound_speed,
+        output_start: scan.start(),
+        output_rate: p.output_rate,
+        rate: p.sampling_rate,
+    };
+    // The first sample that is not before something.
+    let first = |before: &dyn Fn(CentreSample) -> bool| {
+        let (mut low, mut high) = (0, scan.samples());
+        while low < high {
+            let middle = low + (high - low) / 2;
+            match before(flight.at(middle as f64)) {
+                true => low = middle + 1,
+                false => high = middle,
+            }
+        }
+        low
+    };
+    let begin = first(&|sample| sample.depth <= 0.0 || sample.position < 0.0);
+    let last = p.record_samples as f64 - 1.0;
+    let end = first(&|sample| sample.depth <= 0.0 || sample.position <= last);
+    Ok(match scan.widest(line).count {
+        0 => 0..0,
+        _ => begin..end,
+    })
 }
 
 impl Flight<'_> {

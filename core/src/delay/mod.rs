@@ -8,7 +8,7 @@
 mod analytic;
 mod decimator;
 mod delay_law;
-mod flight;
+pub(crate) mod flight;
 mod groups;
 mod interpolate;
 mod iq;

@@ -101,7 +101,7 @@ impl<'a> Record<'a> {
     /// ```
     ///
     /// # Errors
-    /// [`Error::Parameter`] for no elements, or a sample or scale beyond the magnitude; [`Error::Length`] for an
+    /// [`Error::Parameter`] for no elements, a scale of 0, or a sample or scale beyond the magnitude; [`Error::Length`] for an
     /// empty or ragged slice; [`Error::NonFinite`] with the index of a sample.
     pub fn iq(samples: IqSamples<'a>, layout: IqLayout, elements: usize) -> Result<Self, Error> {
         let count = match samples {
@@ -117,8 +117,8 @@ impl<'a> Record<'a> {
             IqSamples::Counts(_, scale) => {
                 finite("iq scale", f64::from(scale))?;
                 const LARGEST: f32 = MAX_MAGNITUDE / 32768.0;
-                let expected = "a magnitude of at most 1e29 over 32768";
-                match (-LARGEST..=LARGEST).contains(&scale) {
+                let expected = "not 0, with a magnitude of at most 1e29 over 32768";
+                match (-LARGEST..=LARGEST).contains(&scale) && scale != 0.0 {
                     true => Ok(32768.0 * if scale < 0.0 { -scale } else { scale }),
                     false => Err(Error::parameter("iq scale", f64::from(scale), expected)),
                 }
@@ -285,7 +285,19 @@ mod tests {
     /// 2.3 of interpolation times √2 of rotation, of samples of any size, as numbers and as counts.
     #[test]
     fn the_bound_of_aligned_samples_grows_with_the_samples() {
-        for largest in [0.0, 1e-20f32, 1e-3, 1.0, 1000.0, MAX_MAGNITUDE] {
+        let nothing = Record::iq(IqSamples::Float(&[Complex::ZERO]), IqLayout::Planar, 1);
+        assert_eq!(nothing.unwrap().largest_aligned(), 0.0);
+        // Counts times 0 would be a black line without a word.
+        let black = IqSamples::Counts(&[[0, i16::MIN]], -0.0);
+        let refused = Record::iq(black, IqLayout::Planar, 1).unwrap_err();
+        assert!(matches!(
+            refused,
+            Error::Parameter {
+                name: "iq scale",
+                ..
+            }
+        ));
+        for largest in [1e-20f32, 1e-3, 1.0, 1000.0, MAX_MAGNITUDE] {
             let iq = [Complex::new(0.5 * largest, -largest)];
             let scale = -largest / 32768.0;
             for samples in [

@@ -4,7 +4,7 @@ use super::{
     Fan, Logarithm, PixelGrid, largest, log_compression, median, resample, scan_conversion,
 };
 use crate::Error;
-use crate::error::check_length;
+use crate::error::{attempt, check_length};
 use crate::geometry::Axis;
 use crate::memory::Need;
 use crate::simd::Vector;
@@ -60,6 +60,23 @@ pub struct BMode {
     fan: Option<Fan>,
 }
 
+impl BModeParameters {
+    /// Checks all values; a `const` can call it.
+    ///
+    /// # Errors
+    /// As [`BMode::new`].
+    pub const fn check(&self) -> Result<(), Error> {
+        let (rows, columns) = (self.grid.row_axis(), self.grid.column_axis());
+        attempt!(resample::check_axes(
+            &self.lines,
+            &self.samples,
+            &rows,
+            &columns
+        ));
+        log_compression::check_range(self.dynamic_range)
+    }
+}
+
 impl BMode {
     /// Validates the parameters.
     ///
@@ -67,14 +84,7 @@ impl BMode {
     /// [`Error::Parameter`] for an axis that is not finite, whose step is not positive, or a data
     /// axis of fewer than 2 positions, and for a dynamic range that is not positive.
     pub fn new(parameters: BModeParameters) -> Result<Self, Error> {
-        let BModeParameters { grid, .. } = &parameters;
-        resample::check_axes(
-            &parameters.lines,
-            &parameters.samples,
-            &grid.row_axis(),
-            &grid.column_axis(),
-        )?;
-        log_compression::check_range(parameters.dynamic_range)?;
+        parameters.check()?;
         Ok(BMode {
             parameters,
             fan: None,
@@ -239,50 +249,5 @@ impl BMode {
         }
         to_pixels(scratch)?;
         median::median_in_steps(zero, scratch, grid.columns, out, step)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_fans_image_is_its_lines_scan_converted() {
-        let lines = Axis::centred(3, 0.3);
-        let samples = Axis::new(0.0, 1e-3, 4);
-        let fan = Fan {
-            x: 0.0,
-            z: -5e-3,
-            radius: 5e-3,
-        };
-        let grid = PixelGrid::cover([-2e-3, 2e-3], [-1e-3, 3e-3], 9, 9);
-        let parameters = BModeParameters {
-            lines,
-            samples,
-            grid,
-            dynamic_range: 40.0,
-            logarithm: Logarithm::Exact,
-            median: false,
-        };
-        let envelopes: [f32; 12] = core::array::from_fn(|k| 1.0 / (1.0 + k as f32));
-        let (mut levels, mut expected) = ([0.0; 12], [0.0; 81]);
-        log_compression::log_compression(&envelopes, 1.0, 40.0, &mut levels).unwrap();
-        let (rows, columns) = (grid.row_axis(), grid.column_axis());
-        scan_conversion::scan_convert(
-            &levels,
-            fan,
-            [lines, samples],
-            [rows, columns],
-            &mut expected,
-        )
-        .unwrap();
-        assert!(expected.iter().filter(|&&pixel| pixel > 0.0).count() > 20);
-
-        let (mut work, mut image) = ([0.0; 12], [0.0; 81]);
-        let b_mode = BMode::of_fan(parameters, fan).unwrap();
-        b_mode
-            .image(0.0f32, &envelopes, &mut work, &mut image)
-            .unwrap();
-        assert_eq!(image, expected);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::check_finite;
 use crate::Error;
-use crate::error::check_length;
+use crate::error::{check_length, not_negative};
 use crate::memory::STEP;
 
 /// Largest value of an envelope, the reference of a frame; 0 for an empty one.
@@ -103,7 +103,7 @@ pub(super) fn log_compression_in_steps(
 ) -> Result<(), Error> {
     check_length("log compression output", out.len(), envelope.len())?;
     check_range(dynamic_range)?;
-    check_not_negative("reference envelope", reference)?;
+    not_negative("reference envelope", reference)?;
     // The bits of invalid values, and of −0, are above the largest float's. A whole chunk at a time, since that needs
     // no branch for each sample.
     let doubtful = |value: &f32| value.to_bits() > f32::MAX.to_bits();
@@ -111,7 +111,7 @@ pub(super) fn log_compression_in_steps(
     if envelope.chunks(256).any(any) {
         check_finite("envelope", envelope)?;
         for &value in envelope {
-            check_not_negative("envelope", value)?;
+            not_negative("envelope", value)?;
         }
     }
     let slope = 255.0 / dynamic_range;
@@ -140,22 +140,13 @@ fn levels(logarithm: Logarithm, envelope: &[f32], reference: f32, slope: f32, ou
     }
 }
 
-pub(super) fn check_range(dynamic_range: f32) -> Result<(), Error> {
+pub(crate) const fn check_range(dynamic_range: f32) -> Result<(), Error> {
     if dynamic_range > 0.0 && dynamic_range.is_finite() {
         return Ok(());
     }
     let expected = "a finite number above 0";
-    let value = dynamic_range.into();
+    let value = dynamic_range as f64;
     Err(Error::parameter("dynamic range in dB", value, expected))
-}
-
-fn check_not_negative(name: &'static str, value: f32) -> Result<(), Error> {
-    if value >= 0.0 && value.is_finite() {
-        Ok(())
-    } else {
-        let expected = "a finite number of at least 0";
-        Err(Error::parameter(name, value.into(), expected))
-    }
 }
 
 fn exact_decibels(ratio: f32) -> f32 {

@@ -2,7 +2,7 @@
 
 use super::check_finite;
 use crate::Error;
-use crate::error::check_length;
+use crate::error::{attempt, check_length};
 use crate::geometry::Axis;
 use crate::memory::STEP;
 
@@ -95,25 +95,33 @@ pub(super) fn resample_in_steps(
 }
 
 /// Refuses axes that are not finite and ascending, and data without an interval.
-pub(super) fn check_axes(
+pub(super) const fn check_axes(
     beams: &Axis,
     samples: &Axis,
     rows: &Axis,
     columns: &Axis,
 ) -> Result<(), Error> {
-    for (axis, name) in [
+    let spacings = [
         (beams, "beam spacing"),
         (samples, "sample spacing"),
         (rows, "row spacing"),
         (columns, "column spacing"),
-    ] {
-        axis.check(name)?;
+    ];
+    let mut k = 0;
+    while k < spacings.len() {
+        let (axis, name) = spacings[k];
+        attempt!(axis.check(name));
+        k += 1;
     }
-    for (axis, name) in [(beams, "number of beams"), (samples, "number of samples")] {
+    let counts = [(beams, "number of beams"), (samples, "number of samples")];
+    let mut k = 0;
+    while k < counts.len() {
+        let (axis, name) = counts[k];
         if axis.count < 2 {
             let expected = "at least 2, to interpolate between";
             return Err(Error::parameter(name, axis.count as f64, expected));
         }
+        k += 1;
     }
     Ok(())
 }

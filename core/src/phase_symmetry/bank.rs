@@ -3,7 +3,7 @@
 use super::log_gabor::{ORIENTATIONS, Scale};
 use super::memory::Sizes;
 use crate::Error;
-use crate::error::at_least_one;
+use crate::error::{at_least_one, attempt, not_negative};
 use core::ops::Range;
 
 /// Maximum number of scales of a bank.
@@ -81,6 +81,37 @@ pub struct PhaseSymmetry {
     pub(super) threshold: f32,
 }
 
+impl Parameters<'_> {
+    /// Checks all values; a `const` can call it.
+    ///
+    /// # Errors
+    /// As [`PhaseSymmetry::new`].
+    pub const fn check(&self) -> Result<(), Error> {
+        let Parameters {
+            sizes,
+            scales,
+            threshold,
+        } = *self;
+        if scales.len() > MAX_SCALES {
+            return Err(Error::capacity(
+                "number of scales",
+                scales.len(),
+                MAX_SCALES,
+            ));
+        }
+        attempt!(at_least_one("number of scales", scales.len()));
+        attempt!(at_least_one("strip height", sizes.strip));
+        attempt!(not_negative("noise threshold", threshold));
+        attempt!(Scale::check(sizes.rows, sizes.columns, 0.5));
+        let mut k = 0;
+        while k < scales.len() {
+            attempt!(Scale::check(sizes.rows, sizes.columns, scales[k]));
+            k += 1;
+        }
+        Ok(())
+    }
+}
+
 impl PhaseSymmetry {
     /// A bank of six orientations at each scale.
     ///
@@ -96,21 +127,8 @@ impl PhaseSymmetry {
             scales,
             threshold,
         } = *parameters;
+        parameters.check()?;
         let Sizes { rows, columns, .. } = sizes;
-        if scales.len() > MAX_SCALES {
-            return Err(Error::capacity(
-                "number of scales",
-                scales.len(),
-                MAX_SCALES,
-            ));
-        }
-        at_least_one("number of scales", scales.len())?;
-        at_least_one("strip height", sizes.strip)?;
-        if !(threshold >= 0.0 && threshold.is_finite()) {
-            let expected = "a finite number of at least 0";
-            let value = threshold.into();
-            return Err(Error::parameter("noise threshold", value, expected));
-        }
         let mut filled = [Scale::new(rows, columns, 0.5)?; MAX_SCALES];
         for (filled, &scale) in filled.iter_mut().zip(scales) {
             *filled = Scale::new(rows, columns, scale)?;

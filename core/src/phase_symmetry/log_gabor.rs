@@ -131,16 +131,7 @@ impl Scale {
     /// [`Error::Parameter`] for a side that is not a power of two in 64..=1024, and for `r0`
     /// outside 2⁻¹⁰..=2⁻¹.
     pub(super) fn new(rows: usize, columns: usize, r0: f64) -> Result<Self, Error> {
-        for (name, side) in [("image rows", rows), ("image columns", columns)] {
-            if !is_supported(side) {
-                let expected = "a power of two: 64, 128, 256, 512 or 1024";
-                return Err(Error::parameter(name, side as f64, expected));
-            }
-        }
-        if !(1.0 / 1024.0..=0.5).contains(&r0) {
-            let expected = "from 2^-10 to 2^-1";
-            return Err(Error::parameter("scale in cycles per pixel", r0, expected));
-        }
+        Self::check(rows, columns, r0)?;
         let longest = rows.max(columns);
         let radius = r0 * longest as f64;
         Ok(Scale {
@@ -150,6 +141,25 @@ impl Scale {
             column_step: (longest / columns) as f32,
             per_square: (1.0 / (radius * radius)) as f32,
         })
+    }
+
+    /// Checks what [`Scale::new`] takes.
+    pub(super) const fn check(rows: usize, columns: usize, r0: f64) -> Result<(), Error> {
+        let sides = [("image rows", rows), ("image columns", columns)];
+        let mut k = 0;
+        while k < sides.len() {
+            let (name, side) = sides[k];
+            if !is_supported(side) {
+                let expected = "a power of two: 64, 128, 256, 512 or 1024";
+                return Err(Error::parameter(name, side as f64, expected));
+            }
+            k += 1;
+        }
+        if r0 >= 1.0 / 1024.0 && r0 <= 0.5 {
+            return Ok(());
+        }
+        let expected = "from 2^-10 to 2^-1";
+        Err(Error::parameter("scale in cycles per pixel", r0, expected))
     }
 
     /// The frequency of a bin: `column` k stands for k/N cycles a pixel below N/2 and (k − N)/N

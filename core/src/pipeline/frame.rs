@@ -57,6 +57,8 @@ pub struct Frame<'p, 'm, D = Delay> {
     envelopes: &'m mut [f32],
     pub(super) image: &'m mut [f32],
     pub(super) map: &'m mut [f32],
+    /// Whether there is an image for the bone map.
+    has_image: bool,
     pub(super) scratch: Scratch<'m>,
 }
 
@@ -86,8 +88,8 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
             _ => None,
         };
         envelopes.fill(0.0);
-        image.fill(0.0);
         Ok(Frame {
+            has_image: false,
             pipeline,
             gains: AnyGains::Computed(LogGabor::fixed()),
             apertures: ApertureTable::new(scan, widths)?,
@@ -310,6 +312,7 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
     ///
     /// [`BMode::image_in_steps`]: crate::image::BMode::image_in_steps
     pub fn image_in_steps(&mut self, progress: &mut dyn FnMut(usize)) -> Result<&[f32], Error> {
+        self.has_image = true;
         let mut work = &mut *self.scratch.real;
         let work = split_front(&mut work, self.pipeline.parts.b_mode);
         let b_mode = self.pipeline.b_mode();
@@ -323,7 +326,7 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
     /// levels.
     ///
     /// # Errors
-    /// None: images are finite.
+    /// [`Error::Parameter`] before the first image.
     pub fn bone_map(&mut self) -> Result<&mut [f32], Error> {
         self.bone_map_in_steps(&mut |_| {})
     }
@@ -333,13 +336,17 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
     /// A step is less than a million instructions on a Cortex-M7, so that a watchdog can be reset in it.
     ///
     /// # Errors
-    /// None: images are finite.
+    /// As [`Frame::bone_map`].
     ///
     /// [`PhaseSymmetry::map`]: crate::phase_symmetry::PhaseSymmetry::map
     pub fn bone_map_in_steps(
         &mut self,
         progress: &mut dyn FnMut(usize),
     ) -> Result<&mut [f32], Error> {
+        if !self.has_image {
+            let expected = "an image before its bone map";
+            return Err(Error::parameter("images", 0.0, expected));
+        }
         let bank = self.pipeline.phase_symmetry();
         let scratch = self.scratch.reborrow();
         bank.map(&self.gains, self.image, scratch, self.map, progress)?;

@@ -180,6 +180,29 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         &self.beamformer
     }
 
+    /// The samples of a line that the records of a transmit hold.
+    ///
+    /// For the element at the line's beginning; others hold a little less. Other samples are black: above the
+    /// record's first sample, below its last, and all of a line without active elements. A wrong `t0` or `end` shows
+    /// here, at set-up.
+    ///
+    /// ```
+    /// use bonebeam::geometry::{Scan, ScanParameters, Transmit, TransmitLaw};
+    /// use bonebeam::{beamform::Parameters, pipeline::LinePipeline};
+    ///
+    /// let lines = LinePipeline::new(Scan::new(ScanParameters::EXAMPLE)?, Parameters::DEFAULT)?;
+    /// let at = |t0| lines.recorded(32, &Transmit::new(TransmitLaw::Focused, t0));
+    /// assert_eq!(at(0.0)?, 0..208); // all
+    /// assert_eq!(at(1.0)?, 208..208); // t0 in microseconds
+    /// # Ok::<(), bonebeam::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for an impossible transmit, or a line outside the scan.
+    pub fn recorded(&self, line: usize, transmit: &Transmit<'_>) -> Result<Range<usize>, Error> {
+        crate::delay::flight::recorded(&self.scan, line, transmit)
+    }
+
     /// Number of computed samples of a line, with its [depth step](Parameters::depth_step).
     pub fn line_samples(&self) -> usize {
         self.beamformer.line_samples(self.scan.samples())

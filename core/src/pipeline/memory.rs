@@ -47,14 +47,15 @@ impl Parameters<'_> {
     /// const PARAMETERS: Parameters = Parameters::EXAMPLE;
     /// const NEED: Need = match PARAMETERS.need(Input::Rf, 1) {
     ///     Ok(need) => need,
-    ///     Err(_) => panic!("the scan is not valid"),
+    ///     Err(error) => panic!("{}", error.words().as_str()),
     /// };
     /// static MEMORY: Memory<{ NEED.real }, { NEED.complex }> = Memory::new();
     /// ```
     ///
     /// # Errors
-    /// As [`Scan::new`], and for I/Q as [`Scan::of_iq`].
+    /// As [`Parameters::check`]. The compiler then refuses the constant; [`Error::words`] says why.
     pub const fn need(&self, input: Input, lanes: usize) -> Result<Need, Error> {
+        attempt!(self.check(input));
         let parts = attempt!(self.parts(input, 1));
         Ok(parts.need_over(attempt!(self.parts(input, lanes)).line))
     }

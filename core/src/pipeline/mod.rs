@@ -31,7 +31,8 @@ pub use line::{IqInput, LinePipeline};
 
 use crate::Error;
 use crate::beamform::{self, ShortLagCoherence};
-use crate::delay::{Delay, IqDelay, Stage};
+use crate::delay::{Delay, DelayParameters, IqDelay, Stage};
+use crate::error::{at_least_one, attempt};
 use crate::geometry::{Axis, Lines, Scan, ScanParameters};
 use crate::image::{BMode, BModeParameters, DepthInterpolation, Logarithm, PixelGrid};
 use crate::memory::Need;
@@ -87,6 +88,54 @@ impl Parameters<'_> {
         strip: 8,
         block: 64,
     };
+
+    /// Checks all values; a `const` can call it, and [`Parameters::need`] does.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] or [`Error::Capacity`], naming the parameter that is out of range: as [`Scan::new`] or, for
+    /// I/Q, [`Scan::of_iq`]; [`DelayParameters::check`] of RF; [`beamform::Parameters::check`]; [`BModeParameters::check`];
+    /// [`phase_symmetry::Parameters::check`]; for lines that are not evenly spaced, for `min_elements` beyond the
+    /// array's, and for a block of 0 samples.
+    pub const fn check(&self, input: Input) -> Result<(), Error> {
+        let scan = match input {
+            Input::Rf => {
+                let scan = attempt!(Scan::new(self.scan));
+                attempt!(DelayParameters::of(&scan).check());
+                scan
+            }
+            Input::Iq => attempt!(Scan::of_iq(self.scan)),
+        };
+        attempt!(self.beamformer.check());
+        attempt!(attempt!(self.b_mode(&scan)).check());
+        attempt!(self.phase_symmetry().check());
+        if self.scan.min_elements > scan.elements() {
+            let value = self.scan.min_elements as f64;
+            let expected = "at most the number of elements";
+            return Err(Error::parameter("min_elements", value, expected));
+        }
+        at_least_one("block", self.block)
+    }
+
+    /// The image, from evenly spaced lines.
+    const fn b_mode(&self, scan: &Scan<'_>) -> Result<BModeParameters, Error> {
+        let (lines, samples) = (attempt!(even(&self.scan.lines)), scan.depths());
+        Ok(BModeParameters {
+            lines,
+            samples,
+            grid: PixelGrid::of_lines(&lines, &samples, self.rows, self.columns),
+            dynamic_range: self.dynamic_range,
+            logarithm: Logarithm::Exact,
+            median: self.median,
+        })
+    }
+
+    const fn phase_symmetry(&self) -> phase_symmetry::Parameters<'_> {
+        phase_symmetry::Parameters {
+            sizes: self.strips(),
+            scales: self.scales,
+            threshold: self.threshold,
+        }
+    }
 }
 
 /// Kind of records.
@@ -151,11 +200,10 @@ impl<'a> Pipeline<'a> {
     /// A pipeline of RF: validates the parameters and computes the tables.
     ///
     /// # Errors
-    /// [`Error::Parameter`] or [`Error::Capacity`], naming the parameter that is out of range: as [`Scan::new`],
-    /// [`LinePipeline::new`], [`BMode::new`] and [`PhaseSymmetry::new`]; for lines that are not evenly spaced.
+    /// As [`Parameters::check`] and [`LinePipeline::new`].
     pub fn new(parameters: Parameters<'a>) -> Result<Self, Error> {
+        parameters.check(Input::Rf)?;
         let scan = Scan::new(parameters.scan)?;
-        even(&parameters.scan.lines)?;
         let lines = LinePipeline::new(scan, parameters.beamformer)?;
         Self::of_lines(lines, parameters, parameters.parts(Input::Rf, 1)?)
     }
@@ -188,8 +236,8 @@ impl<'a> Pipeline<'a, &'a Delay> {
     /// # Errors
     /// As [`Pipeline::new`]; [`Error::Parameter`] if the stage does not match the scan.
     pub fn by(delay: &'a Delay, parameters: Parameters<'a>) -> Result<Self, Error> {
+        parameters.check(Input::Rf)?;
         let scan = Scan::new(parameters.scan)?;
-        even(&parameters.scan.lines)?;
         let lines = LinePipeline::by(delay, scan, parameters.beamformer)?;
         Self::of_lines(lines, parameters, parameters.parts(Input::Rf, 1)?)
     }
@@ -222,8 +270,8 @@ impl<'a> Pipeline<'a, IqDelay> {
     /// # Errors
     /// As [`Pipeline::new`], with [`Scan::of_iq`] and [`LinePipeline::of_iq`].
     pub fn of_iq(parameters: Parameters<'a>, iq: IqInput) -> Result<Self, Error> {
+        parameters.check(Input::Iq)?;
         let scan = Scan::of_iq(parameters.scan)?;
-        even(&parameters.scan.lines)?;
         let lines = LinePipeline::of_iq(scan, iq, parameters.beamformer)?;
         Self::of_lines(lines, parameters, parameters.parts(Input::Iq, 1)?)
     }
@@ -235,25 +283,13 @@ impl<'a, D: Stage> Pipeline<'a, D> {
         parameters: Parameters<'a>,
         parts: FrameLayout,
     ) -> Result<Self, Error> {
-        let (lines, samples) = (even(&parameters.scan.lines)?, of_scan.scan().depths());
-        let (rows, columns) = (parameters.rows, parameters.columns);
+        let b_mode = parameters.b_mode(of_scan.scan())?;
         let step = of_scan.beamformer().parameters().depth_step;
         Ok(Pipeline {
             interpolation: DepthInterpolation::of(of_scan.scan(), step)?,
             lines: of_scan,
-            b_mode: BMode::new(BModeParameters {
-                lines,
-                samples,
-                grid: PixelGrid::of_lines(&lines, &samples, rows, columns),
-                dynamic_range: parameters.dynamic_range,
-                logarithm: Logarithm::Exact,
-                median: parameters.median,
-            })?,
-            phase_symmetry: PhaseSymmetry::new(&phase_symmetry::Parameters {
-                sizes: parameters.strips(),
-                scales: parameters.scales,
-                threshold: parameters.threshold,
-            })?,
+            b_mode: BMode::new(b_mode)?,
+            phase_symmetry: PhaseSymmetry::new(&parameters.phase_symmetry())?,
             parts,
             block: parameters.block,
         })

@@ -10,21 +10,32 @@
 #[repr(C, align(32))]
 #[derive(Clone, Debug, PartialEq)]
 pub struct Block<S, const M: usize, const N: usize> {
-    /// Transmit counter of the front end; 2³²−1 is followed by 0.
+    /// What the front end says of the block.
+    pub header: Header,
+    /// The samples, `[sample][element]`.
+    pub samples: [[S; M]; N],
+}
+
+/// Header of a block, 8 bytes.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Header {
+    /// Transmit counter of the front end, from 0 at its start; 2³²−1 is followed by 0.
     pub sequence: u32,
     /// Beam of the frame.
     pub beam: u16,
     /// Faults of the acquisition.
     pub overflow: Overflow,
-    /// The samples, `[sample][element]`.
-    pub samples: [[S; M]; N],
+    /// A number that differs between two starts of the front end, such as a count of its resets; 0 if it has none.
+    pub start: u8,
 }
 
 /// Faults of a block's acquisition, as flags.
 #[repr(transparent)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Overflow(pub u16);
+pub struct Overflow(pub u8);
 
 impl Overflow {
     /// A sample was at the end of the converter's range.
@@ -79,9 +90,12 @@ impl<S: Copy, const M: usize, const N: usize> Block<S, M, N> {
     /// A block with `value` in every sample.
     pub const fn filled(value: S) -> Self {
         Block {
-            sequence: 0,
-            beam: 0,
-            overflow: Overflow(0),
+            header: Header {
+                sequence: 0,
+                beam: 0,
+                overflow: Overflow(0),
+                start: 0,
+            },
             samples: [[value; M]; N],
         }
     }

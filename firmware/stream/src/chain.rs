@@ -71,16 +71,58 @@ impl<'m, P: Probe, const LINES: usize> Chain<'m, P, LINES> {
     /// A chain before its first record.
     ///
     /// # Errors
-    /// [`Error::Length`] for less memory than [`Probe::NEED`]; more is no error. For a plan of other parameters
-    /// than the probe's, [`Chain::line`] returns an error if the beamformer's shapes differ.
+    /// [`Error::Length`] for less memory than [`Probe::NEED`]; more is no error. [`Error::Parameter`] if the records of
+    /// [`Probe::TRANSMIT`] hold no sample of the first or of the last line
+    /// ([`LinePipeline::recorded`](bonebeam::pipeline::LinePipeline::recorded)): such lines are black.
     pub fn new(plan: &'m Plan<P>, scratch: Scratch<'m>) -> Result<Self, Error> {
         const {
             assert!(LINES == P::LINES);
         }
+        let lines = plan.pipeline().lines();
+        for line in [0, LINES.saturating_sub(1)] {
+            if lines.recorded(line, &P::TRANSMIT)?.is_empty() {
+                return Err(Error::Parameter {
+                    name: "t0",
+                    value: P::TRANSMIT.t0,
+                    expected: "a time in s whose records hold samples of the lines, which begin within the array",
+                });
+            }
+        }
         Ok(Chain {
-            frame: Frame::new(plan, scratch)?,
+            frame: Frame::new(plan.pipeline(), scratch)?,
             lines: [None; LINES],
         })
+    }
+
+    /// The same chain with another frame of its plan: with coherence, pooling or tables of gains.
+    ///
+    /// ```
+    /// # use bonebeam::memory::Memory;
+    /// # use bonebeam_stream::{Chain, Probe, scan::Reference};
+    /// # let plan = Reference::plan()?;
+    /// # let mut memory = Box::new(Memory::<{ Reference::NEED.real }, { Reference::NEED.complex }>::new());
+    /// let mut gains = vec![0.0; plan.pipeline().phase_symmetry().gain_tables_len()];
+    /// let chain = Chain::<Reference, { Reference::LINES }>::new(&plan, memory.scratch())?;
+    /// let chain = chain.with(|frame| frame.with_gain_tables(&mut gains))?;
+    /// # let _ = chain;
+    /// # Ok::<(), bonebeam::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Those of `change`.
+    pub fn with(
+        self,
+        change: impl FnOnce(Frame<'m, 'm, P::Stage>) -> Result<Frame<'m, 'm, P::Stage>, Error>,
+    ) -> Result<Self, Error> {
+        Ok(Chain {
+            frame: change(self.frame)?,
+            ..self
+        })
+    }
+
+    /// The frame, for the surface in its lines and for image and map in steps.
+    pub fn frame(&mut self) -> &mut Frame<'m, 'm, P::Stage> {
+        &mut self.frame
     }
 
     /// Focuses and beamforms a line's record, and keeps its envelope for the image.

@@ -1,6 +1,6 @@
 //! Records in chunks of depth.
 
-use crate::block::{Block, Overflow, Sample, saturated};
+use crate::block::{Block, Header, Overflow, Sample, saturated};
 
 /// A record of `N` samples of `M` elements, received in chunks of `C` samples.
 ///
@@ -25,8 +25,8 @@ use crate::block::{Block, Overflow, Sample, saturated};
 /// let mut record = Record::new([0; 2]);
 /// let mut chunk = Block::filled([1; 2]);
 /// for number in 0..3 {
-///     (chunk.sequence, chunk.beam) = (number.into(), number);
-///     let verdict = sequence.check(chunk.sequence, chunk.beam, chunk.overflow);
+///     (chunk.header.sequence, chunk.header.beam) = (number.into(), number);
+///     let verdict = sequence.check(chunk.header);
 ///     assert_eq!(verdict.faults, [None; 2]);
 ///     let whole = record.receive(verdict.line.unwrap(), &chunk, 8191);
 ///     assert_eq!(whole.is_some(), number == 2);
@@ -71,7 +71,7 @@ impl<S: Sample, const M: usize, const N: usize, const C: usize> Chunks<S, M, N, 
         if part == 0 {
             self.due = Some(index);
             self.saturated = 0;
-            self.record.overflow = Overflow(0);
+            self.record.header.overflow = Overflow(0);
         }
         if self.due != Some(index) {
             self.due = None;
@@ -82,9 +82,12 @@ impl<S: Sample, const M: usize, const N: usize, const C: usize> Chunks<S, M, N, 
         let (rows, own) = (rows.get_mut(..length)?, chunk.samples.get(..length)?);
         rows.copy_from_slice(own);
         self.saturated += saturated(own.as_flattened(), limit);
-        self.record.sequence = chunk.sequence;
-        self.record.beam = beam;
-        self.record.overflow.0 |= chunk.overflow.0;
+        let overflow = Overflow(self.record.header.overflow.0 | chunk.header.overflow.0);
+        self.record.header = Header {
+            beam,
+            overflow,
+            ..chunk.header
+        };
         let last = part + 1 == Self::COUNT;
         self.due = if last { None } else { index.checked_add(1) };
         last.then_some((&self.record, self.saturated))

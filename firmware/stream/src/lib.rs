@@ -35,7 +35,7 @@ mod rf;
 pub mod scan;
 mod sequence;
 
-pub use block::{Block, Overflow, Sample};
+pub use block::{Block, Header, Overflow, Sample};
 pub use chain::{Chain, Image, Line, Stamp};
 pub use chunks::Chunks;
 pub use pool::{Counters, Pool, Received, Sink, Source};

@@ -28,14 +28,47 @@ pub trait Probe {
     /// Number of lines of a frame.
     const LINES: usize = Self::PARAMETERS.scan.lines.count();
 
-    /// Makes the plan, with the tables of the parameters.
+    /// Makes the pipeline of [`Probe::PARAMETERS`], with its tables.
+    ///
+    /// # Errors
+    /// Those of [`Pipeline`], for parameters that are not valid.
+    fn pipeline() -> Result<Pipeline<'static, Self::Stage>, Error>;
+
+    /// Makes the plan.
     ///
     /// Once a program; plans of several probes can exist together.
     ///
     /// # Errors
-    /// Those of [`Pipeline`], for parameters that are not valid.
-    fn plan() -> Result<Plan<Self>, Error>;
+    /// As [`Probe::pipeline`].
+    fn plan() -> Result<Plan<Self>, Error>
+    where
+        Self: Sized,
+    {
+        Ok(Plan::of(Self::pipeline()?))
+    }
 }
 
-/// Plan of a probe.
-pub type Plan<P> = Pipeline<'static, <P as Probe>::Stage>;
+/// Plan of a probe. A chain of another probe does not take it.
+///
+/// ```compile_fail
+/// use bonebeam::memory::Memory;
+/// use bonebeam_stream::scan::{Reference, Shallow};
+/// use bonebeam_stream::{Chain, Probe};
+///
+/// let plan = Reference::plan().unwrap();
+/// let mut memory = Box::new(Memory::<{ Shallow::NEED.real }, { Shallow::NEED.complex }>::new());
+/// let chain = Chain::<Shallow, { Shallow::LINES }>::new(&plan, memory.scratch()); // mismatched types
+/// ```
+pub struct Plan<P: Probe>(Pipeline<'static, P::Stage>);
+
+impl<P: Probe> Plan<P> {
+    /// A plan by a pipeline of the probe, for instance with a depth gate.
+    pub const fn of(pipeline: Pipeline<'static, P::Stage>) -> Self {
+        Plan(pipeline)
+    }
+
+    /// The pipeline.
+    pub const fn pipeline(&self) -> &Pipeline<'static, P::Stage> {
+        &self.0
+    }
+}

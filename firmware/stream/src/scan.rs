@@ -10,7 +10,7 @@ use bonebeam::geometry::{Array, Axis, Depth, Lines, Scan, ScanParameters, Transm
 use bonebeam::memory::{Memory, Need};
 use bonebeam::pipeline::{Input, IqInput, Parameters, Pipeline};
 
-use crate::{Block, Plan, Probe};
+use crate::{Block, Probe};
 
 /// Number of elements.
 pub const ELEMENTS: usize = 16;
@@ -66,7 +66,7 @@ pub const INPUT: IqInput = IqInput {
 /// Geometry of the scan.
 pub const SCAN: Scan<'static> = match Scan::of_iq(PARAMETERS.scan) {
     Ok(scan) => scan,
-    Err(_) => panic!("the scan is not valid"),
+    Err(error) => panic!("{}", error.words().as_str()),
 };
 const _: () = assert!(SCAN.samples() == LENGTH);
 
@@ -85,11 +85,11 @@ impl Probe for Reference {
     const PARAMETERS: Parameters<'static> = PARAMETERS;
     const NEED: Need = match PARAMETERS.need(Input::Iq, 1) {
         Ok(need) => need,
-        Err(_) => panic!("the scan is not valid"),
+        Err(error) => panic!("{}", error.words().as_str()),
     };
     const TRANSMIT: Transmit<'static> = TRANSMIT;
 
-    fn plan() -> Result<Plan<Self>, Error> {
+    fn pipeline() -> Result<Pipeline<'static, IqDelay>, Error> {
         Pipeline::of_iq(PARAMETERS, INPUT)
     }
 }
@@ -110,11 +110,11 @@ impl Probe for Shallow {
     };
     const NEED: Need = match Self::PARAMETERS.need(Input::Iq, 1) {
         Ok(need) => need,
-        Err(_) => panic!("the scan is not valid"),
+        Err(error) => panic!("{}", error.words().as_str()),
     };
     const TRANSMIT: Transmit<'static> = TRANSMIT;
 
-    fn plan() -> Result<Plan<Self>, Error> {
+    fn pipeline() -> Result<Pipeline<'static, IqDelay>, Error> {
         Pipeline::of_iq(Self::PARAMETERS, INPUT)
     }
 }

@@ -1,6 +1,6 @@
 //! Frame sequence of blocks, and their faults.
 
-use crate::Overflow;
+use crate::{Header, Overflow};
 
 /// Fault of a block, or of the blocks before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,6 +16,13 @@ pub enum Fault {
     },
     /// The block came before, or belongs before one that came. It is skipped.
     Repeated {
+        /// The sequence number that was due.
+        expected: u32,
+        /// The one that came.
+        got: u32,
+    },
+    /// The front end started anew. The frame before is left out.
+    Restarted {
         /// The sequence number that was due.
         expected: u32,
         /// The one that came.
@@ -58,10 +65,9 @@ pub struct Verdict {
 
 /// Follows the blocks of frames, in the order of their beams.
 ///
-/// A frame is complete or skipped: after a fault the rest of the frame is skipped, and the next frame begins with
-/// its beam
-/// 0. Only a repeated block does not harm its frame. All lines of a complete frame are new, so the next frame
-///    contains nothing of a skipped one.
+/// A frame is complete or skipped: after a fault the rest of the frame is skipped, and the next one begins with
+/// beam 0. Only a repeated block does not harm its frame. All lines of a complete frame are new, and come from one
+/// start of the front end.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Sequence {
@@ -70,6 +76,8 @@ pub struct Sequence {
     due: Option<u32>,
     /// The beam that is due; none while a frame is left.
     beam: Option<u16>,
+    /// [`Header::start`] of the last block.
+    start: u8,
 }
 
 impl Sequence {
@@ -79,16 +87,31 @@ impl Sequence {
             beams,
             due: None,
             beam: None,
+            start: 0,
         }
     }
 
     /// Decides about a block with this header.
     ///
-    /// A sequence number of at most two frames ago is a repeated block. An older one means a restarted front end,
-    /// and the missing blocks are [`Fault::Lost`].
-    pub fn check(&mut self, sequence: u32, beam: u16, overflow: Overflow) -> Verdict {
+    /// Another [`Header::start`] is a restarted front end, and so is number 0 with beam 0 where others are due. A
+    /// sequence number of at most two frames ago is a repeated block. With an older one, blocks are
+    /// [`Fault::Lost`].
+    pub fn check(&mut self, header: Header) -> Verdict {
+        let Header {
+            sequence,
+            beam,
+            overflow,
+            start,
+        } = header;
         let mut lost = None;
         match self.due {
+            Some(expected)
+                if start != self.start || sequence == 0 && beam == 0 && expected != 0 =>
+            {
+                let got = sequence;
+                lost = Some(Fault::Restarted { expected, got });
+                self.beam = None;
+            }
             Some(expected) if sequence != expected => {
                 let got = sequence;
                 if expected.wrapping_sub(got) <= 2 * u32::from(self.beams) {
@@ -104,6 +127,7 @@ impl Sequence {
             _ => {}
         }
         self.due = Some(sequence.wrapping_add(1));
+        self.start = start;
 
         let own = match self.beam {
             _ if beam >= self.beams => Some(Fault::NoBeam {

@@ -3,16 +3,15 @@
 
 mod common;
 
-use bonebeam::Error;
-use bonebeam::beamform;
+use bonebeam::beamform::{self, ShortLagCoherence};
 use bonebeam::delay::{Delay, IqLayout};
 use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters, Transmit, TransmitLaw};
-use bonebeam::memory::{Memory, Need};
-use bonebeam::pipeline::{Input, Parameters, Pipeline};
+use bonebeam::memory::{Memory, Need, Scratch};
+use bonebeam::pipeline::{Frame, Input, Parameters, Pipeline};
+use bonebeam::surface::{Detector, Settings};
+use bonebeam::{Complex, Error};
 use bonebeam_stream::scan::{self, BEAMS, ELEMENTS, Reference, ScanBlock, ScanMemory};
-use bonebeam_stream::{
-    Chain, Fault, Line, Overflow, Plan, Pool, Probe, Sequence, Stamp, rf_record,
-};
+use bonebeam_stream::{Chain, Fault, Line, Overflow, Pool, Probe, Sequence, Stamp, rf_record};
 use common::by_the_core;
 
 type ScanChain<'m> = Chain<'m, Reference, BEAMS>;
@@ -49,18 +48,18 @@ fn run(events: &[Event]) -> (Vec<Fault>, Vec<Whole>) {
             };
             for _ in 0..times {
                 let block = source.begin().unwrap();
-                block.sequence = (frame * BEAMS + beam) as u32;
-                block.beam = beam as u16;
-                block.overflow = Overflow(0);
+                block.header.sequence = (frame * BEAMS + beam) as u32;
+                block.header.beam = beam as u16;
+                block.header.overflow = Overflow(0);
                 block.samples = scan::echoes(beam);
                 if event == Event::Clipped {
-                    block.overflow = Overflow::CLIPPED;
+                    block.header.overflow = Overflow::CLIPPED;
                     block.samples = [[[8191; 2]; ELEMENTS]; scan::SAMPLES];
                 }
                 source.complete(0);
             }
             while let Some(block) = sink.receive() {
-                let verdict = sequence.check(block.sequence, block.beam, block.overflow);
+                let verdict = sequence.check(block.header);
                 faults.extend(verdict.faults.into_iter().flatten());
                 if let Some(line) = verdict.line {
                     let record = scan::record(&block).unwrap();
@@ -194,11 +193,11 @@ impl Probe for Rf {
     };
     const NEED: Need = match Self::PARAMETERS.need(Input::Rf, 1) {
         Ok(need) => need,
-        Err(_) => panic!("the scan is not valid"),
+        Err(error) => panic!("{}", error.words().as_str()),
     };
     const TRANSMIT: Transmit<'static> = Transmit::new(TransmitLaw::Focused, 0.0);
 
-    fn plan() -> Result<Plan<Self>, Error> {
+    fn pipeline() -> Result<Pipeline<'static, Delay>, Error> {
         // A block of the reference is longer than this line.
         Pipeline::new(Parameters {
             block: 32,
@@ -279,4 +278,76 @@ fn rf_of_another_length_is_refused() {
         assert!(rf_record(&counts, layout, 3, 1.0, &mut [0.0; 16]).is_err());
         assert!(rf_record(&[], layout, 2, 1.0, &mut []).is_err());
     }
+}
+
+/// Coherence, tables of gains, surface and steps of a chain are those of the core's frame.
+#[test]
+fn a_chain_opens_to_all_that_a_frame_has() {
+    let plan = Reference::plan().unwrap();
+    let pipeline = plan.pipeline();
+    let settings = Settings {
+        depths: [9e-3, f64::INFINITY],
+        ..Settings::COHERENCE
+    };
+    let detector = Detector::new(scan::PARAMETERS.surface(settings).unwrap()).unwrap();
+    let coherence = ShortLagCoherence::over(0.4e-3, &scan::SCAN.depths());
+    let surface = |frame: &mut Frame<'_, '_, _>| {
+        let need = detector.need();
+        let (mut real, mut complex) = (vec![0.0; need.real], vec![Complex::ZERO; need.complex]);
+        let mut points = vec![None; BEAMS];
+        let memory = Scratch::new(&mut real, &mut complex);
+        frame.surface(&detector, memory, &mut points).unwrap();
+        points
+    };
+    let mut map = [(); 2].map(|()| vec![0.0; pipeline.coherence_len(coherence)]);
+    let [of_chain, of_frame] = &mut map;
+    let mut gains = vec![0.0; pipeline.phase_symmetry().gain_tables_len()];
+    let mut memory = [(); 2].map(|()| Box::new(ScanMemory::new()));
+    let [own, cores] = &mut memory;
+    let chain = ScanChain::new(&plan, own.scratch()).unwrap();
+    let chain = chain.with(|frame| {
+        frame
+            .with_coherence(coherence, of_chain)?
+            .with_gain_tables(&mut gains)
+    });
+    let mut chain = chain.unwrap();
+    let frame = Frame::new(pipeline, cores.scratch()).unwrap();
+    let mut frame = frame.with_coherence(coherence, of_frame).unwrap();
+    for beam in 0..BEAMS {
+        let block = block(beam);
+        let record = scan::record(&block).unwrap();
+        chain.line(beam, &record, Stamp::default()).unwrap();
+        frame.line(beam, [(scan::TRANSMIT, &record)]).unwrap();
+    }
+    let found = surface(chain.frame());
+    assert!(found.iter().flatten().count() > BEAMS / 2);
+    assert_eq!(found, surface(&mut frame));
+    let mut steps = 0;
+    chain.frame().image_in_steps(&mut |_| steps += 1).unwrap();
+    frame.image().unwrap();
+    assert!(chain.map().unwrap() == &*frame.bone_map().unwrap() && steps > 0);
+}
+
+/// The probe of [`Reference`] with its time zero in microseconds.
+enum Black {}
+
+impl Probe for Black {
+    const TRANSMIT: Transmit<'static> = Transmit::new(TransmitLaw::Focused, 5.0);
+    type Stage = bonebeam::delay::IqDelay;
+    const PARAMETERS: Parameters<'static> = scan::PARAMETERS;
+    const NEED: Need = Reference::NEED;
+
+    fn pipeline() -> Result<Pipeline<'static, Self::Stage>, Error> {
+        Reference::pipeline()
+    }
+}
+
+#[test]
+fn a_record_that_holds_nothing_of_the_lines_is_refused_at_set_up() {
+    let (plan, mut memory) = (Black::plan().unwrap(), Box::new(ScanMemory::new()));
+    let refused = Chain::<Black, BEAMS>::new(&plan, memory.scratch());
+    let Err(Error::Parameter { name, value, .. }) = refused.map(drop) else {
+        panic!("a black chain");
+    };
+    assert_eq!((name, value), ("t0", 5.0));
 }

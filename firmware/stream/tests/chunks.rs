@@ -20,8 +20,8 @@ fn chunk<const C: usize>(index: usize) -> Block<[i16; 2], ELEMENTS, C> {
     let echoes = &ECHOES[index / count % BEAMS];
     let first = index % count * C;
     let mut chunk = Block::filled([i16::MIN; 2]);
-    chunk.sequence = index as u32;
-    chunk.beam = (index % (BEAMS * count)) as u16;
+    chunk.header.sequence = index as u32;
+    chunk.header.beam = (index % (BEAMS * count)) as u16;
     for (row, echoes) in chunk.samples.iter_mut().zip(&echoes[first..]) {
         *row = *echoes;
     }
@@ -41,14 +41,19 @@ fn frame<const C: usize>() -> (Vec<f32>, Vec<f32>) {
         source.begin().unwrap().clone_from(&chunk(index));
         source.complete(index as u32);
         let chunk = sink.receive().unwrap();
-        let verdict = sequence.check(chunk.sequence, chunk.beam, chunk.overflow);
+        let verdict = sequence.check(chunk.header);
         assert_eq!(verdict.faults, [None; 2]);
         if let Some((block, saturated)) = record.receive(verdict.line.unwrap(), &chunk, 8191) {
-            assert_eq!(saturated, block.saturated(8191), "beam {}", block.beam);
+            assert_eq!(
+                saturated,
+                block.saturated(8191),
+                "beam {}",
+                block.header.beam
+            );
             let time = chunk.time();
             let stamp = Stamp { time, saturated };
             let own = scan::record(block).unwrap();
-            chain.line(block.beam.into(), &own, stamp).unwrap();
+            chain.line(block.header.beam.into(), &own, stamp).unwrap();
         }
         assert_eq!(verdict.whole, index + 1 == chunks);
     }
@@ -75,8 +80,8 @@ type Small = Chunks<i16, 2, 5, 2>;
 
 fn small(index: u16) -> Block<i16, 2, 2> {
     let mut chunk = Block::filled(index as i16);
-    chunk.sequence = index.into();
-    chunk.beam = index % 9;
+    chunk.header.sequence = index.into();
+    chunk.header.beam = index % 9;
     chunk
 }
 
@@ -86,12 +91,12 @@ fn run(chunks: &[Block<i16, 2, 2>]) -> (Vec<Fault>, Vec<(u16, Vec<i16>)>) {
     let mut record = Small::new(-1);
     let (mut faults, mut records) = (vec![], vec![]);
     for chunk in chunks {
-        let verdict = sequence.check(chunk.sequence, chunk.beam, chunk.overflow);
+        let verdict = sequence.check(chunk.header);
         faults.extend(verdict.faults.into_iter().flatten());
         let received = verdict.line.and_then(|line| record.receive(line, chunk, 9));
         let samples = |(block, _): (&Block<i16, 2, 5>, _)| {
             let column = block.samples.iter().map(|row| row[0]);
-            (block.beam, column.collect())
+            (block.header.beam, column.collect())
         };
         records.extend(received.map(samples));
     }
@@ -113,7 +118,11 @@ fn lost_and_repeated_chunks_are_faults_from_the_first_one_on() {
         let mut twice = good.clone();
         twice.insert(at.into(), small(at));
         let (expected, got) = (u32::from(at) + 1, at.into());
-        let fault = Fault::Repeated { expected, got };
+        // The first block again is a restart.
+        let fault = match at {
+            0 => Fault::Restarted { expected, got },
+            _ => Fault::Repeated { expected, got },
+        };
         assert_eq!(run(&twice), (vec![fault], beams.to_vec()), "{at} twice");
     }
     for at in 0..8u16 {
@@ -132,7 +141,7 @@ fn lost_and_repeated_chunks_are_faults_from_the_first_one_on() {
         assert_eq!(records, beams[..usize::from(at / 3)], "{at} lost");
     }
     let mut clipped = good.clone();
-    clipped[4].overflow = Overflow::CLIPPED;
+    clipped[4].header.overflow = Overflow::CLIPPED;
     let overflow = Overflow::CLIPPED;
     let fault = Fault::Overflowed {
         sequence: 4,
@@ -147,7 +156,7 @@ fn a_record_with_a_gap_is_not_handed_out() {
     let mut record = Small::new(0);
     let mut receive = |index| {
         let received = record.receive(index, &small(index), 9);
-        received.map(|(block, saturated)| (block.beam, block.sequence, saturated))
+        received.map(|(block, saturated)| (block.header.beam, block.header.sequence, saturated))
     };
     for index in [1, 2, 0, 2, 0, 1, 1, 2, 3, 4] {
         assert_eq!(receive(index), None, "{index}");

@@ -27,13 +27,14 @@ fn blocks() -> Vec<Packed> {
     cases
         .map(|((end, beam), sequence)| {
             let mut block = Packed::filled([0; 2]);
-            (block.sequence, block.beam) = (sequence, beam);
+            (block.header.sequence, block.header.beam) = (sequence, beam);
+            block.header.start = 0x5a;
             for number in block.samples.as_flattened_mut().as_flattened_mut() {
                 *number = next();
             }
             block.samples[sequence as usize][3][sequence as usize % 2] = end;
             if block.saturated(LARGEST.unsigned_abs()) > 0 {
-                block.overflow = Overflow::CLIPPED;
+                block.header.overflow = Overflow::CLIPPED;
             }
             block
         })
@@ -44,12 +45,19 @@ fn blocks() -> Vec<Packed> {
 fn bytes(block: &Packed) -> Vec<u8> {
     let mut bytes = vec![0; Packed::BYTES];
     let mut put = |at: usize, part: &[u8]| bytes[at..at + part.len()].copy_from_slice(part);
-    put(offset_of!(Packed, sequence), &block.sequence.to_le_bytes());
-    put(offset_of!(Packed, beam), &block.beam.to_le_bytes());
     put(
-        offset_of!(Packed, overflow),
-        &block.overflow.0.to_le_bytes(),
+        offset_of!(Packed, header.sequence),
+        &block.header.sequence.to_le_bytes(),
     );
+    put(
+        offset_of!(Packed, header.beam),
+        &block.header.beam.to_le_bytes(),
+    );
+    put(
+        offset_of!(Packed, header.overflow),
+        &block.header.overflow.0.to_le_bytes(),
+    );
+    put(offset_of!(Packed, header.start), &[block.header.start]);
     let numbers = block.samples.as_flattened().as_flattened();
     for (k, number) in numbers.iter().enumerate() {
         let at = offset_of!(Packed, samples) + k * size_of::<i16>();

@@ -21,7 +21,7 @@ fn acquire(source: &mut Source<Small>, sequence: u32) -> bool {
     let Some(block) = source.begin() else {
         return false;
     };
-    block.sequence = sequence;
+    block.header.sequence = sequence;
     block.samples = [[[sequence as i16; 2]; 2]; 3];
     source.complete(0);
     true
@@ -48,7 +48,7 @@ fn blocks_come_in_order_and_go_round() {
         // Every third time two wait.
         if sequence % 3 != 0 {
             while let Some(block) = sink.receive() {
-                assert_eq!(block.sequence, due);
+                assert_eq!(block.header.sequence, due);
                 due += 1;
             }
         }
@@ -70,10 +70,10 @@ fn no_free_block_is_a_counted_drop() {
     assert_eq!((sink.counters().drops(), sink.counters().blocks()), (2, 3));
     // What is dropped is the newest: the oldest three are there.
     for sequence in 0..3 {
-        assert_eq!(sink.receive().unwrap().sequence, sequence);
+        assert_eq!(sink.receive().unwrap().header.sequence, sequence);
     }
     assert!(acquire(&mut source, 5));
-    assert_eq!(sink.receive().unwrap().sequence, 5);
+    assert_eq!(sink.receive().unwrap().header.sequence, 5);
     assert_eq!(sink.counters().drops(), 2);
 }
 
@@ -85,7 +85,7 @@ fn a_block_in_hand_is_not_filled() {
     let held = sink.receive().unwrap();
     assert!(acquire(&mut source, 2));
     assert!(!acquire(&mut source, 3));
-    assert_eq!((held.sequence, held.samples[2][1]), (1, [1, 1]));
+    assert_eq!((held.header.sequence, held.samples[2][1]), (1, [1, 1]));
     drop(held);
     assert!(acquire(&mut source, 4));
 }
@@ -155,7 +155,7 @@ fn a_block_wakes_the_main_loop() {
         assert_eq!(wakes.0.load(Ordering::Relaxed), 1);
         assert_eq!(ready.as_mut().poll(&mut context), Poll::Ready(()));
     }
-    assert_eq!(sink.receive().unwrap().sequence, 1);
+    assert_eq!(sink.receive().unwrap().header.sequence, 1);
     assert_eq!(pin!(sink.ready()).poll(&mut context), Poll::Pending);
 }
 
@@ -192,8 +192,8 @@ fn ends_may_run_at_once() {
             }
             continue;
         };
-        assert!(block.sequence > last);
-        last = block.sequence;
+        assert!(block.header.sequence > last);
+        last = block.header.sequence;
         assert_eq!(block.samples, [[[last as i16; 2]; 2]; 3]);
         came += 1;
     }

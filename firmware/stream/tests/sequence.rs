@@ -1,8 +1,17 @@
 //! Faults of blocks, and which frames they harm.
 
-use bonebeam_stream::{Fault, Overflow, Sequence, Verdict};
+use bonebeam_stream::{Fault, Header, Overflow, Sequence, Verdict};
 
 const OK: Overflow = Overflow(0);
+
+fn header(sequence: u32, beam: u16, overflow: Overflow) -> Header {
+    Header {
+        sequence,
+        beam,
+        overflow,
+        start: 0,
+    }
+}
 
 /// A good block's verdict.
 fn line(line: u16, whole: bool) -> Verdict {
@@ -24,7 +33,7 @@ fn left(faults: [Option<Fault>; 2]) -> Verdict {
 /// Runs blocks (sequence number, beam) of frames of three beams.
 fn run(blocks: &[(u32, u16)]) -> Vec<Verdict> {
     let mut sequence = Sequence::new(3);
-    let check = |&(number, beam)| sequence.check(number, beam, OK);
+    let check = |&(number, beam)| sequence.check(header(number, beam, OK));
     blocks.iter().map(check).collect()
 }
 
@@ -99,12 +108,12 @@ fn a_repeated_block_is_passed_over() {
 
 #[test]
 fn an_overflowed_block_costs_its_frame() {
-    for overflow in [Overflow::CLIPPED, Overflow::OVERRUN, Overflow(0x8000)] {
+    for overflow in [Overflow::CLIPPED, Overflow::OVERRUN, Overflow(0x80)] {
         for at in 0..3u32 {
             let mut sequence = Sequence::new(3);
             for k in 0..6 {
                 let flags = if k == at { overflow } else { OK };
-                let verdict = sequence.check(k, (k % 3) as u16, flags);
+                let verdict = sequence.check(header(k, (k % 3) as u16, flags));
                 let fault = Fault::Overflowed {
                     sequence: k,
                     overflow,
@@ -123,8 +132,8 @@ fn an_overflowed_block_costs_its_frame() {
 #[test]
 fn two_faults_are_two() {
     let mut sequence = Sequence::new(3);
-    sequence.check(0, 0, OK);
-    let verdict = sequence.check(2, 2, Overflow::CLIPPED);
+    sequence.check(header(0, 0, OK));
+    let verdict = sequence.check(header(2, 2, Overflow::CLIPPED));
     let lost = Fault::Lost {
         expected: 1,
         got: 2,
@@ -174,12 +183,12 @@ fn a_beam_out_of_range_is_a_fault() {
     );
     // It comes before a flag of its block, and after what was lost before it.
     let mut sequence = Sequence::new(3);
-    sequence.check(0, 0, OK);
+    sequence.check(header(0, 0, OK));
     let lost = Fault::Lost {
         expected: 1,
         got: 2,
     };
-    let verdict = sequence.check(2, 9, Overflow::CLIPPED);
+    let verdict = sequence.check(header(2, 9, Overflow::CLIPPED));
     let no_beam = Fault::NoBeam { beam: 9, beams: 3 };
     assert_eq!(verdict, left([Some(lost), Some(no_beam)]));
 }
@@ -191,11 +200,43 @@ fn a_front_end_may_begin_anew() {
     let verdicts = run(&[(1000, 0), (0, 0), (1, 1), (2, 2)]);
     assert_eq!(
         verdicts[1].faults[0],
-        Some(Fault::Lost {
+        Some(Fault::Restarted {
             expected: 1001,
             got: 0
         })
     );
     assert_eq!(verdicts[1].line, Some(0));
     assert_eq!(verdicts[3], line(2, true));
+}
+
+/// Blocks 0 1 2, a restart, then 0 1 2 3 of frames of 4: block 3 is the first frame's of no start.
+#[test]
+fn no_frame_is_made_of_two_starts() {
+    let run = |blocks: &[(u32, u8)]| -> Vec<Verdict> {
+        let mut sequence = Sequence::new(4);
+        let check = |&(number, start): &(u32, u8)| {
+            sequence.check(Header {
+                start,
+                ..header(number, (number % 4) as u16, OK)
+            })
+        };
+        blocks.iter().map(check).collect()
+    };
+    let restarted = |expected, got, line| Verdict {
+        faults: [Some(Fault::Restarted { expected, got }), None],
+        line,
+        whole: false,
+    };
+    // Without a number of the start, block 0 shows it.
+    let found = run(&[0, 1, 2, 0, 1, 2, 3].map(|number| (number, 0)));
+    assert_eq!(found[3], restarted(3, 0, Some(0)));
+    assert_eq!(found[4..], [line(1, false), line(2, false), line(3, true)]);
+    // With it, any block does: here 0 and 1 of the second start never came.
+    let found = run(&[(0, 7), (1, 7), (2, 7), (2, 8), (3, 8), (4, 8)]);
+    assert_eq!(found[3], restarted(3, 2, None));
+    assert_eq!(found[4], left([None; 2]));
+    assert_eq!(found[5], line(0, false));
+    // Even the block that is due.
+    let found = run(&[(0, 7), (1, 7), (2, 8), (3, 8)]);
+    assert_eq!(found[2..], [restarted(2, 2, None), left([None; 2])]);
 }

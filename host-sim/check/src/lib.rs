@@ -32,6 +32,8 @@ pub fn check(data: &ChannelData) -> Vec<Finding> {
     let mut findings: Vec<Finding> = keys
         .map(|text| Finding::new("keys", Severity::Warning, text))
         .collect();
+    let offset = data.offset().into_iter();
+    findings.extend(offset.map(|text| Finding::new("offset-binary", Severity::Warning, text)));
     findings.extend(samples::check(data));
     let (base, view, found) = order::band(data, &chosen, &view);
     findings.extend(found);

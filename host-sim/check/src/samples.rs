@@ -66,22 +66,14 @@ fn of_frame<T: Copy>(
     let count = (transmits * elements * samples).max(1) as f64;
     let mean = sum / count;
     let rms = (squares / count - mean * mean).max(0.0).sqrt();
-    if rf && mean.abs() > CONSTANT * rms && squares > 0.0 {
+    if rf && least < 0.0 && mean.abs() > CONSTANT * rms {
         let text = format!(
             "the samples have a mean of {}, {} times their RMS",
             digits(mean),
             digits(mean.abs() / rms)
         );
-        let finding = match least >= 0.0 {
-            true => Finding::new(
-                "offset-binary",
-                Severity::Warning,
-                format!("{text}, and none is below 0"),
-            ),
-            false => Finding::new("constant", Severity::Warning, text),
-        };
         findings.push(
-            finding
+            Finding::new("constant", Severity::Warning, text)
                 .valued(mean, "")
                 .remedy("subtract the mean, or the converter's zero, from rf"),
         );

@@ -17,8 +17,8 @@ use bonebeam_files::{ChannelData, Transmits};
 ///
 /// The loss of the transmits adds to it.
 const LOSS: f64 = 2.0;
-/// Numbers of sub-lines to choose from.
-const COUNTS: [usize; 4] = [4, 8, 16, 32];
+/// Numbers of sub-lines to choose from; DAS alone may take the first.
+const COUNTS: [usize; 5] = [2, 4, 8, 16, 32];
 /// Largest ratio of an echo's power to the noise in its covariance.
 ///
 /// It is that of channel data with 40 dB.
@@ -38,7 +38,7 @@ pub(crate) struct SubLines {
     pooled: Option<usize>,
     /// The output lines.
     pub(crate) rays: Vec<Ray>,
-    /// Approximate largest loss of a point between two lines and their sub-lines, dB; `None` for DAS.
+    /// Approximate largest loss of a point between two lines and their sub-lines, dB; `None` for DAS of all depths.
     pub(crate) loss: Option<f64>,
 }
 
@@ -48,7 +48,8 @@ impl SubLines {
         let loss = |count: usize| loss(data, &beams.rays, parameters, count);
         let adaptive = parameters.method != MethodName::Das;
         let chosen = || {
-            let enough = COUNTS.into_iter().find(|&count| loss(count) <= LOSS);
+            let mut counts = COUNTS.into_iter().skip(usize::from(adaptive));
+            let enough = counts.find(|&count| loss(count) <= LOSS);
             enough.unwrap_or(COUNTS[COUNTS.len() - 1])
         };
         let lines = Lines::Rays(&beams.rays);
@@ -73,7 +74,8 @@ impl SubLines {
             count,
             pooled,
             rays,
-            loss: adaptive.then(|| loss(count) + transmit_loss(data, beams, parameters)),
+            loss: (adaptive || count > 1)
+                .then(|| loss(count) + transmit_loss(data, beams, parameters)),
         }
     }
 
@@ -217,7 +219,7 @@ fn transmit_loss(data: &ChannelData, beams: &Beams, parameters: &Beamform) -> f6
 ///
 /// With the phase `ψ` of the echo over a subaperture of `L` elements, and `ρ` times as much power as noise in an
 /// element of its covariance, which is loaded by `Δ`, minimum variance loses `1 + L·ρ·ψ²/12`: the inverse of `ψ`
-/// weighs as `1 − ψ²/12` in its covariance.
+/// weighs as `1 − ψ²/12` in its covariance. DAS loses the inverse of `sin(ψ/2)/(ψ/2)` over all active elements.
 fn loss(data: &ChannelData, rays: &[Ray], parameters: &Beamform, count: usize) -> f64 {
     let c = parameters.sound_speed.unwrap_or(data.c);
     let [first, last] = depths_of(data, parameters);
@@ -232,8 +234,14 @@ fn loss(data: &ChannelData, rays: &[Ray], parameters: &Beamform, count: usize) -
         let subaperture = parameters.subaperture_ratio * active;
         // The path from a point to an element `x` beside it grows by `δ·x/z`, and near the array by less.
         let beside = widest(rays, depth) / (2 * count) as f64;
-        let path = beside * subaperture * pitch / depth.hypot(active * pitch / 2.0);
-        let phase = std::f64::consts::TAU * data.f0 / c * path;
+        let slope = beside * pitch / depth.hypot(active * pitch / 2.0);
+        let phase = |elements: f64| std::f64::consts::TAU * data.f0 / c * slope * elements;
+        if parameters.method == MethodName::Das {
+            let half = phase(active) / 2.0;
+            let level = if half > 0.0 { half.sin() / half } else { 1.0 };
+            return -20.0 * level.max(0.1).log10();
+        }
+        let phase = phase(subaperture);
         20.0 * (1.0 + subaperture * power * phase * phase / 12.0).log10()
     };
     let depths = [first, full, (first + last) / 2.0, last];

@@ -297,18 +297,22 @@ impl ChannelData {
     /// Each is a sentence.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = self.key_warnings();
-        if let Some(mean) = self.samples.mean_if_positive() {
-            warnings.push(format!(
-                "no sample of the first frame is below 0, and their mean is {}; RF oscillates about 0: subtract the \
-                 converter's zero",
-                digits(mean)
-            ));
-        }
+        warnings.extend(self.offset());
         warnings.extend(self.beside());
         warnings.extend(self.few_receivers());
         warnings.extend(self.silent());
         warnings.extend(self.turned());
         warnings
+    }
+
+    /// Warns of RF without a sample below 0.
+    pub fn offset(&self) -> Option<String> {
+        let mean = self.samples.mean_if_positive()?;
+        Some(format!(
+            "no sample of the first frame is below 0, and their mean is {}; RF oscillates about 0: subtract the \
+             converter's zero",
+            digits(mean)
+        ))
     }
 
     /// Those of [`ChannelData::warnings`] that do not depend on the samples' values.

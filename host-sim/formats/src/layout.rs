@@ -1,43 +1,25 @@
 //! Common layouts of programs, by their names on the command line.
 
-/// Defines the layouts, one per row, with the name on the command line.
-macro_rules! layouts {
-    ($($(#[doc = $doc:literal])* $layout:ident, $name:literal;)*) => {
-        /// A layout of arrays.
-        #[derive(Clone, Copy, Debug, PartialEq)]
-        pub enum Layout {
-            $($(#[doc = $doc])* $layout,)*
-        }
+use bonebeam_files::choice;
 
-        impl Layout {
-            /// All layouts.
-            pub const ALL: [Self; [$($name),*].len()] = [$(Layout::$layout),*];
-
-            /// Its name on the command line.
-            pub fn name(self) -> &'static str {
-                match self {
-                    $(Layout::$layout => $name,)*
-                }
-            }
-        }
-    };
-}
-
-layouts! {
-    /// MUST and its f-k migration.
-    ///
-    /// RF [sample, element, transmit or frame] and a struct with `fs` and `pitch`.
-    Must, "must";
-    /// k-Wave: `sensor_data` [element, sample, transmit] and `dt`.
-    KWave, "kwave";
-    /// Field II, as `calc_scat_multi` writes it.
-    ///
-    /// `scat` [sample, element, transmit] and `start_time`.
-    Field2, "field2";
-    /// Plane waves of the CUBDL challenge: `channel_data` [transmit, element, sample].
-    Cubdl, "cubdl";
-    /// A Verasonics workspace: `RcvData`, `Receive`, `Trans`, `TX`, `Resource`.
-    Verasonics, "verasonics";
+choice! {
+    /// A layout of arrays, by its name on the command line.
+    Layout {
+        /// MUST and its f-k migration.
+        ///
+        /// RF [sample, element, transmit or frame] and a struct with `fs` and `pitch`.
+        Must = "must",
+        /// k-Wave: `sensor_data` [element, sample, transmit] and `dt`.
+        KWave = "kwave",
+        /// Field II, as `calc_scat_multi` writes it.
+        ///
+        /// `scat` [sample, element, transmit] and `start_time`.
+        Field2 = "field2",
+        /// Plane waves of the CUBDL challenge: `channel_data` [transmit, element, sample].
+        Cubdl = "cubdl",
+        /// A Verasonics workspace: `RcvData`, `Receive`, `Trans`, `TX`, `Resource`.
+        Verasonics = "verasonics",
+    }
 }
 
 impl Layout {

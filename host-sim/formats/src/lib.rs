@@ -34,55 +34,33 @@ use std::ops::Range;
 use std::path::Path;
 
 use bonebeam_files::{
-    ChannelData, Error, Recording, Result, Samples, cannot_be_opened, file_error, input,
+    ChannelData, Error, Recording, Result, Samples, cannot_be_opened, choice, file_error, input,
 };
 use hdf5::Store;
 use mat5::Mat5;
 use values::NamedArrays;
 use variables::{IQ_CONJUGATE, TRACK};
 
-/// Defines the formats, one per row, with the name in messages.
-///
-/// Help texts, messages and the documents' table use these names.
-macro_rules! formats {
-    ($($(#[doc = $doc:literal])* $format:ident, $name:literal;)*) => {
-        /// A format of recordings.
-        #[derive(Clone, Copy, Debug, PartialEq)]
-        pub enum Format {
-            $($(#[doc = $doc])* $format,)*
-        }
-
-        impl Format {
-            /// All formats.
-            pub const ALL: [Self; [$($name),*].len()] = [$(Format::$format),*];
-
-            /// Its name in messages.
-            pub fn name(self) -> &'static str {
-                match self {
-                    $(Format::$format => $name,)*
-                }
-            }
-        }
-    };
-}
-
-formats! {
-    /// NumPy's archive with the keys of docs/file-formats.md.
-    Npz, ".npz archive";
-    /// zea's HDF5.
-    Zea, "zea (HDF5)";
-    /// `channel_data` of USTB's Ultrasound File Format.
-    Uff, "UFF (HDF5)";
-    /// HDF5 of the Plane-Wave Imaging Challenge.
-    Picmus, "PICMUS (HDF5)";
-    /// MATLAB 7.3, which is HDF5.
-    Mat73, "MATLAB 7.3 (HDF5)";
-    /// MATLAB 5 to 7.2.
-    Mat5, "MATLAB 5";
-    /// Any other HDF5, by the names of its arrays.
-    Hdf5, "HDF5";
-    /// A folder with one file per channel.
-    Sonix, "SonixDAQ folder";
+choice! {
+    /// A format of recordings, by its name in messages.
+    Format {
+        /// NumPy's archive with the keys of docs/file-formats.md.
+        Npz = ".npz archive",
+        /// zea's HDF5.
+        Zea = "zea (HDF5)",
+        /// `channel_data` of USTB's Ultrasound File Format.
+        Uff = "UFF (HDF5)",
+        /// HDF5 of the Plane-Wave Imaging Challenge.
+        Picmus = "PICMUS (HDF5)",
+        /// MATLAB 7.3, which is HDF5.
+        Mat73 = "MATLAB 7.3 (HDF5)",
+        /// MATLAB 5 to 7.2.
+        Mat5 = "MATLAB 5",
+        /// Any other HDF5, by the names of its arrays.
+        Hdf5 = "HDF5",
+        /// A folder with one file per channel.
+        Sonix = "SonixDAQ folder",
+    }
 }
 
 impl Format {

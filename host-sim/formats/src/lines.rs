@@ -80,7 +80,36 @@ pub fn read(source: &dyn NamedArrays, variables: &Variables) -> Result<(LineFram
         }
     }
     lines.check().map_err(|message| source.error(message))?;
+    assumed.extend(zigzag(&lines.z));
     Ok((lines, assumed))
+}
+
+/// Largest shift that is looked for, samples.
+const SHIFTS: i64 = 8;
+
+/// A remark about lines of which every second one is shifted, by the correlation of neighbours in the first frame.
+fn zigzag(z: &Array3<Complex<f32>>) -> Option<String> {
+    let frame = z.index_axis(Axis(0), 0);
+    // From lines of even numbers to the next, and from odd ones.
+    let shift = |first: usize| -> Option<i64> {
+        let level = |shift: i64| -> f64 {
+            let pairs = (first..frame.nrows().saturating_sub(1)).step_by(2);
+            let pair = |k: usize| -> f64 {
+                let (line, next) = (frame.row(k), frame.row(k + 1));
+                let (skip, late) = (shift.max(0) as usize, (-shift).max(0) as usize);
+                let both = line.iter().skip(late).zip(next.iter().skip(skip));
+                both.map(|(a, b)| f64::from((a * b.conj()).re)).sum()
+            };
+            pairs.map(pair).sum()
+        };
+        (-SHIFTS..=SHIFTS).max_by(|&a, &b| level(a).total_cmp(&level(b)))
+    };
+    let (even, odd) = (shift(0)?, shift(1)?);
+    let is_shifted = even != 0 && even == -odd && even.abs() < SHIFTS;
+    is_shifted.then(|| {
+        let (whose, by) = (["odd", "even"][usize::from(even < 0)], even.abs());
+        format!("the lines of {whose} numbers, from 0, lie {by} samples deeper than their neighbours, and are not moved")
+    })
 }
 
 /// The array `lines` as [frame, beam, sample], analytic.
@@ -239,6 +268,29 @@ mod tests {
             assumed.contains("c is 1540 m/s") && assumed.contains("sample, beam"),
             "{assumed}"
         );
+    }
+
+    /// As of a scanner whose receivers take turns.
+    #[test]
+    fn a_shift_of_every_second_line_is_said() {
+        for (shift, word) in [(2, Some("odd")), (-3, Some("even")), (0, None)] {
+            let rf = |n: usize, beam: usize| {
+                let late = shift * (beam % 2) as i64;
+                let u = (n as f64 - 300.0 - 0.4 * beam as f64 - late as f64) / FS;
+                (-(u * 2e6).powi(2)).exp() * (std::f64::consts::TAU * 5e6 * u).cos()
+            };
+            let all = Array2::from_shape_fn((800, 12), |(n, beam)| rf(n, beam));
+            let mut shifted = file();
+            shifted.set("lines", &[800, 12], &all.into_raw_vec_and_offset().0);
+            let assumed = read(&shifted, &Variables::default()).unwrap().1.join("; ");
+            let said = word
+                .map(|word| format!("the lines of {word} numbers, from 0, lie {}", shift.abs()));
+            let fits = match &said {
+                Some(said) => assumed.contains(said),
+                None => !assumed.contains("deeper"),
+            };
+            assert!(fits, "{shift}: {assumed}");
+        }
     }
 
     #[test]

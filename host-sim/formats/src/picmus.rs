@@ -72,6 +72,7 @@ pub fn read(store: &Store, variables: &Variables) -> Result<ChannelData> {
         transmits: Transmits::Plane { angle },
         lens_delay: variables.number("lens_delay").unwrap_or(0.0),
     };
+    let data = data.normalised();
     data.check().map_err(|message| store.error(message))?;
     Ok(data)
 }

@@ -101,6 +101,7 @@ pub fn read(
         transmits,
         lens_delay: variables.number("lens_delay").unwrap_or(0.0),
     };
+    let data = data.normalised();
     data.check().map_err(|message| store.error(message))?;
     Ok((data, held))
 }

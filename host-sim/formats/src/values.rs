@@ -66,6 +66,9 @@ pub trait NamedArrays {
     /// The names of its arrays.
     fn names(&self) -> Vec<String>;
 
+    /// Notes that the arrays are read for which a name stands.
+    fn note(&self, _: &str) {}
+
     /// The names of the arrays that were not read until now.
     fn unread(&self) -> Vec<String> {
         Vec::new()
@@ -128,6 +131,7 @@ pub trait NamedArrays {
     /// As [`NamedArrays::numbers`], and entries of several shapes.
     fn all_numbers(&self, name: &str) -> Result<ArrayD<f64>> {
         let entries = self.entries(name);
+        self.note(name);
         if entries.len() < 2 {
             return self.numbers(entries.first().map_or(name, |entry| entry));
         }

@@ -11,6 +11,7 @@ use crate::hdf5::Store;
 use crate::values::{NamedArrays, Values};
 use crate::variables::{Given, TRACK, Variables};
 use crate::waves::{Fired, Wave, inverted, silence};
+use bonebeam_files::memory::{self, product};
 use bonebeam_files::terminal::digits;
 use bonebeam_files::{ChannelData, Result, Samples};
 
@@ -99,13 +100,6 @@ pub fn read(
 ) -> Result<(ChannelData, usize, Vec<String>)> {
     let folder = folder(store, variables.get(TRACK))?;
     let scan = |name: &str| format!("{folder}scan/{name}");
-    if store.has(&scan("rx_aperture_indices")) {
-        return Err(store.error(
-            "`rx_aperture_indices` moves the receive aperture, which is not read; expected a record of \
-             every element"
-                .into(),
-        ));
-    }
     let number = |name: &str| -> Result<f64> {
         let values = store.vector(&scan(name))?;
         match values.as_slice() {
@@ -168,7 +162,27 @@ pub fn read(
     let (law, t0) = fired.law(&waves(store, &scan, transmits)?);
     let f_demod = received.unwrap_or(f0);
     let name = format!("{folder}data/raw_data");
-    let (samples, held) = samples(store, &name, frames, f_demod, &t0)?;
+    let receivers = receivers(
+        store,
+        &scan("rx_aperture_indices"),
+        [transmits, elements.len()],
+    )?;
+    if let Some(receivers) = &receivers {
+        let recorded = receivers
+            .row(0)
+            .iter()
+            .filter(|channel| **channel != NONE)
+            .count();
+        assumed.push(format!(
+            "of each transmit {recorded} of {} elements were recorded, by rx_aperture_indices; the others are 0",
+            elements.len()
+        ));
+    }
+    if store.has(&scan("tgc_gain_curve")) {
+        let why = "the samples keep the gain over depth that was applied to them, tgc_gain_curve";
+        assumed.push(why.into());
+    }
+    let (samples, held) = samples(store, &name, frames, f_demod, (&t0, receivers))?;
     let data = ChannelData {
         samples,
         fs,
@@ -184,6 +198,7 @@ pub fn read(
         transmits: law,
         lens_delay: variables.number("lens_delay").unwrap_or(0.0),
     };
+    let data = data.normalised();
     data.check().map_err(|message| store.error(message))?;
     Ok((data, held, assumed))
 }
@@ -218,7 +233,7 @@ fn elements(store: &Store, scan: &dyn Fn(&str) -> String) -> Result<Vec<[f64; 2]
             return Err(store.error(format!(
                 "`{name}` is out of the image plane by {} m at element {index}; expected one row of \
                  elements, not a matrix",
-                position[1]
+                digits(position[1])
             )));
         }
         elements.push([position[0], position[2]]);
@@ -330,7 +345,7 @@ fn waves(store: &Store, scan: &dyn Fn(&str) -> String, transmits: usize) -> Resu
         if let Some(transmit) = azimuth.iter().position(|a| a.abs() > 1e-6) {
             return Err(store.error(format!(
                 "`azimuth_angles` is {} at transmit {transmit}; expected 0, waves of the image plane",
-                azimuth[transmit]
+                digits(azimuth[transmit])
             )));
         }
     }
@@ -360,7 +375,42 @@ fn waves(store: &Store, scan: &dyn Fn(&str) -> String, transmits: usize) -> Resu
         .collect())
 }
 
-/// The samples, from [frame, transmit, sample, element, channel].
+/// Channel of an element that was not recorded.
+const NONE: usize = usize::MAX;
+
+/// The receive channel of each element, [transmit, element], of a walking or multiplexed aperture.
+fn receivers(store: &Store, name: &str, sides: [usize; 2]) -> Result<Option<Array2<usize>>> {
+    if !store.has(name) {
+        return Ok(None);
+    }
+    let indices = store.numbers(name)?;
+    let mut receivers = Array2::from_elem(sides, NONE);
+    if indices.ndim() != 2 || indices.shape()[0] != sides[0] {
+        return Err(store.error(format!(
+            "`{name}` has shape {:?}; expected [{} transmits, channel]",
+            indices.shape(),
+            sides[0]
+        )));
+    }
+    for (transmit, row) in indices.outer_iter().enumerate() {
+        for (channel, &element) in row.iter().enumerate() {
+            // The cast saturates; NaN is 0.
+            match receivers.get_mut([transmit, element as usize]) {
+                Some(own) if element >= 0.0 && *own == NONE => *own = channel,
+                _ => {
+                    return Err(store.error(format!(
+                        "`{name}` is {element} at transmit {transmit}, channel {channel}; expected each index of the {} \
+                         elements at most once",
+                        sides[1]
+                    )));
+                }
+            }
+        }
+    }
+    Ok(Some(receivers))
+}
+
+/// The samples, from [frame, transmit, sample, element, channel]; with receivers, from those of their channels.
 ///
 /// The carrier phase of zea's I/Q counts from sample 0 of each transmit, that of channel data from the wave's origin.
 fn samples(
@@ -368,7 +418,7 @@ fn samples(
     name: &str,
     frames: Range<usize>,
     f_demod: f64,
-    t0: &[f64],
+    (t0, receivers): (&[f64], Option<Array2<usize>>),
 ) -> Result<(Samples, usize)> {
     let shape = store.shape(name)?;
     let part = (shape.len() == 5).then_some((0, frames));
@@ -384,13 +434,26 @@ fn samples(
         ))
     };
     let values = values.ok_or_else(wrong)?;
-    let (frames, transmits, samples, elements, parts) = values.dim();
+    let (frames, transmits, samples, channels, parts) = values.dim();
     if transmits != t0.len() || !(1..=2).contains(&parts) {
         return Err(wrong());
     }
+    let elements = receivers.as_ref().map_or(channels, Array2::ncols);
     let order = (frames, transmits, elements, samples);
+    let bytes = product(&[
+        frames,
+        transmits,
+        elements,
+        samples,
+        parts * size_of::<f32>(),
+    ]);
+    memory::check(bytes, "the samples").map_err(|e| store.error(e.to_string()))?;
+    let value = |f: usize, t: usize, n: usize, e: usize, part: usize| {
+        let channel = receivers.as_ref().map_or(e, |receivers| receivers[(t, e)]);
+        values.get((f, t, n, channel, part)).copied().unwrap_or(0.0)
+    };
     if parts == 1 {
-        let rf = Array4::from_shape_fn(order, |(f, t, e, n)| values[(f, t, n, e, 0)]);
+        let rf = Array4::from_shape_fn(order, |(f, t, e, n)| value(f, t, n, e, 0));
         return Ok((Samples::Rf(rf), shape[0]));
     }
     let phasors: Vec<Complex<f64>> = t0
@@ -398,7 +461,7 @@ fn samples(
         .map(|t0| Complex::from_polar(1.0, -std::f64::consts::TAU * f_demod * t0))
         .collect();
     let iq = Array4::from_shape_fn(order, |(f, t, e, n)| {
-        let [re, im] = [0, 1].map(|part| f64::from(values[(f, t, n, e, part)]));
+        let [re, im] = [0, 1].map(|part| f64::from(value(f, t, n, e, part)));
         let rotated = Complex::new(re, im) * phasors[t];
         Complex::new(rotated.re as f32, rotated.im as f32)
     });

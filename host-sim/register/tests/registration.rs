@@ -176,8 +176,15 @@ fn from(start: Rigid) -> Parameters {
     }
 }
 
-/// Root mean square error of the vertices, and how many of `trials` registrations stay below `bar`.
-fn errors(noise: &Noise, trials: usize) -> Vec<f64> {
+/// Errors of poses and of the calibration as freehand sweeps have them.
+const MUCH: Noise = Noise {
+    pose: [0.3, 0.3],
+    calibration: 0.5,
+    wrong: 0.1,
+};
+
+/// Checks that of `trials` registrations 95 % have a root mean square error of the vertices of at most `most`, mm.
+fn assert_found(noise: &Noise, trials: usize, most: f64) {
     let bone = bone(vertebra, [44.0, 52.0, 24.0]);
     let mut random = ChaCha8Rng::seed_from_u64(59);
     let truth = truth();
@@ -195,30 +202,25 @@ fn errors(noise: &Noise, trials: usize) -> Vec<f64> {
     };
     let mut errors: Vec<f64> = (0..trials).map(run).collect();
     errors.sort_by(f64::total_cmp);
-    println!(
-        "{:.3} {:.3} {:.3}",
-        errors[0],
-        errors[trials / 2],
-        errors[trials - 1]
-    );
-    errors
+    assert!(errors[trials * 19 / 20 - 1] <= most, "{errors:?}");
+    println!("largest {:.3} mm", errors[trials - 1]);
 }
 
 #[test]
 fn a_vertebra_is_found_from_10_mm_and_10_degrees() {
-    let errors = errors(&LITTLE, 100);
-    assert!(errors[94] <= 0.5, "{errors:?}");
+    assert_found(&LITTLE, 20, 0.5);
 }
 
 #[test]
 fn noise_of_poses_and_calibration_moves_a_vertebra_little() {
-    let noise = Noise {
-        pose: [0.3, 0.3],
-        calibration: 0.5,
-        wrong: 0.1,
-    };
-    let errors = errors(&noise, 40);
-    assert!(errors[37] <= 1.2, "{errors:?}");
+    assert_found(&MUCH, 20, 1.2);
+}
+
+#[test]
+#[ignore = "a hundred starts each take minutes"]
+fn a_vertebra_is_found_from_a_hundred_starts() {
+    assert_found(&LITTLE, 100, 0.5);
+    assert_found(&MUCH, 100, 1.2);
 }
 
 #[test]

@@ -21,9 +21,9 @@ use crate::provenance::Snapshot;
 use crate::{Error, Result};
 use bonebeam::phase_symmetry::scale_for_display;
 use bonebeam_drive::coherence::{self, Measure};
-use bonebeam_drive::config::{Beamform, DELAY, Image, PhaseSymmetry};
+use bonebeam_drive::config::{Beamform, DELAY, Image, PhaseSymmetry, PixelSize};
 use bonebeam_drive::frame::RecordingFrames;
-use bonebeam_drive::image::{BModeImage, check_beams, image_of};
+use bonebeam_drive::image::{BModeImage, check_beams, image_of, square_side, squared};
 use bonebeam_drive::phase_symmetry;
 use bonebeam_drive::policy::{Pictures, warnings, working_memory};
 use bonebeam_drive::surface::of_recording;
@@ -434,17 +434,24 @@ pub fn run(arguments: Arguments) -> Result<()> {
         let image = image_of(&lines, &config.image).map_err(|e| about(&arguments.recording, e))?;
         let chosen = config.phase_symmetry.scales_from_image && arguments.bone_map.is_some();
         if chosen {
-            let section = phase_symmetry::with_scales(image.pixels.view(), &config.phase_symmetry);
-            config.phase_symmetry = section.map_err(|e| about(&arguments.recording, e))?;
+            let own = |e| about(&arguments.recording, e);
+            let square = squared(image.pixels.view(), image.pixel).map_err(own)?;
+            let shown = square.as_ref().unwrap_or(&image.pixels);
+            let section = phase_symmetry::with_scales(shown.view(), &config.phase_symmetry);
+            config.phase_symmetry = section.map_err(own)?;
         }
         arguments.add_pictures(&image, &config, &mut outputs)?;
         let (rows, columns) = image.pixels.dim();
         summary += &format!(
-            "; an image of {rows} x {columns} pixels of {:.3} mm",
-            1e3 * image.pixel
+            "; an image of {rows} x {columns} pixels of {} mm",
+            match PixelSize::from(image.pixel) {
+                PixelSize::Square(side) => format!("{:.3}", 1e3 * side),
+                PixelSize::Sides([across, down]) =>
+                    format!("{:.3} x {:.3}", 1e3 * across, 1e3 * down),
+            }
         );
         if chosen {
-            let pixel = image.angles.is_none().then_some(image.pixel);
+            let pixel = image.angles.is_none().then(|| square_side(image.pixel));
             let scales = chosen_scales(&config.phase_symmetry, pixel);
             summary += &format!("; {scales}");
         }

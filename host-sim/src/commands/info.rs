@@ -116,7 +116,9 @@ fn mhz(hertz: f64) -> String {
 fn range(values: &[f64], scale: f64, unit: &str) -> String {
     let least = values.iter().copied().fold(f64::INFINITY, f64::min);
     let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let [least, most] = [least, most].map(|value| format!("{:.4}", value * scale));
+    // Rounded first: -0.0000 is 0.
+    let rounded = |value: f64| (1e4 * scale * value).round() / 1e4 + 0.0;
+    let [least, most] = [least, most].map(|value| format!("{:.4}", rounded(value)));
     match least == most {
         true => format!("{least} {unit}"),
         false => format!("{least} to {most} {unit}"),
@@ -253,6 +255,9 @@ fn sub_lines(stage: &DelayStage<'_>) -> Option<Fact> {
         (1, _) => "none; a point between two lines".to_owned(),
         (count, None) => {
             format!("{count} per aligned line, of {aligned}; a point between two")
+        }
+        (count, Some(1)) => {
+            format!("{count} per aligned line, of {aligned}; each is a line; a point between two")
         }
         (count, Some(size)) => format!(
             "{count} per aligned line, of {aligned}; each line is the largest of {size}; a point between two"

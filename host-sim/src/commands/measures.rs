@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::provenance::{COMMIT, Input, VERSION};
 use crate::{Error, Result};
-use bonebeam_drive::config::Beamform;
+use bonebeam_drive::config::{Beamform, PixelSize};
 use bonebeam_drive::image::BModeImage;
 use bonebeam_files::BeamformedLines;
 use bonebeam_formats::Format;
@@ -56,7 +56,7 @@ struct PointMeasures {
 struct ImageMeasures {
     rows: usize,
     columns: usize,
-    pixel_m: f64,
+    pixel_m: PixelSize,
     /// The angles of the first and the last column of a polar grid.
     #[serde(skip_serializing_if = "Option::is_none")]
     polar_rad: Option<[f64; 2]>,
@@ -129,7 +129,7 @@ impl Measures {
         self.image = Some(ImageMeasures {
             rows,
             columns,
-            pixel_m: image.pixel,
+            pixel_m: image.pixel.into(),
             polar_rad: image.angles.map(|angles| [angles.first, angles.last()]),
             left_m: image.x0,
             top_m: image.z0,

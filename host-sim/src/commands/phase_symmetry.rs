@@ -11,12 +11,14 @@ use crate::flags::Flags;
 use crate::progress::Progress;
 use crate::provenance::Snapshot;
 use crate::{Error, Result};
-use bonebeam_drive::config::PhaseSymmetry;
+use bonebeam_drive::config::{PhaseSymmetry, PixelSize};
+use bonebeam_drive::image::{square_side, squared};
 use bonebeam_drive::phase_symmetry::{of_image, with_scales};
 use bonebeam_drive::policy::phase_symmetry_memory;
 use bonebeam_files::atomic::{Outputs, check_outputs};
 use bonebeam_files::image::{self, Format};
 use bonebeam_files::memory;
+use bonebeam_files::section::Value;
 use bonebeam_files::terminal::print;
 
 /// Filter an image for ridges: bright lines such as bone surfaces.
@@ -37,9 +39,11 @@ pub struct Arguments {
     #[arg(long = "image", value_name = "PS.png")]
     picture: Option<PathBuf>,
 
-    /// Size of the image's square pixels, m, for --wavelengths
-    #[arg(long, value_name = "M")]
-    pixel_size: Option<f64>,
+    /// Size of the image's pixels, m: a side for --wavelengths, or two as ACROSS,DOWN
+    ///
+    /// An image of pixels that are not square is filtered on square ones.
+    #[arg(long, value_name = "M", value_parser = PixelSize::read)]
+    pixel_size: Option<PixelSize>,
 
     #[command(flatten)]
     phase_symmetry: Flags<PhaseSymmetry>,
@@ -85,15 +89,20 @@ pub fn run(arguments: Arguments) -> Result<()> {
     Format::of(&arguments.image)?;
     let snapshot = Snapshot::of(&arguments.image)?;
     let pixels = image::read_levels(&arguments.image)?;
-    let bytes = phase_symmetry_memory(pixels.dim().into(), &config.phase_symmetry);
+    let pixel = config.image.pixel_size.map(PixelSize::sides);
+    let square = pixel.map(|pixel| squared(pixels.view(), pixel)).transpose();
+    let square = square.map_err(|e| about(&arguments.image, e))?.flatten();
+    let sides = square.as_ref().unwrap_or(&pixels).dim();
+    let bytes = phase_symmetry_memory(sides.into(), &config.phase_symmetry);
     memory::check(bytes, "phase symmetry").map_err(|e| about(&arguments.image, e))?;
     let chosen = config.phase_symmetry.scales_from_image;
     if chosen {
-        let section = with_scales(pixels.view(), &config.phase_symmetry);
+        let shown = square.as_ref().unwrap_or(&pixels);
+        let section = with_scales(shown.view(), &config.phase_symmetry);
         config.phase_symmetry = section.map_err(|e| about(&arguments.image, e))?;
     }
     let bar = Progress::new("phase symmetry", 1);
-    let (section, pixel) = (&config.phase_symmetry, config.image.pixel_size);
+    let section = &config.phase_symmetry;
     let map = of_image(pixels, section, pixel, &mut |done, of| {
         bar.set(done as u64, of as u64);
     })
@@ -112,7 +121,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     outputs.commit()?;
     match chosen {
         true => {
-            let chosen = chosen_scales(&config.phase_symmetry, config.image.pixel_size);
+            let chosen = chosen_scales(&config.phase_symmetry, pixel.map(square_side));
             print(&format!("{chosen}\n"))
         }
         false => Ok(()),

@@ -324,9 +324,8 @@ impl Overlay {
         // The cast saturates.
         let pixels = picture.pixels.mapv(|level| [(level + 0.5) as u8; 3]);
         let mut overlay = Self { pixels };
-        let position = |[x, z]: [f64; 2]| {
-            [x - picture.x0, z - picture.z0].map(|length| length / picture.pixel)
-        };
+        let [across, down] = picture.pixel;
+        let position = |[x, z]: [f64; 2]| [(x - picture.x0) / across, (z - picture.z0) / down];
         if let Some(fan) = fan {
             let outline = outline(fan);
             let next = outline.iter().skip(1).chain(outline.first());

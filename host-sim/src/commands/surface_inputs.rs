@@ -122,9 +122,10 @@ fn of_file_of_picture(source: &Source<'_>, config: &Config) -> Result<Found> {
             path.display()
         )));
     };
-    if !(1e-6..=1e-2).contains(&pixel) {
+    let pixel = pixel.sides();
+    if let Some(side) = pixel.iter().find(|side| !(1e-6..=1e-2).contains(*side)) {
         return Err(Error::Usage(format!(
-            "--pixel-size is {pixel}; expected 1e-6 to 0.01 (m)"
+            "--pixel-size is {side}; expected 1e-6 to 0.01 (m)"
         )));
     }
     let pixels = image::read_levels(path)?;
@@ -156,8 +157,8 @@ fn of_file_of_picture(source: &Source<'_>, config: &Config) -> Result<Found> {
     let picture = Picture {
         pixels: part,
         pixel,
-        x0: x as f64 * pixel,
-        z0: y as f64 * pixel,
+        x0: x as f64 * pixel[0],
+        z0: y as f64 * pixel[1],
         depth: 0.0,
     };
     let mut found = of_picture(&picture, &config.surface).map_err(|e| about(path, e))?;

@@ -140,8 +140,8 @@ pub struct Finder<'s> {
     surface: Surface,
     /// First column and row, columns, rows.
     part: [usize; 4],
-    /// Side of a pixel, m.
-    pixel: f64,
+    /// Distances of columns and of rows, m.
+    pixel: [f64; 2],
     /// Factor that makes the largest number 255.
     scale: f32,
 }
@@ -173,7 +173,11 @@ impl<'s> Finder<'s> {
             sequence,
             surface: settings.surface.clone(),
             part,
-            pixel: 1e-3 * (x * y).sqrt(),
+            // By matrices: sides that differ by rounding are one.
+            pixel: match (x - y).abs() < 1e-3 * x {
+                true => [1e-3 * (x * y).sqrt(); 2],
+                false => [1e-3 * x, 1e-3 * y],
+            },
             scale: 1.0,
         };
         let mut brightest = Array2::<f32>::zeros((part[3], part[2]));
@@ -195,8 +199,8 @@ impl<'s> Finder<'s> {
         Ok(finder)
     }
 
-    /// Side of a pixel, m: the geometric mean of both.
-    pub fn pixel(&self) -> f64 {
+    /// Distances of columns and of rows, m.
+    pub fn pixel(&self) -> [f64; 2] {
         self.pixel
     }
 
@@ -242,7 +246,7 @@ impl<'s> Finder<'s> {
     fn points(&self, frame: usize, pose: &Matrix, encoded: Encoded) -> Result<Vec<CloudPoint>> {
         let found = self.search(&self.picture(encoded)?)?;
         let place = |[x, z]: [f64; 2]| {
-            let [column, row] = [x, z].map(|length| length / self.pixel);
+            let [column, row] = [x / self.pixel[0], z / self.pixel[1]];
             apply(
                 pose,
                 [column + self.part[0] as f64, row + self.part[1] as f64, 0.0],

@@ -1,20 +1,26 @@
 //! The list of experiments.
 
-use super::{
-    claims, depth_step, dynamic_range, point_spread, spine, surface, surface_pictures,
-    vertebra_in_tissue, water_bath,
-};
+use super::claims::Claims;
+use super::depth_step::DepthStep;
+use super::dynamic_range::DynamicRange;
+use super::point_spread::PointSpread;
+use super::spine::Spine;
+use super::surface::Surface;
+use super::surface_pictures::SurfacePictures;
+use super::vertebra_in_tissue::VertebraInTissue;
+use super::water_bath::WaterBath;
 use bonebeam_report::experiments::Kind;
 
 /// Experiments of the paper, in the order in which they run and are shown.
+#[rustfmt::skip]
 pub const PAPER: &[Kind] = &[
-    Kind::of::<point_spread::PointSpread>(),
-    Kind::of::<vertebra_in_tissue::VertebraInTissue>(),
-    Kind::of::<water_bath::WaterBath>(),
-    Kind::of::<spine::Spine>(),
-    Kind::of::<dynamic_range::DynamicRange>(),
-    Kind::of::<claims::Claims>(),
-    Kind::of::<surface::Surface>(),
-    Kind::of::<surface_pictures::SurfacePictures>(),
-    Kind::of::<depth_step::DepthStep>(),
+    Kind::of::<PointSpread>().figures(&[2]),
+    Kind::of::<VertebraInTissue>().figures(&[3]).flags(&["--mesh", "--keep"]),
+    Kind::of::<WaterBath>().figures(&[4, 5, 6, 7, 8, 9]).tables(&[1]).flags(&["--mesh", "--keep"]),
+    Kind::of::<Spine>().figures(&[10, 11, 12]).flags(&["--keep"]),
+    Kind::of::<DynamicRange>().flags(&["--keep"]),
+    Kind::of::<Claims>().claims().flags(&["--mesh", "--only", "--keep", "--merge"]),
+    Kind::of::<Surface>().flags(&["--keep"]),
+    Kind::of::<SurfacePictures>(),
+    Kind::of::<DepthStep>().flags(&["--mesh", "--keep"]),
 ];

@@ -7,6 +7,7 @@ mod depth_step;
 mod dynamic_range;
 mod point_spread;
 mod spine;
+pub(crate) mod study;
 mod surface;
 mod surface_pictures;
 pub mod tune;

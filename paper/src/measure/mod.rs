@@ -6,4 +6,4 @@ pub mod linearity;
 pub mod registration;
 pub mod surface;
 
-pub use bonebeam_report::measure::{point, profile, signed_distance};
+pub use bonebeam_report::measure::{line, mean, point, profile, signed_distance};

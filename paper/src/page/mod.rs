@@ -8,7 +8,7 @@ use crate::Result;
 use crate::experiments::Outcome;
 use crate::experiments::outcome::{Comparison, Ruling, Section, Table, Verdict};
 
-use bonebeam_report::page::html::{document, folded, notes, parts, table};
+use bonebeam_report::page::html::{Part, document, folded, notes, parts, table};
 use bonebeam_report::page::pictures::PictureLocation;
 use bonebeam_report::page::{Page, Report, tables};
 
@@ -28,115 +28,101 @@ pub const PAPER: Page = Page {
 /// # Errors
 /// A plot cannot be drawn, or a picture not encoded.
 fn page(report: &Report<'_>) -> Result<String> {
-    let parameters = report.job.toml()?;
-    let verdicts = report.verdicts();
-    let outcomes = report.outcomes.iter();
-    let experiments = outcomes.map(|(name, outcome)| experiment(name, outcome));
-    let experiments = experiments.collect::<Result<Vec<_>>>()?;
+    let mut all = Vec::new();
+    for (name, outcome) in report.outcomes {
+        all.push(Part::new(name, outcome.title, experiment(outcome)?));
+    }
     let checks = report.checks();
-    let answers = report
-        .outcomes
-        .iter()
-        .map(|(_, outcome)| &outcome.answer[..]);
-    let answers = answers.filter(|answer| !answer.is_empty());
-    let body = html! {
-        header {
-            h1 { "The paper's experiments" }
-            @for answer in answers { p .lead { (answer) } }
-            @if !verdicts.is_empty() { (rulings(&verdicts)) }
+    if !checks.is_empty() {
+        let content = html! {
             p {
-                "Mehdizadeh et al., "
-                i { "Joint beamforming and feature detection for enhanced visualization of spinal "
-                    "bone surfaces in ultrasound images" }
-                ", repeated on simulated data, whose truth is known. One number is fitted to the paper, "
-                "the level of the water bath's clutter. No other number is tuned to match it."
+                "Some beams of every recording are compared bit for bit with the plain f32 "
+                "reference, and within bounds with the f64 reference."
             }
-            @match report.kind {
-                "full" => {}
-                "quick" => p {
-                    "This is the coarse run of " code { "--quick" } ": its results differ from those of "
-                    "the full run."
-                }
-                _ => p {
-                    "The " a href="#parameters" { "parameters" } " are the user's own."
-                }
-            }
-            @if !report.checks_passed() {
-                p { span .bad { "A check failed." } " See " a href="#checks" { "the checks" } "." }
-            }
-            nav {
-                @for (name, outcome) in report.outcomes {
-                    a href=(format!("#{name}")) { (outcome.title) }
-                }
-                @if !checks.is_empty() { a href="#checks" { "Checks" } }
-                a href="#parameters" { "Parameters" }
-            }
+            (table(&tables::checks(&checks)))
+        };
+        all.push(Part::new("checks", "Checks", content));
+    }
+    let parameters = html! {
+        p {
+            "All of " code { "config.toml" } ", in SI units. "
+            code { "host-sim paper --config config.toml" } " repeats the run."
         }
-        main {
-            @for experiment in experiments { (experiment) }
-            @if !checks.is_empty() {
-                section #checks {
-                    h2 { "Checks" }
-                    p {
-                        "Some beams of every recording are compared bit for bit with the plain f32 "
-                        "reference, and within bounds with the f64 reference."
-                    }
-                    (table(&tables::checks(&checks)))
-                }
-            }
-            section #parameters {
-                h2 { "Parameters" }
-                p {
-                    "All of " code { "config.toml" } ", in SI units. "
-                    code { "host-sim paper --config config.toml" } " repeats the run."
-                }
-                details { summary { "All parameters" } pre { (parameters) } }
-            }
-        }
-        footer {
-            p {
-                "host-sim " (env!("CARGO_PKG_VERSION")) ". Every number is in " code { "report.json" }
-                " and " code { "numbers.csv" } "."
-            }
-        }
+        details { summary { "All parameters" } pre { (report.job.toml()?) } }
     };
-    Ok(document("Bonebeam: the paper's experiments", &body))
+    all.push(Part::new("parameters", "Parameters", parameters));
+    let end = html! {
+        ". Every number is in " code { "report.json" } " and " code { "numbers.csv" } "."
+    };
+    Ok(document(
+        "Bonebeam: the paper's experiments",
+        &header(report),
+        &all,
+        &end,
+    ))
+}
+
+/// Title, answers and verdicts.
+fn header(report: &Report<'_>) -> Markup {
+    let verdicts = report.verdicts();
+    let answers = report.outcomes().map(|outcome| &outcome.answer[..]);
+    html! {
+        h1 { "The paper's experiments" }
+        @for answer in answers.filter(|answer| !answer.is_empty()) { p .lead { (answer) } }
+        @if !verdicts.is_empty() { (rulings(&verdicts)) }
+        p {
+            "Mehdizadeh et al., "
+            i { "Joint beamforming and feature detection for enhanced visualization of spinal "
+                "bone surfaces in ultrasound images" }
+            ", repeated on simulated data, whose truth is known. One number is fitted to the paper, "
+            "the level of the water bath's clutter. No other number is tuned to match it."
+        }
+        @match report.kind {
+            "full" => {}
+            "quick" => p {
+                "This is the coarse run of " code { "--quick" } ": its results differ from those of "
+                "the full run."
+            }
+            _ => p {
+                "The " a href="#parameters" { "parameters" } " are the user's own."
+            }
+        }
+        @if !report.checks_passed() {
+            p { span .bad { "A check failed." } " See " a href="#checks" { "the checks" } "." }
+        }
+    }
 }
 
 /// An experiment's part of the page.
 ///
 /// Its first figure comes first if no table stands before it, then its numbers. Further figures and tables are
 /// folded.
-fn experiment(name: &str, outcome: &Outcome) -> Result<Markup> {
+fn experiment(outcome: &Outcome) -> Result<Markup> {
     let comparisons: Vec<&Comparison> = outcome.comparisons.iter().collect();
     let mut parts_of = outcome.parts.iter();
     let first = parts_of.position(|part| is_figure(part) || matches!(part, Section::Table(_)));
     let first = first.filter(|at| is_figure(&outcome.parts[*at]));
-    let first = first.map_or(0, |at| at + 1);
-    let (open, rest) = outcome.parts.split_at(first);
+    let (open, rest) = outcome.parts.split_at(first.map_or(0, |at| at + 1));
     Ok(html! {
-        section id=(name) {
-            h2 { (outcome.title) }
-            @for part in parts(open, PictureLocation::Embedded)? { (part) }
-            @for group in groups(rest) {
-                @let shown = parts(group, PictureLocation::Embedded)?;
-                @let shown = html! { @for part in &shown { (part) } };
-                @if group.iter().any(is_figure) { (folded(summary(group), &shown)) } @else { (shown) }
-            }
-            @if !comparisons.is_empty() {
-                h3 { "Compared with the paper" }
-                (few(&tables::comparisons(&comparisons)))
-                (folded("Why the values differ", &notes(&comparisons)))
-            }
-            @if !outcome.tables.is_empty() {
-                (folded("All beamformers", &together(&outcome.tables)))
-            }
-            @if !outcome.files.is_empty() {
-                h3 { "Files" }
-                ul {
-                    @for file in &outcome.files {
-                        li { code { (file.file) } ": " (file.description) }
-                    }
+        @for part in parts(open, PictureLocation::Embedded)? { (part) }
+        @for group in groups(rest) {
+            @let shown = parts(group, PictureLocation::Embedded)?;
+            @let shown = html! { @for part in &shown { (part) } };
+            @if group.iter().any(is_figure) { (folded(summary(group), &shown)) } @else { (shown) }
+        }
+        @if !comparisons.is_empty() {
+            h3 { "Compared with the paper" }
+            (few(&tables::comparisons(&comparisons)))
+            (folded("Why the values differ", &notes(&comparisons)))
+        }
+        @if !outcome.tables.is_empty() {
+            (folded("All beamformers", &together(&outcome.tables)))
+        }
+        @if !outcome.files.is_empty() {
+            h3 { "Files" }
+            ul {
+                @for file in &outcome.files {
+                    li { code { (file.file) } ": " (file.description) }
                 }
             }
         }
@@ -166,17 +152,8 @@ fn is_figure(part: &Section) -> bool {
 }
 
 /// Parts from each heading to the next.
-fn groups(parts: &[Section]) -> Vec<&[Section]> {
-    let mut groups = Vec::new();
-    let mut from = 0;
-    for (at, part) in parts.iter().enumerate() {
-        if at > from && matches!(part, Section::Heading(_)) {
-            groups.push(&parts[from..at]);
-            from = at;
-        }
-    }
-    groups.push(&parts[from..]);
-    groups
+fn groups(parts: &[Section]) -> impl Iterator<Item = &[Section]> {
+    parts.chunk_by(|_, next| !matches!(next, Section::Heading(_)))
 }
 
 /// The heading of a group.

@@ -314,7 +314,7 @@ class Lines(Shown):
         *,
         frame: int = 0,
         dynamic_range: float = 60.0,
-        pixel_size: float | None = None,
+        pixel_size: float | tuple[float, float] | None = None,
         grid: Literal["cartesian", "polar"] = "cartesian",
         colour_bar: bool = True,
     ) -> Axes:
@@ -381,7 +381,7 @@ class Lines(Shown):
 class Image(Shown):
     """An image of grey levels, or a map of phase symmetry.
 
-    Pixels are square, or on a polar grid.
+    Pixels are square, have two sides, or are on a polar grid.
     """
 
     pixels: npt.NDArray[np.float32]
@@ -394,13 +394,20 @@ class Image(Shown):
     z0: float
     """Depth of row 0, m; on a polar grid along the beams."""
     pixel: float
-    """Distance between pixels, m; on a polar grid between rows."""
+    """Distance between pixels, m; between rows, if that of columns differs, and on a polar grid."""
     dynamic_range: float | None = None
     """For grey levels: decibels between levels 0 and 255, if known."""
     quantity: Literal["grey level", "phase symmetry"] = "grey level"
     """Quantity that the pixels show."""
     angle: npt.NDArray[np.float64] | None = None
     """On a polar grid: angles of the columns from the z axis, rad, evenly spaced."""
+    pixel_x: float | None = None
+    """Distance between columns, m, if it differs from that between rows."""
+
+    @property
+    def _sides(self) -> list[float]:
+        """Distances of columns and of rows, m."""
+        return [self.pixel if self.pixel_x is None else self.pixel_x, self.pixel]
 
     @property
     def extent(self) -> tuple[float, float, float, float]:
@@ -410,7 +417,7 @@ class Image(Shown):
         """
         rows, columns = self.pixels.shape
         if self.angle is None:
-            first, step = 1e3 * self.x0, 1e3 * self.pixel
+            first, step = 1e3 * self.x0, 1e3 * self._sides[0]
         else:
             degrees = np.degrees(self.angle)
             first, step = float(degrees[0]), float(degrees[-1] - degrees[0]) / (columns - 1)
@@ -422,7 +429,7 @@ class Image(Shown):
         """Lateral positions of the columns, m."""
         if self.angle is not None:
             raise ValueError("the image is on a polar grid: its columns are at `angle`, and `x` is not the same in all rows")
-        return np.asarray(self.x0 + self.pixel * np.arange(self.pixels.shape[1]), np.float64)
+        return np.asarray(self.x0 + self._sides[0] * np.arange(self.pixels.shape[1]), np.float64)
 
     @property
     def z(self) -> npt.NDArray[np.float64]:
@@ -476,11 +483,12 @@ class Image(Shown):
         rows, columns = self.pixels.shape
         left, right, bottom, top = self.extent
         decibels = "" if self.dynamic_range is None else f" over {self.dynamic_range:g} dB"
+        sides = [f"{1e3 * side:.3f}" for side in (self._sides[1:] if self.pixel_x is None else self._sides)]
         across = {"Lateral": f"x {_show.range_in_mm(1e-3 * left, 1e-3 * right)}"}
         if self.angle is not None:
             across = {"Angles": f"{left:.1f} to {right:.1f} degrees"}
         return {
-            "Pixels": f"{rows} x {columns} pixels of {1e3 * self.pixel:.3f} mm",
+            "Pixels": f"{rows} x {columns} pixels of {' x '.join(sides)} mm",
             **across,
             "Depth": f"z {_show.range_in_mm(1e-3 * top, 1e-3 * bottom)}",
             "Quantity": f"{self.quantity}{decibels}",

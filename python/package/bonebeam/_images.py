@@ -25,7 +25,7 @@ def bmode(
     columns: int | None = None,
     depth: float | None = None,
     width: float | None = None,
-    pixel_size: float | None = None,
+    pixel_size: float | tuple[float, float] | None = None,
     grid: Grid = "cartesian",
     median: bool = False,
     pooling: Pooling = "largest",
@@ -40,7 +40,8 @@ def bmode(
             side.
         depth: Depth of the image's bottom, m; by default the lines'.
         width: Width of the image, centred on the beams, m; by default the beams'.
-        pixel_size: Distance between pixels, on a polar grid between rows, m; by default it fits rows and columns.
+        pixel_size: Distance between pixels, on a polar grid between rows, m, or those between columns and between
+            rows; by default it fits rows and columns.
         grid: ``cartesian``, square pixels in true proportions, or ``polar``, without scan conversion: columns at even
             angles, and rows at even depths along lines that fan out.
         median: Whether a 3 x 3 median smooths the image.
@@ -79,7 +80,8 @@ def bmode(
         _parameters.as_json(section),
         threads,
     )
-    return Image(pixels, x0, z0, pixel, dynamic_range, angle=angle)
+    across, down = pixel
+    return Image(pixels, x0, z0, down, dynamic_range, angle=angle, pixel_x=None if across == down else across)
 
 
 @overload
@@ -168,9 +170,9 @@ def phase_symmetry(
     if isinstance(image, Image):
         if resize is not None:
             raise ValueError("`resize` would change the size of the image's pixels; give `image.pixels`")
-        pixel = image.pixel if image.angle is None else None
+        pixel = image._sides if image.angle is None else None
     if len(wavelengths) > 0 and pixel is None:
-        raise ValueError("`wavelengths` needs an `Image` of square pixels; give `scales`")
+        raise ValueError("`wavelengths` needs an `Image` whose pixels have a size; give `scales`")
     section = {
         "scales": list(scales),
         "wavelengths": list(wavelengths),

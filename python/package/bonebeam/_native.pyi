@@ -129,10 +129,10 @@ def bmode(
     c: float,
     section: str,
     threads: int | None,
-) -> tuple[npt.NDArray[np.float32], float, float, float, npt.NDArray[np.float64] | None]: ...
+) -> tuple[npt.NDArray[np.float32], float, float, list[float], npt.NDArray[np.float64] | None]: ...
 def phase_symmetry(
     image: npt.NDArray[np.float32],
-    pixel: float | None,
+    pixel: list[float] | None,
     section: str,
     out: npt.NDArray[np.float32],
     threads: int | None,
@@ -159,7 +159,7 @@ def surface_of_lines(
 ) -> Points: ...
 def surface_of_picture(
     pixels: npt.NDArray[np.float32],
-    pixel: float,
+    pixel: list[float],
     x0: float,
     z0: float,
     depth: float,

@@ -100,7 +100,7 @@ def surface(
     source: Lines | Image | npt.ArrayLike | Any,
     *,
     coherence: npt.ArrayLike | None = None,
-    pixel_size: float | None = None,
+    pixel_size: float | tuple[float, float] | None = None,
     fan: Fan | tuple[float, float, float, float, float, float] | None = None,
     columns_as_lines: bool = False,
     grey_range: float = 60.0,
@@ -128,7 +128,7 @@ def surface(
             [row, column]. A map of phase symmetry has no shadows, so it is refused.
         coherence: For lines, the coherence of their samples, [beam, sample], by :func:`coherence`. It tells clutter in a
             shadow from tissue.
-        pixel_size: Side of the pixels of a picture, m.
+        pixel_size: Side of the pixels of a picture, m, or those across and down.
         fan: Geometry of the beams, for a picture of a curved array or a sector. By default it is found from black
             corners, if there are any.
         columns_as_lines: Whether columns of a picture are lines even if the picture looks like a fan.
@@ -191,25 +191,26 @@ def surface(
     # A picture from elsewhere begins at its top, an image of lines where they do.
     depth = image.z0 if isinstance(source, Image) else 0.0
     points, lines, found, verdict = _native.surface_of_picture(
-        pixels, image.pixel, image.x0, image.z0, depth, None if fan is None else Fan(*fan), keys
+        pixels, image._sides, image.x0, image.z0, depth, None if fan is None else Fan(*fan), keys
     )
     fan = None if found is None else Fan(*found)
     return Surface(*points, lines=lines, source=image, fan=fan, verdict=verdict)
 
 
-def _image(source: Any, pixel_size: float | None) -> Image:
+def _image(source: Any, pixel_size: float | tuple[float, float] | None) -> Image:
     """The picture with the size of its pixels."""
     if isinstance(source, Image):
         if source.quantity == "phase symmetry":
             raise ValueError("`source` is a map of phase symmetry, which has no shadows; expected lines or grey levels")
         if source.angle is not None:
-            raise ValueError("`source` is on a polar grid; expected lines, or an image of square pixels")
+            raise ValueError("`source` is on a polar grid; expected lines, or an image of even pixels")
         if pixel_size is not None:
             raise ValueError("`pixel_size` is that of the image; expected it for pictures without one")
         return source
     if pixel_size is None:
         raise ValueError("`source` is a picture; give its `pixel_size` in m, such as 0.1e-3")
-    if not 1e-6 <= pixel_size <= 1e-2:
+    across, down = pixel_size if isinstance(pixel_size, tuple) else (pixel_size, pixel_size)
+    if not all(1e-6 <= side <= 1e-2 for side in (across, down)):
         raise ValueError(f"`pixel_size` is {pixel_size}; expected 1e-6 to 0.01 (m)")
     pixels = taken("source", source, np.float32, ("row", "column"), ("float32", "float64", "uint8"))
-    return Image(pixels, 0.0, 0.0, pixel_size)
+    return Image(pixels, 0.0, 0.0, down, pixel_x=None if across == down else across)

@@ -51,7 +51,18 @@ pub(crate) fn formats(here: &Here) -> Result<()> {
     if !runs(here, "formats", there) && here.run(install).is_err() {
         println!("zea cannot be installed: its files are written by h5py");
     }
-    here.run("@venv/formats/bin/python host-sim/tests/formats.py @host-sim")
+    here.run("@venv/formats/bin/python host-sim/tests/formats.py @host-sim --docs")
+}
+
+/// The newest versions of the writers, so that what they change is seen here first.
+pub(crate) fn writers(here: &Here) -> Result<()> {
+    let install =
+        "@venv/writers/bin/python -m pip install -q --disable-pip-version-check --upgrade";
+    here.run(format!("{install} h5py hdf5plugin numpy pyuff_ustb scipy"))?;
+    if here.run(format!("{install} zea jax pymust")).is_err() {
+        println!("zea and PyMUST cannot be installed: their files are left out");
+    }
+    here.run("@venv/writers/bin/python host-sim/tests/formats.py @host-sim --table")
 }
 
 /// USTB warns of its own code, and compiles for minutes at its first frame.

@@ -117,19 +117,22 @@ impl Method {
     /// # Errors
     /// [`Error::Parameter`] without the feature `eigenspace`: for its methods, and for MV if a covariance of this
     /// diagonal loading may be singular in f32.
-    pub(crate) fn check_compiled(self, diagonal_loading: f32) -> Result<(), Error> {
+    pub(crate) const fn check_compiled(self, diagonal_loading: f32) -> Result<(), Error> {
         let (name, value, expected) = match self {
             _ if EIGENSPACE => return Ok(()),
             Method::Das => return Ok(()),
             Method::Mv if diagonal_loading >= LEAST_LOADING => return Ok(()),
             Method::Mv => (
                 "diagonal_loading",
-                f64::from(diagonal_loading),
+                diagonal_loading as f64,
                 "at least 1e-4 without the feature eigenspace",
             ),
             _ => (
                 self.name(),
-                self.argument().unwrap_or(0.0),
+                match self.argument() {
+                    Some(argument) => argument,
+                    None => 0.0,
+                },
                 "the feature eigenspace",
             ),
         };

@@ -159,6 +159,22 @@ impl Interpolator {
         self.single
     }
 
+    /// Refuses rates that no filter is made for.
+    pub(super) const fn check(
+        sampling_rate: f64,
+        output_rate: f64,
+        centre_frequency: f64,
+    ) -> Result<(), Error> {
+        attempt!(positive("sampling_rate", sampling_rate));
+        attempt!(positive("output_rate", output_rate));
+        attempt!(positive("centre_frequency", centre_frequency));
+        if sampling_rate / output_rate <= MAX_DECIMATION as f64 {
+            return Ok(());
+        }
+        let expected = "at least a sixteenth of the sampling rate";
+        Err(Error::parameter("output_rate", output_rate, expected))
+    }
+
     /// Number of halvings, taps and phases, and their design values.
     const fn design(
         &mut self,
@@ -166,14 +182,8 @@ impl Interpolator {
         output_rate: f64,
         centre_frequency: f64,
     ) -> Result<Design, Error> {
-        attempt!(positive("sampling_rate", sampling_rate));
-        attempt!(positive("output_rate", output_rate));
-        attempt!(positive("centre_frequency", centre_frequency));
+        attempt!(Self::check(sampling_rate, output_rate, centre_frequency));
         let ratio = sampling_rate / output_rate;
-        if ratio > MAX_DECIMATION as f64 {
-            let expected = "at least a sixteenth of the sampling rate";
-            return Err(Error::parameter("output_rate", output_rate, expected));
-        }
         self.decimator = Decimator::new(ratio);
         let rate = sampling_rate / (1 << self.decimator.halvings()) as f64;
         let after = rate / output_rate;

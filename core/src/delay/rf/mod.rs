@@ -115,11 +115,20 @@ impl DelayParameters {
         self.block_need(lanes, self.output_samples)
     }
 
-    /// Checks the parameters that the filters do not depend on.
-    const fn check(&self) -> Result<(), Error> {
+    /// Checks all values; a `const` can call it.
+    ///
+    /// # Errors
+    /// As [`Delay::new`].
+    pub const fn check(&self) -> Result<(), Error> {
         attempt!(positive("sound_speed", self.sound_speed));
         attempt!(finite("output_start", self.output_start));
-        check_shapes(self.output_samples, self.record_samples, self.elements)
+        attempt!(check_shapes(
+            self.output_samples,
+            self.record_samples,
+            self.elements
+        ));
+        attempt!(HilbertTransformer::check(self.hilbert_taps));
+        Interpolator::check(self.sampling_rate, self.output_rate, self.centre_frequency)
     }
 
     /// Scratch of [`Stage::block`] for blocks of `samples` samples.

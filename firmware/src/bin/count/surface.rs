@@ -4,6 +4,7 @@ use bonebeam::Error;
 use bonebeam::geometry::Axis;
 use bonebeam::memory::{Memory, Need};
 use bonebeam::surface::{Detector, Levels, Parameters, Settings, Survey, Tracker};
+use firmware::arrays;
 use static_cell::ConstStaticCell;
 
 use crate::counter::Counter;
@@ -19,37 +20,25 @@ const PARAMETERS: Parameters = Parameters {
     settings: Settings::DEFAULT,
     latency: 9,
 };
-/// The same by the learnt model.
-const LEARNT: Parameters = Parameters {
-    settings: Settings::LEARNT,
-    ..PARAMETERS
+const NEED: Need = match PARAMETERS.need() {
+    Ok(need) => need,
+    Err(_) => panic!("the parameters are not valid"),
 };
-/// Parameters, and the bounds on the instructions per sample (see `beamform.rs`).
-const CASES: [(&str, Parameters, u32); 2] =
-    [("surface", PARAMETERS, 62), ("surface-learnt", LEARNT, 120)];
+
+/// The bounds on the instructions per sample (see `beamform.rs`).
+const BOUND: u32 = 62;
 const SURVEY_BOUND: u32 = 22;
 
-const fn need(parameters: Parameters) -> Need {
-    match parameters.need() {
-        Ok(need) => need,
-        Err(_) => panic!("the parameters are not valid"),
+arrays! {
+    /// The memory of the cases.
+    struct Workspaces {
+        memory: Memory<{ NEED.real }, 0> = Memory::new(),
+        line: [u8; SAMPLES] = [0; _],
     }
 }
-const NEED: Need = need(PARAMETERS).or(need(LEARNT));
+static WORKSPACES: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces::new());
 
-/// The memory of the cases.
-struct Workspaces {
-    memory: Memory<{ NEED.real }, 0>,
-    line: [u8; SAMPLES],
-}
-
-/// All zero.
-static WORKSPACES: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces {
-    memory: Memory::new(),
-    line: [0; SAMPLES],
-});
-
-/// Counts scores and path together, and the frame's levels.
+/// Counts onset and path together, and the frame's levels.
 ///
 /// The data are noise with a sloping bone.
 pub fn run(counter: &mut Counter) -> Result<bool, Error> {
@@ -69,25 +58,20 @@ pub fn run(counter: &mut Counter) -> Result<bool, Error> {
     };
     next(line, 500);
     let mut survey = Survey::new(&detector, memory.scratch())?;
-    let mut outcome = Ok(());
-    let cost = counter.count(|| outcome = survey.line(line));
-    outcome?;
+    let cost = counter.cost(|| survey.line(line))?;
     let mut within = report("surface-levels", SAMPLES, SAMPLES, &cost, 0, SURVEY_BOUND);
     let levels: Levels = survey.levels();
-    for (name, parameters, bound) in CASES {
-        let detector = Detector::new(parameters)?;
-        let bytes = detector.need().real * size_of::<f32>();
-        let mut tracker = Tracker::new(&detector, memory.scratch())?;
-        // The ring is full before the last line.
-        for k in 0..LINES {
-            next(line, 500 + 3 * k);
-            tracker.line(line, levels)?;
-        }
-        next(line, 500 + 3 * LINES);
-        let mut found = Ok(None);
-        let cost = counter.count(|| found = tracker.line(line, levels));
-        within &= found?.flatten().is_some();
-        within &= report(name, SAMPLES, SAMPLES, &cost, bytes, bound);
+    let bytes = Memory::<{ NEED.real }, 0>::BYTES;
+    let mut tracker = Tracker::new(&detector, memory.scratch())?;
+    // The ring is full before the last line.
+    for k in 0..LINES {
+        next(line, 500 + 3 * k);
+        tracker.line(line, levels)?;
     }
+    next(line, 500 + 3 * LINES);
+    let mut found = Ok(None);
+    let cost = counter.count(|| found = tracker.line(line, levels));
+    within &= found?.flatten().is_some();
+    within &= report("surface", SAMPLES, SAMPLES, &cost, bytes, BOUND);
     Ok(within)
 }

@@ -101,11 +101,11 @@ fn run(clock: &Clock) -> Result<bool, Error> {
         let Some(block) = sink.receive() else {
             continue;
         };
-        let frame = block.sequence / BEAMS as u32;
+        let frame = block.header.sequence / BEAMS as u32;
         if frame == FRAMES {
             break;
         }
-        let verdict = sequence.check(block.sequence, block.beam, block.overflow);
+        let verdict = sequence.check(block.header);
         for fault in verdict.faults.into_iter().flatten() {
             warn!("{}", fault);
         }

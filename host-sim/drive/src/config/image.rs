@@ -1,7 +1,7 @@
 //! The parameters of the image.
 
 use crate::{Error, Result};
-use bonebeam_files::section::{Section, row};
+use bonebeam_files::section::{Range, Section, Value, row};
 use bonebeam_files::settings::LENGTHS;
 use bonebeam_files::terminal::short;
 use bonebeam_files::{choice, section};
@@ -10,6 +10,57 @@ use bonebeam_files::{choice, section};
 pub const LONGER_SIDE: usize = 512;
 /// Longest side of an image, pixels.
 const MAX_SIDE: usize = 16_384;
+/// Sides of a pixel.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(untagged)]
+pub enum PixelSize {
+    /// The side of a square, m.
+    Square(f64),
+    /// Across and down, m.
+    Sides([f64; 2]),
+}
+
+impl PixelSize {
+    /// Across and down, m.
+    pub fn sides(self) -> [f64; 2] {
+        match self {
+            PixelSize::Square(side) => [side; 2],
+            PixelSize::Sides(sides) => sides,
+        }
+    }
+}
+
+impl From<[f64; 2]> for PixelSize {
+    fn from([across, down]: [f64; 2]) -> Self {
+        match across == down {
+            true => PixelSize::Square(down),
+            false => PixelSize::Sides([across, down]),
+        }
+    }
+}
+
+impl Value for PixelSize {
+    fn python() -> String {
+        "float | tuple[float, float]".into()
+    }
+
+    fn read(text: &str) -> std::result::Result<Self, String> {
+        let sides: Option<Vec<f64>> = text
+            .split(',')
+            .map(|side| side.trim().parse().ok())
+            .collect();
+        match sides.as_deref() {
+            Some(&[side]) => Ok(PixelSize::Square(side)),
+            Some(&[across, down]) => Ok(PixelSize::Sides([across, down])),
+            _ => Err("expected one side in m, or two as ACROSS,DOWN".into()),
+        }
+    }
+
+    fn outside(&self, range: &Range) -> Option<String> {
+        self.sides().iter().find_map(|side| side.outside(range))
+    }
+}
+
 choice! {
     /// Grid of an image's pixels.
     Grid = Cartesian {
@@ -47,7 +98,9 @@ section! {
             /// Columns of pixels [default: square pixels, 512 along the longer side]
             columns: Option<usize> = None, row("N").within([2.0, MAX_SIDE as f64], "");
             /// Pixel size of an image that is written or read, m [default: 512 pixels along the longer side]
-            pixel_size: Option<f64> = None, row("M").positive([1e-6, 1.0], " (m)");
+            ///
+            /// One side, or two as ACROSS,DOWN.
+            pixel_size: Option<PixelSize> = None, row("M").positive([1e-6, 1.0], " (m)");
             /// Grid of the pixels
             grid: Grid = Grid::default(), row("");
             /// Smooth the image with a 3 x 3 median
@@ -59,7 +112,7 @@ section! {
 }
 
 impl Image {
-    /// Rows and columns of square pixels over `width` and `height`, m.
+    /// Rows and columns of pixels over `width` and `height`, m.
     ///
     /// A side that is not given has as many pixels as fill it without a margin. If neither is given, the longer
     /// side has [`LONGER_SIDE`] pixels, or as many as pixels of the given size make.
@@ -68,17 +121,18 @@ impl Image {
     /// [`Error::Usage`] for more pixels per side than are allowed.
     pub fn sides(&self, width: f64, height: f64) -> Result<[usize; 2]> {
         if let Some(pixel) = self.pixel_size {
+            let [across, down] = pixel.sides();
             // The cast saturates.
-            let count = |length: f64| ((length / pixel + 1e-6) as usize).saturating_add(1).max(2);
+            let count = |ratio: f64| ((ratio + 1e-6) as usize).saturating_add(1).max(2);
             let sides = [
-                self.rows.unwrap_or_else(|| count(height)),
-                self.columns.unwrap_or_else(|| count(width)),
+                self.rows.unwrap_or_else(|| count(height / down)),
+                self.columns.unwrap_or_else(|| count(width / across)),
             ];
             return match sides.into_iter().find(|&side| side > MAX_SIDE) {
                 None => Ok(sides),
                 Some(side) => Err(Error::Usage(format!(
                     "--pixel-size is {} m, which makes {side} pixels per side; expected at most {MAX_SIDE}",
-                    short(pixel)
+                    short(if across < down { across } else { down })
                 ))),
             };
         }

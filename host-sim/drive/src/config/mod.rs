@@ -9,6 +9,6 @@ mod surface;
 pub use beamform::{
     Beamform, DELAY, Interpolation, LineKind, Preset, RfInterpolation, TransmitWeights,
 };
-pub use image::{Grid, Image, LONGER_SIDE, SubLines};
+pub use image::{Grid, Image, LONGER_SIDE, PixelSize, SubLines};
 pub use phase_symmetry::{PhaseSymmetry, Size};
 pub use surface::Surface;

@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use bonebeam_files::terminal::short;
 use bonebeam_files::{BeamRays, BeamformedLines};
 
-use crate::config::{self, SubLines};
+use crate::config::{self, PixelSize, SubLines};
 use crate::{Error, Result};
 use lattice::Lattice;
 pub(crate) use lattice::sample_axis;
@@ -25,7 +25,7 @@ pub use layout::{check_beams, extent};
 
 pub use bonebeam::image::PixelGrid;
 
-/// An image of isotropic pixels.
+/// An image of even pixels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BModeImage {
     /// Grey levels 0..255, `[row, column]`, row 0 shallowest.
@@ -34,12 +34,38 @@ pub struct BModeImage {
     pub x0: f64,
     /// The depth of row 0 (m).
     pub z0: f64,
-    /// The distance from one pixel to the next (m).
-    pub pixel: f64,
+    /// The distances of columns and of rows (m).
+    pub pixel: [f64; 2],
     /// Angles of the columns, rad, for an image on a polar grid.
     ///
-    /// `z0` is then the depth of row 0 along its beams, and `pixel` the distance of rows.
+    /// `z0` is then the depth of row 0 along its beams, and `pixel` the distance of rows, twice.
     pub angles: Option<Axis>,
+}
+
+/// The side of square pixels in place of others: the shorter one, m.
+pub fn square_side([across, down]: [f64; 2]) -> f64 {
+    if across < down { across } else { down }
+}
+
+/// Resamples an image to square pixels of the [`square_side`].
+///
+/// The corner pixels stay. `None` if the pixels are square.
+///
+/// # Errors
+/// As [`resize`].
+pub fn squared(image: ArrayView2<f32>, pixel: [f64; 2]) -> Result<Option<Array2<f32>>> {
+    if pixel[0] == pixel[1] {
+        return Ok(None);
+    }
+    let side = square_side(pixel);
+    // The casts saturate.
+    let count =
+        |count: usize, own: f64| (count.saturating_sub(1) as f64 * own / side).round() as usize + 1;
+    let (rows, columns) = (
+        count(image.nrows(), pixel[1]),
+        count(image.ncols(), pixel[0]),
+    );
+    resize(image, rows, columns).map(Some)
 }
 
 /// The smallest grid of `rows` × `columns` pixels that covers all lines.
@@ -117,7 +143,7 @@ pub fn b_mode<S: Data<Elem = Complex<f32>>>(
         pixels,
         x0: grid.x0,
         z0: grid.z0,
-        pixel: grid.pixel,
+        pixel: [grid.pixel; 2],
         angles: None,
     })
 }
@@ -147,7 +173,14 @@ fn polar<S: Data<Elem = Complex<f32>>>(
     let height = bottom - samples.first;
     let [rows, columns] = section.sides(lattice.width(), height)?;
     let steps = |count: usize| (count - 1) as f64;
-    let pixel = section.pixel_size.unwrap_or(height / steps(rows));
+    let pixel = match section.pixel_size {
+        None => height / steps(rows),
+        Some(PixelSize::Square(side)) => side,
+        Some(PixelSize::Sides(_)) => {
+            let message = "--grid polar has the angles of its lines across; expected one --pixel-size, of rows";
+            return Err(Error::Usage(message.into()));
+        }
+    };
     let angles = Axis::new(angle(0), (angle(last) - angle(0)) / steps(columns), columns);
     let depths = Axis::new(samples.first, pixel, rows);
     let b_mode = BMode::new(BModeParameters {
@@ -172,7 +205,7 @@ fn polar<S: Data<Elem = Complex<f32>>>(
         pixels: smoothed(InstructionSet::detect(), pixels, section.median)?,
         x0: lines.beam_x[0],
         z0: samples.first,
-        pixel,
+        pixel: [pixel; 2],
         angles: Some(angles),
     })
 }
@@ -364,15 +397,42 @@ pub fn image_of<S: Data<Elem = Complex<f32>>>(
         None => beams,
     };
     let [rows, columns] = parameters.sides(across[1] - across[0], bottom - first)?;
+    let grid = |pixel: f64, [x0, z0]: [f64; 2], [rows, columns]: [usize; 2]| PixelGrid {
+        x0,
+        z0,
+        pixel,
+        rows,
+        columns,
+    };
+    let centred =
+        |pixel: f64, columns: usize| (across[0] + across[1] - pixel * (columns - 1) as f64) / 2.0;
     let grid = match parameters.pixel_size {
         None => PixelGrid::cover(across, [first, bottom], rows, columns),
-        Some(pixel) => PixelGrid {
-            x0: (across[0] + across[1] - pixel * (columns - 1) as f64) / 2.0,
-            z0: first,
-            pixel,
-            rows,
-            columns,
-        },
+        Some(PixelSize::Square(pixel)) => {
+            grid(pixel, [centred(pixel, columns), first], [rows, columns])
+        }
+        Some(PixelSize::Sides([wide, high])) => {
+            let plan = BModeParameters {
+                lines: Axis::new(0.0, 1.0, lines.beam_x.len()),
+                samples: sample_axis(lines),
+                grid: grid(high, [0.0, first], [rows, columns]),
+                dynamic_range: parameters.dynamic_range as f32,
+                logarithm: Logarithm::Exact,
+                median: false,
+            };
+            let levels = levels(&BMode::new(plan)?, lines.z.view())?;
+            let lattice = Lattice::new(lines)?;
+            let x0 = centred(wide, columns);
+            let [down, right] = [Axis::new(first, high, rows), Axis::new(x0, wide, columns)];
+            let pixels = by_position(down, right, |x, z| lattice.at(&levels, [x, z]));
+            return Ok(BModeImage {
+                pixels: smoothed(InstructionSet::detect(), pixels, parameters.median)?,
+                x0,
+                z0: first,
+                pixel: [wide, high],
+                angles: None,
+            });
+        }
     };
     b_mode(
         lines,

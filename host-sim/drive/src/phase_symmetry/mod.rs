@@ -12,7 +12,7 @@ use ndarray::{Array2, ArrayView2};
 
 use crate::Result;
 use crate::config;
-use crate::image::resize;
+use crate::image::{resize, square_side, squared};
 use noise::Noise;
 pub use scales::{FROM_IMAGE, with_scales};
 
@@ -32,17 +32,28 @@ pub fn phase_symmetry(
 
 /// The map of an image 0..255 with the parameters of the section.
 ///
-/// The image is resampled first, or padded with black; then the map is cut to its size again. `pixel` is the size of
-/// its square pixels, m, if known.
+/// The image is resampled first, or padded with black; then the map is cut to its size again. `pixel` are the distances
+/// of its columns and rows, m, if known. An image of other pixels than square ones is filtered on [`squared`] ones, and
+/// the map has its own pixels again.
 ///
 /// # Errors
 /// As [`phase_symmetry`], [`resize`] and [`with_scales`]; wavelengths without the size of a pixel.
 pub fn of_image(
     mut image: Array2<f32>,
     section: &config::PhaseSymmetry,
-    pixel: Option<f64>,
+    pixel: Option<[f64; 2]>,
     progress: &mut dyn FnMut(usize, usize),
 ) -> Result<Array2<f32>> {
+    if let Some(pixel) = pixel
+        && let Some(square) = squared(image.view(), pixel)?
+    {
+        let map = of_image(square, section, Some([square_side(pixel); 2]), progress)?;
+        return match section.resize {
+            Some(_) => Ok(map),
+            None => resize(map.view(), image.nrows(), image.ncols()),
+        };
+    }
+    let pixel = pixel.map(square_side);
     let section = &with_scales(image.view(), section)?;
     if let Some(size) = section.resize {
         image = resize(image.view(), size.rows, size.columns)?;

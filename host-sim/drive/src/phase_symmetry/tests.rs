@@ -171,7 +171,7 @@ fn wavelengths_in_metres_give_the_same_map_on_smaller_pixels() {
     };
     let map = |side: usize, pixel: f64| {
         let image = ridges(side, pixel, 0.5e-3, 0.5);
-        of_image(image, &section, Some(pixel), &mut |_, _| ()).unwrap()
+        of_image(image, &section, Some([pixel; 2]), &mut |_, _| ()).unwrap()
     };
     let (coarse, fine) = (map(128, 0.2e-3), map(256, 0.1e-3));
     let peak = coarse.iter().fold(0f32, |most, value| most.max(*value));
@@ -183,12 +183,43 @@ fn wavelengths_in_metres_give_the_same_map_on_smaller_pixels() {
             "{row} {column}"
         );
     }
+    // Of every second column or row the map is nearly the same, at the same places.
+    let padded = PhaseSymmetry {
+        pad: true,
+        ..section.clone()
+    };
+    for (across, down) in [(2, 1), (1, 2)] {
+        let image = ridges(256, 0.1e-3, 0.5e-3, 0.5);
+        let every = |k: usize| ndarray::Slice::new(0, None, [down, across][k] as isize);
+        let part = image
+            .slice_each_axis(|axis| every(axis.axis.index()))
+            .to_owned();
+        let pixel = [across, down].map(|every| 0.1e-3 * every as f64);
+        let map = of_image(part, &padded, Some(pixel), &mut |_, _| ()).unwrap();
+        assert_eq!(map.dim(), (256 / down, 256 / across));
+        // Padding shows at the edges.
+        let inside = |k: &usize| (32..224).contains(k);
+        let off = map.indexed_iter().map(|((row, column), level)| {
+            let [row, column] = [row * down, column * across];
+            let counts = inside(&row) && inside(&column);
+            if counts {
+                (level - fine[[row, column]]).abs()
+            } else {
+                0.0
+            }
+        });
+        let off = off.fold(0.0, f32::max);
+        assert!(
+            off < 0.05,
+            "every {down}th row, {across}th column: off by {off}"
+        );
+    }
     let unknown = of_image(ridges(64, 1e-4, 1e-3, 0.0), &section, None, &mut |_, _| ());
     assert!(unknown.unwrap_err().to_string().contains("--pixel-size"));
     let large = of_image(
         ridges(64, 1e-3, 1e-3, 0.0),
         &section,
-        Some(2e-3),
+        Some([2e-3; 2]),
         &mut |_, _| (),
     );
     assert!(large.unwrap_err().to_string().contains("2 to 1024 pixels"));
@@ -211,7 +242,7 @@ fn a_ridge_answers_most_at_its_own_scale() {
                 threshold: 3.0,
                 ..PhaseSymmetry::default()
             };
-            let map = of_image(image.clone(), &section, Some(0.1e-3), &mut |_, _| ()).unwrap();
+            let map = of_image(image.clone(), &section, Some([0.1e-3; 2]), &mut |_, _| ()).unwrap();
             f64::from(map[[192, 100]])
         });
         let expected = best(&|wavelength| {

@@ -7,15 +7,16 @@ use rayon::prelude::*;
 
 use super::{PictureFan, SurfacePoint, Verdict, detect, placed};
 use crate::config;
+use crate::image::{square_side, squared};
 use crate::{Error, Result};
 
-/// A picture of square pixels.
+/// A picture.
 #[derive(Clone, Copy, Debug)]
 pub struct Picture<'a> {
     /// Grey levels 0 to 255, `[row, column]`, row 0 shallowest.
     pub pixels: ArrayView2<'a, f32>,
-    /// The side of a pixel, m.
-    pub pixel: f64,
+    /// The distances of columns and of rows, m.
+    pub pixel: [f64; 2],
     /// The lateral position of column 0, m.
     pub x0: f64,
     /// The vertical position of row 0, m.
@@ -52,8 +53,14 @@ pub fn of_picture(picture: &Picture<'_>, section: &config::Surface) -> Result<Pi
         (true, _) => None,
         (false, Some(fan)) => Some(fan),
         (false, None) => {
-            let fan = PictureFan::of(picture.pixels);
-            fan.map(|fan| fan.placed(picture.pixel, [picture.x0, picture.z0]))
+            let square = squared(picture.pixels, picture.pixel)?;
+            let fan = PictureFan::of(
+                square
+                    .as_ref()
+                    .map_or(picture.pixels, |pixels| pixels.view()),
+            );
+            let side = square_side(picture.pixel);
+            fan.map(|fan| fan.placed(side, [picture.x0, picture.z0]))
         }
     };
     match found {
@@ -74,11 +81,12 @@ fn of_columns(picture: &Picture<'_>, section: &config::Surface) -> Result<Pictur
     let columns = columns.as_standard_layout();
     let mut levels = vec![0; columns.len()];
     grey(columns.as_slice().unwrap_or_default(), &mut levels)?;
-    let rows = Axis::new(depth, pixel, pixels.nrows());
-    let (points, levels) = detect_joined(&levels, rows, pixel, section.settings_of_picture()?)?;
-    let at = |column: usize, r: f64| [x0 + column as f64 * pixel, z0 - depth + r];
+    let [across, down] = pixel;
+    let rows = Axis::new(depth, down, pixels.nrows());
+    let (points, levels) = detect_joined(&levels, rows, across, section.settings_of_picture()?)?;
+    let at = |column: usize, r: f64| [x0 + column as f64 * across, z0 - depth + r];
     Ok(PictureSurface {
-        verdict: Verdict::of(&points, pixel, levels),
+        verdict: Verdict::of(&points, across, levels),
         points: placed(points, section.min_confidence, at),
         lines: pixels.ncols(),
         fan: None,
@@ -92,9 +100,10 @@ fn of_fan(
 ) -> Result<PictureSurface> {
     let [first, last] = fan.angles;
     let middle = (fan.radii[0] + fan.radii[1]) / 2.0;
+    let side = square_side(picture.pixel);
     let wanted = [
-        (fan.radii[1] - fan.radii[0]) / picture.pixel,
-        (last - first) * middle / picture.pixel,
+        (fan.radii[1] - fan.radii[0]) / side,
+        (last - first) * middle / side,
     ];
     if wanted[0] > LARGEST[0] - 1.0 || wanted[1] > LARGEST[1] - 1.0 {
         return Err(Error::Usage(format!(
@@ -116,7 +125,7 @@ fn of_fan(
     }
     let mut grey_levels = vec![0; levels.len()];
     grey(&levels, &mut grey_levels)?;
-    let depths = Axis::new(0.0, picture.pixel, samples);
+    let depths = Axis::new(0.0, side, samples);
     let settings = section.settings_of_picture()?;
     let (mut points, levels) = detect_joined(&grey_levels, depths, step * middle, settings)?;
     for (point, seen) in points.iter_mut().zip(seen) {
@@ -197,14 +206,15 @@ fn detect_joined(
 ///
 /// Interpolation is bilinear. Outside the picture levels are mirrored, so that its edge is no shadow.
 fn beam(picture: &Picture<'_>, fan: &PictureFan, angle: f64, levels: &mut [f32]) -> Option<usize> {
+    let ([across, down], side) = (picture.pixel, square_side(picture.pixel));
     let value = |sample: usize| -> Option<f32> {
-        let [x, z] = fan.at(fan.radii[0] + sample as f64 * picture.pixel, angle);
-        let at = [(z - picture.z0), (x - picture.x0)].map(|length| length / picture.pixel);
+        let [x, z] = fan.at(fan.radii[0] + sample as f64 * side, angle);
+        let at = [(z - picture.z0) / down, (x - picture.x0) / across];
         if at.iter().any(|at| *at < 0.0) {
             return None;
         }
         let [row, column] = at.map(|at| at as usize);
-        let [down, right] = at.map(|at| (at - at.floor()) as f32);
+        let [lower, right] = at.map(|at| (at - at.floor()) as f32);
         let level = |row: usize, column: usize| picture.pixels.get([row, column]).copied();
         let across = |row: usize| -> Option<f32> {
             let left = level(row, column)?;
@@ -213,7 +223,7 @@ fn beam(picture: &Picture<'_>, fan: &PictureFan, angle: f64, levels: &mut [f32])
         };
         let above = across(row)?;
         let below = across(row + 1).unwrap_or(above);
-        Some(above + down * (below - above))
+        Some(above + lower * (below - above))
     };
     let inside = |sample: &usize| value(*sample).is_some();
     let first = (0..levels.len()).find(inside)?;
@@ -272,9 +282,17 @@ mod tests {
     }
 
     fn surface(pixels: &Array2<f32>, section: &config::Surface) -> PictureSurface {
+        surface_of(pixels.view(), [PIXEL; 2], section)
+    }
+
+    fn surface_of(
+        pixels: ArrayView2<'_, f32>,
+        pixel: [f64; 2],
+        section: &config::Surface,
+    ) -> PictureSurface {
         let picture = Picture {
-            pixels: pixels.view(),
-            pixel: PIXEL,
+            pixels,
+            pixel,
             x0: 0.0,
             z0: 0.0,
             depth: 0.0,
@@ -310,6 +328,14 @@ mod tests {
         let fan = found.fan.unwrap();
         assert!((fan.x - FAN.x).hypot(fan.z - FAN.z) < 1e-3, "{fan:?}");
         follows(&found, 0.95);
+        // Pixels that are wider than high, or higher than wide.
+        for (axis, pixel) in [(1, [2.0 * PIXEL, PIXEL]), (0, [PIXEL, 2.0 * PIXEL])] {
+            let part = pixels.slice_axis(ndarray::Axis(axis), ndarray::Slice::new(0, None, 2));
+            let found = surface_of(part, pixel, &config::Surface::default());
+            let fan = found.fan.unwrap();
+            assert!((fan.x - FAN.x).hypot(fan.z - FAN.z) < 1e-3, "{fan:?}");
+            follows(&found, 0.95);
+        }
         // With columns as lines there is no fan.
         let columns = config::Surface {
             columns_as_lines: true,
@@ -335,7 +361,7 @@ mod tests {
         });
         let picture = Picture {
             pixels: pixels.view(),
-            pixel,
+            pixel: [pixel; 2],
             x0: 0.0,
             z0: 0.0,
             depth: 0.0,

@@ -27,13 +27,15 @@ pub struct SomeFrames<T> {
     pub are_finite: bool,
 }
 
-/// A part of an array of four axes.
-///
-/// Its header, its bytes within the member, and the length of the array's first axis.
+/// Some frames of an array, or all.
 struct Part {
     header: Header,
+    /// Within the member.
     bytes: Range<usize>,
+    /// Number of all frames.
     held: usize,
+    /// Whether the bytes are the member's rest.
+    is_all: bool,
 }
 
 impl Reader {
@@ -135,13 +137,13 @@ impl Reader {
     /// Bytes of an array of four axes at some indices of the first, and its length.
     ///
     /// Returns all bytes and `None` if the array has other axes, is stored by columns or has no more indices. The
-    /// archive's checksum is not compared for a part.
+    /// archive's checksum is not compared for a part of a member.
     fn bytes_of_frames(
         &mut self,
         key: &str,
         frames: Range<usize>,
     ) -> Result<(Vec<u8>, Option<usize>)> {
-        let Some(part) = self.part(key, &frames)? else {
+        let Some(part) = self.part(key, &frames)?.filter(|part| !part.is_all) else {
             return Ok((self.bytes(key)?, None));
         };
         let mut bytes = part.header.bytes();
@@ -160,29 +162,38 @@ impl Reader {
         let Ok((mut header, numbers)) = Header::read(&head) else {
             return Ok(None);
         };
-        if header.shape.len() != 4 {
-            return Ok(None);
-        }
+        let held = match header.shape[..] {
+            [held, _, _, _] => held,
+            [_, _, _] => 1,
+            _ => return Ok(None),
+        };
         if header.in_columns {
             self.check_whole(key, numbers.end)?;
             return Ok(None);
         }
-        let held = header.shape[0];
         let end = frames.end.min(held);
         let start = frames.start.min(end);
-        if (start, end) == (0, held) || numbers.is_empty() {
+        let is_all = header.shape.len() == 3 || (start, end) == (0, held);
+        if numbers.is_empty() {
             return Ok(None);
         }
         let frame = numbers.len() / held;
-        header.shape[0] = end - start;
+        let (start, end) = if is_all { (0, held) } else { (start, end) };
+        if !is_all {
+            header.shape[0] = end - start;
+        }
         let too_large = |e: Error| self.error(format!("`{key}` is too large: {e}"));
         let length = (end - start) * frame;
-        memory::check(length.saturating_mul(npy::CONVERSIONS), "the array").map_err(too_large)?;
+        if !is_all {
+            memory::check(length.saturating_mul(npy::CONVERSIONS), "the array")
+                .map_err(too_large)?;
+        }
         let first = numbers.start + start * frame;
         Ok(Some(Part {
             header,
             bytes: first..first + length,
             held,
+            is_all,
         }))
     }
 
@@ -197,26 +208,45 @@ impl Reader {
         read: impl Fn(&mut dyn Read, &mut [T]) -> io::Result<bool>,
     ) -> Result<Option<(ArrayD<T>, bool)>> {
         let name = format!("{key}.npy");
-        numbers.resize(part.header.shape.iter().product(), T::default());
+        let count = part.header.shape.iter().product();
         let mut fill = || -> ZipResult<Option<bool>> {
             let member = self.archive.by_name(&name)?;
             if member.compression() != CompressionMethod::Stored {
                 return Ok(None);
             }
-            let position = member.data_start() + part.bytes.start as u64;
-            drop(member);
-            let mut inner = self.archive.by_name_seek(&name)?;
-            inner.seek(SeekFrom::Start(part.bytes.start as u64))?;
-            let mut member = Hashed {
-                inner,
-                position,
-                hash: self.hash.as_ref(),
-            };
-            let mut are_finite = true;
-            for some in numbers.chunks_mut(AT_A_TIME) {
-                are_finite &= read(&mut member, some)?;
+            // What is too large, or not as long as its header says, is reported by `Reader::bytes`.
+            let fits = memory::check(part.bytes.len(), "the array").is_ok();
+            if part.is_all && (member.size() != part.bytes.end as u64 || !fits) {
+                return Ok(None);
             }
-            Ok(Some(are_finite))
+            numbers.resize(count, T::default());
+            let position = member.data_start();
+            let from = part.bytes.start as u64;
+            let mut fill = |inner: &mut dyn Read, skipped: u64| -> io::Result<bool> {
+                let (position, hash) = (position + skipped, self.hash.as_ref());
+                let mut member = Hashed {
+                    inner,
+                    position,
+                    hash,
+                };
+                io::copy(&mut (&mut member).take(from - skipped), &mut io::sink())?;
+                let mut are_finite = true;
+                for some in numbers.chunks_mut(AT_A_TIME) {
+                    are_finite &= read(&mut member, some)?;
+                }
+                Ok(are_finite)
+            };
+            if part.is_all {
+                let mut member = member;
+                let are_finite = fill(&mut member, 0)?;
+                // Its end compares the archive's checksum.
+                io::copy(&mut member, &mut io::sink())?;
+                return Ok(Some(are_finite));
+            }
+            drop(member);
+            let mut member = self.archive.by_name_seek(&name)?;
+            member.seek(SeekFrom::Start(from))?;
+            Ok(Some(fill(&mut member, from)?))
         };
         match fill() {
             Ok(None) => Ok(None),
@@ -322,7 +352,7 @@ mod tests {
         npz.finish().unwrap();
         std::fs::write(&path, bytes.into_inner()).unwrap();
         for spare in [0, 17, 100_000] {
-            for frames in [0..1, 1..3, 4..5, 3..9] {
+            for frames in [0..1, 1..3, 4..5, 3..9, 0..5] {
                 let own = frames.start..frames.end.min(5);
                 let mut file = Reader::open(&path).unwrap().with_spare(Spare {
                     real: vec![f32::NAN; spare],

@@ -4,16 +4,18 @@
 //! `Resource.Parameters.speedOfSound`, of `Trans` in mm if `Trans.units` says so; times from the first element that
 //! fires. An acquisition (`Receive`) belongs to a frame of a buffer, and an `Event` joins it with a `TX`.
 
+mod buffer;
+mod quadrature;
+
 use std::ops::Range;
 
-use ndarray::{Array2, Array4, Axis};
-use num_complex::Complex;
+use ndarray::{Array2, Axis};
 
-use crate::values::{NamedArrays, Values};
+use crate::values::NamedArrays;
 use crate::variables::{BUFFER, LAYOUT, Variables};
 use crate::waves::{Fired, Wave, inverted, silence};
-use bonebeam_files::memory::{self, product};
 use bonebeam_files::{ChannelData, Result, Samples};
+use quadrature::in_quadrature;
 
 /// Whether a file is such a workspace.
 pub fn is(source: &dyn NamedArrays) -> bool {
@@ -55,6 +57,12 @@ impl Workspace<'_> {
         }
         self.assumed.push(why.to_owned());
         Ok(default)
+    }
+
+    /// The entries of a field, which are read.
+    fn entries(&self, name: &str) -> Vec<String> {
+        self.source.note(name);
+        self.source.entries(name)
     }
 
     /// A number from each entry of an array of structs.
@@ -160,7 +168,7 @@ impl Workspace<'_> {
     ///
     /// `None` if every sample was kept.
     fn periods(&self) -> Result<Option<usize>> {
-        let modes = self.source.entries("Receive.sampleMode");
+        let modes = self.entries("Receive.sampleMode");
         let Some(mode) = modes.first() else {
             return Ok(None);
         };
@@ -302,10 +310,10 @@ impl Workspace<'_> {
         all: &[Acquisition],
         elements: usize,
     ) -> Result<(Array2<f64>, Vec<Wave>, Vec<f64>)> {
-        let names = self.source.entries("TX.Delay");
+        let names = self.entries("TX.Delay");
         let of = self.transmit_of(all, names.len())?;
-        let [apodizations, steers, foci, origins] = ["Apod", "Steer", "focus", "Origin"]
-            .map(|field| self.source.entries(&format!("TX.{field}")));
+        let [apodizations, steers, foci, origins] =
+            ["Apod", "Steer", "focus", "Origin"].map(|field| self.entries(&format!("TX.{field}")));
         let field = |names: &[String], k: usize| -> Result<Vec<f64>> {
             let numbers = names
                 .get(k)
@@ -396,149 +404,6 @@ impl Workspace<'_> {
         }
         Ok(kept)
     }
-
-    /// Samples of the acquisitions, and the number of frames in the buffer.
-    fn samples(
-        &mut self,
-        rows: &[Range<usize>],
-        elements: usize,
-        (number, frames): (usize, Range<usize>),
-    ) -> Result<(Array4<f32>, usize)> {
-        let buffers = self.source.entries("RcvData");
-        let Some(buffer) = buffers.get(number.wrapping_sub(1)) else {
-            return self.refuse(format!(
-                "has {} buffers in `RcvData`; `Receive.bufnum` is {number}",
-                buffers.len()
-            ));
-        };
-        let in_parts = self
-            .source
-            .shape_for_parts(buffer)?
-            .filter(|shape| shape.len() == 3);
-        let held = self
-            .source
-            .sides(buffer)
-            .and_then(|sides| sides.get(2).copied())
-            .unwrap_or(1);
-        let oldest = self.oldest(number, held)?;
-        let mut parts = Vec::new();
-        for frames in match in_parts {
-            Some(_) => in_memory(frames, oldest, held),
-            None => std::iter::once(0..held).collect(),
-        } {
-            let part = in_parts.is_some().then_some((2, frames));
-            match self.source.samples(buffer, part)? {
-                Values::Real(data) => parts.push(data),
-                Values::Complex(_) => {
-                    return self.refuse("`RcvData` is complex; expected RF".into());
-                }
-            }
-        }
-        let views: Vec<_> = parts.iter().map(|part| part.view()).collect();
-        let axis = Axis(
-            views
-                .first()
-                .map_or(0, |view| view.ndim().min(3).saturating_sub(1)),
-        );
-        let data = ndarray::concatenate(axis, &views)
-            .map_err(|e| self.source.error(format!("`RcvData`: {e}")))?;
-        let there = data.shape().to_vec();
-        let last = rows.iter().map(|rows| rows.end).max().unwrap_or(0);
-        if !(2..=3).contains(&there.len()) || there[0] < last {
-            return self.refuse(format!(
-                "`RcvData` has shape {there:?}; expected [at least {last} rows, channel, frame]"
-            ));
-        }
-        let channels = self.channels(elements, there[1])?;
-        let shape = (
-            there.get(2).copied().unwrap_or(1),
-            rows.len(),
-            elements,
-            rows.first().map_or(0, ExactSizeIterator::len),
-        );
-        // Acquisitions may have rows in common.
-        let bytes = product(&[shape.0, shape.1, shape.2, shape.3, size_of::<f32>()]);
-        memory::check(bytes, "the samples").map_err(|e| self.source.error(e.to_string()))?;
-        let rf = Array4::from_shape_fn(shape, |(frame, transmit, m, n)| {
-            let (row, channel) = (rows[transmit].start + n, channels[m]);
-            let frame = match in_parts {
-                Some(_) => frame,
-                None => (frame + oldest) % held,
-            };
-            match data.ndim() {
-                2 => data[[row, channel]],
-                _ => data[[row, channel, frame]],
-            }
-        });
-        Ok((rf, held))
-    }
-
-    /// Place of the oldest frame in a buffer, which is a ring: that after the last one written.
-    fn oldest(&mut self, number: usize, held: usize) -> Result<usize> {
-        let last = self.source.entries("Resource.RcvBuffer.lastFrame");
-        let Some(name) = last.get(number.wrapping_sub(1)) else {
-            return Ok(0);
-        };
-        // The cast saturates.
-        let last = self.source.scalar(name)? as usize;
-        if last == 0 || last >= held {
-            return Ok(0);
-        }
-        self.assumed.push(format!(
-            "frames are in the order of time: the first is {} in memory, after Resource.RcvBuffer.lastFrame",
-            last + 1
-        ));
-        Ok(last)
-    }
-}
-
-/// Places in memory of some frames of a ring of `held`, of which the first in time is `oldest`.
-fn in_memory(frames: Range<usize>, oldest: usize, held: usize) -> Vec<Range<usize>> {
-    let (start, end) = (
-        frames.start.min(held) + oldest,
-        frames.end.min(held) + oldest,
-    );
-    match (start >= held, end > held) {
-        (true, _) => std::iter::once(start - held..end.max(start) - held).collect(),
-        (false, true) => vec![start..held, 0..end - held],
-        (false, false) => std::iter::once(start..end).collect(),
-    }
-}
-
-/// Half the number of taps that delay the second samples of pairs.
-const REACH: i32 = 12;
-
-/// I/Q of RF in pairs of samples a quarter of a period apart.
-///
-/// Pairs are some periods apart. The second samples are interpolated at the times of the first. `cycles` is the phase of the carrier at sample 0 of a
-/// transmit.
-fn in_quadrature(
-    rf: &Array4<f32>,
-    periods: usize,
-    cycles: impl Fn(usize) -> f64,
-) -> Array4<Complex<f32>> {
-    let (frames, transmits, elements, samples) = rf.dim();
-    let early = 0.25 / periods as f64;
-    let tap = |j: i32| {
-        let at = std::f64::consts::PI * (f64::from(j) + early);
-        at.sin() / at * (0.5 + 0.5 * (at / f64::from(REACH + 1)).cos())
-    };
-    let taps: Vec<f64> = (-REACH..=REACH).map(tap).collect();
-    let turns: Vec<Complex<f64>> = (0..transmits)
-        .map(|k| Complex::from_polar(1.0, -std::f64::consts::TAU * cycles(k)))
-        .collect();
-    Array4::from_shape_fn(
-        (frames, transmits, elements, samples / 2),
-        |(f, t, m, k)| {
-            let second = (-REACH..=REACH).zip(&taps).map(|(j, tap)| {
-                let n = (k as i64 + i64::from(j)) * 2 + 1;
-                let n = usize::try_from(n).ok().filter(|&n| n < samples);
-                n.map_or(0.0, |n| tap * f64::from(rf[[f, t, m, n]]))
-            });
-            let z = Complex::new(f64::from(rf[[f, t, m, 2 * k]]), -second.sum::<f64>()) * turns[t];
-            Complex::new(z.re as f32, z.im as f32)
-        },
-    )
 }
 
 /// Channel data of some frames, number of all frames, and assumptions.
@@ -642,34 +507,4 @@ pub fn read(
     let data = data.normalised();
     data.check().map_err(|message| source.error(message))?;
     Ok((data, held, w.assumed))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Pairs of a burst's samples are its analytic signal in the base band.
-    #[test]
-    fn pairs_of_samples_are_in_quadrature() {
-        let burst = |u: f64| {
-            Complex::from_polar(
-                (-(u * 0.25).powi(2)).exp(),
-                std::f64::consts::TAU * (u + 0.1),
-            )
-        };
-        for periods in [1, 2] {
-            // Times in periods of the carrier: pair k is at periods * k.
-            let time = |n: usize| periods as f64 * (n / 2) as f64 + 0.25 * (n % 2) as f64;
-            let rf =
-                Array4::from_shape_fn((1, 1, 1, 160), |(.., n)| burst(time(n) - 40.0).re as f32);
-            let iq = in_quadrature(&rf, periods, |_| 0.2);
-            for (k, z) in iq.iter().enumerate() {
-                let at = periods as f64 * k as f64;
-                let expected = burst(at - 40.0)
-                    * Complex::from_polar(1.0, -std::f64::consts::TAU * (at + 0.2));
-                let off = (Complex::new(f64::from(z.re), f64::from(z.im)) - expected).norm();
-                assert!(off < 0.01, "{periods} periods, pair {k}: off by {off}");
-            }
-        }
-    }
 }

@@ -13,21 +13,22 @@ use bonebeam_drive::check::References;
 /// Callback with the current step and the fraction done, from any thread.
 pub type Progress<'a> = &'a (dyn Fn(&str, f64) + Sync);
 
-/// An experiment: the value is its parameters; the default, those of the full job.
-pub trait Experiment: Serialize + DeserializeOwned + Default + Sync + 'static {
-    /// Name of its section of the configuration and of its data in `report.json`.
+/// Parameters of an experiment, a section of the configuration, by [`parameters!`](crate::parameters!).
+///
+/// The default is that of the full job.
+pub trait Parameters: Serialize + DeserializeOwned + Default {
+    /// Name of the section and of the experiment's data in `report.json`.
     ///
     /// Names of its pictures and checks begin with it.
     const NAME: &'static str;
+}
 
-    /// The parts of the paper that it shows; none if only the main job has it.
-    const COVERS: Covers = Covers::NOTHING;
-
-    /// Flags `--mesh`, `--only`, `--keep`, `--merge` of `host-sim paper` that apply.
-    const FLAGS: &'static [&'static str] = &[];
-
+/// An experiment: the value is its parameters.
+pub trait Experiment: Sync + 'static {
     /// Coarser parameters, for a first look.
-    fn quick() -> Self;
+    fn quick() -> Self
+    where
+        Self: Sized;
 
     /// Fills in missing values that follow from other parameters.
     fn resolve(&mut self);
@@ -56,26 +57,6 @@ pub trait Experiment: Serialize + DeserializeOwned + Default + Sync + 'static {
     /// # Errors
     /// Parameters that do not fit together.
     fn run(&self, context: &Context<'_>) -> Result<Outcome>;
-}
-
-/// Parts of the paper that an experiment shows.
-#[derive(Clone, Copy, Debug)]
-pub struct Covers {
-    /// The numbers of its figures.
-    pub figures: &'static [u32],
-    /// The numbers of its tables.
-    pub tables: &'static [u32],
-    /// Whether it judges the paper's claims.
-    pub claims: bool,
-}
-
-impl Covers {
-    /// Nothing of it.
-    pub const NOTHING: Covers = Covers {
-        figures: &[],
-        tables: &[],
-        claims: false,
-    };
 }
 
 /// Context of an experiment's run.

@@ -11,12 +11,11 @@ use crate::{Error, Result};
 use bonebeam_drive::check::References;
 use bonebeam_files::settings::read_toml_with;
 
-use super::{Common, Context, Covers, Experiment, Outcome, Overrides, Progress};
+use super::{Common, Context, Experiment, Outcome, Overrides, Parameters, Progress};
 
 /// All parameters of the main job, or of the paper.
 pub struct Job {
-    list: Vec<&'static Kind>,
-    experiments: Vec<Box<dyn AnyExperiment>>,
+    experiments: Vec<(&'static Kind, Box<dyn Stored>)>,
     common: Common,
     kept: Option<PathBuf>,
     merged: Vec<serde_json::Value>,
@@ -45,13 +44,12 @@ pub struct ExperimentFilter {
 
 impl ExperimentFilter {
     fn takes(&self, kind: &Kind) -> bool {
-        let covers = &kind.covers;
         let none = self.figure.is_empty() && self.table.is_empty() && self.experiment.is_empty();
         (none && !self.claims)
             || self.experiment.iter().any(|name| name == kind.name)
-            || self.figure.iter().any(|n| covers.figures.contains(n))
-            || self.table.iter().any(|n| covers.tables.contains(n))
-            || (self.claims && covers.claims)
+            || self.figure.iter().any(|n| kind.figures.contains(n))
+            || self.table.iter().any(|n| kind.tables.contains(n))
+            || (self.claims && kind.claims)
     }
 
     /// Refuses selections that no experiment shows.
@@ -63,21 +61,17 @@ impl ExperimentFilter {
                 names.join(", ")
             )));
         }
-        let figures: Vec<u32> = list
-            .iter()
-            .flat_map(|k| k.covers.figures)
-            .copied()
-            .collect();
-        let tables: Vec<u32> = list.iter().flat_map(|k| k.covers.tables).copied().collect();
-        for (name, wanted, known) in [
-            ("figure", &self.figure, figures),
-            ("table", &self.table, tables),
-        ] {
-            if let Some(number) = wanted.iter().find(|n| !known.contains(n)) {
-                let known: Vec<String> = known.iter().map(u32::to_string).collect();
-                let known = match known.is_empty() {
-                    true => "none".to_owned(),
-                    false => known.join(", "),
+        type Shown = fn(&Kind) -> &'static [u32];
+        let kinds: [(&str, &[u32], Shown); 2] = [
+            ("figure", &self.figure, |kind| kind.figures),
+            ("table", &self.table, |kind| kind.tables),
+        ];
+        for (name, wanted, shown) in kinds {
+            let known = || list.iter().flat_map(shown);
+            if let Some(number) = wanted.iter().find(|n| !known().any(|k| k == *n)) {
+                let known = match known().count() {
+                    0 => "none".to_owned(),
+                    _ => known().map(u32::to_string).collect::<Vec<_>>().join(", "),
                 };
                 return Err(Error::Usage(format!(
                     "--{name} {number} cannot be reproduced; those that can: {known}"
@@ -88,61 +82,69 @@ impl ExperimentFilter {
     }
 }
 
-/// Constructor of an experiment in the list.
+/// A row of a list of experiments.
 pub struct Kind {
     name: &'static str,
-    covers: Covers,
+    figures: &'static [u32],
+    tables: &'static [u32],
+    claims: bool,
     flags: &'static [&'static str],
-    full: fn() -> Box<dyn AnyExperiment>,
-    quick: fn() -> Box<dyn AnyExperiment>,
+    full: fn() -> Box<dyn Stored>,
+    quick: fn() -> Box<dyn Stored>,
+    read: fn(ValueDeserializer<'_>) -> std::result::Result<Box<dyn Stored>, toml::de::Error>,
 }
 
 impl Kind {
-    /// The experiment of a type.
-    pub const fn of<E: Experiment>() -> Self {
+    /// The experiment of a type, which shows no part of the paper and has no flags.
+    pub const fn of<E: Experiment + Parameters>() -> Self {
         Kind {
             name: E::NAME,
-            covers: E::COVERS,
-            flags: E::FLAGS,
+            figures: &[],
+            tables: &[],
+            claims: false,
+            flags: &[],
             full: || resolved(E::default()),
             quick: || resolved(E::quick()),
+            read: |section| Ok(resolved(E::deserialize(section)?)),
         }
+    }
+
+    /// It shows these figures of the paper.
+    pub const fn figures(self, figures: &'static [u32]) -> Self {
+        Kind { figures, ..self }
+    }
+
+    /// It shows these tables of the paper.
+    pub const fn tables(self, tables: &'static [u32]) -> Self {
+        Kind { tables, ..self }
+    }
+
+    /// It judges the paper's claims.
+    pub const fn claims(self) -> Self {
+        Kind {
+            claims: true,
+            ..self
+        }
+    }
+
+    /// These of the flags `--mesh`, `--only`, `--keep`, `--merge` of `host-sim paper` apply.
+    pub const fn flags(self, flags: &'static [&'static str]) -> Self {
+        Kind { flags, ..self }
     }
 }
 
-fn resolved<E: Experiment>(mut experiment: E) -> Box<dyn AnyExperiment> {
+fn resolved<E: Experiment + Parameters>(mut experiment: E) -> Box<dyn Stored> {
     experiment.resolve();
     Box::new(experiment)
 }
 
-/// An [`Experiment`] of any type.
-trait AnyExperiment {
-    fn name(&self) -> &'static str;
-    /// The experiment with the parameters of a section.
-    fn read(
-        &self,
-        section: ValueDeserializer<'_>,
-    ) -> std::result::Result<Box<dyn AnyExperiment>, toml::de::Error>;
+/// An experiment whose parameters are written.
+trait Stored: Experiment {
     fn toml(&self) -> Result<String>;
     fn json(&self) -> Result<serde_json::Value>;
-    fn apply(&mut self, overrides: &Overrides);
-    fn validate(&self) -> Result<()>;
-    fn check_merged(&self, data: &serde_json::Value) -> Result<()>;
-    fn run(&self, context: &Context<'_>) -> Result<Outcome>;
 }
 
-impl<E: Experiment> AnyExperiment for E {
-    fn name(&self) -> &'static str {
-        E::NAME
-    }
-
-    fn read(
-        &self,
-        section: ValueDeserializer<'_>,
-    ) -> std::result::Result<Box<dyn AnyExperiment>, toml::de::Error> {
-        Ok(resolved(E::deserialize(section)?))
-    }
-
+impl<E: Experiment + Parameters> Stored for E {
     fn toml(&self) -> Result<String> {
         toml::to_string(&BTreeMap::from([(E::NAME, self)])).map_err(cannot_be_written)
     }
@@ -150,33 +152,16 @@ impl<E: Experiment> AnyExperiment for E {
     fn json(&self) -> Result<serde_json::Value> {
         serde_json::to_value(self).map_err(cannot_be_written)
     }
-
-    fn apply(&mut self, overrides: &Overrides) {
-        Experiment::apply(self, overrides);
-    }
-
-    fn validate(&self) -> Result<()> {
-        Experiment::validate(self)
-    }
-
-    fn check_merged(&self, data: &serde_json::Value) -> Result<()> {
-        Experiment::check_merged(self, data)
-    }
-
-    fn run(&self, context: &Context<'_>) -> Result<Outcome> {
-        Experiment::run(self, context)
-    }
 }
 
 impl Job {
-    fn new(list: Vec<&'static Kind>, quick: bool) -> Self {
-        let make = |kind: &&Kind| match quick {
-            true => (kind.quick)(),
-            false => (kind.full)(),
+    fn new(list: impl IntoIterator<Item = &'static Kind>, quick: bool) -> Self {
+        let make = |kind: &'static Kind| match quick {
+            true => (kind, (kind.quick)()),
+            false => (kind, (kind.full)()),
         };
         Job {
-            experiments: list.iter().map(make).collect(),
-            list,
+            experiments: list.into_iter().map(make).collect(),
             common: match quick {
                 true => Common::quick(),
                 false => Common::default(),
@@ -189,12 +174,12 @@ impl Job {
 
     /// The full job: the paper's settings.
     pub fn full(list: &'static [Kind]) -> Self {
-        Job::new(list.iter().collect(), false)
+        Job::new(list, false)
     }
 
     /// A coarser job for a first look.
     pub fn quick(list: &'static [Kind]) -> Self {
-        Job::new(list.iter().collect(), true)
+        Job::new(list, true)
     }
 
     /// Reads a TOML file; keys that it lacks keep their defaults.
@@ -217,10 +202,10 @@ impl Job {
         section: ValueDeserializer<'_>,
     ) -> std::result::Result<(), toml::de::Error> {
         let mut experiments = self.experiments.iter_mut();
-        if let Some(experiment) = experiments.find(|e| e.name() == name) {
-            *experiment = experiment.read(section)?;
+        if let Some((kind, experiment)) = experiments.find(|(kind, _)| kind.name == name) {
+            *experiment = (kind.read)(section)?;
         } else if !self.common.read(name, section)? {
-            let known = self.experiments.iter().map(|e| e.name());
+            let known = self.kinds().map(|kind| kind.name);
             let known: Vec<&str> = known.chain(Common::SECTIONS).collect();
             return Err(toml::de::Error::custom(format!(
                 "unknown section `{name}`, expected one of {}",
@@ -236,12 +221,12 @@ impl Job {
     /// A figure or a table that no experiment shows.
     pub fn select(&mut self, filter: &ExperimentFilter, list: &[Kind]) -> Result<()> {
         filter.check(list)?;
-        let keep: Vec<bool> = self.list.iter().map(|k| filter.takes(k)).collect();
-        let mut positions = keep.iter();
-        self.experiments
-            .retain(|_| positions.next().copied().unwrap_or(true));
-        self.list.retain(|kind| filter.takes(kind));
+        self.experiments.retain(|(kind, _)| filter.takes(kind));
         Ok(())
+    }
+
+    fn kinds(&self) -> impl Iterator<Item = &'static Kind> {
+        self.experiments.iter().map(|(kind, _)| *kind)
     }
 
     /// Refuses given flags that concern no experiment of the job.
@@ -251,10 +236,10 @@ impl Job {
     pub fn check_flags(&self, list: &[Kind], given: &[(&str, bool)]) -> Result<()> {
         for (flag, _) in given.iter().filter(|(_, given)| *given) {
             let concerns = |kind: &Kind| kind.flags.contains(flag);
-            if self.list.iter().any(|kind| concerns(kind)) {
+            if self.kinds().any(concerns) {
                 continue;
             }
-            let wanted: Vec<&str> = self.list.iter().map(|kind| kind.name).collect();
+            let wanted: Vec<&str> = self.kinds().map(|kind| kind.name).collect();
             let others = list.iter().filter(|kind| concerns(kind));
             let others: Vec<&str> = others.map(|kind| kind.name).collect();
             return Err(Error::Usage(format!(
@@ -289,9 +274,9 @@ impl Job {
     /// [`Error::Data`] for a report without data of an experiment that can merge them, or with data that it cannot
     /// merge.
     pub fn merge(&mut self, report: serde_json::Value) -> Result<()> {
-        let takers = self.list.iter().zip(&self.experiments);
-        for (_, experiment) in takers.filter(|(kind, _)| kind.flags.contains(&"--merge")) {
-            let name = experiment.name();
+        let takers = self.experiments.iter();
+        for (kind, experiment) in takers.filter(|(kind, _)| kind.flags.contains(&"--merge")) {
+            let name = kind.name;
             let data = report.get(name);
             let data =
                 data.ok_or_else(|| Error::Data(format!("has no `{name}` of another run")))?;
@@ -303,7 +288,7 @@ impl Job {
 
     /// Applies overrides of the command line.
     pub fn apply(&mut self, overrides: &Overrides) {
-        for experiment in &mut self.experiments {
+        for (_, experiment) in &mut self.experiments {
             experiment.apply(overrides);
         }
     }
@@ -314,7 +299,7 @@ impl Job {
     /// [`crate::Error::Usage`] naming the value and the expected range, or a file that cannot be read.
     pub fn validate(&self) -> Result<()> {
         self.common.validate()?;
-        self.experiments.iter().try_for_each(|e| e.validate())
+        self.experiments.iter().try_for_each(|(_, e)| e.validate())
     }
 
     /// The parameters that the experiments share.
@@ -329,8 +314,8 @@ impl Job {
     pub fn kind(&self) -> Result<&'static str> {
         let own = self.toml()?;
         Ok(match own {
-            own if own == Job::new(self.list.clone(), false).toml()? => "full",
-            own if own == Job::new(self.list.clone(), true).toml()? => "quick",
+            own if own == Job::new(self.kinds(), false).toml()? => "full",
+            own if own == Job::new(self.kinds(), true).toml()? => "quick",
             _ => "own",
         })
     }
@@ -341,7 +326,7 @@ impl Job {
     /// Parameters that cannot be written.
     pub fn toml(&self) -> Result<String> {
         let mut sections = Vec::new();
-        for experiment in &self.experiments {
+        for (_, experiment) in &self.experiments {
             sections.push(experiment.toml()?);
         }
         sections.push(toml::to_string(&self.common).map_err(cannot_be_written)?);
@@ -354,8 +339,8 @@ impl Job {
     /// Parameters that cannot be written.
     pub fn json(&self) -> Result<impl Serialize> {
         let mut sections = BTreeMap::new();
-        for experiment in &self.experiments {
-            sections.insert(experiment.name().to_owned(), experiment.json()?);
+        for (kind, experiment) in &self.experiments {
+            sections.insert(kind.name.to_owned(), experiment.json()?);
         }
         let common = serde_json::to_value(&self.common).map_err(cannot_be_written)?;
         if let serde_json::Value::Object(common) = common {
@@ -371,8 +356,8 @@ impl Job {
     /// # Errors
     /// Parameters that do not fit together.
     pub fn run(&self, progress: Progress<'_>) -> Result<Vec<(&'static str, Outcome)>> {
-        let run = |experiment: &dyn AnyExperiment| {
-            let name = experiment.name();
+        let run = |(kind, experiment): &(&'static Kind, Box<dyn Stored>)| {
+            let name = kind.name;
             let merged = self.merged.iter().filter_map(|report| report.get(name));
             let context = Context {
                 common: &self.common,
@@ -383,10 +368,7 @@ impl Job {
             };
             Ok((name, experiment.run(&context)?))
         };
-        self.experiments
-            .iter()
-            .map(|experiment| run(&**experiment))
-            .collect()
+        self.experiments.iter().map(run).collect()
     }
 }
 

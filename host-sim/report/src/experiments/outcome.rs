@@ -1,6 +1,7 @@
 //! Parts of an experiment's outcome, which the report shows.
 
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 
 use ndarray::Array2;
 use serde::Serialize;
@@ -17,8 +18,6 @@ pub struct Outcome {
     pub answer: String,
     /// Content of the page, from top to bottom.
     pub parts: Vec<Section>,
-    /// All pictures, to be written beside the page.
-    pub pictures: Vec<Picture>,
     /// All measures of all beamformers.
     pub tables: Vec<Table>,
     /// The paper's values beside those found.
@@ -95,14 +94,8 @@ pub struct Coloured {
     pub quantity: &'static str,
 }
 
-/// The pictures of a method.
-#[derive(Clone, Debug)]
-pub struct View {
-    /// The method's name.
-    pub name: String,
-    /// Its pictures, which stay together.
-    pub pictures: Vec<Picture>,
-}
+/// The name of a method, and its pictures, which stay together.
+pub type View = (String, Vec<Picture>);
 
 /// A file beside the page: a volume, a surface, a table.
 #[derive(Clone, Debug)]
@@ -237,11 +230,86 @@ impl Table {
         columns: &[Column<T>],
     ) -> Self {
         let row = |item: T| columns.iter().map(|(_, cell)| cell(&item)).collect();
+        let head = columns.iter().map(|(head, _)| *head).collect();
+        Table::new(title, head, items.into_iter().map(row))
+    }
+
+    /// A table of a head and rows.
+    pub fn new(
+        title: impl Into<String>,
+        head: Vec<&'static str>,
+        rows: impl IntoIterator<Item = Vec<String>>,
+    ) -> Self {
         Table {
             title: title.into(),
-            head: columns.iter().map(|(head, _)| *head).collect(),
-            rows: items.into_iter().map(row).collect(),
+            head,
+            rows: rows.into_iter().collect(),
             page_only: false,
+        }
+    }
+
+    /// The table, left out on the terminal.
+    pub fn on_page(self) -> Self {
+        Table {
+            page_only: true,
+            ..self
+        }
+    }
+}
+
+impl Outcome {
+    /// Every picture of the page in grey, once.
+    pub fn pictures(&self) -> Vec<&Picture> {
+        let mut files = BTreeSet::new();
+        let all = self.parts.iter().flat_map(Section::pictures);
+        all.filter(|picture| files.insert(&picture.file)).collect()
+    }
+}
+
+impl Section {
+    fn pictures(&self) -> Vec<&Picture> {
+        match self {
+            Section::Gallery(gallery) => gallery.cards.iter().flatten().collect(),
+            Section::SideBySide(beside) => {
+                let views = std::iter::once(&beside.reference).chain(&beside.others);
+                views.flat_map(|(_, pictures)| pictures).collect()
+            }
+            _ => Vec::new(),
+        }
+    }
+}
+
+impl Curve {
+    /// A curve through points; `featured` ones are drawn wide and on top.
+    pub fn new<Y: Into<Option<f64>>>(
+        name: impl Into<Cow<'static, str>>,
+        featured: bool,
+        points: impl IntoIterator<Item = (f64, Y)>,
+    ) -> Self {
+        Curve {
+            name: name.into(),
+            featured,
+            points: points.into_iter().map(|(x, y)| (x, y.into())).collect(),
+        }
+    }
+}
+
+impl Plot {
+    /// Curves in a range of the abscissa and one of the ordinate, whose names have their units.
+    pub fn new(
+        caption: impl Into<String>,
+        [x, y]: [&'static str; 2],
+        [x_range, y_range]: [[f64; 2]; 2],
+        curves: impl IntoIterator<Item = Curve>,
+    ) -> Self {
+        Plot {
+            caption: caption.into(),
+            x,
+            y,
+            x_range,
+            y_range,
+            marks: Vec::new(),
+            curves: curves.into_iter().collect(),
         }
     }
 }

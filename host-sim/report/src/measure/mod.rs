@@ -1,5 +1,12 @@
 //! Measures on lines and images.
 
+pub mod line;
 pub mod point;
 pub mod profile;
 pub mod signed_distance;
+
+/// The mean of values; `None` without values.
+pub fn mean(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let values: Vec<f64> = values.into_iter().collect();
+    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+}

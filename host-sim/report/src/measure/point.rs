@@ -13,10 +13,14 @@ const FLOOR_DB: f64 = -300.0;
 /// It is in decibels relative to the largest of all.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LateralProfile {
-    /// Beam positions, m, ascending.
+    /// Lateral positions of the beams, m, ascending.
+    ///
+    /// Of rays at the distance of the peak.
     pub x: Vec<f64>,
     /// Levels, dB, at most 0.
     pub level: Vec<f64>,
+    /// The largest envelope of each beam.
+    pub maxima: Vec<f64>,
     /// Index of the beam with the largest envelope.
     pub peak: usize,
     /// Depth of the largest envelope, m, by a parabola through three samples.
@@ -39,14 +43,29 @@ impl LateralProfile {
         let peak = largest(&maxima)
             .filter(|&k| maxima[k] > 0.0)
             .ok_or_else(|| Error::Data("lateral profile: every sample of the lines is 0".into()))?;
-        let decibels = |v: f64| (20.0 * (v / maxima[peak]).log10()).max(FLOOR_DB);
         let sample = largest(&beams[peak]).unwrap_or(0) as f64 + vertex(&beams[peak]);
+        let along = 0.5 * lines.c * (lines.t0 + sample / lines.fs);
+        let (x, peak_depth) = match &lines.rays {
+            None => (lines.beam_x.clone(), along),
+            Some(rays) => (
+                (lines.beam_x.iter().zip(&rays.angle))
+                    .map(|(x, angle)| x + along * angle.sin())
+                    .collect(),
+                rays.z[peak] + along * rays.angle[peak].cos(),
+            ),
+        };
         Ok(LateralProfile {
-            x: lines.beam_x.clone(),
-            level: maxima.iter().map(|&v| decibels(v)).collect(),
+            x,
+            level: re(&maxima, maxima[peak]),
             peak,
-            peak_depth: 0.5 * lines.c * (lines.t0 + sample / lines.fs),
+            peak_depth,
+            maxima,
         })
+    }
+
+    /// The level of each beam relative to the peak of another profile, dB.
+    pub fn re(&self, reference: &LateralProfile) -> Vec<f64> {
+        re(&self.maxima, reference.maxima[reference.peak])
     }
 
     /// Width of the main lobe at `level` dB (−12 in the paper), m.
@@ -84,6 +103,12 @@ impl LateralProfile {
         let levels = self.x.iter().zip(&self.level).filter(|(x, _)| far(**x));
         levels.map(|(_, level)| *level).reduce(f64::max)
     }
+}
+
+/// Values in decibels relative to `reference`.
+fn re(values: &[f64], reference: f64) -> Vec<f64> {
+    let decibels = |v: &f64| (20.0 * (v / reference).log10()).max(FLOOR_DB);
+    values.iter().map(decibels).collect()
 }
 
 /// Offset of the vertex of a parabola at the largest value, samples.

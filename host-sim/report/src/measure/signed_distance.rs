@@ -30,7 +30,15 @@ impl Region {
         outer: 0.1e-3,
         inner: 2.1e-3,
     };
+    /// The same reach on both sides: a known surface has no bias to allow for.
+    pub const NEAR: Region = Region {
+        outer: -1e-3,
+        inner: 1e-3,
+    };
 }
+
+/// The paper's regions of B-mode and of phase symmetry.
+pub const REGIONS: [Region; 2] = [Region::B_MODE, Region::PHASE_SYMMETRY];
 
 /// Measures of one image; each is `None` without pixels or intensity.
 #[derive(Clone, Copy, Debug, PartialEq)]

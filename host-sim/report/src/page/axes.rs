@@ -78,17 +78,21 @@ pub struct Extent {
 }
 
 impl Extent {
-    /// The extent of rows and columns of pixels of side `pixel`, mm.
+    /// The extent of rows and columns of pixels of these distances across and down, mm.
     ///
     /// The centre of the first pixel is at `left` and `top`, mm. A pixel is as wide as the distance between pixels.
-    pub fn new((rows, columns): (usize, usize), pixel: f64, [left, top]: [f64; 2]) -> Self {
-        let edges = |first: f64, count: usize| {
+    pub fn new(
+        (rows, columns): (usize, usize),
+        [across, down]: [f64; 2],
+        [left, top]: [f64; 2],
+    ) -> Self {
+        let edges = |first: f64, pixel: f64, count: usize| {
             let start = first - 0.5 * pixel;
             [start, start + count as f64 * pixel]
         };
         Extent {
-            across: edges(left, columns),
-            down: edges(top, rows),
+            across: edges(left, across, columns),
+            down: edges(top, down, rows),
             name: "lateral, mm",
         }
     }
@@ -96,7 +100,7 @@ impl Extent {
     /// The extent of a picture.
     pub fn of(picture: &Picture) -> Self {
         let corner = [picture.left_mm, picture.top_mm];
-        Extent::new(picture.pixels.dim(), picture.pixel_mm, corner)
+        Extent::new(picture.pixels.dim(), [picture.pixel_mm; 2], corner)
     }
 }
 

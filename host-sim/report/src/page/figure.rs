@@ -31,9 +31,11 @@ const LEAST: u32 = 90;
 /// The picture cannot be encoded, or the drawing library fails.
 pub fn figure(image: &BModeImage, dynamic_range: f64) -> Result<String> {
     let (rows, columns) = image.pixels.dim();
-    let scale = LONGER_SIDE / rows.max(columns) as f64;
-    let side = |count: usize| ((count as f64 * scale).round() as u32).max(LEAST);
-    let (width, height) = (side(columns), side(rows));
+    let [wide, high] = image.pixel;
+    let (across, down) = (columns as f64 * (wide / high), rows as f64);
+    let scale = LONGER_SIDE / down.max(across);
+    let side = |count: f64| ((count * scale).round() as u32).max(LEAST);
+    let (width, height) = (side(across), side(down));
     let size = (
         LEFT + width + GAP + BAR + LABELS + MARGIN,
         MARGIN + height + BOTTOM,
@@ -56,7 +58,7 @@ pub fn figure(image: &BModeImage, dynamic_range: f64) -> Result<String> {
         line: margins.line,
     };
     let corner = [1e3 * image.x0, 1e3 * image.z0];
-    let mut extent = Extent::new((rows, columns), 1e3 * image.pixel, corner);
+    let mut extent = Extent::new((rows, columns), image.pixel.map(|side| 1e3 * side), corner);
     if let Some(angles) = image.angles {
         let half = angles.step / 2.0;
         extent.across = [angles.first - half, angles.last() + half].map(f64::to_degrees);

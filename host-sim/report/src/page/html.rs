@@ -5,7 +5,6 @@
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use crate::Result;
-use crate::experiments::Outcome;
 use crate::experiments::outcome::{Coloured, Comparison, Section, Table};
 use bonebeam_drive::methods::COMPARED;
 use bonebeam_files::image::png;
@@ -26,128 +25,118 @@ impl Page {
     };
 }
 
+/// A part of the page, to which its head links.
+pub struct Part<'a> {
+    id: &'a str,
+    title: &'a str,
+    content: Markup,
+}
+
+impl<'a> Part<'a> {
+    /// A part with an address within the page, and its heading.
+    pub fn new(id: &'a str, title: &'a str, content: Markup) -> Self {
+        Part { id, title, content }
+    }
+}
+
 /// The page of a report.
 ///
 /// # Errors
 /// A plot cannot be drawn.
 fn page(report: &Report<'_>) -> Result<String> {
-    let parameters = report.job.toml()?;
+    let mut all = Vec::new();
+    for (name, outcome) in report.outcomes {
+        let parts = parts(&outcome.parts, PictureLocation::SeparateFile)?;
+        let content = html! { @for part in parts { (part) } };
+        all.push(Part::new(name, outcome.title, content));
+    }
     let comparisons = report.comparisons();
-    let experiments = report
-        .outcomes
-        .iter()
-        .map(|(name, outcome)| experiment(name, outcome));
-    let experiments = experiments.collect::<Result<Vec<_>>>()?;
-    let body = html! {
-        (header(report))
-        main {
-            @for experiment in experiments { (experiment) }
-            section #paper {
-                h2 { "Compared with the paper" }
-                p {
-                    "Two values of the paper are those of its two slices. Its bones are real, in a real "
-                    "water bath, and registered to CT. These are simulated, so only the direction of a "
-                    "difference can be compared."
-                }
-                div .tables {
-                    @for table in tables::comparisons(&comparisons) { (self::table(&table)) }
-                }
-                h3 { "Why the values differ" }
-                (notes(&comparisons))
-            }
-            section #tables {
-                h2 { "All beamformers" }
-                p {
-                    "A uniform image holds no information, yet it scores well in mean error and STD: "
-                    "compare every value with that row."
-                }
-                div .tables { @for table in report.tables() { (self::table(table)) } }
-            }
-            @if !report.checks().is_empty() { (checks(report)) }
-            section #parameters {
-                h2 { "Parameters" }
-                p {
-                    "All of " code { "config.toml" } ", in SI units. "
-                    code { "host-sim --config config.toml" } " repeats the run."
-                }
-                pre { (parameters) }
-            }
+    let compared = html! {
+        p {
+            "Two values of the paper are those of its two slices. Its bones are real, in a real "
+            "water bath, and registered to CT. These are simulated, so only the direction of a "
+            "difference can be compared."
         }
-        footer {
-            p { "host-sim " (env!("CARGO_PKG_VERSION")) ". All numbers are in " code { "report.json" } "." }
-        }
+        div .tables { @for table in tables::comparisons(&comparisons) { (self::table(&table)) } }
+        h3 { "Why the values differ" }
+        (notes(&comparisons))
     };
-    Ok(document(
-        "Bonebeam: from channel data to bone surfaces",
-        &body,
-    ))
+    all.push(Part::new("paper", "Compared with the paper", compared));
+    let every = html! {
+        p {
+            "A uniform image holds no information, yet it scores well in mean error and STD: "
+            "compare every value with that row."
+        }
+        div .tables { @for table in report.tables() { (self::table(table)) } }
+    };
+    all.push(Part::new("tables", "All beamformers", every));
+    if !report.checks().is_empty() {
+        all.push(Part::new("checks", "Checks", checks(report)));
+    }
+    let parameters = html! {
+        p {
+            "All of " code { "config.toml" } ", in SI units. "
+            code { "host-sim --config config.toml" } " repeats the run."
+        }
+        pre { (report.job.toml()?) }
+    };
+    all.push(Part::new("parameters", "Parameters", parameters));
+    let end = html! { ". All numbers are in " code { "report.json" } "." };
+    let title = "Bonebeam: from channel data to bone surfaces";
+    Ok(document(title, &header(report), &all, &end))
 }
 
-/// Title, summary and table of contents.
+/// Title and summary.
 fn header(report: &Report<'_>) -> Markup {
     html! {
-        header {
-            h1 { "From channel data to bone surfaces" }
-            p .lead {
-                "Simulated channel data, beamformed in " (COMPARED.len()) " ways, and the phase "
-                "symmetry of each image. The results are shown beside those of the paper that the "
-                "methods come from. No number is tuned to match the paper."
+        h1 { "From channel data to bone surfaces" }
+        p .lead {
+            "Simulated channel data, beamformed in " (COMPARED.len()) " ways, and the phase "
+            "symmetry of each image. The results are shown beside those of the paper that the "
+            "methods come from. No number is tuned to match the paper."
+        }
+        p {
+            @if report.checks().is_empty() {
+                "The core was not compared with its references here: "
+                code { "host-sim --references" } " does that."
+            } @else if report.checks_passed() {
+                span .good { "All checks passed." }
+                " The core agrees bit for bit with its plain f32 reference, and within the stated "
+                "bounds with the f64 one. Ill-conditioned samples are excluded and "
+                a href="#checks" { "counted" } "."
+            } @else {
+                span .bad { "A check failed." } " See " a href="#checks" { "the checks" } "."
             }
-            p {
-                @if report.checks().is_empty() {
-                    "The core was not compared with its references here: "
-                    code { "host-sim --references" } " does that."
-                } @else if report.checks_passed() {
-                    span .good { "All checks passed." }
-                    " The core agrees bit for bit with its plain f32 reference, and within the stated "
-                    "bounds with the f64 one. Ill-conditioned samples are excluded and "
-                    a href="#checks" { "counted" } "."
-                } @else {
-                    span .bad { "A check failed." } " See " a href="#checks" { "the checks" } "."
-                }
+        }
+        @match report.kind {
+            "full" => {}
+            "quick" => p {
+                "This is not the full main job, but the coarser one of " code { "--quick" } "."
             }
-            @match report.kind {
-                "full" => {}
-                "quick" => p {
-                    "This is not the full main job, but the coarser one of " code { "--quick" } "."
-                }
-                _ => p {
-                    "This is not the full main job: " a href="#parameters" { "parameters" }
-                    " are the user's own."
-                }
-            }
-            nav {
-                @for (name, outcome) in report.outcomes {
-                    a href=(format!("#{name}")) { (outcome.title) }
-                }
-                a href="#paper" { "Compared with the paper" }
-                a href="#tables" { "All beamformers" }
-                @if !report.checks().is_empty() { a href="#checks" { "Checks" } }
-                a href="#parameters" { "Parameters" }
+            _ => p {
+                "This is not the full main job: " a href="#parameters" { "parameters" }
+                " are the user's own."
             }
         }
     }
 }
 
-/// Section on the comparison with the references.
+/// The comparison with the references.
 fn checks(report: &Report<'_>) -> Markup {
     let every = &report.job.common().checks;
     html! {
-        section #checks {
-            h2 { "Checks" }
-            p {
-                "The core's results are compared bit for bit with a plain f32 reference, and with "
-                "an f64 reference written from the equations. Errors of lines are relative to the "
-                "line's largest value, those of B-mode images are in grey levels, those of phase "
-                "symmetry are absolute. One beam in " (every.every_f32) " goes through the f32 "
-                "reference and one in " (every.every_f64) " through the f64 one. The f64 comparison "
-                "leaves out, and counts, two kinds of samples. For results of the first eigenvector "
-                "where λ₂ > 0.99 λ₁, the eigenvector is compared with its bound instead. Samples "
-                "beyond the bound are ill-conditioned if their value moves as far when only the "
-                "covariance is rounded to f32."
-            }
-            (table(&tables::checks(&report.checks())))
+        p {
+            "The core's results are compared bit for bit with a plain f32 reference, and with "
+            "an f64 reference written from the equations. Errors of lines are relative to the "
+            "line's largest value, those of B-mode images are in grey levels, those of phase "
+            "symmetry are absolute. One beam in " (every.every_f32) " goes through the f32 "
+            "reference and one in " (every.every_f64) " through the f64 one. The f64 comparison "
+            "leaves out, and counts, two kinds of samples. For results of the first eigenvector "
+            "where λ₂ > 0.99 λ₁, the eigenvector is compared with its bound instead. Samples "
+            "beyond the bound are ill-conditioned if their value moves as far when only the "
+            "covariance is rounded to f32."
         }
+        (table(&tables::checks(&report.checks())))
     }
 }
 
@@ -157,8 +146,8 @@ fn checks(report: &Report<'_>) -> Markup {
 const POLICY: &str = "default-src 'none'; img-src 'self' data: file:; style-src 'unsafe-inline'; \
                       base-uri 'none'; form-action 'none'";
 
-/// The page with a title and a body.
-pub fn document(title: &str, body: &Markup) -> String {
+/// The page with its title, head and parts; `end` follows the program's version.
+pub fn document(title: &str, head: &Markup, parts: &[Part<'_>], end: &Markup) -> String {
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -169,21 +158,19 @@ pub fn document(title: &str, body: &Markup) -> String {
                 title { (title) }
                 style { (PreEscaped(STYLE)) }
             }
-            body { (body) }
+            body {
+                header {
+                    (head)
+                    nav { @for part in parts { a href={ "#" (part.id) } { (part.title) } } }
+                }
+                main {
+                    @for part in parts { section id=(part.id) { h2 { (part.title) } (part.content) } }
+                }
+                footer { p { "host-sim " (env!("CARGO_PKG_VERSION")) (end) } }
+            }
         }
     };
     page.into_string()
-}
-
-/// An experiment's part of the page.
-fn experiment(name: &str, outcome: &Outcome) -> Result<Markup> {
-    let parts = parts(&outcome.parts, PictureLocation::SeparateFile)?;
-    Ok(html! {
-        section id=(name) {
-            h2 { (outcome.title) }
-            @for part in parts { (part) }
-        }
-    })
 }
 
 /// Parts of an experiment.

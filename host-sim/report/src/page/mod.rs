@@ -25,9 +25,9 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use crate::Result;
 use crate::experiments::Outcome;
 use crate::experiments::outcome::{Coloured, Comparison, Section, Verdict};
+use crate::{Error, Result};
 use bonebeam_drive::check::Check;
 use bonebeam_files::atomic::Outputs;
 
@@ -65,12 +65,12 @@ impl Report<'_> {
     /// A plot cannot be drawn or a file cannot be written.
     pub fn add_to(&self, folder: &Path, outputs: &mut Outputs) -> Result<Vec<String>> {
         let mut names = Vec::new();
-        for picture in self.outcomes().flat_map(|o| &o.pictures) {
-            let bytes = (self.page.picture)(picture)?;
-            outputs.add(&folder.join(&picture.file), |sink| {
-                Ok(sink.write_all(&bytes)?)
-            })?;
-            names.push(picture.file.clone());
+        let mut add = |name: &str, bytes: &[u8]| {
+            names.push(name.to_owned());
+            outputs.add(&folder.join(name), |sink| Ok(sink.write_all(bytes)?))
+        };
+        for picture in self.outcomes().flat_map(Outcome::pictures) {
+            add(&picture.file, &(self.page.picture)(picture)?)?;
         }
         let data = Data {
             program: "host-sim",
@@ -84,40 +84,24 @@ impl Report<'_> {
             experiments: self.outcomes.iter().map(|(n, o)| (*n, &o.data)).collect(),
         };
         for attachment in self.outcomes().flat_map(|o| &o.files) {
-            outputs.add(&folder.join(&attachment.file), |sink| {
-                Ok(sink.write_all(&attachment.bytes)?)
-            })?;
-            names.push(attachment.file.clone());
+            add(&attachment.file, &attachment.bytes)?;
         }
         for shown in self.outcomes().flat_map(coloured) {
-            let bytes = (self.page.coloured)(shown)?;
-            let file = &shown.picture.file;
-            outputs.add(&folder.join(file), |sink| Ok(sink.write_all(&bytes)?))?;
-            names.push(file.clone());
+            add(&shown.picture.file, &(self.page.coloured)(shown)?)?;
         }
         let page = (self.page.html)(self)?;
         if self.page.spreadsheets {
             for (name, contents) in self.spreadsheets(&data.experiments)? {
-                outputs.add(&folder.join(&name), |sink| {
-                    Ok(sink.write_all(contents.as_bytes())?)
-                })?;
-                names.push(name);
+                add(&name, contents.as_bytes())?;
             }
         }
-        outputs.add(&folder.join(DATA), |sink| {
-            serde_json::to_writer_pretty(&mut *sink, &data)?;
-            Ok(writeln!(sink)?)
-        })?;
-        outputs.add(&folder.join(PAGE), |sink| {
-            Ok(sink.write_all(page.as_bytes())?)
-        })?;
-        outputs.add(&folder.join(CONFIGURATION), |sink| {
-            let version = env!("CARGO_PKG_VERSION");
-            let toml = self.job.toml()?;
-            let name = self.page.name;
-            Ok(write!(sink, "# host-sim {version}: {name}\n\n{toml}")?)
-        })?;
-        names.extend([DATA, PAGE, CONFIGURATION].map(String::from));
+        let cannot = |e| Error::Data(format!("the numbers cannot be written: {e}"));
+        let json = serde_json::to_string_pretty(&data).map_err(cannot)?;
+        add(DATA, format!("{json}\n").as_bytes())?;
+        add(PAGE, page.as_bytes())?;
+        let (version, name) = (data.version, self.page.name);
+        let configuration = format!("# host-sim {version}: {name}\n\n{}", self.job.toml()?);
+        add(CONFIGURATION, configuration.as_bytes())?;
         Ok(names)
     }
 

@@ -60,8 +60,8 @@ pub fn gallery(gallery: &Gallery, source: PictureLocation) -> Result<Markup> {
 /// # Errors
 /// As [`gallery`].
 pub fn beside(beside: &SideBySide, source: PictureLocation) -> Result<Markup> {
-    let column = |view: &View| {
-        let figures = view.pictures.iter();
+    let column = |(_, pictures): &View| {
+        let figures = pictures.iter();
         let figures = figures.map(|shown| picture(shown, &beside.outline, source));
         figures.collect::<Result<Vec<_>>>()
     };
@@ -70,10 +70,10 @@ pub fn beside(beside: &SideBySide, source: PictureLocation) -> Result<Markup> {
     let others = others.collect::<Result<Vec<_>>>()?;
     Ok(html! {
         div .beside role="group" aria-label="Two methods side by side" {
-            @for (k, view) in beside.others.iter().enumerate() {
+            @for (k, (name, _)) in beside.others.iter().enumerate() {
                 @let id = format!("{}-{k}", beside.id);
                 input .choose type="radio" name=(beside.id) id=(id) checked[k == beside.first];
-                label for=(id) { (view.name) }
+                label for=(id) { (name) }
             }
             div .columns {
                 div .column {

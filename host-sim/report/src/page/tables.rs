@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use crate::experiments::Outcome;
 use crate::experiments::outcome::{Comparison, PaperComparison, Section, Table, Verdict, number};
-use bonebeam_drive::check::Check;
+use bonebeam_drive::check::{Bound, Check};
 
 /// The paper's values, one or two.
 fn paper(value: &PaperComparison) -> String {
@@ -23,17 +23,12 @@ pub fn comparisons(comparisons: &[&Comparison]) -> Vec<Table> {
         let row = |comparison: &&Comparison| {
             let cells = comparison.values.iter();
             let cells = cells.flat_map(|v| [number(v.here), paper(v)]);
-            [comparison.quantity.clone()]
-                .into_iter()
+            std::iter::once(comparison.quantity.clone())
                 .chain(cells)
                 .collect()
         };
-        Table {
-            title: group[0].group.clone(),
-            head: [""].into_iter().chain(names).collect(),
-            rows: group.iter().map(row).collect(),
-            page_only: false,
-        }
+        let head = [""].into_iter().chain(names).collect();
+        Table::new(&group[0].group, head, group.iter().map(row))
     };
     let groups = comparisons.chunk_by(|a, b| a.group == b.group);
     groups.map(table).collect()
@@ -54,51 +49,52 @@ pub fn every(outcome: &Outcome) -> Vec<Table> {
 
 /// The checks.
 pub fn checks(checks: &[&Check]) -> Table {
-    let rows = checks.iter().map(|check| {
-        let error = check.error.as_ref();
-        vec![
-            check.what.clone(),
-            check.bits.compared.to_string(),
-            check.bits.different.to_string(),
-            error.map_or("–".into(), |e| e.compared.to_string()),
-            error.map_or("–".into(), |e| format!("{:.1e}", e.largest_error)),
-            error.map_or("–".into(), |e| format!("{:.0e}", e.bound)),
-            error.map_or("–".into(), |e| e.ill_conditioned.to_string()),
-            error
-                .filter(|e| e.ill_conditioned > 0)
-                .map_or("–".into(), |e| format!("{:.1e}", e.ill_conditioned_error)),
-            if check.passed() { "yes" } else { "NO" }.into(),
-        ]
-    });
-    Table {
-        title: "The core against its references".into(),
-        head: vec![
-            "",
-            "f32 values",
-            "different",
-            "f64 values",
-            "largest error",
-            "bound",
-            "left out",
-            "error of those",
-            "passed",
-        ],
-        rows: rows.collect(),
-        page_only: false,
+    fn error(check: &Check, cell: fn(&Bound) -> String) -> String {
+        check.error.as_ref().map_or("–".into(), cell)
     }
+    Table::of(
+        "The core against its references",
+        checks,
+        &[
+            ("", |check| check.what.clone()),
+            ("f32 values", |check| check.bits.compared.to_string()),
+            ("different", |check| check.bits.different.to_string()),
+            ("f64 values", |check| {
+                error(check, |e| e.compared.to_string())
+            }),
+            ("largest error", |check| {
+                error(check, |e| format!("{:.1e}", e.largest_error))
+            }),
+            ("bound", |check| {
+                error(check, |e| format!("{:.0e}", e.bound))
+            }),
+            ("left out", |check| {
+                error(check, |e| e.ill_conditioned.to_string())
+            }),
+            ("error of those", |check| {
+                error(check, |e| match e.ill_conditioned {
+                    0 => "–".into(),
+                    _ => format!("{:.1e}", e.ill_conditioned_error),
+                })
+            }),
+            ("passed", |check| {
+                if check.passed() { "yes" } else { "NO" }.into()
+            }),
+        ],
+    )
 }
 
 /// Verdicts on the claims.
 pub fn verdicts(verdicts: &[&Verdict]) -> Table {
-    let rows = verdicts
-        .iter()
-        .map(|v| vec![v.claim.clone(), v.place.clone(), v.ruling.to_string()]);
-    Table {
-        title: "The paper's claims".into(),
-        head: vec!["", "where", "verdict"],
-        rows: rows.collect(),
-        page_only: false,
-    }
+    Table::of(
+        "The paper's claims",
+        verdicts,
+        &[
+            ("", |verdict| verdict.claim.clone()),
+            ("where", |verdict| verdict.place.clone()),
+            ("verdict", |verdict| verdict.ruling.to_string()),
+        ],
+    )
 }
 
 /// The table as Markdown, with its title above.
@@ -137,12 +133,9 @@ pub fn text(table: &Table) -> String {
     for row in std::iter::once(&head).chain(&table.rows) {
         let cells = row.iter().zip(&widths).enumerate();
         let line: Vec<String> = cells
-            .map(|(k, (cell, &width))| {
-                if k == 0 {
-                    format!("{cell:<width$}")
-                } else {
-                    format!("{cell:>width$}")
-                }
+            .map(|(k, (cell, &width))| match k {
+                0 => format!("{cell:<width$}"),
+                _ => format!("{cell:>width$}"),
             })
             .collect();
         // Writing to a string cannot fail.

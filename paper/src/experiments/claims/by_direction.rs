@@ -2,10 +2,10 @@
 //!
 //! Kovesi's `phasesym` does the same. The paper has one threshold for all filters.
 
+use crate::experiments::study::*;
 use std::f64::consts::PI;
 
 use bonebeam_oracle::reference::f32::phase_symmetry::filtered;
-use ndarray::Array2;
 use num_complex::Complex;
 use rayon::prelude::*;
 

@@ -1,9 +1,7 @@
 //! Tables of the surface detectors.
 
+use crate::experiments::study::*;
 use std::ops::Range;
-
-use crate::experiments::common::interval::Interval;
-use crate::experiments::outcome::Table;
 
 use super::condition::{Condition, Medium};
 use super::judge::ClaimsResult;
@@ -27,7 +25,7 @@ pub fn by_condition(result: &ClaimsResult) -> Table {
     let row = |condition: Condition| {
         let scenes = || result.scenes.iter().filter(|s| s.condition == condition);
         let cell = |name| Interval::of(&f1(name, scenes()));
-        (condition.name().to_owned(), DETECTORS.map(cell))
+        (condition.title().to_owned(), DETECTORS.map(cell))
     };
     let conditions = Condition::ALL.into_iter().filter(present);
     table(
@@ -46,19 +44,17 @@ pub fn by_brightness(result: &ClaimsResult) -> Table {
             let brightness = scene.brightness.as_ref().filter(|_| quiet);
             brightness.is_some_and(|b| range.contains(&b.median_db))
         };
-        let bones: Vec<u64> = result
-            .scenes
-            .iter()
-            .filter(inside)
-            .map(|s| s.bone)
-            .collect();
+        let bones = result.scenes.iter().filter(inside);
+        let bones: Vec<u64> = bones.map(|s| s.bone).collect();
         let cell = |name| {
-            let mean = |bone: &u64| {
+            let of_bone = |bone: &u64| {
                 let all = result.scenes.iter().filter(|s| s.bone == *bone);
-                let values = f1(name, all.filter(|s| s.condition.medium() == Medium::Tissue));
-                (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+                mean(f1(
+                    name,
+                    all.filter(|s| s.condition.medium() == Medium::Tissue),
+                ))
             };
-            Interval::of(&bones.iter().filter_map(mean).collect::<Vec<_>>())
+            Interval::of(&bones.iter().filter_map(of_bone).collect::<Vec<_>>())
         };
         let name = match range.end.is_finite() {
             true => format!("{} to {} dB", range.start, range.end),
@@ -80,12 +76,9 @@ fn table(
     rows: impl Iterator<Item = (String, [Option<Interval>; DETECTORS.len()])>,
 ) -> Table {
     let text = |interval: Option<Interval>| interval.map_or("–".into(), |i| i.text());
-    Table {
-        title: title.into(),
-        head: std::iter::once("").chain(DETECTORS).collect(),
-        rows: rows
-            .map(|(name, cells)| std::iter::once(name).chain(cells.map(text)).collect())
-            .collect(),
-        page_only: false,
-    }
+    let row = |(name, cells): (String, [Option<Interval>; DETECTORS.len()])| {
+        std::iter::once(name).chain(cells.map(text)).collect()
+    };
+    let head = std::iter::once("").chain(DETECTORS).collect();
+    Table::new(title, head, rows.map(row))
 }

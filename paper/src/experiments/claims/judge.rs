@@ -1,19 +1,16 @@
 //! Judges each claim by the scenes.
 
+use crate::experiments::study::*;
 use std::collections::{BTreeMap, BTreeSet};
 
-use serde::Serialize;
-
-use crate::Result;
-use crate::experiments::common::interval::{Interval, holm};
-use crate::experiments::common::variants::Variant;
-use crate::experiments::outcome::{Ruling, Verdict, number};
+use crate::experiments::common::interval::holm;
+use crate::experiments::outcome::{Ruling, Verdict};
 
 use super::condition::{Condition, Medium};
 use super::parameters::Claims;
 use super::population::Bone;
 use super::scene::SceneResult;
-use super::statements::{Direction, SPECKLE, STATEMENTS, Statement};
+use super::statements::{Direction, STATEMENTS, Statement};
 use super::tuning::Tuned;
 
 /// Fewest bones that can decide a claim.
@@ -87,30 +84,23 @@ impl Cell {
 }
 
 /// Judges every claim on the scenes.
-///
-/// # Errors
-/// A mesh that cannot be read.
 pub fn judge(scenes: Vec<SceneResult>, tuned: Vec<Tuned>, claims: &Claims) -> Result<ClaimsResult> {
     let numbers: BTreeSet<u64> = scenes.iter().map(|scene| scene.bone).collect();
     let bones = numbers.into_iter().map(|number| Bone::new(claims, number));
-    let beamformers: Vec<(String, String)> = claims
-        .variants()
-        .into_iter()
-        .map(|v| (v.key, v.name))
-        .collect();
+    let beamformers = claims.variants().into_iter();
     Ok(ClaimsResult {
         claims: judged(&scenes, claims),
         bones: bones.collect::<Result<_>>()?,
         tuned,
         zones: zones(&scenes),
-        beamformers,
+        beamformers: beamformers.map(|v| (v.key, v.name)).collect(),
         scenes,
     })
 }
 
 /// Judges every claim by the scenes.
 fn judged(scenes: &[SceneResult], claims: &Claims) -> Vec<Claim> {
-    let judged = STATEMENTS.iter().chain([&SPECKLE]).filter_map(|statement| {
+    let judged = STATEMENTS.iter().filter_map(|statement| {
         let cells = cells(scenes, statement, claims);
         (!cells.is_empty()).then(|| Claim {
             measure: statement.measure,
@@ -140,11 +130,8 @@ fn zones(scenes: &[SceneResult]) -> Vec<(String, Option<Interval>)> {
         }),
     ];
     rows.map(|(name, pick)| {
-        let values: Vec<f64> = scenes
-            .iter()
-            .filter_map(|s| pick(s.zones.as_ref()?))
-            .collect();
-        (name.to_owned(), Interval::of(&values))
+        let values = scenes.iter().filter_map(|s| pick(s.zones.as_ref()?));
+        (name.to_owned(), Interval::of(&values.collect::<Vec<_>>()))
     })
     .into()
 }
@@ -161,23 +148,20 @@ fn cells(scenes: &[SceneResult], statement: &Statement, claims: &Claims) -> Vec<
     let mut cells = Vec::new();
     for (condition, scenes) in conditions {
         for Variant { key, .. } in claims.variants().iter().skip(1) {
-            let pairs: Vec<[f64; 2]> = scenes
-                .iter()
-                .filter_map(|scene| {
-                    let of = |key: &str| {
-                        let m = scene.beamformers.iter().find(|m| m.beamformer == key)?;
-                        (statement.pick)(m)
-                    };
-                    Some([of("das")?, of(key)?])
-                })
-                .collect();
+            let pair = |scene: &&SceneResult| {
+                let of = |key: &str| {
+                    let m = scene.beamformers.iter().find(|m| m.beamformer == key)?;
+                    (statement.pick)(m)
+                };
+                Some([of("das")?, of(key)?])
+            };
+            let pairs: Vec<[f64; 2]> = scenes.iter().filter_map(pair).collect();
             let differences: Vec<f64> = pairs.iter().map(|[das, esmv]| esmv - das).collect();
             let Some(difference) = Interval::of(&differences) else {
                 continue;
             };
             let reductions: Vec<f64> = pairs.iter().map(|[das, esmv]| 1.0 - esmv / das).collect();
-            let mean = |k: usize| pairs.iter().map(|p| p[k]).sum::<f64>() / pairs.len() as f64;
-            let means = [mean(0), mean(1)];
+            let means = [0, 1].map(|k| mean(pairs.iter().map(|p| p[k])).unwrap_or(f64::NAN));
             cells.push(Cell {
                 condition,
                 beamformer: key.clone(),
@@ -204,35 +188,23 @@ fn cells(scenes: &[SceneResult], statement: &Statement, claims: &Claims) -> Vec<
 ///
 /// Holm's correction allows for the number of conditions.
 fn rulings(cells: &[Cell], direction: Direction) -> Vec<Option<bool>> {
-    let chances = |of: fn(&Interval) -> [f64; 2]| -> Vec<[f64; 2]> {
-        let both: Vec<[f64; 2]> = cells.iter().map(|c| of(&c.difference)).collect();
-        let [shown, opposite] =
-            [0, 1].map(|k| holm(&both.iter().map(|p| p[k]).collect::<Vec<_>>()));
-        shown
-            .into_iter()
-            .zip(opposite)
-            .map(<[f64; 2]>::from)
-            .collect()
-    };
     // Two-sided, since either side is a finding.
-    let corrected = match direction {
-        Direction::Less => chances(|d| [d.chance_below(0.0), d.chance_above(0.0)].map(|p| 2.0 * p)),
-        Direction::More => chances(|d| [d.chance_above(0.0), d.chance_below(0.0)].map(|p| 2.0 * p)),
-        Direction::Same => chances(|d| {
+    let chances = |d: &Interval| match direction {
+        Direction::Less => [d.chance_below(0.0), d.chance_above(0.0)].map(|p| 2.0 * p),
+        Direction::More => [d.chance_above(0.0), d.chance_below(0.0)].map(|p| 2.0 * p),
+        Direction::Same => {
             let beyond = d.chance_above(SAME).min(d.chance_below(-SAME));
             [d.chance_within(SAME), 2.0 * beyond]
-        }),
+        }
     };
-    let decide = |[shown, opposite]: [f64; 2]| decided(shown < LEVEL, opposite < LEVEL);
-    corrected.into_iter().map(decide).collect()
-}
-
-fn decided(shown: bool, opposite: bool) -> Option<bool> {
-    match (shown, opposite) {
+    let both: Vec<[f64; 2]> = cells.iter().map(|c| chances(&c.difference)).collect();
+    let [shown, opposite] = [0, 1].map(|k| holm(&both.iter().map(|p| p[k]).collect::<Vec<_>>()));
+    let decide = |(shown, opposite): (f64, f64)| match (shown < LEVEL, opposite < LEVEL) {
         (true, _) => Some(true),
         (_, true) => Some(false),
         _ => None,
-    }
+    };
+    shown.into_iter().zip(opposite).map(decide).collect()
 }
 
 /// The verdict.
@@ -242,22 +214,17 @@ fn verdict(statement: &Statement, cells: &[Cell]) -> Verdict {
     let conditions: Vec<&Cell> = cells.iter().filter(|c| c.papers).collect();
     let having = |shown: Option<bool>| -> Vec<&str> {
         let some = conditions.iter().filter(|c| c.shown == shown);
-        some.map(|c| c.condition.name()).collect()
+        some.map(|c| c.condition.title()).collect()
     };
     let (shown, opposite) = (having(Some(true)), having(Some(false)));
     let count = shown.len();
-    let ruling = if count == conditions.len() && count > 0 {
-        Ruling::Holds
-    } else if count == 0 && !opposite.is_empty() {
-        Ruling::DoesNotHold
-    } else if count == 0 {
-        let few = conditions.iter().any(|c| c.difference.scenes < FEWEST);
-        Ruling::Open(match few {
-            true => format!("fewer than {FEWEST} bones per condition"),
-            false => "no difference is both significant and as large as claimed".into(),
-        })
-    } else {
-        Ruling::DependsOn(format!("the condition: shown in {}", shown.join("; ")))
+    let few = conditions.iter().any(|c| c.difference.scenes < FEWEST);
+    let ruling = match count {
+        0 if !opposite.is_empty() => Ruling::DoesNotHold,
+        0 if few => Ruling::Open(format!("fewer than {FEWEST} bones per condition")),
+        0 => Ruling::Open("no difference is both significant and as large as claimed".into()),
+        _ if count == conditions.len() => Ruling::Holds,
+        _ => Ruling::DependsOn(format!("the condition: shown in {}", shown.join("; "))),
     };
     let mut evidence = format!(
         "shown in {count} of {} conditions, the opposite in {}",
@@ -280,7 +247,7 @@ fn verdict(statement: &Statement, cells: &[Cell]) -> Verdict {
             continue;
         };
         let [das, esmv] = cell.means.map(|v| number(Some(v)));
-        evidence += &format!(" {}: {das} → {esmv}.", condition.name());
+        evidence += &format!(" {}: {das} → {esmv}.", condition.title());
     }
     if statement.paper != "–" {
         evidence += &format!(" Paper: {}.", statement.paper);

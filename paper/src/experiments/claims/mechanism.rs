@@ -2,17 +2,9 @@
 //!
 //! Parts of the rank-1 ESMV image replace those of the DAS image. The levels of the tissue are compared.
 
-use ndarray::Array2;
-use serde::{Deserialize, Serialize};
-
-use crate::Result;
-use crate::experiments::Context;
-use crate::experiments::common::bone::View;
-use crate::experiments::common::pictures::{picture, ridges, scales};
-use crate::experiments::common::truth::{beside, precision};
-use crate::experiments::outcome::{Curve, Picture, Plot, Section, SideBySide, View as Shown};
+use crate::experiments::common::pair::pair as pictures;
+use crate::experiments::study::*;
 use crate::measure::contrast::moments;
-use bonebeam_drive::config::PhaseSymmetry;
 
 use super::condition::{Condition, Medium};
 use super::parameters::Claims;
@@ -61,10 +53,7 @@ fn zone_map(view: &View) -> Array2<Zone> {
     let mut map = Array2::from_elem((rows, columns), Zone::Rest);
     for (column, hit) in view.hits.iter().enumerate() {
         let Some(hit) = hit else { continue };
-        let near = SAME_DEPTH / pixel;
-        let first = (hit - near).ceil().max(0.0) as usize;
-        let last = ((hit + near) as usize).min(rows - 1);
-        for row in first..=last {
+        for row in view.near(*hit, SAME_DEPTH) {
             for c in column.saturating_sub(reach)..=(column + reach).min(columns - 1) {
                 map[[row, c]] = Zone::Halo;
             }
@@ -102,14 +91,13 @@ fn pair(images: &[Beamformed]) -> Option<[&Array2<f32>; 2]> {
 
 /// Grey levels of a zone's pixels in tissue in front of the bone.
 fn levels(image: &Array2<f32>, view: &View, map: &Array2<Zone>, zone: Zone) -> Vec<f64> {
-    let (rows, _) = image.dim();
     let depth = |row: usize| view.grid.z0 + row as f64 * view.grid.pixel;
     let mut found = Vec::new();
     for ((row, column), &s) in view.distance.indexed_iter() {
         let in_front = view.hits[column].is_none_or(|hit| (row as f64) < hit);
         let inside = view.grid.x0 + column as f64 * view.grid.pixel;
         let tissue = (13e-3..=36e-3).contains(&depth(row)) && inside.abs() < 14e-3;
-        if row < rows && map[[row, column]] == zone && in_front && tissue && s < -1e-3 {
+        if map[[row, column]] == zone && in_front && tissue && s < -1e-3 {
             found.push(f64::from(image[[row, column]]));
         }
     }
@@ -117,9 +105,6 @@ fn levels(image: &Array2<f32>, view: &View, map: &Array2<Zone>, zone: Zone) -> V
 }
 
 /// Scores of the mixed images of a scene; grey levels span `range` dB.
-///
-/// # Errors
-/// An image that phase symmetry does not accept.
 pub fn zones(
     view: &View,
     images: &[Beamformed],
@@ -156,31 +141,26 @@ pub fn zones(
     }))
 }
 
-/// The figure: one quiet scene in tissue.
-pub struct Figure {
-    /// Pictures and plots.
-    pub parts: Vec<Section>,
-    /// The pictures' files.
-    pub pictures: Vec<Picture>,
-}
-
-/// The figure of the first bone.
+/// The figure of the first bone: one quiet scene in tissue.
 ///
-/// `None` if quiet scenes in tissue are not selected.
-///
-/// # Errors
-/// A scene that cannot be simulated.
-pub fn shown(claims: &Claims, context: &Context<'_>) -> Result<Option<Figure>> {
+/// Nothing if quiet scenes in tissue are not selected.
+pub fn shown(claims: &Claims, context: &Context<'_>) -> Result<Vec<Section>> {
     let condition = Condition::TissueQuiet;
     if !claims.wants(condition) {
-        return Ok(None);
+        return Ok(Vec::new());
     }
-    let longest = claims.half_windows.iter().copied().max().unwrap_or(0);
+    let longest = claims.window(Medium::Tissue);
     let what = "claims: mechanism";
-    let number = claims.simulation.seed;
-    let made = one(claims, context, number, condition, longest, what)?;
+    let made = one(
+        claims,
+        context,
+        claims.simulation.seed,
+        condition,
+        longest,
+        what,
+    )?;
     let Some([das, esmv]) = pair(&made.images) else {
-        return Ok(None);
+        return Ok(Vec::new());
     };
     let view = &made.view;
     let map = zone_map(view);
@@ -194,81 +174,51 @@ pub fn shown(claims: &Claims, context: &Context<'_>) -> Result<Option<Figure>> {
         ("halo", "DAS, halo of rank 1", with(Zone::Halo)),
         ("rest", "DAS, rest of rank 1", with(Zone::Rest)),
     ]
-    .map(|(key, name, pixels)| shown_image([key, name], pixels, view, filter, range));
+    .map(|(key, name, pixels)| {
+        let ridges = ridges(&pixels, filter)?;
+        let score = precision(&ridges, &view.hits, &view.grid);
+        let (stem, what) = (format!("mechanism-{key}"), format!("{name}: "));
+        let mut pictures = pictures(&stem, &what, range, [pixels, ridges], &view.grid);
+        if let Some(score) = score {
+            pictures[1].caption += &format!(", average precision {score:.2}");
+        }
+        Ok((name.to_owned(), pictures.to_vec()))
+    });
     let views = views.into_iter().collect::<Result<Vec<_>>>()?;
-    let pictures = views.iter().flat_map(|shown| shown.pictures.clone());
-    let pictures = pictures.collect();
     let outline = beside(&view.hits, &view.grid);
-    let shown = SideBySide::of("mechanism", views, 0, outline, scales(range));
-    let mut parts = Vec::from_iter(shown);
+    let mut parts = Vec::from_iter(SideBySide::of(
+        "mechanism",
+        views,
+        0,
+        outline,
+        scales(range),
+    ));
     parts.push(Section::Plots(plots([das, esmv], view, &map, range)));
-    Ok(Some(Figure { parts, pictures }))
-}
-
-/// An image and its phase symmetry.
-fn shown_image(
-    [key, name]: [&str; 2],
-    pixels: Array2<f32>,
-    view: &View,
-    filter: &PhaseSymmetry,
-    range: f64,
-) -> Result<Shown> {
-    let ridges = ridges(&pixels, filter)?;
-    let score = precision(&ridges, &view.hits, &view.grid);
-    let score = score.map_or(String::new(), |v| format!(", average precision {v:.2}"));
-    Ok(Shown {
-        name: name.into(),
-        pictures: vec![
-            picture(
-                format!("mechanism-{key}.png"),
-                format!("{name}: B-mode over {range} dB"),
-                pixels,
-                &view.grid,
-            ),
-            picture(
-                format!("mechanism-{key}-ps.png"),
-                format!("{name}: phase symmetry{score}"),
-                ridges,
-                &view.grid,
-            ),
-        ],
-    })
+    Ok(parts)
 }
 
 /// Levels of the tissue in the images of DAS and of rank-1 ESMV.
-fn plots([das, esmv]: [&Array2<f32>; 2], view: &View, map: &Array2<Zone>, range: f64) -> Vec<Plot> {
+fn plots(images: [&Array2<f32>; 2], view: &View, map: &Array2<Zone>, range: f64) -> Vec<Plot> {
     type Points = Vec<(f64, Option<f64>)>;
     let curves = |points: &dyn Fn(&Array2<f32>) -> Points| {
-        [("DAS", das), ("ESMV rank 1", esmv)]
-            .into_iter()
-            .map(|(name, image)| Curve {
-                name: name.into(),
-                featured: true,
-                points: points(image),
-            })
-            .collect::<Vec<_>>()
+        let names = ["DAS", "ESMV rank 1"].into_iter().zip(images);
+        let curves = names.map(|(name, image)| Curve::new(name, true, points(image)));
+        curves.collect::<Vec<_>>()
     };
-    let fraction = |image: &Array2<f32>| histogram(&levels(image, view, map, Zone::Rest), range);
-    let lateral_profile = |image: &Array2<f32>| lateral_profile(image, view, range);
+    let level = "dB re the image's peak";
     vec![
-        Plot {
-            caption: "Levels of the tissue away from echoes".into(),
-            x: "dB re the image's peak",
-            y: "share of pixels in 2 dB, %",
-            x_range: [-range, 0.0],
-            y_range: [0.0, 20.0],
-            marks: Vec::new(),
-            curves: curves(&fraction),
-        },
-        Plot {
-            caption: "Mean level beside the strongest echo, at its depth".into(),
-            x: "lateral, mm from the echo",
-            y: "dB re the image's peak",
-            x_range: [-10.0, 10.0],
-            y_range: [-range, 0.0],
-            marks: Vec::new(),
-            curves: curves(&lateral_profile),
-        },
+        Plot::new(
+            "Levels of the tissue away from echoes",
+            [level, "share of pixels in 2 dB, %"],
+            [[-range, 0.0], [0.0, 20.0]],
+            curves(&|image| histogram(&levels(image, view, map, Zone::Rest), range)),
+        ),
+        Plot::new(
+            "Mean level beside the strongest echo, at its depth",
+            ["lateral, mm from the echo", level],
+            [[-10.0, 10.0], [-range, 0.0]],
+            curves(&|image| lateral_profile(image, view, range)),
+        ),
     ]
 }
 
@@ -298,12 +248,10 @@ fn lateral_profile(image: &Array2<f32>, view: &View, range: f64) -> Vec<(f64, Op
     };
     let half = (SAME_DEPTH / view.grid.pixel).round() as usize;
     let rows = row.saturating_sub(half)..(row + half + 1).min(image.nrows());
-    (0..image.ncols())
-        .map(|c| {
-            let sum: f64 = rows.clone().map(|r| f64::from(image[[r, c]])).sum();
-            let grey = sum / rows.len() as f64;
-            let x = 1e3 * view.grid.pixel * (c as f64 - column as f64);
-            (x, Some(range * (grey / 255.0 - 1.0)))
-        })
-        .collect()
+    let at = |c: usize| {
+        let grey = mean(rows.clone().map(|r| f64::from(image[[r, c]])))?;
+        Some(range * (grey / 255.0 - 1.0))
+    };
+    let x = |c: usize| 1e3 * view.grid.pixel * (c as f64 - column as f64);
+    (0..image.ncols()).map(|c| (x(c), at(c))).collect()
 }

@@ -17,12 +17,9 @@ mod show;
 mod statements;
 mod tuning;
 
-use crate::{Error, Result};
-use bonebeam_files::settings::{LENGTHS, check_level, check_positive, out_of_range};
-
-use super::{Context, Covers, Experiment, Outcome, Overrides, common};
+use super::study::*;
 use condition::Condition;
-use judge::{ClaimsResult, judge};
+use judge::judge;
 pub use parameters::Claims;
 use pose::Pose;
 use scene::SceneResult;
@@ -32,16 +29,6 @@ use tuning::Tuned;
 const TUNED: u64 = (1 << 40) + 100;
 
 impl Experiment for Claims {
-    const NAME: &'static str = "claims";
-
-    const COVERS: Covers = Covers {
-        figures: &[],
-        tables: &[],
-        claims: true,
-    };
-
-    const FLAGS: &'static [&'static str] = &["--mesh", "--only", "--keep", "--merge"];
-
     /// Two bones, one to tune on, half the beams, one time window.
     fn quick() -> Self {
         let full = Claims::default();
@@ -69,61 +56,19 @@ impl Experiment for Claims {
     }
 
     fn validate(&self) -> Result<()> {
-        self.simulation.validate()?;
-        self.receive.0.validate()?;
-        self.water.validate()?;
-        self.tissue.validate()?;
-        self.water_phase_symmetry.validate()?;
-        self.tissue_phase_symmetry.validate()?;
-        for (key, depth) in [("depths[0]", self.depths[0]), ("depths[1]", self.depths[1])] {
-            check_positive(Self::NAME, key, depth, LENGTHS, " (m)")?;
-        }
-        for (key, value, most, unit) in [
-            ("slices[0]", self.slices[0], 0.1, " (m)"),
-            ("slices[1]", self.slices[1], 0.1, " (m)"),
-            ("mesh_slice", self.mesh_slice, 0.1, " (m)"),
-            ("tilt", self.tilt, 90.0, " (degrees)"),
-            ("tissue_levels[0]", self.tissue_levels[0], 100.0, " (dB)"),
-            ("tissue_levels[1]", self.tissue_levels[1], 100.0, " (dB)"),
-        ] {
-            if !(-most..=most).contains(&value) {
-                return Err(out_of_range(
-                    Self::NAME,
-                    key,
-                    value,
-                    &format!("-{most} to {most}{unit}"),
-                ));
-            }
-        }
+        self.check()?;
         self.bone.validate(Self::NAME)?;
-        for (key, count) in [("bones", self.bones), ("tuning_bones", self.tuning_bones)] {
-            if !(1..=10_000).contains(&count) {
-                return Err(out_of_range(Self::NAME, key, count, "1 to 10000"));
-            }
-        }
         if self.half_windows.is_empty() || self.half_windows.iter().any(|k| *k > 100) {
             let message =
                 "`half_windows` in [claims] must have at least one number, each at most 100";
             return Err(Error::Usage(message.into()));
         }
-        for (key, level) in [("noise", self.noise), ("reverberation", self.reverberation)] {
-            check_level(Self::NAME, key, Some(level))?;
-        }
-        if !(0.0..=10.0).contains(&self.attenuation) {
-            let range = "0 to 10 (dB/(cm·MHz))";
-            return Err(out_of_range(
-                Self::NAME,
-                "attenuation",
-                self.attenuation,
-                range,
-            ));
-        }
         self.clutter.validate(Self::NAME)?;
         if self.conditions().is_empty() {
             let mut words: Vec<&str> = vec!["water", "tissue"];
-            for condition in Condition::ALL {
-                if !words.contains(&condition.disturbance()) {
-                    words.push(condition.disturbance());
+            for [_, disturbance] in Condition::ALL.map(Condition::words) {
+                if !words.contains(&disturbance) {
+                    words.push(disturbance);
                 }
             }
             return Err(Error::Usage(format!(
@@ -157,8 +102,7 @@ impl Experiment for Claims {
         scenes.sort_by_key(SceneResult::order);
         let bones = bones::shown(self, context)?;
         let mechanism = mechanism::shown(self, context)?;
-        let result: ClaimsResult = judge(scenes, tuned, self)?;
-        show::outcome(&result, bones, mechanism)
+        show::outcome(&judge(scenes, tuned, self)?, bones, mechanism)
     }
 }
 

@@ -1,9 +1,7 @@
 //! The population: bones of different shape, slice, tilt, depth and roughness.
 
-use serde::Serialize;
-
-use crate::Result;
-use bonebeam_simulate::{Outline, VertebraShape, slice_mesh};
+use crate::experiments::study::*;
+use bonebeam_simulate::{VertebraShape, slice_mesh};
 
 use super::parameters::Claims;
 

@@ -1,19 +1,10 @@
 //! The recordings of a bone, and the images of its scenes.
 
-use ndarray::Array2;
+use crate::experiments::study::*;
+use std::collections::{BTreeMap, BTreeSet};
 
-use crate::experiments::Context;
 use crate::experiments::common::aberration::aberrate;
-use crate::experiments::common::bone::View;
-use crate::experiments::common::variants::{Aligned, Variant};
-use crate::{Error, Result};
-use bonebeam_drive::config::{Image, PhaseSymmetry};
-use bonebeam_drive::image::b_mode;
-use bonebeam_files::{BeamformedLines, ChannelData, Samples};
-use bonebeam_simulate::{
-    self as simulate, Clutter, Layers, Outline, Phantom, Settings, Summation, Tissue, add_noise,
-    channel_data,
-};
+use bonebeam_simulate::{self as simulate, Layers, Summation, Tissue, add_noise, channel_data};
 
 /// Correlation of the aberration along the array: full width at half maximum, m.
 const ABERRATION_LENGTH: f64 = 3e-3;
@@ -31,17 +22,44 @@ use super::population::Bone;
 /// The image plane is in its middle.
 const SLAB: f64 = 6e-3;
 
-/// The selected recordings of a pose, free of noise.
+/// A part of a bone's scenes, which is simulated alone and free of noise; its name is that of the step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Part {
+    Bone,
+    /// The bone with clutter and reverberation, like those below.
+    Cluttered,
+    Attenuated,
+    /// In three dimensions.
+    Volume,
+    Tissue,
+    Layers,
+    AttenuatedTissue,
+}
+
+impl Part {
+    /// The parts whose sum is a scene.
+    fn of(condition: Condition) -> Vec<Part> {
+        let bone = match condition {
+            Condition::WaterVolume => Part::Volume,
+            Condition::Attenuation => Part::Attenuated,
+            other if other.is_disturbed() => Part::Cluttered,
+            _ => Part::Bone,
+        };
+        let tissue = match condition {
+            Condition::Layers => Part::Layers,
+            Condition::Attenuation => Part::AttenuatedTissue,
+            _ => Part::Tissue,
+        };
+        let tissue = (condition.medium() == Medium::Tissue).then_some(tissue);
+        std::iter::once(bone).chain(tissue).collect()
+    }
+}
+
+/// The recordings of parts, and the volume's outline in the image plane.
+#[derive(Default)]
 struct Recordings {
-    /// The bone: quiet, and with clutter and reverberation.
-    bone: [Option<ChannelData>; 2],
-    /// The bone in three dimensions, and its outline in the image plane.
-    volume: Option<(ChannelData, Outline)>,
-    tissue: Option<ChannelData>,
-    /// Tissue with layers.
-    layers: Option<ChannelData>,
-    /// The bone with clutter and reverberation, and tissue, attenuated.
-    attenuated: Option<[ChannelData; 2]>,
+    parts: BTreeMap<Part, ChannelData>,
+    volume: Option<Outline>,
 }
 
 /// A bone in its conditions.
@@ -73,9 +91,6 @@ pub struct Beamformed {
 
 impl Beamformed {
     /// B-mode over another dynamic range, dB.
-    ///
-    /// # Errors
-    /// A dynamic range that is not positive.
     pub fn over(&self, dynamic_range: f64, view: &View, median: bool) -> Result<Array2<f32>> {
         let made = b_mode(&self.lines, dynamic_range as f32, &view.grid, median)?;
         Ok(made.pixels)
@@ -84,9 +99,6 @@ impl Beamformed {
 
 impl<'a> Pose<'a> {
     /// Makes the bone of a number.
-    ///
-    /// # Errors
-    /// A bone that cannot be made.
     pub fn new(
         claims: &'a Claims,
         context: &'a Context<'a>,
@@ -112,9 +124,6 @@ impl<'a> Pose<'a> {
     }
 
     /// Passes the images of the selected scenes to `each`, one scene at a time.
-    ///
-    /// # Errors
-    /// A scene that cannot be simulated, or an error of `each`.
     pub fn images(
         &self,
         conditions: &[Condition],
@@ -123,35 +132,53 @@ impl<'a> Pose<'a> {
         let parts = self.recordings(conditions)?;
         for condition in conditions {
             let data = self.mixed(&parts, *condition)?;
-            let outline = match &parts.volume {
-                Some((_, outline)) if *condition == Condition::WaterVolume => outline,
-                _ => &self.bone.outline,
-            };
+            let volume = parts.volume.as_ref();
+            let volume = volume.filter(|_| *condition == Condition::WaterVolume);
+            let outline = volume.unwrap_or(&self.bone.outline);
             each(self.beamformed(&data, *condition, outline.clone())?)?;
         }
         Ok(())
     }
 
     fn recordings(&self, wanted: &[Condition]) -> Result<Recordings> {
-        let claims = self.claims;
-        let seed = self.bone.number;
-        let quiet = Settings {
+        let settings = Settings {
             noise: None,
             ..self.settings()
         };
-        let simulated = |part: &str, settings: &Settings, phantom: &Phantom| {
-            let step = format!("{}: {part}", self.what);
-            channel_data(settings, phantom, Summation::Cells, &|done| {
+        let seed = self.bone.number;
+        let bone = Phantom::rough_bone(&self.bone.outline, &self.claims.bone, seed)?;
+        bone.check_within(&settings)?;
+        let mut recordings = Recordings::default();
+        let parts: BTreeSet<Part> = wanted.iter().flat_map(|c| Part::of(*c)).collect();
+        for part in parts {
+            let (phantom, settings) = self.part(part, bone.clone(), settings.clone())?;
+            let step = format!("{}: {part:?}", self.what).to_lowercase();
+            let data = channel_data(&settings, &phantom, Summation::Cells, &|done| {
                 (self.context.progress)(&step, done);
-            })
+            })?;
+            recordings.parts.insert(part, data);
+            if part == Part::Volume {
+                recordings.volume = phantom.bone;
+            }
+        }
+        Ok(recordings)
+    }
+
+    /// The phantom of a part, and its settings.
+    fn part(&self, part: Part, bone: Phantom, quiet: Settings) -> Result<(Phantom, Settings)> {
+        let claims = self.claims;
+        let seed = self.bone.number;
+        let clutter = |mut phantom: Phantom, thickness: f64| -> Result<Phantom> {
+            let clutter = Clutter {
+                diffuse: Some(claims.clutter),
+                reverberation: Some(claims.reverberation),
+                thickness,
+                depth_end: quiet.depth_end,
+                seed,
+            };
+            clutter.add(&mut phantom)?;
+            Ok(phantom)
         };
-        let water = Phantom::rough_bone(&self.bone.outline, &claims.bone, seed)?;
-        water.check_within(&quiet)?;
-        let attenuated = Settings {
-            attenuation: claims.attenuation,
-            ..quiet.clone()
-        };
-        let own = [Condition::Layers, Condition::Attenuation];
         let tissue = |layers: Layers| {
             let block = Tissue {
                 amplitude: libm::pow(10.0, self.bone.tissue_level / 20.0),
@@ -161,68 +188,39 @@ impl<'a> Pose<'a> {
                 z: TISSUE[1],
                 ..Tissue::default()
             };
-            let mut phantom = water.clone().with_tissue(&block);
+            let mut phantom = bone.clone().with_tissue(&block);
             phantom.scatterers.drain(..phantom.on_bone);
             (phantom.on_bone, phantom.seen_at) = (0, Vec::new());
             phantom
         };
-        let is_uniform = |c: &Condition| c.medium() == Medium::Tissue && !own.contains(c);
-        let uniform = wanted.iter().any(is_uniform);
-        let uniform = uniform.then(|| simulated("tissue", &quiet, &tissue(Layers::Uniform)));
-        let layers = wanted.contains(&Condition::Layers);
-        let layers = layers.then(|| simulated("layers", &quiet, &tissue(Layers::Anatomy)));
-        let clutter = |thickness: f64| Clutter {
-            diffuse: Some(claims.clutter),
-            reverberation: Some(claims.reverberation),
-            thickness,
-            depth_end: quiet.depth_end,
-            seed,
+        let attenuated = Settings {
+            attenuation: claims.attenuation,
+            ..quiet.clone()
         };
-        let is_plane = |c: &Condition| *c != Condition::WaterVolume;
-        let mut planes = wanted.iter().filter(|c| is_plane(c));
-        let mut cluttered = water.clone();
-        clutter(0.0).add(&mut cluttered)?;
-        let disturbed = planes.any(|c| c.is_disturbed() && *c != Condition::Attenuation);
-        let disturbed = disturbed.then(|| simulated("clutter", &quiet, &cluttered));
-        let attenuates = wanted.contains(&Condition::Attenuation);
-        let attenuated = attenuates.then(|| {
-            let bone = simulated("clutter, attenuated", &attenuated, &cluttered)?;
-            let tissue = tissue(Layers::Uniform);
-            let tissue = simulated("tissue, attenuated", &attenuated, &tissue)?;
-            Ok::<_, Error>([bone, tissue])
-        });
-        let shape = self
-            .bone
-            .shape
-            .as_ref()
-            .filter(|_| !wanted.iter().all(is_plane));
-        let volume = shape.map(|shape| {
-            let bone = simulate::Bone::Shape {
-                shape,
-                slice: self.bone.slice,
-                tilt: self.bone.tilt,
-            };
-            let rough = Some((&claims.bone, seed));
-            let (mut phantom, _) = bone.phantom(self.bone.depth, SLAB, rough)?;
-            clutter(SLAB).add(&mut phantom)?;
-            let array = Settings::volume();
-            let settings = Settings {
-                element_height: array.element_height,
-                elevation_focus: array.elevation_focus,
-                ..quiet.clone()
-            };
-            let none = || Error::Data("the image plane misses the bone".into());
-            let outline = phantom.bone.clone().ok_or_else(none)?;
-            Ok::<_, Error>((simulated("volume", &settings, &phantom)?, outline))
-        });
-        let undisturbed = wanted.iter().any(|c| !c.is_disturbed());
-        let undisturbed = undisturbed.then(|| simulated("bone", &quiet, &water));
-        Ok(Recordings {
-            bone: [undisturbed.transpose()?, disturbed.transpose()?],
-            volume: volume.transpose()?,
-            tissue: uniform.transpose()?,
-            layers: layers.transpose()?,
-            attenuated: attenuated.transpose()?,
+        Ok(match part {
+            Part::Bone => (bone, quiet),
+            Part::Cluttered => (clutter(bone, 0.0)?, quiet),
+            Part::Attenuated => (clutter(bone, 0.0)?, attenuated),
+            Part::Tissue => (tissue(Layers::Uniform), quiet),
+            Part::Layers => (tissue(Layers::Anatomy), quiet),
+            Part::AttenuatedTissue => (tissue(Layers::Uniform), attenuated),
+            Part::Volume => {
+                let none = || Error::Data("a mesh has no volume here".into());
+                let bone = simulate::Bone::Shape {
+                    shape: self.bone.shape.as_ref().ok_or_else(none)?,
+                    slice: self.bone.slice,
+                    tilt: self.bone.tilt,
+                };
+                let rough = Some((&claims.bone, seed));
+                let (phantom, _) = bone.phantom(self.bone.depth, SLAB, rough)?;
+                let array = Settings::volume();
+                let settings = Settings {
+                    element_height: array.element_height,
+                    elevation_focus: array.elevation_focus,
+                    ..quiet.clone()
+                };
+                (clutter(phantom, SLAB)?, settings)
+            }
         })
     }
 
@@ -237,22 +235,14 @@ impl<'a> Pose<'a> {
     /// The recording of a scene, as a sum of its parts.
     fn mixed(&self, parts: &Recordings, condition: Condition) -> Result<ChannelData> {
         let claims = self.claims;
-        let bone = match condition {
-            Condition::WaterVolume => parts.volume.as_ref().map(|(data, _)| data),
-            Condition::Attenuation => parts.attenuated.as_ref().map(|[bone, _]| bone),
-            _ => parts.bone[usize::from(condition.is_disturbed())].as_ref(),
-        };
+        let of_scene = Part::of(condition).into_iter();
+        let mut of_scene = of_scene.filter_map(|part| parts.parts.get(&part));
         let none = || Error::Data("the bone was not simulated".into());
-        let mut data = bone.ok_or_else(none)?.clone();
-        let tissue = match condition {
-            Condition::Layers => parts.layers.as_ref(),
-            Condition::Attenuation => parts.attenuated.as_ref().map(|[_, tissue]| tissue),
-            _ => parts.tissue.as_ref(),
-        };
-        if let Some(part) = tissue.filter(|_| condition.medium() == Medium::Tissue)
-            && let (Samples::Rf(sum), Samples::Rf(part)) = (&mut data.samples, &part.samples)
-        {
-            *sum += part;
+        let mut data = of_scene.next().ok_or_else(none)?.clone();
+        for part in of_scene {
+            if let (Samples::Rf(sum), Samples::Rf(part)) = (&mut data.samples, &part.samples) {
+                *sum += part;
+            }
         }
         if let Some(rms) = condition.aberration() {
             aberrate(&mut data, rms, ABERRATION_LENGTH, self.bone.number)?;
@@ -279,28 +269,26 @@ impl<'a> Pose<'a> {
         let (image, _) = claims.display(condition.medium());
         let mut heard = data.clone();
         heard.c *= condition.speed();
-        let aligned = Aligned::new(&heard, &claims.receive)?;
-        let mut view = None;
-        let mut images = Vec::new();
-        for variant in claims.variants() {
-            let progress = self.context.progress;
-            let mut lines = aligned.lines(&variant, &claims.receive, self.what, progress)?;
-            // Depths follow from the true speed, so that a wrong one only defocuses.
-            lines.c = data.c;
-            let grid = View::once(&mut view, Some(&outline), &lines, image)?.grid;
-            let made = b_mode(&lines, image.dynamic_range as f32, &grid, image.median)?;
-            images.push(Beamformed {
+        let variants = claims.variants();
+        let progress = self.context.progress;
+        let mut all = lines_of(self.what, &heard, &claims.receive, &variants, progress)?;
+        // Depths follow from the true speed, so that a wrong one only defocuses.
+        all.iter_mut().for_each(|lines| lines.c = data.c);
+        let view = View::of_lines(Some(&outline), &all[0], image)?;
+        let images = variants.into_iter().zip(all).map(|(variant, lines)| {
+            let range = image.dynamic_range as f32;
+            let pixels = b_mode(&lines, range, &view.grid, image.median)?.pixels;
+            Ok(Beamformed {
                 variant,
                 lines,
-                pixels: made.pixels,
-            });
-        }
-        let none = || Error::Data("no beamformer was selected".into());
+                pixels,
+            })
+        });
         Ok(Images {
             condition,
+            images: images.collect::<Result<_>>()?,
             outline,
-            view: view.ok_or_else(none)?,
-            images,
+            view,
         })
     }
 }
@@ -316,9 +304,6 @@ impl Claims {
 }
 
 /// The images of one scene of a bone with one time window, for a figure.
-///
-/// # Errors
-/// A scene that cannot be simulated.
 pub fn one(
     claims: &Claims,
     context: &Context<'_>,

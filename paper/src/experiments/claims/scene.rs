@@ -1,27 +1,17 @@
 //! Measures of a scene.
 
-use ndarray::{Array2, ArrayView1};
-use serde::{Deserialize, Serialize};
+use crate::experiments::study::*;
+use ndarray::ArrayView1;
 
-use crate::experiments::common::bone::{BoneMeasure, FOUND, View};
-use crate::experiments::common::brightness::Brightness;
-use crate::experiments::common::kept::kept;
-use crate::experiments::common::pictures::ridges;
-use crate::experiments::common::truth::TOLERANCE;
-use crate::experiments::surface::detectors::{DEPTHS, Detector, Frame, ONSET_PATH};
-use crate::measure::signed_distance::Region;
-use crate::measure::surface::{Judged, Known, judge};
-use crate::{Error, Result};
-use bonebeam_drive::config::Image;
-use bonebeam_files::BeamformedLines;
-use bonebeam_simulate::Outline;
+use crate::experiments::common::bone::FOUND;
+use crate::experiments::common::pictures;
+use crate::experiments::surface::detectors::{DEPTHS, Detector, Frame, Kind, ONSET_PATH};
 
 use super::by_direction;
 use super::condition::{Condition, Medium};
 use super::mechanism::{Zones, zones};
 use super::pose::{Images, Pose, TISSUE};
 use super::tuning::{BY_DIRECTION, Tuned};
-use bonebeam::phase_symmetry::scale_for_display;
 use bonebeam::surface::Settings;
 
 /// Detectors of the surface that are compared. PS is phase symmetry.
@@ -96,9 +86,6 @@ pub fn read(data: &serde_json::Value) -> Result<Vec<SceneResult>> {
 /// Measures of the scenes of a bone.
 ///
 /// Kept results are read instead if they exist.
-///
-/// # Errors
-/// A scene that cannot be simulated.
 pub fn scenes(pose: &Pose<'_>, tuned: &[Tuned]) -> Result<Vec<SceneResult>> {
     let claims = pose.claims;
     let detector = Settings::DEFAULT;
@@ -149,10 +136,9 @@ fn measured(pose: &Pose<'_>, made: &Images, tuned: &[Tuned]) -> Result<SceneResu
                 let image = made.over(best.dynamic_range, view, display.median)?;
                 let bank = by_direction::filter(&image, &best.scales);
                 let sides = [image.nrows(), image.ncols()];
-                let mut map =
+                let map =
                     by_direction::map(&bank.iter().collect::<Vec<_>>(), sides, best.threshold);
-                scale_for_display(map.as_slice_memory_order_mut().unwrap_or_default())?;
-                maps.push((DETECTORS[2], map));
+                maps.push((DETECTORS[2], pictures::shown(map)?));
             }
         } else if variant.key == papers {
             maps.push((DETECTORS[3], tuned));
@@ -169,7 +155,7 @@ fn measured(pose: &Pose<'_>, made: &Images, tuned: &[Tuned]) -> Result<SceneResu
         condition: *condition,
         brightness,
         beamformers,
-        uniform: [Region::B_MODE, Region::PHASE_SYMMETRY].map(|region| view.uniform(region)),
+        uniform: REGIONS.map(|region| view.uniform(region)),
         detectors: detectors(outline, view, &maps, das)?,
         zones: match medium {
             Medium::Water => None,
@@ -190,10 +176,8 @@ fn detectors(
 ) -> Result<Vec<(String, Judged)>> {
     let depth = |row: f64| view.grid.z0 + row * view.grid.pixel;
     let depths: Vec<_> = view.hits.iter().map(|hit| hit.map(depth)).collect();
-    let columns = 0..depths.len();
-    let x: Vec<f64> = columns
-        .map(|column| view.grid.x0 + column as f64 * view.grid.pixel)
-        .collect();
+    let x = |column: usize| view.grid.x0 + column as f64 * view.grid.pixel;
+    let x: Vec<f64> = (0..depths.len()).map(x).collect();
     let columns = Known {
         x: &x,
         depths: &depths,
@@ -223,7 +207,7 @@ fn detectors(
     let frame = Frame::new(das, None, &image, 0.0);
     for (name, detector) in [
         (DETECTORS[4], ONSET_PATH),
-        (DETECTORS[5], Detector::Core("surface", 0)),
+        (DETECTORS[5], Detector::of(DETECTORS[5], 0, Kind::Core)),
     ] {
         let answers = frame.answers(detector)?;
         let answers: Vec<_> = answers.into_iter().map(|a| a.map(|a| a.1)).collect();

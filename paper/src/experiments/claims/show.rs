@@ -1,15 +1,11 @@
 //! Tables, texts and pictures of the claims.
 
-use crate::Result;
-use crate::experiments::Outcome;
-use crate::experiments::common::bone::BoneMeasure;
-use crate::experiments::common::brightness::Brightness;
-use crate::experiments::outcome::{Ruling, Section, Table, data, number};
+use crate::experiments::outcome::Ruling;
+use crate::experiments::study::*;
 
 use super::condition::Condition;
 use super::detectors;
 use super::judge::{Claim, ClaimsResult};
-use super::mechanism::Figure;
 use super::population::Bone;
 use super::scene::SceneMeasure;
 
@@ -17,10 +13,11 @@ use super::scene::SceneMeasure;
 const MAIN: &str = "PS, tuned: average precision";
 
 /// The outcome of a result.
-///
-/// # Errors
-/// Numbers that cannot be written.
-pub fn outcome(result: &ClaimsResult, bones: Figure, mechanism: Option<Figure>) -> Result<Outcome> {
+pub fn outcome(
+    result: &ClaimsResult,
+    bones: Vec<Section>,
+    mechanism: Vec<Section>,
+) -> Result<Outcome> {
     let mut parts = vec![Section::Text(format!(
         "DAS and rank-1 ESMV on {} bones in up to {} conditions, {} scenes. Each bone has its own shape (size, \
          width, spinous process, laminae, facets, sides), slice, tilt, depth, roughness, tissue level, clutter \
@@ -47,12 +44,11 @@ pub fn outcome(result: &ClaimsResult, bones: Figure, mechanism: Option<Figure>) 
         parts.push(Section::Table(differences(claim, result)));
     }
     parts.push(Section::Table(tuned(result)));
-    let mut pictures = bones.pictures;
-    if !bones.parts.is_empty() {
+    if !bones.is_empty() {
         parts.push(Section::Heading("The first two bones, disturbed"));
-        parts.extend(bones.parts);
+        parts.extend(bones);
     }
-    if let Some(figure) = mechanism {
+    if !mechanism.is_empty() {
         parts.push(Section::Heading(
             "Where phase symmetry loses the bone in tissue",
         ));
@@ -64,14 +60,12 @@ pub fn outcome(result: &ClaimsResult, bones: Figure, mechanism: Option<Figure>) 
                 .into(),
         ));
         parts.push(Section::Table(zones(result)));
-        parts.extend(figure.parts);
-        pictures.extend(figure.pictures);
+        parts.extend(mechanism);
     }
     Ok(Outcome {
         title: "Do the claims hold?",
         answer: answer(result),
         parts,
-        pictures,
         verdicts: result.claims.iter().map(|c| c.verdict.clone()).collect(),
         data: data(result)?,
         ..Outcome::default()
@@ -99,97 +93,61 @@ fn head(result: &ClaimsResult) -> Vec<&'static str> {
 fn differences(claim: &Claim, result: &ClaimsResult) -> Table {
     let mut rows: Vec<Vec<String>> = Vec::new();
     for cell in &claim.cells {
-        let name = cell.condition.name();
+        let name = cell.condition.title();
         if rows.last().is_none_or(|row| row[0] != name) {
             let mut row = vec!["–".to_owned(); result.beamformers.len()];
             name.clone_into(&mut row[0]);
             rows.push(row);
         }
-        let column = result
-            .beamformers
-            .iter()
-            .position(|(k, _)| *k == cell.beamformer);
+        let mut columns = result.beamformers.iter();
+        let column = columns.position(|(key, _)| *key == cell.beamformer);
         if let (Some(row), Some(column)) = (rows.last_mut(), column) {
             row[column] = cell.difference.text();
         }
     }
-    Table {
-        title: format!("{}: ESMV − DAS", claim.measure),
-        head: head(result),
-        rows,
-        page_only: true,
-    }
+    Table::new(format!("{}: ESMV − DAS", claim.measure), head(result), rows).on_page()
 }
 
 /// Means of the main measures of DAS and every ESMV, with a uniform image.
 fn absolute(result: &ClaimsResult) -> Table {
+    type Of<T> = fn(&T) -> Option<f64>;
     /// A measure of a beamformer, and the same of a uniform image if it has a meaning there.
-    type Mean = (
-        &'static str,
-        fn(&SceneMeasure) -> Option<f64>,
-        Option<fn(&[BoneMeasure; 2]) -> Option<f64>>,
-    );
-    const MEANS: [Mean; 10] = [
+    type Measure = (&'static str, Of<SceneMeasure>, Option<Of<[BoneMeasure; 2]>>);
+    #[rustfmt::skip]
+    const MEASURES: [Measure; 10] = [
         ("US error, mm", |m| m.b_mode.mean_mm, Some(|u| u[0].mean_mm)),
         ("US STD, mm", |m| m.b_mode.std_mm, Some(|u| u[0].std_mm)),
         ("US B", |m| m.b_mode.intensity_b, None),
         ("US C", |m| m.b_mode.intensity_c, None),
-        (
-            "PS error, mm",
-            |m| m.phase_symmetry.mean_mm,
-            Some(|u| u[1].mean_mm),
-        ),
-        (
-            "PS STD, mm",
-            |m| m.phase_symmetry.std_mm,
-            Some(|u| u[1].std_mm),
-        ),
+        ("PS error, mm", |m| m.phase_symmetry.mean_mm, Some(|u| u[1].mean_mm)),
+        ("PS STD, mm", |m| m.phase_symmetry.std_mm, Some(|u| u[1].std_mm)),
         ("PS B", |m| m.phase_symmetry.intensity_b, None),
         ("PS C", |m| m.phase_symmetry.intensity_c, None),
-        (
-            "average precision",
-            |m| m.phase_symmetry.average_precision,
-            Some(|u| u[1].average_precision),
-        ),
+        ("average precision", |m| m.phase_symmetry.average_precision, Some(|u| u[1].average_precision)),
         ("tuned", |m| m.tuned.average_precision, None),
     ];
-    let mean = |values: Vec<f64>| {
-        let n = values.len();
-        number((n > 0).then(|| values.iter().sum::<f64>() / n as f64))
-    };
     let mut rows = Vec::new();
     for condition in Condition::ALL {
-        let scenes = result.scenes.iter().filter(|s| s.condition == condition);
-        let scenes: Vec<_> = scenes.collect();
-        if scenes.is_empty() {
+        let scenes = || result.scenes.iter().filter(|s| s.condition == condition);
+        if scenes().next().is_none() {
             continue;
         }
-        let position = condition.name();
-        for (key, name) in &result.beamformers {
-            let found = scenes.iter();
-            let found = found.filter_map(|s| s.beamformers.iter().find(|m| m.beamformer == *key));
-            let cell = |(_, pick, _): &Mean| mean(found.clone().filter_map(*pick).collect());
-            let mut row = vec![format!("{position}, {name}")];
-            row.extend(MEANS.iter().map(cell));
-            rows.push(row);
-        }
-        let cell = |(.., pick): &Mean| match pick {
-            Some(pick) => mean(scenes.iter().filter_map(|s| pick(&s.uniform)).collect()),
-            None => "–".to_owned(),
+        let mut row = |name: &str, cell: &dyn Fn(&Measure) -> Option<f64>| {
+            let cells = MEASURES.iter().map(|measure| number(cell(measure)));
+            let name = format!("{}, {name}", condition.title());
+            rows.push(std::iter::once(name).chain(cells).collect());
         };
-        let mut row = vec![format!("{position}, a uniform image")];
-        row.extend(MEANS.iter().map(cell));
-        rows.push(row);
+        for (key, name) in &result.beamformers {
+            let found =
+                || scenes().filter_map(|s| s.beamformers.iter().find(|m| m.beamformer == *key));
+            row(name, &|(_, of, _)| mean(found().filter_map(of)));
+        }
+        row("a uniform image", &|(.., of)| {
+            mean(scenes().filter_map(|s| of.as_ref()?(&s.uniform)))
+        });
     }
-    Table {
-        title: "Means over bones".into(),
-        head: [""]
-            .into_iter()
-            .chain(MEANS.map(|(head, ..)| head))
-            .collect(),
-        rows,
-        page_only: false,
-    }
+    let head = std::iter::once("").chain(MEASURES.map(|(head, ..)| head));
+    Table::new("Means over bones", head.collect(), rows)
 }
 
 fn tuned(result: &ClaimsResult) -> Table {
@@ -198,28 +156,26 @@ fn tuned(result: &ClaimsResult) -> Table {
         found.map_or(key.to_owned(), |(_, name)| name.clone())
     };
     let rows = result.tuned.iter().map(|t| (name(&t.beamformer), t));
-    Table {
-        page_only: true,
-        ..Table::of(
-            "The best filters, found on other bones",
-            rows,
-            &[
-                ("", |(name, t)| format!("{}, {name}", t.medium.name())),
-                ("scales", |(_, t)| {
-                    let scales = t.scales.iter().map(|s| format!("2^{}", s.log2()));
-                    scales.collect::<Vec<_>>().join(" ")
-                }),
-                ("threshold", |(_, t)| number(Some(t.threshold))),
-                ("dynamic range, dB", |(_, t)| number(Some(t.dynamic_range))),
-                ("average precision on them", |(_, t)| {
-                    number(Some(t.average_precision))
-                }),
-                ("at an edge of the grid", |(_, t)| {
-                    if t.at_edge { "yes" } else { "no" }.to_owned()
-                }),
-            ],
-        )
-    }
+    Table::of(
+        "The best filters, found on other bones",
+        rows,
+        &[
+            ("", |(name, t)| format!("{}, {name}", t.medium)),
+            ("scales", |(_, t)| {
+                let scales = t.scales.iter().map(|s| format!("2^{}", s.log2()));
+                scales.collect::<Vec<_>>().join(" ")
+            }),
+            ("threshold", |(_, t)| number(Some(t.threshold))),
+            ("dynamic range, dB", |(_, t)| number(Some(t.dynamic_range))),
+            ("average precision on them", |(_, t)| {
+                number(Some(t.average_precision))
+            }),
+            ("at an edge of the grid", |(_, t)| {
+                if t.at_edge { "yes" } else { "no" }.to_owned()
+            }),
+        ],
+    )
+    .on_page()
 }
 
 fn zones(result: &ClaimsResult) -> Table {
@@ -229,7 +185,7 @@ fn zones(result: &ClaimsResult) -> Table {
         &[
             ("", |(name, _)| name.clone()),
             ("mean", |(_, interval)| {
-                interval.map_or("–".into(), |interval| interval.text())
+                interval.map_or("–".into(), |i| i.text())
             }),
         ],
     )
@@ -246,12 +202,7 @@ fn population(result: &ClaimsResult) -> Table {
     let bones = result.bones.iter();
     Table::of(
         "The bones, and their echo above the tissue's RMS in DAS (median; 10th to 90th percentile)",
-        bones.map(|bone| {
-            (
-                bone,
-                conditions.map(|condition| brightness(bone, condition)),
-            )
-        }),
+        bones.map(|bone| (bone, conditions.map(|c| brightness(bone, c)))),
         &[
             ("", |(bone, _)| bone.number.to_string()),
             ("slice, mm", |(bone, _)| number(Some(1e3 * bone.slice))),

@@ -1,18 +1,12 @@
 //! Finds the best filter of phase symmetry for each beamformer and medium.
 
-use ndarray::Array2;
-use serde::{Deserialize, Serialize};
-
-use crate::Result;
-use crate::experiments::common::kept::kept;
-use crate::experiments::common::pictures::ridges;
-use crate::experiments::common::truth::precision;
-use bonebeam_drive::config::PhaseSymmetry;
-
 use super::by_direction;
 use super::condition::{Condition, Medium};
 use super::pose::{Beamformed, Images, Pose};
+use crate::experiments::study::*;
 
+/// Exponents of the finest and of the coarsest scale of [`SCALES`].
+const EVERY_SCALE: [i32; 2] = [1, 9];
 /// Filters to try: scales as exponents of 2, from and to, and thresholds.
 const SCALES: [[i32; 2]; 12] = [
     [1, 1],
@@ -39,8 +33,8 @@ const DEVIATIONS: [f64; 6] = [0.0, 1.0, 2.0, 4.0, 8.0, 16.0];
 /// Conditions to tune on.
 const CONDITIONS: [Condition; 2] = [Condition::WaterDisturbed, Condition::TissueDisturbed];
 
-/// Parameters of phase symmetry for a beamformer in a medium.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+/// Parameters of phase symmetry for a beamformer in a medium, and their score.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tuned {
     /// The medium around the bone.
     pub medium: Medium,
@@ -52,7 +46,7 @@ pub struct Tuned {
     pub threshold: f64,
     /// Dynamic range of the image, dB.
     pub dynamic_range: f64,
-    /// Mean average precision on the bones used for tuning.
+    /// Average precision on a scene, or its mean on the bones used for tuning.
     pub average_precision: f64,
     /// Whether a better value may lie beyond the grid.
     ///
@@ -63,22 +57,18 @@ pub struct Tuned {
     scenes: usize,
 }
 
-/// The score of a filter on a scene.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Score {
-    medium: Medium,
-    beamformer: String,
-    scales: Vec<f64>,
-    threshold: f64,
-    dynamic_range: f64,
-    at_edge: bool,
-    average_precision: f64,
-}
-
 impl Tuned {
     /// Whether it is for this beamformer in this medium.
     pub fn is_for(&self, medium: Medium, beamformer: &str) -> bool {
         self.medium == medium && self.beamformer == beamformer
+    }
+
+    /// Whether it is the score of the same parameters.
+    fn is_of(&self, other: &Tuned) -> bool {
+        self.is_for(other.medium, &other.beamformer)
+            && self.scales == other.scales
+            && self.threshold == other.threshold
+            && self.dynamic_range == other.dynamic_range
     }
 
     /// The paper's filter with these scales and this threshold.
@@ -94,36 +84,20 @@ impl Tuned {
 /// Scores of every filter on the scenes of a pose.
 ///
 /// Kept results are read instead if they exist.
-///
-/// # Errors
-/// A scene that cannot be simulated.
-pub fn scores(pose: &Pose<'_>) -> Result<Vec<Score>> {
+pub fn scores(pose: &Pose<'_>) -> Result<Vec<Tuned>> {
     let key = format!("{:?} {}", pose.claims, pose.bone.number);
     kept(pose.context, "claims-tune", &key, || {
         let mut scores = Vec::new();
-        let wanted = pose.conditions();
-        let wanted: Vec<_> = CONDITIONS
-            .into_iter()
-            .filter(|c| wanted.contains(c))
-            .collect();
-        let wanted = if wanted.is_empty() {
-            pose.conditions()
-        } else {
-            wanted
-        };
+        let mut wanted = pose.conditions();
+        if wanted.iter().any(|c| CONDITIONS.contains(c)) {
+            wanted.retain(|c| CONDITIONS.contains(c));
+        }
         pose.images(&wanted, |made| {
             for (k, beamformed) in made.images.iter().enumerate() {
-                for (range, offset) in RANGES.into_iter().enumerate() {
-                    let at_end = range == 0 || range + 1 == RANGES.len();
-                    let tried = Tried {
-                        pose,
-                        made: &made,
-                        offset,
-                        at_end,
-                    };
-                    scores.extend(tried.filters(beamformed)?);
+                for range in 0..RANGES.len() {
+                    scores.extend(tried(pose, &made, beamformed, range, false)?);
                     if k == 0 {
-                        scores.extend(tried.by_direction(beamformed)?);
+                        scores.extend(tried(pose, &made, beamformed, range, true)?);
                     }
                 }
             }
@@ -133,129 +107,67 @@ pub fn scores(pose: &Pose<'_>) -> Result<Vec<Score>> {
     })
 }
 
-/// Filters to try on a scene, with one dynamic range.
-struct Tried<'a> {
-    pose: &'a Pose<'a>,
-    made: &'a Images,
-    /// Dynamic range relative to the paper's, dB.
-    offset: f64,
-    /// Whether it is the smallest or the largest.
-    at_end: bool,
-}
-
-impl Tried<'_> {
-    fn image(&self, beamformed: &Beamformed) -> Result<(Array2<f32>, f64)> {
-        let (display, _) = self.pose.claims.display(self.made.condition.medium());
-        let dynamic_range = display.dynamic_range + self.offset;
-        let image = beamformed.over(dynamic_range, &self.made.view, display.median)?;
-        Ok((image, dynamic_range))
-    }
-
-    fn score(&self, map: &Array2<f32>) -> Score {
-        let view = &self.made.view;
-        Score {
-            medium: self.made.condition.medium(),
-            beamformer: String::new(),
-            scales: Vec::new(),
-            threshold: 0.0,
-            dynamic_range: 0.0,
-            at_edge: self.at_end,
-            average_precision: precision(map, &view.hits, &view.grid).unwrap_or(0.0),
+/// Scores on a scene's image over one of [`RANGES`], with a threshold for all directions or for each.
+fn tried(
+    pose: &Pose<'_>,
+    made: &Images,
+    beamformed: &Beamformed,
+    range: usize,
+    by_direction: bool,
+) -> Result<Vec<Tuned>> {
+    let medium = made.condition.medium();
+    let (display, paper) = pose.claims.display(medium);
+    let dynamic_range = display.dynamic_range + RANGES[range];
+    let image = beamformed.over(dynamic_range, &made.view, display.median)?;
+    let bank = by_direction.then(|| by_direction::filter(&image, &octaves(EVERY_SCALE)));
+    let (beamformer, thresholds) = match by_direction {
+        true => (BY_DIRECTION, &DEVIATIONS[..]),
+        false => (&beamformed.variant.key[..], &THRESHOLDS[..]),
+    };
+    let mut scores = Vec::new();
+    for exponents @ [from, to] in SCALES {
+        for &threshold in thresholds {
+            let mut tuned = Tuned {
+                medium,
+                beamformer: beamformer.to_owned(),
+                scales: octaves(exponents),
+                threshold,
+                dynamic_range,
+                average_precision: 0.0,
+                at_edge: range == 0
+                    || range + 1 == RANGES.len()
+                    || to == EVERY_SCALE[1]
+                    || thresholds.last() == Some(&threshold),
+                scenes: 1,
+            };
+            let map = match &bank {
+                Some(bank) => {
+                    let [from, to] = [from, to].map(|k| (k - EVERY_SCALE[0]) as usize);
+                    let bank: Vec<_> = bank[from..=to].iter().collect();
+                    by_direction::map(&bank, [image.nrows(), image.ncols()], threshold)
+                }
+                None => ridges(&image, &tuned.filter(paper))?,
+            };
+            let found = precision(&map, &made.view.hits, &made.view.grid);
+            tuned.average_precision = found.unwrap_or(0.0);
+            scores.push(tuned);
         }
     }
-
-    /// Scores of the paper's filter.
-    fn filters(&self, beamformed: &Beamformed) -> Result<Vec<Score>> {
-        let (_, paper) = self.pose.claims.display(self.made.condition.medium());
-        let (image, dynamic_range) = self.image(beamformed)?;
-        let mut scores = Vec::new();
-        for range in SCALES {
-            for threshold in THRESHOLDS {
-                let scales = scales(range);
-                let filter = PhaseSymmetry {
-                    scales: scales.clone(),
-                    threshold,
-                    ..paper.clone()
-                };
-                scores.push(Score {
-                    beamformer: beamformed.variant.key.clone(),
-                    at_edge: self.at_end
-                        || is_coarsest(range)
-                        || THRESHOLDS.last() == Some(&threshold),
-                    scales,
-                    threshold,
-                    dynamic_range,
-                    ..self.score(&ridges(&image, &filter)?)
-                });
-            }
-        }
-        Ok(scores)
-    }
-
-    /// Scores of the filter with a threshold for each direction.
-    fn by_direction(&self, beamformed: &Beamformed) -> Result<Vec<Score>> {
-        let (image, dynamic_range) = self.image(beamformed)?;
-        let sides = [image.nrows(), image.ncols()];
-        let finest = SCALES.iter().map(|[from, _]| *from).min().unwrap_or(1);
-        let coarsest = SCALES.iter().map(|[_, to]| *to).max().unwrap_or(1);
-        let bank = by_direction::filter(&image, &scales([finest, coarsest]));
-        let mut scores = Vec::new();
-        for range in SCALES {
-            let [from, to] = range.map(|k| (k - finest) as usize);
-            let bank: Vec<_> = bank[from..=to].iter().collect();
-            for k in DEVIATIONS {
-                scores.push(Score {
-                    beamformer: BY_DIRECTION.into(),
-                    scales: scales(range),
-                    threshold: k,
-                    dynamic_range,
-                    at_edge: self.at_end || is_coarsest(range) || DEVIATIONS.last() == Some(&k),
-                    ..self.score(&by_direction::map(&bank, sides, k))
-                });
-            }
-        }
-        Ok(scores)
-    }
-}
-
-/// Scales from exponents of 2, the finest first, cycles per pixel.
-fn scales([from, to]: [i32; 2]) -> Vec<f64> {
-    (from..=to).map(|k| f64::from(-k).exp2()).collect()
-}
-
-/// Whether a range of scales has the coarsest one.
-fn is_coarsest([_, to]: [i32; 2]) -> bool {
-    SCALES.iter().all(|[_, other]| *other <= to)
+    Ok(scores)
 }
 
 /// Mean score of every filter.
-pub fn means(scores: Vec<Score>) -> Vec<Tuned> {
+pub fn means(scores: Vec<Tuned>) -> Vec<Tuned> {
     let mut means: Vec<Tuned> = Vec::new();
     for score in scores {
-        let same = |t: &&mut Tuned| {
-            t.medium == score.medium
-                && t.beamformer == score.beamformer
-                && t.scales == score.scales
-                && t.threshold == score.threshold
-                && t.dynamic_range == score.dynamic_range
-        };
-        match means.iter_mut().find(same) {
+        match means.iter_mut().find(|mean| mean.is_of(&score)) {
             Some(found) => {
                 found.scenes += 1;
                 let weight = 1.0 / found.scenes as f64;
                 found.average_precision +=
                     weight * (score.average_precision - found.average_precision);
             }
-            None => means.push(Tuned {
-                at_edge: score.at_edge,
-                medium: score.medium,
-                beamformer: score.beamformer,
-                scales: score.scales,
-                threshold: score.threshold,
-                dynamic_range: score.dynamic_range,
-                average_precision: score.average_precision,
-                scenes: 1,
-            }),
+            None => means.push(Tuned { scenes: 1, ..score }),
         }
     }
     means
@@ -265,7 +177,7 @@ pub fn means(scores: Vec<Score>) -> Vec<Tuned> {
 pub fn best(means: Vec<Tuned>) -> Vec<Tuned> {
     let mut best: Vec<Tuned> = Vec::new();
     for score in means {
-        let same = |t: &&mut Tuned| t.medium == score.medium && t.beamformer == score.beamformer;
+        let same = |t: &&mut Tuned| t.is_for(score.medium, &score.beamformer);
         match best.iter_mut().find(same) {
             Some(found) if found.average_precision < score.average_precision => *found = score,
             Some(_) => {}

@@ -12,11 +12,6 @@ use bonebeam_simulate::Outline;
 
 use super::truth::{TOLERANCE, first_hits, precision};
 
-/// Region with the same reach on both sides of the surface, m.
-const NEAR: Region = Region {
-    outer: -1e-3,
-    inner: 1e-3,
-};
 /// Grey level from which a ridge counts as found.
 pub const FOUND: f32 = 64.0;
 
@@ -70,29 +65,22 @@ impl View {
         })
     }
 
-    /// The view of a bone on the pixels of a picture of `lines`, made on first use.
-    ///
-    /// All beamformers of a recording share it.
+    /// The view of a bone on the pixels of a picture of `lines`.
     ///
     /// # Errors
     /// A phantom without a bone, or lines that do not make an image.
-    pub fn once<'a>(
-        view: &'a mut Option<Self>,
+    pub fn of_lines(
         bone: Option<&Outline>,
         lines: &BeamformedLines,
         image: &Image,
-    ) -> Result<&'a Self> {
-        let made = match view.take() {
-            Some(made) => made,
-            None => View::new(bone, grid_of_picture(lines, image)?)?,
-        };
-        Ok(view.insert(made))
+    ) -> Result<Self> {
+        View::new(bone, grid_of_picture(lines, image)?)
     }
 
     /// Measures an image with the paper's region A of its kind.
     pub fn measure(&self, pixels: &Array2<f32>, region: Region) -> BoneMeasure {
         let found = measure(pixels.view(), self.distance.view(), region);
-        let near = measure(pixels.view(), self.distance.view(), NEAR);
+        let near = measure(pixels.view(), self.distance.view(), Region::NEAR);
         let millimetres = |v: Option<f64>| v.map(|v| 1e3 * v);
         let (fraction, thickness) = self.found(pixels, |_, _| true);
         BoneMeasure {
@@ -119,6 +107,13 @@ impl View {
         }
     }
 
+    /// Rows within a distance of a row with fractions, m.
+    pub fn near(&self, row: f64, distance: f64) -> std::ops::RangeInclusive<usize> {
+        let reach = distance / self.grid.pixel;
+        let first = (row - reach).ceil().max(0.0) as usize;
+        first..=((row + reach).floor() as usize).min(self.grid.rows - 1)
+    }
+
     /// Share of the selected columns whose surface is found, and mean extent there, mm.
     ///
     /// `wanted` selects a column by its surface (x, depth), m. The extent is that of the ridges along the axis.
@@ -127,7 +122,6 @@ impl View {
         pixels: &Array2<f32>,
         wanted: impl Fn(f64, f64) -> bool,
     ) -> (Option<f64>, Option<f64>) {
-        let reach = TOLERANCE / self.grid.pixel;
         let (mut columns, mut found, mut extent) = (0usize, 0usize, 0.0);
         for (column, hit) in self.hits.iter().enumerate() {
             let Some(row) = *hit else { continue };
@@ -137,9 +131,8 @@ impl View {
             }
             columns += 1;
             let values = pixels.column(column);
-            let first = (row - reach).ceil().max(0.0) as usize;
-            let last = ((row + reach).floor() as usize).min(values.len() - 1);
-            let Some(peak) = (first..=last).max_by(|&a, &b| values[a].total_cmp(&values[b])) else {
+            let near = self.near(row, TOLERANCE);
+            let Some(peak) = near.max_by(|&a, &b| values[a].total_cmp(&values[b])) else {
                 continue;
             };
             if values[peak] < FOUND {

@@ -51,16 +51,11 @@ impl Brightness {
         let [tissue, _] = view.tissue_and_shadow(image, lateral, depths);
         let power = tissue.iter().map(|&g| 10f64.powf(0.1 * level(g)));
         let mean = power.sum::<f64>() / tissue.len().max(1) as f64;
-        let reach = TOLERANCE / view.grid.pixel;
         let echo = |(column, hit): (usize, &Option<f64>)| {
             let row = hit.as_ref()?;
-            let values = image.column(column);
-            let first = (row - reach).ceil().max(0.0) as usize;
-            let last = ((row + reach).floor() as usize).min(values.len().checked_sub(1)?);
-            let peak = (first..=last)
-                .map(|k| f64::from(values[k]))
-                .max_by(f64::total_cmp)?;
-            Some(level(peak) - 10.0 * mean.log10())
+            let near = view.near(*row, TOLERANCE);
+            let levels = near.map(|k| f64::from(image[[k, column]]));
+            Some(level(levels.max_by(f64::total_cmp)?) - 10.0 * mean.log10())
         };
         let mut echoes: Vec<f64> = view.hits.iter().enumerate().filter_map(echo).collect();
         echoes.sort_by(f64::total_cmp);

@@ -10,21 +10,21 @@ use bonebeam_simulate::{Checkpoint, Phantom, Settings, Summation, resumed_channe
 
 /// Reads the recording of a phantom from the folder of kept ones, or simulates it.
 ///
-/// `what` begins its file's name. `progress` receives the fraction done. An interrupted simulation resumes.
+/// `file` begins its file's name; `step` is its name in the progress. An interrupted simulation resumes.
 ///
 /// # Errors
 /// A phantom that cannot be simulated, or a kept file that is damaged.
 pub fn recording(
     context: &Context<'_>,
-    what: &str,
+    [file, step]: [&str; 2],
     settings: &Settings,
     phantom: &Phantom,
-    progress: &(dyn Fn(f64) + Sync),
 ) -> Result<ChannelData> {
+    let progress = |done| (context.progress)(step, done);
     progress(0.0);
     let file = context.kept()?.map(|folder| {
         let key = Checkpoint::key(settings, phantom);
-        folder.join(format!("{what}-{key:016x}.npz"))
+        folder.join(format!("{file}-{key:016x}.npz"))
     });
     if let Some(path) = file.as_deref().filter(|path| path.exists()) {
         return ChannelData::read(path);
@@ -39,7 +39,7 @@ pub fn recording(
         phantom,
         Summation::Cells,
         set,
-        progress,
+        &progress,
         &mut checkpoint,
     )?;
     if let Some(path) = file {

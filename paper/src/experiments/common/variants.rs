@@ -1,21 +1,14 @@
 //! Beamformers of the paper's experiments: method, covariance and time window.
-//!
-//! They run on samples that are delayed once.
-
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use bonebeam::beamform::{Method, Parameters};
 use bonebeam::covariance::Covariance;
-use ndarray::Array3;
-use num_complex::Complex;
 
 use crate::Result;
-use bonebeam_drive::beamform::beamform;
-use bonebeam_drive::delay::DelayStage;
 use bonebeam_drive::methods::COMPARED;
 use bonebeam_files::{BeamformedLines, ChannelData};
 
 use super::Receive;
+use super::lines::beamform_by;
 use crate::experiments::Progress;
 
 /// A beamformer and its parameters.
@@ -61,50 +54,28 @@ impl Variant {
     }
 }
 
-/// A delayed recording.
-pub struct Aligned<'a> {
-    stage: DelayStage<'a>,
-    x: Array3<Complex<f32>>,
-}
-
-impl<'a> Aligned<'a> {
-    /// Delays a recording.
-    ///
-    /// # Errors
-    /// Parameters that do not fit it.
-    pub fn new(data: &'a ChannelData, receive: &Receive) -> Result<Self> {
-        let stage = DelayStage::new(data, &receive.0)?;
-        let x = stage.delay(0..stage.beam_x().len())?;
-        Ok(Aligned { x, stage })
-    }
-
-    /// Lines of a beamformer.
-    ///
-    /// Subaperture and loading are those of `receive`.
-    ///
-    /// # Errors
-    /// Parameters that do not fit the recording.
-    pub fn lines(
-        &self,
-        variant: &Variant,
-        receive: &Receive,
-        what: &str,
-        progress: Progress<'_>,
-    ) -> Result<BeamformedLines> {
-        let step = format!("{what}: {}", variant.name);
-        let (beams, samples, _) = self.x.dim();
-        let done = AtomicUsize::new(0);
-        let count = |n: usize| {
-            let done = done.fetch_add(n, Ordering::Relaxed) + n;
-            progress(&step, done as f64 / (beams * samples) as f64);
-        };
+/// The lines of each beamformer.
+///
+/// Subaperture and loading are those of `receive`. Steps of the progress begin with `what`.
+///
+/// # Errors
+/// Parameters that do not fit the recording.
+pub fn lines_of(
+    what: &str,
+    data: &ChannelData,
+    receive: &Receive,
+    variants: &[Variant],
+    progress: Progress<'_>,
+) -> Result<Vec<BeamformedLines>> {
+    let methods = variants.iter().map(|variant| {
         let parameters = Parameters {
             covariance: variant.covariance,
             temporal_half_window: variant.half_window,
             ..receive.parameters(variant.method)
         };
-        let active = |beam: usize, sample: usize| self.stage.active(beam, sample);
-        let z = beamform(self.x.view(), &active, parameters, &count)?;
-        Ok(self.stage.lines(z))
-    }
+        (&variant.name[..], parameters)
+    });
+    let methods: Vec<_> = methods.collect();
+    let made = beamform_by(what, data, receive, &methods, usize::MAX, None, progress)?;
+    Ok(made.0)
 }

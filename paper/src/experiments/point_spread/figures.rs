@@ -1,12 +1,7 @@
 //! Report of the point: the paper's Fig. 2, and the dependence on beams and noise.
 
-use crate::Result;
-use crate::experiments::Outcome;
-use crate::experiments::common::pictures::scales;
-use crate::experiments::outcome::{
-    Comparison, Curve, PaperComparison, Picture, Plot, Section, SideBySide, Table, View, data,
-    number,
-};
+use crate::experiments::outcome::View;
+use crate::experiments::study::*;
 
 use super::measure::{PhaseResult, PointSpreadResult, ProfileMeasure};
 
@@ -20,15 +15,7 @@ const FIRST: &str =
     "The paper says of Fig. 2(c) that most of the main lobe between 0 and -20 dB is gone.";
 
 /// The outcome of a result whose pictures show `range` dB.
-///
-/// # Errors
-/// Numbers that cannot be written.
-pub fn outcome(
-    result: &PointSpreadResult,
-    range: f64,
-    views: Vec<View>,
-    pictures: Vec<Picture>,
-) -> Result<Outcome> {
+pub fn outcome(result: &PointSpreadResult, range: f64, views: Vec<View>) -> Result<Outcome> {
     let mut parts = vec![Section::Text(format!(
         "One point at the transmit focus of 15 mm, as in the paper's Fig. 2: (a) DAS, (b) ESMV with only the \
          largest eigenvalue, (c) ESMV without it, (d) the two-way beam profiles. L = M/2, K = 0, forward \
@@ -64,7 +51,6 @@ pub fn outcome(
     Ok(Outcome {
         title: "Fig. 2: a point scatterer",
         parts,
-        pictures,
         tables: tables(result),
         comparisons: comparisons(result),
         data: data(result)?,
@@ -77,26 +63,13 @@ fn profiles(caption: &str, measures: &[ProfileMeasure], backward: bool) -> Plot 
     let chosen = measures
         .iter()
         .filter(|m| m.beamformer == "das" || m.beamformer.ends_with("-fb") == backward);
-    Plot {
-        caption: caption.into(),
-        x: "lateral, mm from the point",
-        y: "dB re DAS peak",
-        x_range: [-2.7, 2.7],
-        y_range: [-120.0, 0.0],
-        marks: Vec::new(),
-        curves: chosen
-            .map(|m| Curve {
-                name: m.name.clone().into(),
-                featured: ["das", "esmv-rank1", "esmv-rank1-fb"].contains(&&m.beamformer[..]),
-                points: m
-                    .x_mm
-                    .iter()
-                    .zip(&m.profile_re_das_db)
-                    .map(|(&x, &y)| (x, Some(y)))
-                    .collect(),
-            })
-            .collect(),
-    }
+    let curves = chosen.map(|m| {
+        let featured = ["das", "esmv-rank1", "esmv-rank1-fb"].contains(&&m.beamformer[..]);
+        let points = m.x_mm.iter().zip(&m.profile_re_das_db);
+        Curve::new(m.name.clone(), featured, points.map(|(&x, &y)| (x, y)))
+    });
+    let names = ["lateral, mm from the point", "dB re DAS peak"];
+    Plot::new(caption, names, [[-2.7, 2.7], [-120.0, 0.0]], curves)
 }
 
 /// Width and far level by the point's position.
@@ -108,32 +81,20 @@ fn phase_plots(phases: &[PhaseResult]) -> Vec<Plot> {
             m.beyond_2mm_db
         }),
     ];
-    let Some(first) = phases.first() else {
-        return Vec::new();
+    let x = "distance of the point from the nearest beam, pitches";
+    let plot = |(caption, y, y_range, pick): (&str, &'static str, [f64; 2], Pick)| {
+        let all = phases[0].beamformers.iter().enumerate();
+        let shown = all.filter(|(_, m)| !m.beamformer.contains("without-first"));
+        let curves = shown.map(|(k, m)| {
+            let featured = ["das", "esmv-rank1"].contains(&&m.beamformer[..]);
+            let points = phases
+                .iter()
+                .map(|p| (p.offset_pitches, pick(&p.beamformers[k])));
+            Curve::new(m.name.clone(), featured, points)
+        });
+        Plot::new(caption, [x, y], [[0.0, 0.5], y_range], curves)
     };
-    rows.map(|(caption, y, y_range, pick)| Plot {
-        caption: caption.into(),
-        x: "distance of the point from the nearest beam, pitches",
-        y,
-        x_range: [0.0, 0.5],
-        y_range,
-        marks: Vec::new(),
-        curves: first
-            .beamformers
-            .iter()
-            .enumerate()
-            .filter(|(_, m)| !m.beamformer.contains("without-first"))
-            .map(|(k, m)| Curve {
-                name: m.name.clone().into(),
-                featured: ["das", "esmv-rank1"].contains(&&m.beamformer[..]),
-                points: phases
-                    .iter()
-                    .map(|p| (p.offset_pitches, pick(&p.beamformers[k])))
-                    .collect(),
-            })
-            .collect(),
-    })
-    .into()
+    rows.map(plot).into()
 }
 
 fn noise_table(result: &PointSpreadResult) -> Table {
@@ -156,21 +117,17 @@ fn noise_table(result: &PointSpreadResult) -> Table {
 }
 
 fn tables(result: &PointSpreadResult) -> Vec<Table> {
-    let table = |title: String, measures: &[ProfileMeasure]| Table {
-        page_only: true,
-        ..Table::of(
-            title,
-            measures,
-            &[
-                ("", |m| m.name.clone()),
-                ("-12 dB width, mm", |m| number(m.width_12db_mm)),
-                ("FWHM, mm", |m| number(m.fwhm_mm)),
-                ("side lobe, dB", |m| number(m.side_lobe_db)),
-                ("beyond 2 mm, dB", |m| number(m.beyond_2mm_db)),
-                ("peak re DAS, dB", |m| number(Some(m.peak_re_das_db))),
-                ("on axis re DAS, dB", |m| number(Some(m.on_axis_re_das_db))),
-            ],
-        )
+    let table = |title: String, measures: &[ProfileMeasure]| {
+        let columns: [Column<&ProfileMeasure>; 7] = [
+            ("", |m| m.name.clone()),
+            ("-12 dB width, mm", |m| number(m.width_12db_mm)),
+            ("FWHM, mm", |m| number(m.fwhm_mm)),
+            ("side lobe, dB", |m| number(m.side_lobe_db)),
+            ("beyond 2 mm, dB", |m| number(m.beyond_2mm_db)),
+            ("peak re DAS, dB", |m| number(Some(m.peak_re_das_db))),
+            ("on axis re DAS, dB", |m| number(Some(m.on_axis_re_das_db))),
+        ];
+        Table::of(title, measures, &columns).on_page()
     };
     let fine = table("Fine beams, free of noise".into(), &result.fine);
     let phases = result.phases.iter().map(|p| {

@@ -1,18 +1,12 @@
 //! Profiles of the point and their measures.
 
-use serde::Serialize;
-
-use crate::Result;
-use crate::experiments::common::variants::Variant;
+use crate::experiments::study::*;
 use crate::measure::point::LateralProfile;
-use bonebeam_files::BeamformedLines;
 
 /// Levels of the widths, dB: the paper's, and that of the FWHM.
 const LEVELS: [f64; 2] = [-12.0, -6.0];
 /// Side lobes are also measured farther than this from the peak, m.
 const FAR: f64 = 2e-3;
-/// Level given to an envelope of zero, dB.
-const FLOOR_DB: f64 = -300.0;
 
 /// Results of the point.
 #[derive(Clone, Debug, Serialize)]
@@ -83,35 +77,36 @@ pub struct SnrMeasure {
     pub beyond_2mm_db: Option<[f64; 3]>,
 }
 
-impl ProfileMeasure {
-    /// Measures the lines of a beamformer relative to DAS; the point is at `point`, m.
-    pub fn new(
-        variant: &Variant,
-        lines: &BeamformedLines,
-        das: &BeamformedLines,
-        point: f64,
-    ) -> Result<Self> {
-        let profile = LateralProfile::new(lines)?;
-        let reference = maxima(das).into_iter().fold(0.0, f64::max);
-        let decibels = |v: f64| (20.0 * (v / reference).log10()).max(FLOOR_DB);
-        let found = maxima(lines);
-        let beams = 0..lines.beam_x.len();
-        let beside = |k: &usize| (lines.beam_x[*k] - point).abs();
-        let nearest = beams.min_by(|a, b| beside(a).total_cmp(&beside(b)));
+/// Measures the lines of beamformers relative to the first, DAS; the point is at `point`, m.
+///
+/// # Errors
+/// Every sample is 0.
+pub fn measured(
+    variants: &[Variant],
+    lines: &[BeamformedLines],
+    point: f64,
+) -> Result<Vec<ProfileMeasure>> {
+    let profiles = lines.iter().map(LateralProfile::new);
+    let profiles = profiles.collect::<Result<Vec<_>>>()?;
+    let measure = |(variant, profile): (&Variant, &LateralProfile)| {
+        let levels = profile.re(&profiles[0]);
+        let beside = |k: &usize| (profile.x[*k] - point).abs();
+        let nearest = (0..levels.len()).min_by(|a, b| beside(a).total_cmp(&beside(b)));
         let millimetres = |level| profile.width(level).map(|width| 1e3 * width);
-        Ok(ProfileMeasure {
+        ProfileMeasure {
             beamformer: variant.key.clone(),
             name: variant.name.clone(),
             width_12db_mm: millimetres(LEVELS[0]),
             fwhm_mm: millimetres(LEVELS[1]),
             side_lobe_db: profile.side_lobe(),
             beyond_2mm_db: profile.level_beyond(FAR),
-            peak_re_das_db: decibels(found[profile.peak]),
-            on_axis_re_das_db: decibels(nearest.map_or(0.0, |k| found[k])),
-            x_mm: lines.beam_x.iter().map(|x| 1e3 * (x - point)).collect(),
-            profile_re_das_db: found.into_iter().map(decibels).collect(),
-        })
-    }
+            peak_re_das_db: levels[profile.peak],
+            on_axis_re_das_db: levels[nearest.unwrap_or(0)],
+            x_mm: profile.x.iter().map(|x| 1e3 * (x - point)).collect(),
+            profile_re_das_db: levels,
+        }
+    };
+    Ok(variants.iter().zip(&profiles).map(measure).collect())
 }
 
 impl SnrResult {
@@ -120,12 +115,10 @@ impl SnrResult {
         let beamformers = variants.iter().enumerate().map(|(k, variant)| {
             let over = |pick: fn(&ProfileMeasure) -> Option<f64>| {
                 let values: Option<Vec<f64>> = measures.iter().map(|m| pick(&m[k])).collect();
-                values.map(|values| {
-                    let mean = values.iter().sum::<f64>() / values.len() as f64;
-                    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
-                    let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-                    [mean, least, most]
-                })
+                let values = values?;
+                let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+                let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+                Some([mean(values)?, least, most])
             };
             SnrMeasure {
                 beamformer: variant.key.clone(),
@@ -139,14 +132,4 @@ impl SnrResult {
             beamformers: beamformers.collect(),
         }
     }
-}
-
-/// The largest envelope of each beam.
-fn maxima(lines: &BeamformedLines) -> Vec<f64> {
-    let rows = lines.z.rows().into_iter();
-    rows.map(|row| {
-        let envelope = row.iter().map(|z| f64::from(z.re).hypot(f64::from(z.im)));
-        envelope.fold(0.0, f64::max)
-    })
-    .collect()
 }

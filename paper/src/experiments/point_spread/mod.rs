@@ -5,77 +5,38 @@
 mod figures;
 mod measure;
 
-use serde::{Deserialize, Serialize};
+use super::study::*;
+use bonebeam_simulate::{Summation, add_noise, channel_data};
 
-use crate::{Error, Result};
-use bonebeam_drive::config::Image;
-use bonebeam_drive::image::{PixelGrid, b_mode};
-use bonebeam_files::BeamformedLines;
-use bonebeam_files::settings::out_of_range;
-use bonebeam_simulate::{Phantom, Settings, Summation, add_noise, channel_data};
-
-use super::common::Receive;
-use super::common::pictures::picture;
-use super::common::variants::{Aligned, Variant};
 use super::outcome::View;
-use super::{Context, Covers, Experiment, Outcome, Overrides};
-use measure::{PhaseResult, PointSpreadResult, ProfileMeasure, SnrResult};
+use measure::{PhaseResult, PointSpreadResult, SnrResult, measured};
 
 /// Half the shown depth, and half the width, m: the paper's 3 mm × 5 mm.
 const SHOWN: [f64; 2] = [1.5e-3, 2.5e-3];
 /// Pixels across the images.
 const COLUMNS: usize = 500;
 
-/// Section `[point_spread]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct PointSpread {
-    /// Array, pulse, transmit. `phases` and `reach` set its beams.
-    simulation: Settings,
-    /// Delay and beamformer.
-    receive: Receive,
-    /// The B-mode image; its size is the paper's.
-    image: Image,
-    /// Beams per element: the number of phases of a grid with one beam per element.
-    phases: usize,
-    /// Elements on either side of the point that have beams.
-    reach: usize,
-    /// Channel SNRs, dB: the largest sample over the RMS of the noise.
-    snr: Vec<f64>,
-    /// Number of noise seeds at each SNR.
-    seeds: u64,
-}
-
-impl Default for PointSpread {
-    fn default() -> Self {
-        let mut receive = Receive::default();
-        receive.0.f_number = 2.5;
-        receive.0.depth_start = Some(12.5e-3);
-        receive.0.depth_end = Some(17.5e-3);
-        PointSpread {
-            simulation: Settings::point(),
-            receive,
-            image: Image {
-                dynamic_range: 50.0,
-                ..Image::default()
-            },
-            phases: 8,
-            reach: 9,
-            snr: vec![80.0, 60.0, 40.0, 20.0],
-            seeds: 8,
-        }
+parameters! {
+    /// Section `[point_spread]`.
+    PointSpread "point_spread" {
+        /// Array, pulse, transmit. `phases` and `reach` set its beams.
+        simulation: Settings = Settings::point();
+        /// Delay and beamformer.
+        receive: Receive = Receive::of_point() => Receive::validate;
+        /// The B-mode image; its size is the paper's.
+        image: Image = Image { dynamic_range: 50.0, ..Image::default() } => Image::validate;
+        /// Beams per element: the number of phases of a grid with one beam per element.
+        phases: usize = 8, within([1.0, 64.0], "");
+        /// Elements on either side of the point that have beams.
+        reach: usize = 9, within([1.0, 64.0], "");
+        /// Channel SNRs, dB: the largest sample over the RMS of the noise.
+        snr: Vec<f64> = vec![80.0, 60.0, 40.0, 20.0], within([0.0, 200.0], " (dB)");
+        /// Number of noise seeds at each SNR.
+        seeds: u64 = 8, within([1.0, 1000.0], "");
     }
 }
 
 impl Experiment for PointSpread {
-    const NAME: &'static str = "point_spread";
-
-    const COVERS: Covers = Covers {
-        figures: &[2],
-        tables: &[],
-        claims: false,
-    };
-
     fn quick() -> Self {
         PointSpread {
             phases: 4,
@@ -94,23 +55,7 @@ impl Experiment for PointSpread {
     }
 
     fn validate(&self) -> Result<()> {
-        self.image.validate()?;
-        self.receive.0.validate()?;
-        let count = |key: &str, value: usize, most: usize| {
-            if (1..=most).contains(&value) {
-                return Ok(());
-            }
-            let expected = format!("1 to {most}");
-            Err(out_of_range(Self::NAME, key, value, &expected))
-        };
-        count("phases", self.phases, 64)?;
-        count("reach", self.reach, 64)?;
-        count("seeds", self.seeds as usize, 1000)?;
-        for snr in &self.snr {
-            if !(0.0..=200.0).contains(snr) {
-                return Err(out_of_range(Self::NAME, "snr", snr, "0 to 200 (dB)"));
-            }
-        }
+        self.check()?;
         self.settings(None, 1).validate()
     }
 
@@ -121,60 +66,37 @@ impl Experiment for PointSpread {
         let free = channel_data(&quiet, &phantom, Summation::Direct, &|done| {
             progress("point: simulate", done);
         })?;
-        let aligned = Aligned::new(&free, &self.receive)?;
         let shown = shown();
-        let mut profiles = Vec::new();
-        let mut all = Vec::new();
-        for variant in &shown {
-            let lines = aligned.lines(variant, &self.receive, "point", progress)?;
-            all.push(lines);
-        }
-        drop(aligned);
+        let all = lines_of("point", &free, &self.receive, &shown, progress)?;
         let point = phantom.scatterers.first().map_or(0.0, |s| s.x);
-        for (variant, lines) in shown.iter().zip(&all) {
-            profiles.push(ProfileMeasure::new(variant, lines, &all[0], point)?);
-        }
-        let (views, pictures) = self.pictures(&shown, &all)?;
         let phases = (0..=self.phases / 2).map(|phase| {
-            let thinned: Vec<BeamformedLines> =
-                all.iter().map(|l| self.one_an_element(l, phase)).collect();
-            let measures = shown.iter().zip(&thinned);
-            let measures = measures
-                .map(|(variant, lines)| ProfileMeasure::new(variant, lines, &thinned[0], point));
+            let thinned: Vec<_> = all.iter().map(|l| self.one_an_element(l, phase)).collect();
             Ok(PhaseResult {
                 offset_pitches: phase as f64 / self.phases as f64,
-                beamformers: measures.collect::<Result<_>>()?,
+                beamformers: measured(&shown, &thinned, point)?,
             })
         });
-        let phases = phases.collect::<Result<Vec<_>>>()?;
-
         let noisy = noisy();
-        let mut snrs = Vec::new();
-        for &snr in &self.snr {
-            let mut measures = Vec::new();
-            for k in 0..self.seeds {
+        let snrs = self.snr.iter().map(|&snr| {
+            let measures = (0..self.seeds).map(|k| {
                 let settings = self.settings(Some(-snr), self.simulation.seed.wrapping_add(k));
                 let mut data = free.clone();
                 add_noise(&settings, &mut data)?;
-                let aligned = Aligned::new(&data, &self.receive)?;
                 let what = format!("point at {snr} dB");
-                let lines = noisy
-                    .iter()
-                    .map(|v| aligned.lines(v, &self.receive, &what, progress))
-                    .collect::<Result<Vec<_>>>()?;
-                let found = noisy.iter().zip(&lines);
-                let found = found.map(|(v, l)| ProfileMeasure::new(v, l, &lines[0], point));
-                measures.push(found.collect::<Result<Vec<_>>>()?);
-            }
-            snrs.push(SnrResult::new(snr, &noisy, &measures));
-        }
+                let lines = lines_of(&what, &data, &self.receive, &noisy, progress)?;
+                measured(&noisy, &lines, point)
+            });
+            let measures = measures.collect::<Result<Vec<_>>>()?;
+            Ok(SnrResult::new(snr, &noisy, &measures))
+        });
         let result = PointSpreadResult {
             beam_spacing_mm: 1e3 * self.simulation.pitch / self.phases as f64,
-            fine: profiles,
-            phases,
-            snrs,
+            fine: measured(&shown, &all, point)?,
+            phases: phases.collect::<Result<_>>()?,
+            snrs: snrs.collect::<Result<_>>()?,
         };
-        figures::outcome(&result, self.image.dynamic_range, views, pictures)
+        let views = self.views(&shown, &all)?;
+        figures::outcome(&result, self.image.dynamic_range, views)
     }
 }
 
@@ -229,45 +151,30 @@ impl PointSpread {
         }
     }
 
-    fn pictures(
-        &self,
-        variants: &[Variant],
-        all: &[BeamformedLines],
-    ) -> Result<(Vec<View>, Vec<super::outcome::Picture>)> {
-        let Some(first) = all.first() else {
-            return Err(Error::Data("the point has no lines".into()));
-        };
-        let centre = first.beam_x[first.beam_x.len() / 2];
-        let focus = self.simulation.focus;
+    /// The picture of each beamformer.
+    fn views(&self, variants: &[Variant], all: &[BeamformedLines]) -> Result<Vec<View>> {
+        let x = &all[0].beam_x;
+        let centre = x[x.len() / 2];
         let pixel = 2.0 * SHOWN[1] / (COLUMNS - 1) as f64;
         let grid = PixelGrid {
             x0: centre - SHOWN[1],
-            z0: focus - SHOWN[0],
+            z0: self.simulation.focus - SHOWN[0],
             pixel,
             rows: (2.0 * SHOWN[0] / pixel).round() as usize + 1,
             columns: COLUMNS,
         };
+        let placed = PixelGrid {
+            x0: grid.x0 - centre,
+            ..grid
+        };
         let range = self.image.dynamic_range;
-        let mut views = Vec::new();
-        let mut pictures = Vec::new();
-        for (variant, lines) in variants.iter().zip(all) {
+        let view = |(variant, lines): (&Variant, &BeamformedLines)| {
             let image = b_mode(lines, range as f32, &grid, self.image.median)?;
-            let placed = PixelGrid {
-                x0: grid.x0 - centre,
-                ..grid
-            };
-            let made = picture(
-                format!("fig2-{}.png", variant.key),
-                format!("{}: a point scatterer over {range} dB", variant.name),
-                image.pixels,
-                &placed,
-            );
-            pictures.push(made.clone());
-            views.push(View {
-                name: variant.name.clone(),
-                pictures: vec![made],
-            });
-        }
-        Ok((views, pictures))
+            let (key, name) = (&variant.key, &variant.name);
+            let caption = format!("{name}: a point scatterer over {range} dB");
+            let made = picture(format!("fig2-{key}.png"), caption, image.pixels, &placed);
+            Ok((name.clone(), vec![made]))
+        };
+        variants.iter().zip(all).map(view).collect()
     }
 }

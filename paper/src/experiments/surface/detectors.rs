@@ -1,15 +1,11 @@
 //! The detectors that are compared: at most one answer per line.
 
-use ndarray::{Array2, ArrayView1, Axis, Slice};
+use crate::experiments::study::*;
+use ndarray::{ArrayView1, Axis, Slice};
 
-use crate::Result;
-use crate::experiments::common::pictures::ridges;
-use crate::measure::surface::{Judged, Known, judge};
-use bonebeam_drive::config::{self, Image, PhaseSymmetry};
-use bonebeam_drive::image::{b_mode, grid_of_picture};
+use bonebeam_drive::config;
 use bonebeam_drive::phase_symmetry::with_scales;
 use bonebeam_drive::surface::{of_lines, of_lines_with_coherence};
-use bonebeam_files::BeamformedLines;
 use bonebeam_oracle::surface::{
     Grey, Prices, change_of_level, foroughi, log_onset, onset, path, ramp, shadow_to_end,
 };
@@ -22,13 +18,21 @@ const RANGE: f64 = 60.0;
 /// A line's answer: confidence, in a unit of its detector, and depth, m.
 pub type Answer = Option<(f64, f64)>;
 
-/// A detector.
+/// A detector: its name in tables, the beamformer as an index of [`METHODS`], and its kind.
 #[derive(Clone, Copy, Debug)]
-pub enum Detector {
+pub struct Detector {
+    pub name: &'static str,
+    pub method: usize,
+    pub kind: Kind,
+}
+
+/// A kind of detector.
+#[derive(Clone, Copy, Debug)]
+pub enum Kind {
     /// The largest phase symmetry of each line.
     ///
     /// The scales have these exponents, or are from the image.
-    PhaseSymmetry(&'static str, Option<[i32; 2]>),
+    PhaseSymmetry(Option<[i32; 2]>),
     /// The largest onset of each line.
     Onset,
     /// The largest bone probability of each line.
@@ -37,8 +41,8 @@ pub enum Detector {
     ForoughiPath,
     /// The reference path over the onset and other terms.
     Path(Terms),
-    /// The core's detector, on lines of this method of [`METHODS`].
-    Core(&'static str, usize),
+    /// The core's detector.
+    Core,
     /// The core's detector with the coherence of the samples.
     Coherence,
 }
@@ -46,7 +50,6 @@ pub enum Detector {
 /// Weights of terms other than the onset's logarithm, and the score of absence.
 #[derive(Clone, Copy, Debug)]
 pub struct Terms {
-    name: &'static str,
     /// The weight of the change of level.
     level: f64,
     /// The weight of the shadow to the end of the line.
@@ -54,46 +57,58 @@ pub struct Terms {
     absence: f64,
 }
 
-/// The reference detector: the path over shadow onset.
-///
-/// The onset is from the levels in a window above and one below.
-pub const ONSET_PATH: Detector = Detector::Path(terms("yardstick: onset, path", [0.0, 0.0], -3.0));
+const fn of_das(name: &'static str, kind: Kind) -> Detector {
+    Detector::of(name, 0, kind)
+}
 
-/// All detectors, in the order of the table.
-pub const DETECTORS: [Detector; 15] = [
-    Detector::PhaseSymmetry("phase symmetry, the paper's scales", Some([7, 9])),
-    Detector::PhaseSymmetry("phase symmetry, finer scales", Some([5, 7])),
-    Detector::PhaseSymmetry("phase symmetry, scales from the image", None),
-    Detector::Onset,
-    Detector::Foroughi,
-    Detector::ForoughiPath,
-    ONSET_PATH,
-    Detector::Path(terms("onset and level, path", [2.0, 0.0], -2.0)),
-    Detector::Path(terms("onset and shadow 1, path", [0.0, 1.0], -3.0)),
-    Detector::Path(terms("onset, level, shadow 1, path", [2.0, 1.0], -2.0)),
-    Detector::Path(terms("onset, level, shadow 2, path", [2.0, 2.0], 0.0)),
-    Detector::Core("surface", 0),
-    Detector::Coherence,
-    Detector::Core("surface on MV", 1),
-    Detector::Core("surface on rank 1", 2),
-];
-
-/// The keys of the beamformers; detectors other than the core's use the first.
-pub const METHODS: [&str; 3] = ["das", "mv", "esmv-rank1"];
-
-const fn terms(name: &'static str, [level, shadow]: [f64; 2], absence: f64) -> Terms {
-    Terms {
-        name,
+const fn terms(level: f64, shadow: f64, absence: f64) -> Kind {
+    Kind::Path(Terms {
         level,
         shadow,
         absence,
-    }
+    })
 }
+
+/// The reference detector: the path over shadow onset.
+///
+/// The onset is from the levels in a window above and one below.
+pub const ONSET_PATH: Detector = of_das("yardstick: onset, path", terms(0.0, 0.0, -3.0));
+
+/// All detectors, in the order of the table.
+pub const DETECTORS: [Detector; 15] = [
+    of_das(
+        "phase symmetry, the paper's scales",
+        Kind::PhaseSymmetry(Some([7, 9])),
+    ),
+    of_das(
+        "phase symmetry, finer scales",
+        Kind::PhaseSymmetry(Some([5, 7])),
+    ),
+    of_das(
+        "phase symmetry, scales from the image",
+        Kind::PhaseSymmetry(None),
+    ),
+    of_das("onset", Kind::Onset),
+    of_das("Foroughi 2007", Kind::Foroughi),
+    of_das("Foroughi 2007, path", Kind::ForoughiPath),
+    ONSET_PATH,
+    of_das("onset and level, path", terms(2.0, 0.0, -2.0)),
+    of_das("onset and shadow 1, path", terms(0.0, 1.0, -3.0)),
+    of_das("onset, level, shadow 1, path", terms(2.0, 1.0, -2.0)),
+    of_das("onset, level, shadow 2, path", terms(2.0, 2.0, 0.0)),
+    of_das("surface", Kind::Core),
+    of_das("surface with coherence", Kind::Coherence),
+    Detector::of("surface on MV", 1, Kind::Core),
+    Detector::of("surface on rank 1", 2, Kind::Core),
+];
+
+/// The keys of the beamformers.
+pub const METHODS: [&str; 3] = ["das", "mv", "esmv-rank1"];
 
 /// Lines, and data that several detectors share.
 pub struct Frame<'a> {
     lines: &'a BeamformedLines,
-    /// Coherence of the samples, [line, sample], for [`Detector::Coherence`].
+    /// Coherence of the samples, [line, sample], for [`Kind::Coherence`].
     coherence: Option<&'a Array2<f32>>,
     grey: Grey,
     /// The image for phase symmetry.
@@ -118,15 +133,12 @@ impl<'a> Frame<'a> {
     }
 
     /// The answers of a detector.
-    ///
-    /// # Errors
-    /// Lines that do not make an image.
     pub fn answers(&self, detector: Detector) -> Result<Vec<Answer>> {
-        match detector {
-            Detector::PhaseSymmetry(_, scales) => self.ridges(scales),
-            Detector::Core(..) => self.surface(None),
-            Detector::Coherence => self.surface(self.coherence),
-            _ => Ok(of_grey(detector, &self.grey)),
+        match detector.kind {
+            Kind::PhaseSymmetry(scales) => self.ridges(scales),
+            Kind::Core => self.surface(None),
+            Kind::Coherence => self.surface(self.coherence),
+            kind => Ok(of_grey(kind, &self.grey)),
         }
     }
 
@@ -158,9 +170,7 @@ impl<'a> Frame<'a> {
             scales_from_image: scales.is_none(),
             ..PhaseSymmetry::default()
         };
-        if let Some([from, to]) = scales {
-            filter.scales = (from..=to).map(|k| f64::from(-k).exp2()).collect();
-        }
+        filter.scales = scales.map_or(filter.scales, octaves);
         let filter = with_scales(pixels.view(), &filter)?;
         let map = ridges(&pixels, &filter)?;
         let column = |x: &f64| {
@@ -175,25 +185,25 @@ impl<'a> Frame<'a> {
 }
 
 /// The answers of a detector that is a function of grey alone; none of another.
-pub fn of_grey(detector: Detector, grey: &Grey) -> Vec<Answer> {
-    match detector {
-        Detector::Onset => largest(&onset(grey), grey.z0, grey.step),
-        Detector::Foroughi => {
+pub fn of_grey(kind: Kind, grey: &Grey) -> Vec<Answer> {
+    match kind {
+        Kind::Onset => largest(&onset(grey), grey.z0, grey.step),
+        Kind::Foroughi => {
             let found = foroughi(grey);
             largest(&found.probability, found.z0, found.step)
         }
-        Detector::ForoughiPath => {
+        Kind::ForoughiPath => {
             let found = foroughi(grey);
             let scores = found.probability.mapv(|p| (p + 1e-4).ln());
             best_path(&scores, found.z0, found.step, Prices::YARDSTICK.absence)
         }
-        Detector::Path(terms) => {
+        Kind::Path(terms) => {
             let every = Slice::new(0, None, 2);
             let scores = scores(grey, &terms);
             let scores = scores.slice_axis(Axis(1), every).to_owned();
             best_path(&scores, grey.z0, 2.0 * grey.step, terms.absence)
         }
-        Detector::PhaseSymmetry(..) | Detector::Core(..) | Detector::Coherence => Vec::new(),
+        Kind::PhaseSymmetry(_) | Kind::Core | Kind::Coherence => Vec::new(),
     }
 }
 
@@ -209,25 +219,9 @@ fn scores(grey: &Grey, terms: &Terms) -> Array2<f64> {
 }
 
 impl Detector {
-    /// The beamformer, an index of [`METHODS`].
-    pub fn method(&self) -> usize {
-        match self {
-            Detector::Core(_, method) => *method,
-            _ => 0,
-        }
-    }
-
-    /// Name in the tables.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Detector::PhaseSymmetry(name, _) => name,
-            Detector::Onset => "onset",
-            Detector::Foroughi => "Foroughi 2007",
-            Detector::ForoughiPath => "Foroughi 2007, path",
-            Detector::Path(terms) => terms.name,
-            Detector::Core(name, _) => name,
-            Detector::Coherence => "surface with coherence",
-        }
+    /// A detector on the lines of a beamformer.
+    pub const fn of(name: &'static str, method: usize, kind: Kind) -> Self {
+        Detector { name, method, kind }
     }
 }
 

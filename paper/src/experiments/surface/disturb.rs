@@ -1,82 +1,55 @@
 //! Disturbances of a recording: aberration, clutter, noise, a wrong speed of sound.
 
-use serde::{Deserialize, Serialize};
-
 use crate::experiments::common::aberration::aberrate;
-use crate::experiments::common::recording::rf;
-use crate::{Error, Result};
-use bonebeam_files::{ChannelData, Transmits};
-use bonebeam_simulate::{NoiseSpectrum, Settings, noise};
+use crate::experiments::study::*;
+use bonebeam_files::section::Value;
+use bonebeam_files::{Transmits, choice};
+use bonebeam_simulate::noise;
 
-/// Disturbance of a scene.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Condition {
-    Clean,
-    Aberration,
-    Clutter,
-    Noise,
-    SpeedLow,
-    SpeedHigh,
-    Together,
-}
-
-impl Condition {
-    pub const ALL: [Condition; 7] = [
-        Condition::Clean,
-        Condition::Aberration,
-        Condition::Clutter,
-        Condition::Noise,
-        Condition::SpeedLow,
-        Condition::SpeedHigh,
-        Condition::Together,
-    ];
-
-    /// Name in the tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Condition::Clean => "clean",
-            Condition::Aberration => "aberration",
-            Condition::Clutter => "clutter on every channel",
-            Condition::Noise => "amplifier noise that rises with depth",
-            Condition::SpeedLow => "speed of sound too low",
-            Condition::SpeedHigh => "speed of sound too high",
-            Condition::Together => "aberration, clutter and noise together",
-        }
+choice! {
+    /// Disturbance of a scene.
+    Condition {
+        /// clean
+        Clean = "clean",
+        /// aberration
+        Aberration = "aberration",
+        /// clutter on every channel
+        Clutter = "clutter",
+        /// amplifier noise that rises with depth
+        Noise = "noise",
+        /// speed of sound too low
+        SpeedLow = "speed_low",
+        /// speed of sound too high
+        SpeedHigh = "speed_high",
+        /// aberration, clutter and noise together
+        Together = "together",
     }
 }
 
-/// Section `[surface.disturbances]`: the strength of disturbances.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Disturbances {
-    /// RMS of the delays of the elements on receive, s.
-    pub aberration: f64,
-    /// Full width at half maximum of the delays' correlation along the array, m.
-    pub aberration_length: f64,
-    /// Clutter of every channel, dB relative to the tissue's RMS.
-    pub clutter: f64,
-    /// Number of neighbouring elements that receive the same clutter.
-    pub coherent: usize,
-    /// Noise at depth 0, dB relative to the tissue's RMS.
-    pub noise: f64,
-    /// Increase of the noise with depth, dB per m.
-    pub noise_rise: f64,
-    /// Error of the assumed speed of sound, relative to the true one.
-    pub speed_error: f64,
+impl Condition {
+    /// Name in the tables.
+    pub fn title(self) -> &'static str {
+        Condition::choices()[self as usize][1]
+    }
 }
 
-impl Default for Disturbances {
-    fn default() -> Self {
-        Disturbances {
-            aberration: 35e-9,
-            aberration_length: 3e-3,
-            clutter: -10.0,
-            coherent: 3,
-            noise: -20.0,
-            noise_rise: 300.0,
-            speed_error: 0.02,
-        }
+parameters! {
+    /// Section `[surface.disturbances]`: the strength of disturbances.
+    Disturbances "surface.disturbances" {
+        /// RMS of the delays of the elements on receive, s.
+        aberration: f64 = 35e-9, positive([1e-12, 1e-6], " (s)");
+        /// Full width at half maximum of the delays' correlation along the array, m.
+        aberration_length: f64 = 3e-3, positive(LENGTHS, " (m)");
+        /// Clutter of every channel, dB relative to the tissue's RMS.
+        clutter: f64 = -10.0, level();
+        /// Number of neighbouring elements that receive the same clutter.
+        coherent: usize = 3;
+        /// Noise at depth 0, dB relative to the tissue's RMS.
+        noise: f64 = -20.0, level();
+        /// Increase of the noise with depth, dB per m.
+        noise_rise: f64 = 300.0;
+        /// Error of the assumed speed of sound, relative to the true one.
+        speed_error: f64 = 0.02, positive([1e-6, 0.5], "");
     }
 }
 

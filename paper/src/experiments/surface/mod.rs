@@ -6,76 +6,42 @@ pub(super) mod detectors;
 pub(super) mod disturb;
 pub(super) mod show;
 
-use serde::{Deserialize, Serialize};
-
-use crate::Result;
+use super::study::*;
 use bonebeam_drive::coherence::of_first_frame;
-use bonebeam_drive::config::Image;
-use bonebeam_files::BeamformedLines;
-use bonebeam_files::settings::{LENGTHS, check_level, check_positive, out_of_range};
-use bonebeam_simulate::{Bone, Phantom, Settings};
-
-use crate::measure::surface::Known;
+use bonebeam_simulate::Bone;
 
 use super::common::layers::fill_layers;
-use super::common::recording::recording;
-use super::common::truth::TOLERANCE;
-use super::common::variants::{Aligned, Variant};
-use super::common::{self, Receive};
-use super::{Context, Experiment, Outcome, Overrides};
 use detectors::{Answer, DEPTHS, DETECTORS, Frame, METHODS};
 use disturb::{Condition, Disturbances};
 use show::{FAMILIES, SceneResult};
 
-/// Section `[surface]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Surface {
-    /// Frames of each view.
-    seeds: u64,
-    /// Depth of the bone's shallowest point, m.
-    depth: f64,
-    /// Thickness of the slab, m.
-    thickness: f64,
-    /// Scatterers per m³, scaled to the brightness of 60 per mm³.
-    density: f64,
-    /// The threshold of phase symmetry.
-    threshold: f64,
-    /// Array, pulse, transmit, noise.
-    simulation: Settings,
-    /// Delay and beamformer.
-    receive: Receive,
-    /// The image for phase symmetry.
-    image: Image,
-    /// Disturbances of the recordings.
-    disturbances: Disturbances,
-}
-
-impl Default for Surface {
-    fn default() -> Self {
-        let mut receive = Receive::default();
-        receive.0.depth_start = Some(2.2e-3);
-        receive.0.depth_end = Some(44.2e-3);
-        Surface {
-            seeds: 2,
-            depth: 15e-3,
-            thickness: 4e-3,
-            density: 30e9,
-            threshold: 15.0,
-            simulation: Settings {
-                fs: 40e6,
-                depth_start: 2e-3,
-                depth_end: 45e-3,
-                focus: 20e-3,
-                ..Settings::volume()
-            },
-            receive,
-            image: Image {
-                median: true,
-                ..Image::default()
-            },
-            disturbances: Disturbances::default(),
-        }
+parameters! {
+    /// Section `[surface]`.
+    Surface "surface" {
+        /// Frames of each view.
+        seeds: u64 = 2, within([1.0, 10_000.0], "");
+        /// Depth of the bone's shallowest point, m.
+        depth: f64 = 15e-3, positive(LENGTHS, " (m)");
+        /// Thickness of the slab, m.
+        thickness: f64 = 4e-3, positive([1e-6, 0.1], " (m)");
+        /// Scatterers per m³, scaled to the brightness of 60 per mm³.
+        density: f64 = 30e9, positive([1e6, 1e13], " (per m³)");
+        /// The threshold of phase symmetry.
+        threshold: f64 = 15.0, positive([1e-6, 1e12], "");
+        /// Array, pulse, transmit, noise.
+        simulation: Settings = Settings {
+            fs: 40e6,
+            depth_start: 2e-3,
+            depth_end: 45e-3,
+            focus: 20e-3,
+            ..Settings::volume()
+        } => Settings::validate;
+        /// Delay and beamformer.
+        receive: Receive = Receive::between(2.2e-3, 44.2e-3) => Receive::validate;
+        /// The image for phase symmetry.
+        image: Image = Image { median: true, ..Image::default() } => Image::validate;
+        /// Disturbances of the recordings.
+        disturbances: Disturbances = Disturbances::default() => Disturbances::check;
     }
 }
 
@@ -100,10 +66,6 @@ impl Answered {
 }
 
 impl Experiment for Surface {
-    const NAME: &'static str = "surface";
-
-    const FLAGS: &'static [&'static str] = &["--keep"];
-
     fn quick() -> Self {
         let full = Surface::default();
         Surface {
@@ -124,33 +86,7 @@ impl Experiment for Surface {
     }
 
     fn validate(&self) -> Result<()> {
-        common::validate(&self.simulation, &self.receive, &self.image)?;
-        check_positive(Self::NAME, "depth", self.depth, LENGTHS, " (m)")?;
-        check_positive(Self::NAME, "thickness", self.thickness, [1e-6, 0.1], " (m)")?;
-        check_positive(
-            Self::NAME,
-            "density",
-            self.density,
-            [1e6, 1e13],
-            " (per m³)",
-        )?;
-        check_positive(Self::NAME, "threshold", self.threshold, [1e-6, 1e12], "")?;
-        if !(1..=10_000).contains(&self.seeds) {
-            return Err(out_of_range(Self::NAME, "seeds", self.seeds, "1 to 10000"));
-        }
-        let d = &self.disturbances;
-        check_level("surface.disturbances", "clutter", Some(d.clutter))?;
-        check_level("surface.disturbances", "noise", Some(d.noise))?;
-        let section = "surface.disturbances";
-        check_positive(section, "aberration", d.aberration, [1e-12, 1e-6], " (s)")?;
-        check_positive(
-            section,
-            "aberration_length",
-            d.aberration_length,
-            LENGTHS,
-            " (m)",
-        )?;
-        check_positive(section, "speed_error", d.speed_error, [1e-6, 0.5], "")
+        self.check()
     }
 
     fn run(&self, context: &Context<'_>) -> Result<Outcome> {
@@ -163,25 +99,18 @@ impl Experiment for Surface {
         }
         let mut results = Vec::new();
         for condition in Condition::ALL {
-            let scenes: Vec<&Answered> =
-                scenes.iter().filter(|s| s.condition == condition).collect();
+            let scenes = || scenes.iter().filter(|s| s.condition == condition);
             for (k, detector) in DETECTORS.iter().enumerate() {
-                let frames: Vec<_> = scenes
-                    .iter()
+                let frames: Vec<_> = scenes()
                     .map(|s| (s.answers[k].clone(), s.known()))
                     .collect();
-                let judged = detectors::judged(&frames, TOLERANCE);
-                results.extend(
-                    scenes
-                        .iter()
-                        .zip(judged)
-                        .map(|(scene, judged)| SceneResult {
-                            family: scene.family,
-                            condition,
-                            detector: detector.name(),
-                            judged,
-                        }),
-                );
+                let judged = scenes().zip(detectors::judged(&frames, TOLERANCE));
+                results.extend(judged.map(|(scene, judged)| SceneResult {
+                    family: scene.family,
+                    condition,
+                    detector: detector.name,
+                    judged,
+                }));
             }
         }
         show::outcome(self.seeds, &results)
@@ -205,25 +134,17 @@ impl Surface {
         let phantom = phantom(bone, self.depth, [self.thickness, self.density], &settings)?;
         let what = format!("surface: {name}, seed {seed}");
         let file = format!("surface-{}-{seed}", name.replace(' ', "-"));
-        let recorded = recording(context, &file, &settings, &phantom, &|done| {
-            (context.progress)(&format!("{what}: simulate"), done);
-        })?;
+        let names = [&file[..], &format!("{what}: simulate")];
+        let recorded = recording(context, names, &settings, &phantom)?;
         let disturbed = self.disturbances.of(&settings, &recorded)?;
         for condition in Condition::ALL {
-            let step = format!("{what}: {}", condition.name());
+            let step = format!("{what}: {}", condition.title());
             (context.progress)(&step, 0.0);
             let data = disturbed.under(condition)?;
-            let aligned = Aligned::new(&data, &self.receive)?;
-            let by = |key: &&str| {
-                let variant = Variant::forward(key, 0);
-                let lines = aligned.lines(&variant, &self.receive, &step, context.progress);
-                // Depths are by the true speed of sound.
-                lines.map(|lines| BeamformedLines {
-                    c: recorded.c,
-                    ..lines
-                })
-            };
-            let lines: Vec<BeamformedLines> = METHODS.iter().map(by).collect::<Result<_>>()?;
+            let variants = METHODS.map(|key| Variant::forward(key, 0));
+            let mut lines = lines_of(&step, &data, &self.receive, &variants, context.progress)?;
+            // Depths are by the true speed of sound.
+            lines.iter_mut().for_each(|lines| lines.c = recorded.c);
             let surface = lines[0].beam_x.iter().map(|x| {
                 let depth = phantom.bone.as_ref()?.first_hit(*x)?;
                 (DEPTHS[0]..=DEPTHS[1]).contains(&depth).then_some(depth)
@@ -235,7 +156,7 @@ impl Surface {
             let mut answers = Vec::new();
             for (k, detector) in DETECTORS.iter().enumerate() {
                 (context.progress)(&step, k as f64 / DETECTORS.len() as f64);
-                answers.push(frames[detector.method()].answers(*detector)?);
+                answers.push(frames[detector.method].answers(*detector)?);
             }
             scenes.push(Answered {
                 family: name,

@@ -1,15 +1,9 @@
 //! The tables of the detectors.
 
-use crate::Result;
-use crate::experiments::Outcome;
-use crate::experiments::common::interval::Interval;
-use crate::experiments::outcome::{Section, Table, data, number};
-use crate::measure::surface::Judged;
-
 use super::detectors::DETECTORS;
 use super::disturb::Condition;
+use crate::experiments::study::*;
 use bonebeam_simulate::Bone;
-use serde::Serialize;
 
 /// The views, and the same layers without bone.
 pub const FAMILIES: [(&str, Option<Bone<'static>>); 4] = [
@@ -29,14 +23,10 @@ pub struct SceneResult {
 }
 
 /// The outcome of all scenes.
-///
-/// # Errors
-/// Numbers that cannot be written.
 pub fn outcome(seeds: u64, results: &[SceneResult]) -> Result<Outcome> {
-    let tables: Vec<Table> = Condition::ALL
-        .into_iter()
+    let tables = Condition::ALL
         .map(|condition| table(condition, results))
-        .collect();
+        .into();
     let parts = vec![Section::Text(format!(
         "Three views of the built-in spine under skin, fat, fasciae and muscle, {} seeds each, and the same layers \
          without bone; delay and sum unless a row has another beamformer, 60 dB. One answer or none a line, from 5 to 40 mm; a hit lies within 0.5 mm of the \
@@ -59,7 +49,7 @@ fn table(condition: Condition, results: &[SceneResult]) -> Table {
         let of = |family: Option<&str>| -> Vec<&Judged> {
             let scenes = results.iter().filter(|r| {
                 let wanted = family.map_or(r.judged.surfaces > 0, |family| r.family == family);
-                r.condition == condition && r.detector == detector.name() && wanted
+                r.condition == condition && r.detector == detector.name && wanted
             });
             scenes.map(|r| &r.judged).collect()
         };
@@ -67,10 +57,10 @@ fn table(condition: Condition, results: &[SceneResult]) -> Table {
         let all = Judged::of_all(bones.iter().copied());
         let families = FAMILIES.each_ref();
         let families = families.map(|(family, _)| Judged::of_all(of(Some(family))));
-        (detector.name(), bones, families, all)
+        (detector.name, bones, families, all)
     });
     Table::of(
-        format!("Bone surface: {}", condition.name()),
+        format!("Bone surface: {}", condition.title()),
         rows,
         &[
             ("", |(name, ..)| (*name).to_owned()),

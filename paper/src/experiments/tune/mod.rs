@@ -7,12 +7,8 @@ mod search;
 mod show;
 mod variables;
 
-use serde::{Deserialize, Serialize};
-
-use super::common::kept::kept;
+use super::study::*;
 use super::surface::disturb::Disturbances;
-use super::{Context, common};
-use crate::{Error, Result};
 use bonebeam::surface::Settings;
 use bonebeam_drive::config::Beamform;
 use bonebeam_drive::methods::MethodName;
@@ -142,9 +138,6 @@ impl Tune {
     }
 
     /// Tunes and judges. The outcome depends on the parameters only.
-    ///
-    /// # Errors
-    /// Parameters that do not fit together.
     pub fn run(&self, context: &Context<'_>) -> Result<Shown> {
         let mut bones = Bones {
             tune: self,

@@ -1,24 +1,16 @@
 //! The scenes: random vertebrae under layers of tissue, clean and disturbed.
 
+use crate::experiments::study::*;
 use bonebeam::surface;
-use ndarray::Array2;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
 use super::super::common::drawn_bone::DrawnBone;
-use super::super::common::recording::recording;
-use super::super::common::truth::TOLERANCE;
 use super::super::surface::disturb::{Condition, Disturbances};
 use super::super::surface::phantom;
-use crate::experiments::Context;
-use crate::measure::surface::{Judged, Known, judge};
-use crate::{Error, Result};
 use bonebeam_drive::coherence::of_first_frame;
 use bonebeam_drive::config::{Beamform, Surface};
 use bonebeam_drive::frame::beamform_channel_data;
 use bonebeam_drive::surface::of_lines_with_coherence;
-use bonebeam_files::{BeamformedLines, ChannelData};
-use bonebeam_simulate::{Outline, Settings};
 
 /// Conditions of the scenes.
 pub const CONDITIONS: [Condition; 5] = [
@@ -70,9 +62,6 @@ pub struct Found {
 
 impl Scenes {
     /// Records a bone; its number is the seed of all random values.
-    ///
-    /// # Errors
-    /// A bone that cannot be simulated.
     pub fn record(&self, context: &Context<'_>, number: u64, what: &str) -> Result<Recorded> {
         let drawn = DrawnBone::of(number);
         let settings = Settings {
@@ -85,9 +74,7 @@ impl Scenes {
             [self.thickness, self.density],
             &settings,
         )?;
-        let recorded = recording(context, "tune", &settings, &phantom, &|done| {
-            (context.progress)(what, done);
-        })?;
+        let recorded = recording(context, ["tune", what], &settings, &phantom)?;
         let disturbed = self.disturbances.of(&settings, &recorded)?;
         let under = |condition| Ok((condition, disturbed.under(condition)?));
         let conditions = CONDITIONS.into_iter().map(under).collect::<Result<_>>()?;
@@ -101,9 +88,6 @@ impl Scenes {
 
 impl Recorded {
     /// The lines in every condition, and the bone within the searched depths.
-    ///
-    /// # Errors
-    /// Parameters that do not fit the recording.
     pub fn frames(&self, beamform: &Beamform, searched: &Surface) -> Result<Vec<Frame>> {
         let frame = |(condition, data): &(Condition, ChannelData)| {
             let lines = beamform_channel_data(data, beamform, &|_| ())?;
@@ -143,9 +127,6 @@ impl Frame {
 }
 
 /// Runs a detector on frames.
-///
-/// # Errors
-/// Lines that the detector refuses.
 pub fn found(frames: &[Frame], surface: &Surface) -> Result<Vec<Found>> {
     frames.par_iter().map(|f| f.found(surface)).collect()
 }

@@ -4,13 +4,12 @@
 //! well as real numbers. The interface asks for values and is told their score, so that stored evaluations can replace
 //! new ones.
 
+use crate::experiments::study::*;
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
-use serde::Serialize;
 use tpe::TpeOptimizer;
 
 use super::variables::Variable;
-use crate::{Error, Result};
 
 /// Number of detectors tried on the lines of one beamformer.
 ///

@@ -1,14 +1,10 @@
 //! The configuration, the tables and the numbers of a tuning.
 
-use serde::Serialize;
-
 use super::scenes::{CONDITIONS, Found, score};
 use super::search::DETECTORS;
 use super::{Candidate, JudgedBone, Tune};
-use crate::Result;
-use crate::experiments::common::interval::Interval;
-use crate::experiments::outcome::{Table, data, number};
-use crate::measure::surface::Judged;
+use crate::experiments::study::*;
+use crate::experiments::surface::disturb::Condition;
 use bonebeam_files::document::rewritten;
 use bonebeam_report::page::csv;
 use bonebeam_report::page::tables::{markdown, text};
@@ -115,46 +111,34 @@ fn summary<'a>(candidate: &'a Candidate, k: usize, bones: &[JudgedBone]) -> Summ
 }
 
 fn judged(summaries: &[Summary<'_>], tune: &Tune) -> Table {
-    let percent = |fraction: Option<f64>| number(fraction.map(|fraction| 100.0 * fraction));
     let interval = |i: &Option<Interval>| i.map_or("–".into(), |i| i.text());
     let row = |s: &Summary<'_>| {
-        let means = s.f1.iter().map(|i| number(i.map(|i| i.mean)));
-        let rest = [
-            interval(&s.mean_f1),
-            interval(&s.gain),
-            percent(s.precision),
-            percent(s.recall),
-            percent(Some(s.candidate.score)),
-        ];
-        let name = s.candidate.name.clone();
-        std::iter::once(name).chain(means).chain(rest).collect()
+        let shares = [s.precision, s.recall, Some(s.candidate.score)];
+        std::iter::once(s.candidate.name.clone())
+            .chain(s.f1.iter().map(|i| number(i.map(|i| i.mean))))
+            .chain([&s.mean_f1, &s.gain].map(interval))
+            .chain(shares.map(|share| number(share.map(|share| 100.0 * share))))
+            .collect()
     };
-    Table {
-        title: format!(
-            "F1 of the bone surface, %, on {} bones that no tuning saw; tuned on {} others by {} evaluations for each \
-             method, {} for the detector alone, seed {}",
-            tune.bones,
-            tune.bones,
-            tune.evaluations,
-            tune.evaluations.saturating_mul(DETECTORS),
-            tune.seed
-        ),
-        head: vec![
-            "",
-            "clean",
-            "aberration",
-            "clutter",
-            "noise",
-            "together",
-            "mean (95 %)",
-            "less DAS, detector tuned (95 %)",
-            "precision, %",
-            "recall, %",
-            "F1 on the tuning bones",
-        ],
-        rows: summaries.iter().map(row).collect(),
-        page_only: false,
-    }
+    let title = format!(
+        "F1 of the bone surface, %, on {} bones that no tuning saw; tuned on {} others by {} evaluations for each \
+         method, {} for the detector alone, seed {}",
+        tune.bones,
+        tune.bones,
+        tune.evaluations,
+        tune.evaluations.saturating_mul(DETECTORS),
+        tune.seed
+    );
+    let conditions = CONDITIONS.map(Condition::name);
+    let rest = [
+        "mean (95 %)",
+        "less DAS, detector tuned (95 %)",
+        "precision, %",
+        "recall, %",
+        "F1 on the tuning bones",
+    ];
+    let head = std::iter::once("").chain(conditions).chain(rest);
+    Table::new(title, head.collect(), summaries.iter().map(row))
 }
 
 /// The keys of all candidates, each once.
@@ -186,13 +170,10 @@ fn values(candidates: &[Candidate]) -> Result<Table> {
         row.extend(by_key(candidate, &keys, &values));
         Ok(row)
     };
-    Ok(Table {
-        title: "Tuned values; `sub_lines`: 0 as many as the recording asks for, 1 one, 2 two"
-            .into(),
-        head: std::iter::once("").chain(keys.iter().copied()).collect(),
-        rows: tuned.map(row).collect::<Result<_>>()?,
-        page_only: false,
-    })
+    let rows = tuned.map(row).collect::<Result<Vec<_>>>()?;
+    let title = "Tuned values; `sub_lines`: 0 as many as the recording asks for, 1 one, 2 two";
+    let head = std::iter::once("").chain(keys.iter().copied());
+    Ok(Table::new(title, head.collect(), rows))
 }
 
 fn evaluations(candidates: &[Candidate]) -> Vec<Vec<String>> {

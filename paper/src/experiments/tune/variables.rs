@@ -1,11 +1,10 @@
 //! The tuned variables: keys of the configuration with their ranges.
 
+use crate::experiments::study::*;
 use bonebeam::surface::Settings;
-use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
-use crate::{Error, Result};
-use bonebeam_drive::config::{Beamform, Image, Preset, Surface};
+use bonebeam_drive::config::{Beamform, Preset, Surface};
 use bonebeam_drive::methods::MethodName;
 
 /// The sections of a configuration that are tuned or follow from tuned ones.
@@ -206,18 +205,12 @@ impl Sections {
     }
 
     /// The values of variables.
-    ///
-    /// # Errors
-    /// Sections that cannot be written.
     pub fn values(&self, variables: &[Variable]) -> Result<Vec<f64>> {
         let table = Table::try_from(self).map_err(cannot_be_written)?;
         Ok(variables.iter().map(|v| v.read(&table)).collect())
     }
 
     /// The sections with other values of variables.
-    ///
-    /// # Errors
-    /// As [`Sections::values`].
     pub fn with(&self, variables: &[Variable], values: &[f64]) -> Result<Sections> {
         let mut table = Table::try_from(self).map_err(cannot_be_written)?;
         for (variable, value) in variables.iter().zip(values) {
@@ -229,9 +222,6 @@ impl Sections {
     }
 
     /// The sections as TOML, for `--config`.
-    ///
-    /// # Errors
-    /// As [`Sections::values`].
     pub fn toml(&self) -> Result<String> {
         toml::to_string(self).map_err(cannot_be_written)
     }

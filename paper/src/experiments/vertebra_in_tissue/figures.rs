@@ -1,28 +1,17 @@
 //! Report of the vertebra in tissue: the paper's Fig. 3 and its measures.
 
-use crate::Result;
-use crate::experiments::Outcome;
-use crate::experiments::common::bone::BoneMeasure;
-use crate::experiments::common::brightness::Brightness;
-use crate::experiments::common::pictures::scales;
-use crate::experiments::outcome::{Section, SideBySide, Table, View, data, number, percent};
-
+use super::VertebraInTissue;
 use super::measure::{TissueMeasure, TissueResult};
-use super::parameters::VertebraInTissue;
+use crate::experiments::study::*;
 
 /// The outcome of a result.
-///
-/// # Errors
-/// Numbers that cannot be written.
 pub fn outcome(
     result: &TissueResult,
     settings: &VertebraInTissue,
     outline: Vec<Vec<(f64, f64)>>,
 ) -> Result<Outcome> {
-    let views = result.beamformers.iter().map(|m| View {
-        name: m.name.clone(),
-        pictures: m.pictures.to_vec(),
-    });
+    let views = result.beamformers.iter();
+    let views = views.map(|m| (m.name.clone(), m.pictures.to_vec()));
     let mut parts = vec![Section::Text(format!(
         "The built-in vertebra in soft tissue of equal scatterers, {:.0} per mm³, transmit focus {:.0} mm, L = \
          M/2, K = {}, forward covariance; B-mode over {:.0} dB and phase symmetry (PS) with scales 2⁻⁷ to 2⁻⁹ \
@@ -43,11 +32,6 @@ pub fn outcome(
     Ok(Outcome {
         title: "Fig. 3: a vertebra in tissue",
         parts,
-        pictures: result
-            .beamformers
-            .iter()
-            .flat_map(|m| m.pictures.clone())
-            .collect(),
         tables: tables(result),
         data: data(result)?,
         ..Outcome::default()

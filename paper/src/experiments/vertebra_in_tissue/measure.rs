@@ -1,19 +1,8 @@
 //! The measures of the vertebra in tissue.
 
-use serde::Serialize;
-
-use super::parameters::{TISSUE, VertebraInTissue};
-use crate::Result;
-use crate::experiments::common::bone::{BoneMeasure, View};
-use crate::experiments::common::brightness::Brightness;
-use crate::experiments::common::pair::pair;
-use crate::experiments::common::pictures::ridges;
-use crate::experiments::common::variants::Variant;
-use crate::experiments::outcome::Picture;
+use super::{TISSUE, VertebraInTissue};
+use crate::experiments::study::*;
 use crate::measure::contrast::{cnr, gcnr, moments, speckle_snr};
-use crate::measure::signed_distance::Region;
-use bonebeam_drive::image::b_mode;
-use bonebeam_files::BeamformedLines;
 
 /// The paper's boxes: side of the middle, and depths, m.
 const BOXES: [(&str, f64, [f64; 2]); 2] = [("A", -1.0, [26e-3, 29e-3]), ("B", 1.0, [23e-3, 26e-3])];
@@ -24,48 +13,48 @@ pub struct TissueResult {
     /// Level of region C of DAS, dB relative to the image's peak.
     ///
     /// It is the mean grey level times the dynamic range.
-    pub(super) das_c_db: Option<f64>,
+    pub das_c_db: Option<f64>,
     /// The bone over the tissue, DAS.
-    pub(super) brightness: Option<Brightness>,
+    pub brightness: Option<Brightness>,
     /// Scores of an image of one grey level: B-mode and phase symmetry.
-    pub(super) uniform: [BoneMeasure; 2],
+    pub uniform: [BoneMeasure; 2],
     /// One entry per beamformer.
-    pub(super) beamformers: Vec<TissueMeasure>,
+    pub beamformers: Vec<TissueMeasure>,
 }
 
 /// The measures of one beamformer.
 #[derive(Clone, Debug, Serialize)]
 pub struct TissueMeasure {
-    pub(super) beamformer: String,
-    pub(super) name: String,
+    pub beamformer: String,
+    pub name: String,
     /// The B-mode image.
-    pub(super) b_mode: BoneMeasure,
+    pub b_mode: BoneMeasure,
     /// Its phase symmetry.
-    pub(super) phase_symmetry: BoneMeasure,
+    pub phase_symmetry: BoneMeasure,
     /// Share of the surface found, and its thickness, in each of the paper's boxes.
-    pub(super) boxes: [BoxMeasure; 2],
+    pub boxes: [BoxMeasure; 2],
     /// gCNR of tissue and shadow, in grey levels.
-    pub(super) gcnr: Option<f64>,
+    pub gcnr: Option<f64>,
     /// CNR of the same, as in CUBDL.
-    pub(super) cnr: Option<f64>,
+    pub cnr: Option<f64>,
     /// Mean over standard deviation of the tissue's envelope.
-    pub(super) speckle_snr: Option<f64>,
+    pub speckle_snr: Option<f64>,
     /// Standard deviation of the tissue's level, dB.
-    pub(super) tissue_spread_db: Option<f64>,
-    pub(super) pictures: [Picture; 2],
+    pub tissue_spread_db: Option<f64>,
+    pub pictures: [Picture; 2],
 }
 
 #[derive(Clone, Debug, Serialize)]
 pub struct BoxMeasure {
-    pub(super) name: &'static str,
-    pub(super) found: Option<f64>,
-    pub(super) thickness_mm: Option<f64>,
+    pub name: &'static str,
+    pub found: Option<f64>,
+    pub thickness_mm: Option<f64>,
 }
 
 impl VertebraInTissue {
     pub(super) fn measure(
         &self,
-        variant: &Variant,
+        variant: Variant,
         lines: &BeamformedLines,
         view: &View,
     ) -> Result<TissueMeasure> {
@@ -79,10 +68,7 @@ impl VertebraInTissue {
         let level = |grey: &f64| range * (grey / 255.0 - 1.0);
         let envelope: Vec<f64> = tissue.iter().map(|g| 10f64.powf(level(g) / 20.0)).collect();
         let levels: Vec<f64> = tissue.iter().map(level).collect();
-        let key = &variant.key;
         Ok(TissueMeasure {
-            beamformer: key.clone(),
-            name: variant.name.clone(),
             b_mode: view.measure(&image, Region::B_MODE),
             phase_symmetry: view.measure(&map, Region::PHASE_SYMMETRY),
             boxes: BOXES.map(|(name, side, depths)| {
@@ -99,12 +85,14 @@ impl VertebraInTissue {
             speckle_snr: speckle_snr(&envelope),
             tissue_spread_db: moments(&levels).map(|(_, s)| s),
             pictures: pair(
-                &format!("fig3-{key}"),
+                &format!("fig3-{}", variant.key),
                 &format!("{}: vertebra in tissue, ", variant.name),
                 range,
                 [image, map],
                 &view.grid,
             ),
+            beamformer: variant.key,
+            name: variant.name,
         })
     }
 }

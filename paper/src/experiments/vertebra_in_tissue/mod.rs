@@ -2,35 +2,55 @@
 
 mod figures;
 mod measure;
-mod parameters;
 
-use crate::measure::signed_distance::Region;
-use crate::{Error, Result};
-use bonebeam_files::settings::{LENGTHS, check_level, check_positive};
-use bonebeam_simulate::Settings;
+use super::study::*;
+use bonebeam_simulate::{Block, Bone, Layers, PAPER_DENSITY};
 
-use super::common;
-use super::common::bone::View;
-use super::common::brightness::Brightness;
-use super::common::recording::recording;
-use super::common::truth::beside;
-use super::common::variants::{Aligned, Variant};
-use super::{Context, Covers, Experiment, Outcome, Overrides};
 use measure::TissueResult;
-use parameters::TISSUE;
-pub use parameters::VertebraInTissue;
+
+/// Block of tissue: from and to, lateral and in depth, m.
+const TISSUE: [[f64; 2]; 2] = [[-15e-3, 15e-3], [12e-3, 37e-3]];
+
+parameters! {
+    /// Section `[vertebra_in_tissue]`.
+    VertebraInTissue "vertebra_in_tissue" {
+        /// A closed surface in mm in place of the built-in vertebra.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        mesh: Option<PathBuf> = None;
+        /// Height of the slice, m.
+        slice: f64 = -4e-3;
+        /// Depth of the spinous process's tip, m.
+        depth: f64 = 15e-3, positive(LENGTHS, " (m)");
+        /// Thickness of the slab, m.
+        thickness: f64 = 6e-3, positive([1e-6, 0.1], " (m)");
+        /// Scatterers of tissue per mm³. Together they are as bright as the paper's 222.
+        tissue_density: f64 = 1e-9 * PAPER_DENSITY, positive([1e-3, 1e4], " (per mm³)");
+        /// How the bone's surface scatters.
+        bone: BoneSurface = BoneSurface::default();
+        /// Amplitude of the bone's image at twice its depth, dB; `None` leaves it out.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        reverberation: Option<f64> = Some(-20.0), level();
+        /// Diffuse clutter in the bone's shadow; `None` leaves it out.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        clutter: Option<DiffuseClutter> = Some(DiffuseClutter {
+            level: 14.0,
+            coherence: Some(2e-3),
+            ..DiffuseClutter::default()
+        });
+        /// Array, pulse, transmit, noise.
+        simulation: Settings = Settings { depth_end: 44.2e-3, ..Settings::volume() } => Settings::validate;
+        /// Delay and beamformer.
+        receive: Receive = Receive::to(44.2e-3) => Receive::validate;
+        /// K: half the time window, samples.
+        half_window: usize = 10;
+        /// The B-mode image.
+        image: Image = Image::default() => Image::validate;
+        /// The ridge filter.
+        phase_symmetry: PhaseSymmetry = PhaseSymmetry::default() => PhaseSymmetry::validate;
+    }
+}
 
 impl Experiment for VertebraInTissue {
-    const NAME: &'static str = "vertebra_in_tissue";
-
-    const COVERS: Covers = Covers {
-        figures: &[3],
-        tables: &[],
-        claims: false,
-    };
-
-    const FLAGS: &'static [&'static str] = &["--mesh", "--keep"];
-
     /// Half the beams at 40 MHz, and a slab of fewer scatterers.
     fn quick() -> Self {
         let full = VertebraInTissue::default();
@@ -54,49 +74,29 @@ impl Experiment for VertebraInTissue {
     }
 
     fn validate(&self) -> Result<()> {
-        common::validate(&self.simulation, &self.receive, &self.image)?;
-        self.phase_symmetry.validate()?;
-        check_positive(Self::NAME, "depth", self.depth, LENGTHS, " (m)")?;
-        check_positive(Self::NAME, "thickness", self.thickness, [1e-6, 0.1], " (m)")?;
-        let density = self.tissue_density;
-        check_positive(
-            Self::NAME,
-            "tissue_density",
-            density,
-            [1e-3, 1e4],
-            " (per mm³)",
-        )?;
+        self.check()?;
         self.bone.validate(Self::NAME)?;
-        check_level(Self::NAME, "reverberation", self.reverberation)?;
         self.clutter
-            .map_or(Ok(()), |clutter| clutter.validate(Self::NAME))
+            .iter()
+            .try_for_each(|clutter| clutter.validate(Self::NAME))
     }
 
     fn run(&self, context: &Context<'_>) -> Result<Outcome> {
         let phantom = self.phantom()?;
-        let data = recording(context, "fig3", &self.simulation, &phantom, &|done| {
-            (context.progress)("fig3: simulate", done);
-        })?;
-        let aligned = Aligned::new(&data, &self.receive)?;
-        let mut measures = Vec::new();
-        let (mut view, mut brightness) = (None, None);
-        for variant in variants(self.half_window) {
-            let lines = aligned.lines(&variant, &self.receive, "fig3", context.progress)?;
-            let view = View::once(&mut view, phantom.bone.as_ref(), &lines, &self.image)?;
-            if measures.is_empty() {
-                let [lateral, depths] = TISSUE;
-                brightness = Brightness::of(&lines, view, lateral, depths)?;
-            }
-            measures.push(self.measure(&variant, &lines, view)?);
-        }
-        let view = view.ok_or_else(|| Error::Data("no beamformer was selected".into()))?;
-        let regions = [Region::B_MODE, Region::PHASE_SYMMETRY];
+        let names = ["fig3", "fig3: simulate"];
+        let data = recording(context, names, &self.simulation, &phantom)?;
+        let variants = variants(self.half_window);
+        let lines = lines_of("fig3", &data, &self.receive, &variants, context.progress)?;
+        let view = View::of_lines(phantom.bone.as_ref(), &lines[0], &self.image)?;
+        let measures = variants.into_iter().zip(&lines);
+        let measures = measures.map(|(variant, lines)| self.measure(variant, lines, &view));
+        let measures = measures.collect::<Result<Vec<_>>>()?;
         let range = self.image.dynamic_range;
-        let das = measures.first().and_then(|m| m.b_mode.intensity_c);
+        let das = measures[0].b_mode.intensity_c;
         let result = TissueResult {
             das_c_db: das.map(|grey| range * (grey / 255.0 - 1.0)),
-            brightness,
-            uniform: regions.map(|region| view.uniform(region)),
+            brightness: Brightness::of(&lines[0], &view, TISSUE[0], TISSUE[1])?,
+            uniform: REGIONS.map(|region| view.uniform(region)),
             beamformers: measures,
         };
         figures::outcome(&result, self, beside(&view.hits, &view.grid))
@@ -115,4 +115,42 @@ fn variants(half_window: usize) -> Vec<Variant> {
         Variant::forward("mv", half_window),
         Variant::forward_backward("mv", half_window),
     ]
+}
+
+impl VertebraInTissue {
+    pub(crate) fn phantom(&self) -> Result<Phantom> {
+        let bone = Bone::Vertebra {
+            mesh: self.mesh.as_deref(),
+            slice: self.slice,
+        };
+        let (mut phantom, _) = bone.phantom(
+            self.depth,
+            self.thickness,
+            Some((&self.bone, self.simulation.seed)),
+        )?;
+        phantom.check_within(&self.simulation)?;
+        let density = 1e9 * self.tissue_density;
+        let block = Block {
+            x: TISSUE[0],
+            thickness: self.thickness,
+            z: TISSUE[1],
+            density,
+            seed: self.simulation.seed,
+        };
+        block.fill(&mut phantom, Layers::Uniform)?;
+        // Fewer scatterers are each brighter, so that the speckle is as bright.
+        let amplitude = (PAPER_DENSITY / density).sqrt();
+        for scatterer in &mut phantom.scatterers[phantom.on_bone..] {
+            scatterer.amplitude = amplitude;
+        }
+        let clutter = Clutter {
+            diffuse: self.clutter,
+            reverberation: self.reverberation,
+            thickness: self.thickness,
+            depth_end: self.simulation.depth_end,
+            seed: self.simulation.seed,
+        };
+        clutter.add(&mut phantom)?;
+        Ok(phantom)
+    }
 }

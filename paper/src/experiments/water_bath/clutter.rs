@@ -2,25 +2,15 @@
 //!
 //! The level is fitted to one number of the paper.
 
-use ndarray::{Array2, Zip};
-use serde::Serialize;
+use crate::experiments::study::*;
+use ndarray::Zip;
 
-use crate::experiments::Context;
-use crate::experiments::common::pictures::ridges;
-use crate::experiments::common::recording::{recording, rf};
-use crate::experiments::outcome::{Section, Table, number};
-use crate::measure::signed_distance::{Region, measure};
-use crate::{Error, Result};
-use bonebeam_drive::image::b_mode;
-use bonebeam_files::settings::{check_level, out_of_range};
-use bonebeam_files::{BeamformedLines, ChannelData, Samples};
-use bonebeam_simulate::{Clutter, DiffuseClutter, Phantom, Settings, add_noise, decorrelate};
+use bonebeam_simulate::{add_noise, decorrelate};
 
-use super::comparisons::PAPER;
 use super::contour::{self, Row};
-use super::images::methods;
 use super::parameters::{FEATURED, Shadow, WaterBath};
 use super::specimen::Specimen;
+use crate::experiments::common::beamformers::TABLE_ONE;
 
 /// Scatterers on bone in the two slices, per m²: the paper's.
 const ON_BONE: f64 = 200e6;
@@ -64,9 +54,6 @@ impl WaterBath {
     }
 
     /// Bone and clutter of a slice.
-    ///
-    /// # Errors
-    /// A slice that cannot be simulated.
     pub fn record(&self, k: usize, specimen: &Specimen, context: &Context<'_>) -> Result<Recorded> {
         let all = specimen.scatterers(ON_BONE, Some((&self.bone, self.simulation.seed)))?;
         let bare = self.phantom(specimen, &all, self.slices[k]);
@@ -103,12 +90,8 @@ impl WaterBath {
         diffuse.add(&mut shadow)?;
         let record = |part: &str, phantom: &Phantom| {
             let name = format!("water-bath-{}-{part}", k + 1);
-            recording(context, &name, &scanner, phantom, &|done| {
-                (context.progress)(
-                    &format!("water bath: slice {}: simulate {part}", k + 1),
-                    done,
-                );
-            })
+            let step = format!("water bath: slice {}: simulate {part}", k + 1);
+            recording(context, [&name, &step], &scanner, phantom)
         };
         Ok(Recorded {
             slice: k,
@@ -169,9 +152,10 @@ impl WaterBath {
         let mut bone = recorded.bone.clone();
         add_noise(scanner, &mut bone)?;
         let das = |data: &ChannelData| -> Result<BeamformedLines> {
-            let (mut lines, _) =
-                self.lines_of(data, &self.receive, &methods(&["das"]), true, None)?;
-            Ok(lines.remove(0))
+            Ok(self
+                .lines_of(data, &self.receive, &["das"], true, None)?
+                .0
+                .remove(0))
         };
         let (bone, clutter) = (das(&bone)?, das(&self.clutter_of(recorded, coherence)?)?);
         let grid = contour::thinned(&self.grid(), THINNED);
@@ -184,9 +168,8 @@ impl WaterBath {
             let range = self.image.dynamic_range as f32;
             let image = b_mode(&sum, range, &grid, self.image.median)?;
             let found = measure(image.pixels.view(), thinned.view(), Region::B_MODE);
-            found
-                .inside
-                .ok_or_else(|| Error::Data("no pixel lies in region C".into()))
+            let none = || Error::Data("no pixel lies in region C".into());
+            found.inside.ok_or_else(none)
         };
         let [mut low, mut high] = LEVELS;
         let [least, most] = [level_of_c(low)?, level_of_c(high)?];
@@ -208,9 +191,6 @@ impl WaterBath {
     }
 
     /// The law of the clutter with its level.
-    ///
-    /// # Errors
-    /// As [`WaterBath::level`].
     pub fn law(&self, recorded: &Recorded, distance: &Array2<f64>) -> Result<DiffuseClutter> {
         let scanner = self.scanner_of(recorded.slice);
         let coherence = self.clutter.coherence.unwrap_or(f64::INFINITY);
@@ -223,9 +203,6 @@ impl WaterBath {
     /// Measures a slice with every shadow to try.
     ///
     /// The first slice fits the levels, except that of the images, whose law is known.
-    ///
-    /// # Errors
-    /// A slice that cannot be beamformed.
     pub fn try_shadows(
         &self,
         recorded: &Recorded,
@@ -261,8 +238,7 @@ impl WaterBath {
                 ..self.clutter
             };
             let data = self.mixed(recorded, law, &scanner)?;
-            let (lines, _) =
-                self.lines_of(&data, &self.receive, &methods(&FEATURED), true, None)?;
+            let (lines, _) = self.lines_of(&data, &self.receive, &FEATURED, true, None)?;
             let measured = lines.iter().map(|lines| {
                 let range = self.image.dynamic_range as f32;
                 let image = b_mode(lines, range, &self.grid(), self.image.median)?;
@@ -273,36 +249,6 @@ impl WaterBath {
                 ])
             });
             rows[n].slices.push(measured.collect::<Result<_>>()?);
-        }
-        Ok(())
-    }
-}
-
-impl Shadow {
-    /// Checks every value.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] naming the key, the value and the range.
-    pub fn validate(&self) -> Result<()> {
-        const SECTION: &str = "water_bath";
-        if self.coherence.is_nan() || self.coherence < 0.0 {
-            let expected = "at least 0 (m), inf for clutter that focuses perfectly";
-            return Err(out_of_range(
-                SECTION,
-                "tried.coherence",
-                self.coherence,
-                expected,
-            ));
-        }
-        check_level(SECTION, "tried.noise", Some(self.noise))?;
-        if !(0.0..=2000.0).contains(&self.noise_rise) {
-            let expected = "0 to 2000 (dB per m)";
-            return Err(out_of_range(
-                SECTION,
-                "tried.noise_rise",
-                self.noise_rise,
-                expected,
-            ));
         }
         Ok(())
     }
@@ -341,7 +287,12 @@ pub fn sections(bath: &WaterBath, law: &DiffuseClutter, rows: &[Tried]) -> Vec<S
 }
 
 fn table(rows: &[Tried]) -> Table {
-    let mut cells = vec![paper()];
+    let mut paper = vec!["the paper".to_owned(), String::new(), String::new()];
+    for [.., c] in &TABLE_ONE {
+        let slices = [0, 1].into_iter();
+        paper.extend(slices.flat_map(|slice| c.map(|slices| number(Some(slices[slice])))));
+    }
+    let mut cells = vec![paper];
     for row in rows {
         let Shadow {
             coherence,
@@ -361,30 +312,9 @@ fn table(rows: &[Tried]) -> Table {
         }
         cells.push(line);
     }
-    Table {
-        title: "Region C by coherence of the clutter and noise (DAS in US 1 is fitted)".into(),
-        head: vec![
-            "coherence length, mm",
-            "noise, dB",
-            "level, dB",
-            "US 1, DAS",
-            "rank 1",
-            "US 2, DAS",
-            "rank 1",
-            "PS 1, DAS",
-            "rank 1",
-            "PS 2, DAS",
-            "rank 1",
-        ],
-        rows: cells,
-        page_only: false,
-    }
-}
-
-/// The paper's row.
-fn paper() -> Vec<String> {
-    let mut line = vec!["the paper".to_owned(), String::new(), String::new()];
-    let slices = PAPER.iter().flatten();
-    line.extend(slices.flatten().map(|[.., c]| number(Some(*c))));
-    line
+    let title = "Region C by coherence of the clutter and noise (DAS in US 1 is fitted)";
+    let first = ["coherence length, mm", "noise, dB", "level, dB"];
+    let slices = ["US 1, DAS", "US 2, DAS", "PS 1, DAS", "PS 2, DAS"];
+    let slices = slices.into_iter().flat_map(|slice| [slice, "rank 1"]);
+    Table::new(title, first.into_iter().chain(slices).collect(), cells)
 }

@@ -1,32 +1,18 @@
 //! Table I and the image lines of Figs. 8 and 9 beside the paper's figures.
 
-use crate::experiments::common::beamformers::{Paper, comparison};
-use crate::experiments::outcome::Comparison;
+use crate::experiments::common::beamformers::{Paper, TABLE_ONE, comparison};
+use crate::experiments::study::*;
+use crate::measure::line::Line;
 use bonebeam_drive::methods::COMPARED;
 
 use super::contour::Row;
-use super::measures::Measured;
+use super::measures::{Measured, SEARCH};
 use super::parameters::{KINDS, METHODS};
-use super::profiles::{Line, Profile};
 
 const BATH: &str = "All sources of error are on; fiducials are picked at their brightest voxel. Bone and bath \
      differ from the paper's, the array is of the same kind, and the noise is assumed.";
 const LINES: &str = "Another bone. A dash: the peak does not reach the level, or merges with what is above it. \
      The paper's text on Fig. 9 repeats two numbers of Fig. 8.";
-
-/// Table I of the paper, by kind of image, slice and beamformer (DAS, ESMV).
-///
-/// Each entry has error, STD, B and C.
-pub const PAPER: [[[[f64; 4]; 2]; 2]; 2] = [
-    [
-        [[0.70, 0.72, 27.18, 92.41], [0.66, 0.65, 4.71, 16.81]],
-        [[0.90, 0.85, 63.06, 125.52], [0.79, 0.77, 10.17, 15.80]],
-    ],
-    [
-        [[0.94, 0.53, 32.20, 3.06], [0.84, 0.42, 6.60, 1.24]],
-        [[0.97, 0.57, 32.24, 5.16], [0.95, 0.45, 3.93, 1.88]],
-    ],
-];
 
 /// Table I beside the paper's.
 pub fn table_one(measured: &[Measured]) -> Vec<Comparison> {
@@ -48,14 +34,11 @@ pub fn table_one(measured: &[Measured]) -> Vec<Comparison> {
                     let [b, c] = [[row.b, row.b_above_zero], [row.c, row.c_above_zero]];
                     [row.error_mm, row.std_mm, b[0], b[1], c[0], c[1]][q]
                 };
-                let [das, esmv] = &PAPER[image][k];
-                all.push(comparison(
-                    "Table I",
-                    &format!("{kind}, slice {}: {quantity}", k + 1),
-                    here,
-                    [&das[column..=column], &esmv[column..=column]],
-                    BATH,
-                ));
+                let paper = TABLE_ONE[image][column]
+                    .each_ref()
+                    .map(|slices| &slices[k..=k]);
+                let quantity = format!("{kind}, slice {}: {quantity}", k + 1);
+                all.push(comparison("Table I", &quantity, here, paper, BATH));
             }
         }
     }
@@ -120,9 +103,9 @@ const FIGURES: [Entry; 14] = {
 };
 
 impl Quantity {
-    fn of(self, line: &Line, p: &Profile) -> Option<f64> {
-        let first = line.peak(p, line.first());
-        let sidewall = |side: usize| line.peak(p, line.sidewalls()[side]);
+    fn of(self, line: &Line, p: &[f32]) -> Option<f64> {
+        let first = line.peak(p, line.first(), SEARCH);
+        let sidewall = |side: usize| line.peak(p, line.sidewalls()[side], SEARCH);
         match self {
             Quantity::Bias => Some(first?.at_mm - line.first()?),
             Quantity::Fall => line.drop_below(p, first),
@@ -141,8 +124,12 @@ pub fn line_comparisons(measured: &[Measured]) -> Vec<Comparison> {
         let image = usize::from(figure.ends_with(['c', 'd']));
         let way = usize::from(figure.ends_with(['b', 'd']));
         let line = [&slice.down, &slice.across][way];
-        let here =
-            |index: usize| quantity.of(line, &slice.profiles[distance_index(index)?][image][way]);
+        let here = |index: usize| {
+            quantity.of(
+                line,
+                &slice.profiles[distance_index(index)?][image][way].grey,
+            )
+        };
         let name = format!("Fig. {figure}: {name}");
         comparison("Image lines (Figs. 8 and 9)", &name, here, *paper, LINES)
     });

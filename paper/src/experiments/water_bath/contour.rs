@@ -2,14 +2,12 @@
 //!
 //! Table I is measured against it.
 
-use ndarray::{Array2, ArrayView2, Axis, Slice};
-use serde::Serialize;
+use crate::experiments::study::*;
+use ndarray::{ArrayView2, Axis, Slice};
 
-use crate::measure::registration::{Point, Rigid};
-use crate::measure::signed_distance::{Region, SurfaceMeasure, measure, uniform_baseline};
-use crate::{Error, Result};
-use bonebeam_drive::image::PixelGrid;
-use bonebeam_simulate::{Outline, Surface};
+use crate::measure::registration::{Point, Rigid, fiducial_error};
+use crate::measure::signed_distance::{SurfaceMeasure, uniform_baseline};
+use bonebeam_simulate::Surface;
 
 use super::sweep::Tip;
 
@@ -137,12 +135,9 @@ impl Registered {
     /// # Errors
     /// Picks that do not determine the transform.
     pub fn new(ct: &[Point], us: &[Point], targets: &[(Point, Point)]) -> Result<Self> {
-        let transform = Rigid::register(ct, us)?;
-        Ok(Registered::with(
-            transform,
-            transform.fiducial_error(ct, us),
-            targets,
-        ))
+        let transform = Rigid::of_landmarks(ct, us)?;
+        let fre = fiducial_error(&transform, ct, us);
+        Ok(Registered::with(transform, fre, targets))
     }
 
     /// Errors of a known transform.

@@ -3,16 +3,13 @@
 //! They are images with the contour, colour maps and curves by distance, Table I, its sources of error, image lines, and
 //! the volumes for other programs.
 
+use crate::experiments::study::*;
 use ndarray::{Array3, ShapeBuilder};
-use serde::Serialize;
 
-use crate::experiments::Outcome;
-use crate::experiments::common::pictures::Pair;
-use crate::experiments::outcome::{Attachment, Section, Table, data, number};
+use crate::experiments::outcome::Attachment;
+use crate::measure::contrast::moments;
 use crate::measure::registration::expected_fiducial_error;
-use crate::{Error, Result};
 use bonebeam_files::{nifti, ply};
-use bonebeam_simulate::DiffuseClutter;
 
 use super::clutter::{self, Tried};
 use super::comparisons::{line_comparisons, table_one};
@@ -68,9 +65,6 @@ const CONTRADICTIONS: &str = "The paper contradicts itself. For PS of slice 1 it
      text on Fig. 9a repeats the figures of Fig. 8a.";
 
 /// The outcome.
-///
-/// # Errors
-/// A picture or a volume that cannot be written.
 pub fn outcome(found: Found<'_>) -> Result<Outcome> {
     let every = Sources::every();
     let registrations = every.iter().filter(|s| !s.threshold);
@@ -89,12 +83,9 @@ pub fn outcome(found: Found<'_>) -> Result<Outcome> {
         tried: found.tried,
         expected_fre_mm: expected_fre(found.bath),
     };
-    let pictures = found.slices.iter().flat_map(|slice| &slice.pairs);
     Ok(Outcome {
         title: "CT registration in a water bath (Figs. 4 to 9, Table I)",
         parts: parts(&found),
-        pictures: pictures.flat_map(Pair::card).collect(),
-        tables: Vec::new(),
         comparisons: [table_one(found.measured), line_comparisons(found.measured)].concat(),
         checks: found.slices.iter().flat_map(|s| s.checks.clone()).collect(),
         files: files(&found)?,
@@ -143,7 +134,7 @@ fn parts(found: &Found<'_>) -> Vec<Section> {
         parts.push(Section::Heading(
             ["Slice 1 (Fig. 4)", "Slice 2 (Fig. 5)"][k],
         ));
-        parts.push(Section::SideBySide(beside(k, slice, measured, bath)));
+        parts.extend(beside(k, slice, measured, bath));
     }
     parts.push(Section::Heading(
         "Intensity by signed distance (Figs. 6 and 7)",
@@ -198,10 +189,8 @@ fn drawn(draws: &Draws, slice: usize, featured: usize, image: usize) -> Vec<f64>
 
 /// Mean and standard deviation.
 fn spread(values: &[f64]) -> String {
-    let n = values.len().max(1) as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let square: f64 = values.iter().map(|v| (v - mean) * (v - mean)).sum();
-    format!("{mean:.2} ± {:.2} mm", (square / n).sqrt())
+    let (mean, deviation) = moments(values).unwrap_or_default();
+    format!("{mean:.2} ± {deviation:.2} mm")
 }
 
 fn table(measured: &[Measured]) -> Table {
@@ -242,46 +231,28 @@ fn sources_table(found: &Found<'_>) -> Table {
         }
         row
     });
-    Table {
-        title: "Localisation error by source, mm; the paper: US 0.70 and 0.66, 0.90 and 0.79; PS 0.94 and \
-                0.84, 0.97 and 0.95"
-            .into(),
-        head: vec![
-            "sources on",
-            "US 1, DAS",
-            "rank 1",
-            "uniform",
-            "US 2, DAS",
-            "rank 1",
-            "uniform",
-            "PS 1, DAS",
-            "rank 1",
-            "uniform",
-            "PS 2, DAS",
-            "rank 1",
-            "uniform",
-        ],
-        rows: rows.collect(),
-        page_only: false,
-    }
+    let title = "Localisation error by source, mm; the paper: US 0.70 and 0.66, 0.90 and 0.79; PS 0.94 and \
+                 0.84, 0.97 and 0.95";
+    let slices = ["US 1, DAS", "US 2, DAS", "PS 1, DAS", "PS 2, DAS"];
+    let slices = slices
+        .into_iter()
+        .flat_map(|slice| [slice, "rank 1", "uniform"]);
+    Table::new(
+        title,
+        std::iter::once("sources on").chain(slices).collect(),
+        rows,
+    )
 }
 
 /// The peak of Fig. 8a below the contour, with its sources added one by one.
 fn bias_table(found: &Found<'_>) -> Table {
-    let exact = Sources {
-        registration: Registration::Exact,
-        sound_speed: false,
-        threshold: false,
-    };
-    let picked = |tip: Tip| Registration::Picked(tip);
-    let by = |registration| Sources {
+    let by = |registration, others: bool| Sources {
         registration,
-        ..exact
+        sound_speed: others,
+        threshold: others,
     };
-    let with_all = |registration| Sources {
-        registration,
-        ..Sources::ALL
-    };
+    let [picked, front] = [Tip::Brightest, Tip::Front].map(Registration::Picked);
+    let exact = by(Registration::Exact, false);
     let alone = [
         exact,
         Sources {
@@ -292,12 +263,12 @@ fn bias_table(found: &Found<'_>) -> Table {
             threshold: true,
             ..exact
         },
-        by(picked(Tip::Brightest)),
-        by(picked(Tip::Front)),
-        by(Registration::Moving),
+        by(picked, false),
+        by(front, false),
+        by(Registration::Moving, false),
         Sources::ALL,
-        with_all(picked(Tip::Front)),
-        with_all(Registration::Moving),
+        by(front, true),
+        by(Registration::Moving, true),
     ];
     let every = Sources::every();
     let peaks = |sources: &Sources| -> Vec<Option<f64>> {
@@ -307,9 +278,10 @@ fn bias_table(found: &Found<'_>) -> Table {
             .flat_map(|slice| slice.sources[index].peak_mm.clone())
             .collect()
     };
-    let row = |name: String, values: Vec<Option<f64>>| {
-        let cells = values.into_iter().map(number);
-        std::iter::once(name).chain(cells).collect::<Vec<_>>()
+    let row = |name: String, values: Vec<Option<f64>>| -> Vec<String> {
+        std::iter::once(name)
+            .chain(values.into_iter().map(number))
+            .collect()
     };
     let mut rows: Vec<Vec<String>> = alone.iter().map(|s| row(s.name(), peaks(s))).collect();
     let bath = found.bath;
@@ -324,20 +296,12 @@ fn bias_table(found: &Found<'_>) -> Table {
         rows.push(row(name, moved.collect()));
         // The balls appear too deep by as much as the bone.
         let name = format!("{what}: with registration by the balls");
-        rows.push(row(name, peaks(&by(picked(Tip::Brightest)))));
+        rows.push(row(name, peaks(&by(picked, false))));
     }
-    Table {
-        title: "Fig. 8a by source: peak below the contour, mm; the paper: 1.12 in slice 1".into(),
-        head: vec![
-            "sources on",
-            "slice 1, DAS",
-            "rank 1",
-            "slice 2, DAS",
-            "rank 1",
-        ],
-        rows,
-        page_only: false,
-    }
+    let title = "Fig. 8a by source: peak below the contour, mm; the paper: 1.12 in slice 1";
+    let slices = ["slice 1, DAS", "rank 1", "slice 2, DAS", "rank 1"];
+    let head = std::iter::once("sources on").chain(slices).collect();
+    Table::new(title, head, rows)
 }
 
 fn registrations_table(registrations: &Registrations) -> Table {

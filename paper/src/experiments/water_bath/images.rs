@@ -1,22 +1,16 @@
 //! Recordings of the water bath and their images: the sweep and the two slices.
 
-use ndarray::{Array2, Axis, Slice};
+use crate::experiments::study::*;
 use rayon::prelude::*;
 
-use crate::Result;
-use crate::experiments::Context;
-use crate::experiments::common::lines::Checked;
-use crate::experiments::common::pictures::{Pair, Studio};
-use crate::experiments::common::recording::recording;
-use crate::experiments::common::{Checking, Receive};
+use crate::experiments::common::Checking;
+use crate::experiments::common::lines::beamform_by;
+use crate::experiments::common::pictures::Studio;
 use crate::measure::registration::Point;
-use bonebeam_drive::beamform::beamform;
 use bonebeam_drive::check::Check;
-use bonebeam_drive::delay::DelayStage;
-use bonebeam_drive::image::{PixelGrid, b_mode};
 use bonebeam_drive::methods::{COMPARED, ComparedMethod};
-use bonebeam_files::{BeamformedLines, ChannelData, Transmits};
-use bonebeam_simulate::{Phantom, Scatterer, Settings};
+use bonebeam_files::Transmits;
+use bonebeam_simulate::Scatterer;
 
 use super::parameters::{FEATURED, METHODS, WaterBath};
 use super::specimen::Specimen;
@@ -37,7 +31,7 @@ pub struct Images {
 }
 
 /// Rows of [`COMPARED`] with these keys.
-pub fn methods(keys: &[&str]) -> Vec<&'static ComparedMethod> {
+fn methods(keys: &[&str]) -> Vec<&'static ComparedMethod> {
     let wanted = |key: &&str| COMPARED.iter().find(|row| row.key == *key);
     keys.iter().filter_map(wanted).collect()
 }
@@ -108,21 +102,23 @@ impl WaterBath {
         let elevations: Vec<f64> = (0..self.sweep)
             .map(|k| (k as f64 - middle) * self.sweep_step)
             .collect();
-        let das = methods(&["das"]);
         let mut images = [Vec::new(), Vec::new()];
         let mut peaks = [Vec::new(), Vec::new()];
         let mut there = [Vec::new(), Vec::new()];
         for (k, &elevation) in elevations.iter().enumerate() {
-            let fraction = |done: f64| (k as f64 + done) / self.sweep as f64;
             let phantom = self.phantom(specimen, &all, elevation);
             let settings = Settings {
                 seed: self.simulation.seed.wrapping_add(1000 + k as u64),
                 ..plane.clone()
             };
             let name = format!("water-bath-sweep-{}", k + 1);
-            let mut data = recording(context, &name, &settings, &phantom, &|done| {
-                (context.progress)("water bath: sweep", fraction(done));
-            })?;
+            let fraction = |done: f64| (k as f64 + done) / self.sweep as f64;
+            let context = Context {
+                progress: &|step, done| (context.progress)(step, fraction(done)),
+                ..*context
+            };
+            let names = [&name[..], "water bath: sweep"];
+            let mut data = recording(&context, names, &settings, &phantom)?;
             data.transmits = Transmits::Plane { angle: vec![0.0] };
             let tips = specimen.tips();
             let near = tips.iter().any(|t| (t[1] - elevation).abs() <= 1.1e-3);
@@ -132,7 +128,7 @@ impl WaterBath {
                 }
                 let mut receive = self.receive.clone();
                 receive.0.line_count = Some(self.simulation.elements);
-                let (mut lines, _) = self.lines_of(&data, &receive, &das, sound_speed, None)?;
+                let (mut lines, _) = self.lines_of(&data, &receive, &["das"], sound_speed, None)?;
                 let lines = lines.remove(0);
                 let largest = lines.z.iter().map(|z| z.norm()).fold(0.0, f32::max);
                 let range = self.image.dynamic_range as f32;
@@ -150,58 +146,28 @@ impl WaterBath {
         ])
     }
 
-    /// Lines of some beamformers, and checks of the beams in the middle.
+    /// Lines of beamformers by their keys, and checks of the beams in the middle.
     ///
     /// Checks are made if their name and extent are given.
     pub(super) fn lines_of(
         &self,
         data: &ChannelData,
         receive: &Receive,
-        methods: &[&ComparedMethod],
+        keys: &[&str],
         sound_speed: bool,
         checks: Option<(&str, Checking<'_>)>,
     ) -> Result<(Vec<BeamformedLines>, Vec<Check>)> {
-        let mut section = receive.0.clone();
-        section.sound_speed = Some(self.simulation.c * self.ratio(sound_speed));
-        let stage = DelayStage::new(data, &section)?;
-        let beams = stage.beam_x().len();
-        let shape = (beams, stage.samples());
-        let empty = || stage.lines(Array2::zeros(shape));
-        let mut all: Vec<BeamformedLines> = methods.iter().map(|_| empty()).collect();
-        let mut found = Vec::new();
-        for first in (0..beams).step_by(BEAMS) {
-            let range = first..(first + BEAMS).min(beams);
-            let x = stage.delay(range.clone())?;
-            let active = |beam: usize, sample: usize| stage.active(first + beam, sample);
-            let lines = methods.iter().map(|method| {
-                let parameters = receive.parameters(method.method);
-                beamform(x.view(), &active, parameters, &|_| ())
-            });
-            let lines = lines.collect::<Result<Vec<_>>>()?;
-            if let Some((what, extent)) = checks.filter(|_| range.contains(&(beams / 2))) {
-                let checked = Checked {
-                    what,
-                    data,
-                    stage: &stage,
-                    first,
-                    x: &x,
-                    receive,
-                };
-                let results: Vec<_> = methods.iter().copied().zip(&lines).collect();
-                found = checked.checks(&results, extent)?;
-            }
-            let rows = Slice::from(range);
-            for (z, all) in lines.iter().zip(&mut all) {
-                all.z.slice_axis_mut(Axis(0), rows).assign(z);
-            }
-        }
-        Ok((all, found))
+        let mut receive = receive.clone();
+        receive.0.sound_speed = Some(self.simulation.c * self.ratio(sound_speed));
+        let methods = methods(keys).into_iter();
+        let methods = methods.map(|row| (row.name, receive.parameters(row.method)));
+        let methods: Vec<_> = methods.collect();
+        let (what, checking) = checks.unzip();
+        let what = what.unwrap_or_default();
+        beamform_by(what, data, &receive, &methods, BEAMS, checking, &|_, _| ())
     }
 
     /// The images of a slice's recording.
-    ///
-    /// # Errors
-    /// Lines that do not make an image.
     pub fn images(&self, k: usize, data: &ChannelData, context: &Context<'_>) -> Result<Images> {
         let (common, progress) = (context.common, context.progress);
         let what = format!("water bath: slice {}", k + 1);
@@ -212,10 +178,9 @@ impl WaterBath {
         let checking = context.checking().filter(|_| k == 0);
         let extent = checking.map(|checking| (&name[..], checking));
         let images = |keys: &[&str], sound_speed: bool| -> Result<(Vec<Pair>, Vec<Check>)> {
-            let methods = methods(keys);
             let extent = extent.filter(|_| sound_speed);
             let (lines, mut checks) =
-                self.lines_of(data, &self.receive, &methods, sound_speed, extent)?;
+                self.lines_of(data, &self.receive, keys, sound_speed, extent)?;
             let studio = Studio {
                 what: &name,
                 grid,
@@ -225,7 +190,7 @@ impl WaterBath {
                 centre: 0.0,
                 references: extent.map(|(_, checking)| checking.references),
             };
-            let pairs = methods.par_iter().zip(&lines);
+            let pairs = methods(keys).into_par_iter().zip(&lines);
             let pairs = pairs.map(|(method, lines)| studio.pair(method.key, method.name, lines));
             let (pairs, found): (Vec<_>, Vec<_>) =
                 pairs.collect::<Result<Vec<_>>>()?.into_iter().unzip();

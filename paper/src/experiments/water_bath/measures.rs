@@ -2,22 +2,20 @@
 //!
 //! Table I under every combination of sources, curves by distance, image lines, and repeated registrations.
 
-use ndarray::Array2;
+use crate::experiments::study::*;
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
 use rayon::prelude::*;
-use serde::Serialize;
 
-use crate::Result;
-use crate::experiments::common::pictures::Pair;
-use crate::measure::registration::{Point, Rigid};
-use crate::measure::signed_distance::{Region, distribution, measure};
+use crate::experiments::common::pictures::outline_mm;
+use crate::measure::line::Line;
+use crate::measure::registration::{Point, Rigid, fiducial_error};
+use crate::measure::signed_distance::distribution;
 use bonebeam_simulate::complex_gaussian;
 
 use super::contour::{self, Row, Sources};
 use super::images::Images;
 use super::parameters::{FEATURED, WaterBath};
-use super::profiles::{Line, Profile};
 use super::registration::{Ct, Registrations};
 use super::specimen::Specimen;
 use super::sweep::{self, Tip, Volume};
@@ -25,6 +23,8 @@ use super::sweep::{self, Tip, Volume};
 /// Number of draws of the picking error, and step of the measured pixels.
 const DRAWS: usize = 40;
 const THINNED: usize = 4;
+/// Search range for a peak around the contour, mm.
+pub const SEARCH: f64 = 2.5;
 /// Width of a bin of the intensity by distance, m.
 const BIN: f64 = 0.25e-3;
 
@@ -51,6 +51,13 @@ pub struct Measured {
     pub contour_mm: Vec<Vec<(f64, f64)>>,
     #[serde(skip)]
     pub distance: Array2<f64>,
+}
+
+/// A line of one image.
+#[derive(Serialize)]
+pub struct Profile {
+    /// Grey levels.
+    pub grey: Vec<f32>,
 }
 
 /// Grey levels of an image by distance from the contour.
@@ -83,9 +90,6 @@ pub struct Draws {
     pub error_mm: Vec<[Vec<[f64; 2]>; 2]>,
 }
 
-/// The regions A of B-mode and of phase symmetry.
-const REGIONS: [Region; 2] = [Region::B_MODE, Region::PHASE_SYMMETRY];
-
 impl WaterBath {
     pub fn measure(
         &self,
@@ -95,8 +99,8 @@ impl WaterBath {
         registrations: &Registrations,
     ) -> Result<Measured> {
         let rows = |pair: &Pair, distance: &Array2<f64>| -> [Row; 2] {
-            let pixels = [&pair.b_mode.pixels, &pair.phase_symmetry.pixels];
-            [0, 1].map(|image| contour::row(pixels[image].view(), distance, REGIONS[image]))
+            let pixels = pair.images().map(|picture| picture.pixels.view());
+            [0, 1].map(|image| contour::row(pixels[image], distance, REGIONS[image]))
         };
         let baseline =
             |distance: &Array2<f64>| REGIONS.map(|region| contour::uniform(distance, region));
@@ -114,7 +118,7 @@ impl WaterBath {
             let peak = |pair: &Pair| {
                 let grey = pair.b_mode.pixels.column(column).to_vec();
                 let first = down.first();
-                Some(down.peak(&Profile { grey }, first)?.at_mm - first?)
+                Some(down.peak(&grey, first, SEARCH)?.at_mm - first?)
             };
             Ok(SourcesMeasured {
                 sources: sources.name(),
@@ -131,45 +135,30 @@ impl WaterBath {
         let bins = by(&slice.pairs[0].b_mode.pixels);
         let (down, column) = Line::down(&slice.grid, &distance, 0.0);
         let (across, row) = Line::across(&slice.grid, &distance, self.lines[k]);
-        let both = |pair: &Pair| {
-            [&pair.b_mode.pixels, &pair.phase_symmetry.pixels].map(|pixels| {
-                let down = Profile {
-                    grey: pixels.column(column).to_vec(),
-                };
-                let across = Profile {
-                    grey: pixels.row(row).to_vec(),
-                };
-                [down, across]
+        let profiles = |picture: &Picture| {
+            let lines = [picture.pixels.column(column), picture.pixels.row(row)];
+            lines.map(|line| Profile {
+                grey: line.to_vec(),
             })
         };
-        let closed = |points: &Vec<[f64; 2]>| {
-            let around = points.iter().chain(points.first());
-            around.map(|p| (1e3 * p[0], 1e3 * p[1])).collect()
+        let by_distance = |picture: &Picture| {
+            let found = by(&picture.pixels);
+            ByDistance {
+                mean: found.intensity,
+                above_zero: found.above_zero,
+            }
         };
+        let pairs = || slice.pairs.iter();
         Ok(Measured {
             sources,
-            table: slice
-                .pairs
-                .iter()
-                .map(|pair| rows(pair, &distance))
-                .collect(),
+            table: pairs().map(|pair| rows(pair, &distance)).collect(),
             uniform: baseline(&distance),
-            by_distance: (slice.pairs.iter())
-                .map(|pair| {
-                    [&pair.b_mode.pixels, &pair.phase_symmetry.pixels].map(|pixels| {
-                        let found = by(pixels);
-                        ByDistance {
-                            mean: found.intensity,
-                            above_zero: found.above_zero,
-                        }
-                    })
-                })
-                .collect(),
+            by_distance: pairs().map(|pair| pair.images().map(by_distance)).collect(),
             distance_mm: bins.distance.iter().map(|s| 1e3 * s).collect(),
-            profiles: slice.pairs.iter().map(both).collect(),
+            profiles: pairs().map(|pair| pair.images().map(profiles)).collect(),
             down,
             across,
-            contour_mm: outline.loops().iter().map(closed).collect(),
+            contour_mm: outline_mm(&outline),
             distance,
         })
     }
@@ -185,30 +174,18 @@ impl WaterBath {
         let tips = sweep::seen(&specimen.tips(), self.ratio(true));
         let picks = volume.pick(&tips, Tip::Brightest)?;
         let mut random = ChaCha8Rng::seed_from_u64(self.simulation.seed);
-        let thinned: Vec<Vec<[Array2<f32>; 2]>> = slices
-            .iter()
-            .map(|slice| {
-                let featured = slice
-                    .pairs
-                    .iter()
-                    .filter(|p| FEATURED.contains(&p.beamformer));
-                let both = |p: &Pair| {
-                    [&p.b_mode.pixels, &p.phase_symmetry.pixels]
-                        .map(|pixels| contour::every(pixels, THINNED))
-                };
-                featured.map(both).collect()
-            })
-            .collect();
-        let noisy: Vec<Vec<Point>> = (0..DRAWS)
-            .map(|_| {
-                let shifted = picks
-                    .iter()
-                    .map(|p| p.map(|v| v + self.picking_error * complex_gaussian(&mut random).re));
-                shifted.collect()
-            })
-            .collect();
+        let thinned = slices.each_ref().map(|slice| -> Vec<[Array2<f32>; 2]> {
+            let pairs = slice.pairs.iter();
+            let featured = pairs.filter(|p| FEATURED.contains(&p.beamformer));
+            let thin = |picture: &Picture| contour::every(&picture.pixels, THINNED);
+            featured.map(|pair| pair.images().map(thin)).collect()
+        });
+        let mut error = || self.picking_error * complex_gaussian(&mut random).re;
+        let mut shifted = |p: &Point| p.map(|v| v + error());
+        let noisy = (0..DRAWS).map(|_| picks.iter().map(&mut shifted).collect());
+        let noisy: Vec<Vec<Point>> = noisy.collect();
         let results = noisy.par_iter().map(|us| {
-            let way = Rigid::register(&ct.picks, us)?;
+            let way = Rigid::of_landmarks(&ct.picks, us)?;
             let mut errors = [Vec::new(), Vec::new()];
             for k in 0..2 {
                 let grid = contour::thinned(&slices[k].grid, THINNED);
@@ -221,7 +198,7 @@ impl WaterBath {
                     errors[k].push([error(0), error(1)]);
                 }
             }
-            Ok((1e3 * way.fiducial_error(&ct.picks, us), errors))
+            Ok((1e3 * fiducial_error(&way, &ct.picks, us), errors))
         });
         let (fre_mm, error_mm) = results.collect::<Result<Vec<_>>>()?.into_iter().unzip();
         Ok(Draws { fre_mm, error_mm })

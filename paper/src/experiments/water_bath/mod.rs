@@ -12,17 +12,13 @@ mod images;
 mod measures;
 mod parameters;
 mod plots;
-mod profiles;
 mod registration;
 mod specimen;
 mod sweep;
 
-use crate::Result;
-use bonebeam_files::settings::{LENGTHS, check_level, check_positive, out_of_range};
+use super::study::*;
 use bonebeam_files::terminal::warn;
 
-use super::common;
-use super::{Context, Covers, Experiment, Outcome, Overrides};
 use contour::Sources;
 use parameters::Shadow;
 pub use parameters::WaterBath;
@@ -30,15 +26,6 @@ use registration::{Ct, Registrations};
 use specimen::Specimen;
 
 impl Experiment for WaterBath {
-    const NAME: &'static str = "water_bath";
-    const COVERS: Covers = Covers {
-        figures: &[4, 5, 6, 7, 8, 9],
-        tables: &[1],
-        claims: false,
-    };
-
-    const FLAGS: &'static [&'static str] = &["--mesh", "--keep"];
-
     /// Coarse parameters for a first run.
     ///
     /// Every fourth beam, half the volume's slices, pixels and voxels of twice the size, a thin slab.
@@ -63,53 +50,8 @@ impl Experiment for WaterBath {
     }
 
     fn validate(&self) -> Result<()> {
-        common::validate(&self.simulation, &self.receive, &self.image)?;
-        for (key, value) in [
-            ("depth", self.depth),
-            ("lines[0]", self.lines[0]),
-            ("lines[1]", self.lines[1]),
-            ("sweep_step", self.sweep_step),
-            ("thickness", self.thickness),
-            ("ct_voxel[0]", self.ct_voxel[0]),
-            ("ct_voxel[1]", self.ct_voxel[1]),
-            ("ct_voxel[2]", self.ct_voxel[2]),
-        ] {
-            check_positive(Self::NAME, key, value, LENGTHS, " (m)")?;
-        }
-        for (key, value, [least, most], unit) in [
-            ("height", self.height, [-0.1, 0.1], " (m)"),
-            ("slices[0]", self.slices[0], [-0.1, 0.1], " (m)"),
-            ("slices[1]", self.slices[1], [-0.1, 0.1], " (m)"),
-            ("sweep", self.sweep as f64, [2.0, 1000.0], ""),
-            (
-                "sweep_density",
-                self.sweep_density,
-                [0.1, 1000.0],
-                " (per mm²)",
-            ),
-            (
-                "assumed_sound_speed",
-                self.assumed_sound_speed,
-                [1000.0, 2000.0],
-                " (m/s)",
-            ),
-            ("fitted_c", self.fitted_c, [0.0, 255.0], " (grey level)"),
-            ("ct_blur", self.ct_blur, [0.0, 5e-3], " (m)"),
-            ("ct_bone", self.ct_bone, [0.0, 5000.0], " (HU)"),
-            ("ct_ball", self.ct_ball, [-400.0, 5000.0], " (HU)"),
-            ("picking_error", self.picking_error, [0.0, 5e-3], " (m)"),
-            ("motion", self.motion, [0.0, 5e-3], " (m)"),
-            ("delay_error", self.delay_error, [0.0, 1e-5], " (s)"),
-        ] {
-            if !(least..=most).contains(&value) {
-                let expected = format!("{least} to {most}{unit}");
-                return Err(out_of_range(Self::NAME, key, value, &expected));
-            }
-        }
-        for shadow in &self.tried {
-            shadow.validate()?;
-        }
-        check_level(Self::NAME, "reverberation", Some(self.reverberation))?;
+        self.check()?;
+        self.tried.iter().try_for_each(Shadow::validate)?;
         self.bone.validate(Self::NAME)?;
         self.clutter.validate(Self::NAME)
     }
@@ -142,10 +84,9 @@ impl Experiment for WaterBath {
         };
         let slices = [slice(0)?, slice(1)?];
         progress("water bath: measures", 0.0);
-        let mut measured = Vec::new();
-        for (k, slice) in slices.iter().enumerate() {
-            measured.push(self.measure(k, slice, &ct, &registrations)?);
-        }
+        let measured = slices.iter().enumerate();
+        let measured = measured.map(|(k, slice)| self.measure(k, slice, &ct, &registrations));
+        let measured = measured.collect::<Result<Vec<_>>>()?;
         let draws = self.draws(&slices, &specimen, &ct, &volumes[1])?;
         figures::outcome(figures::Found {
             bath: self,

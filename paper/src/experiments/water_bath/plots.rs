@@ -1,7 +1,7 @@
 //! Pictures and plots of the water bath's slices.
 
-use crate::experiments::common::pictures::{Pair, scales};
-use crate::experiments::outcome::{Coloured, Curve, Picture, Plot, SideBySide, View};
+use crate::experiments::outcome::Coloured;
+use crate::experiments::study::*;
 use bonebeam_drive::methods::COMPARED;
 
 use super::images::Images;
@@ -17,21 +17,15 @@ pub fn name(key: &str) -> &'static str {
 }
 
 /// The images of a slice beside each other.
-pub fn beside(k: usize, slice: &Images, measured: &Measured, bath: &WaterBath) -> SideBySide {
-    let view = |pair: &Pair| View {
-        name: name(pair.beamformer).into(),
-        pictures: pair.card(),
-    };
-    let mut views = slice.pairs.iter().map(view).collect::<Vec<_>>();
-    let reference = views.remove(0);
-    SideBySide {
-        id: format!("water-bath-{}", k + 1),
-        reference,
-        first: views.len() - 1,
-        others: views,
-        outline: measured.contour_mm.clone(),
-        scales: scales(bath.image.dynamic_range),
-    }
+pub fn beside(k: usize, slice: &Images, measured: &Measured, bath: &WaterBath) -> Option<Section> {
+    let views = slice.pairs.iter();
+    let views = views.map(|pair| (name(pair.beamformer).to_owned(), pair.card()));
+    let id = format!("water-bath-{}", k + 1);
+    let (outline, scales) = (
+        measured.contour_mm.clone(),
+        scales(bath.image.dynamic_range),
+    );
+    SideBySide::of(id, views, slice.pairs.len() - 2, outline, scales)
 }
 
 /// Grey levels by signed distance, B-mode and phase symmetry.
@@ -39,29 +33,24 @@ pub fn distance_plots(k: usize, measured: &Measured) -> Vec<Plot> {
     let plot = |image: usize| {
         let curves = METHODS.iter().zip(&measured.by_distance);
         let featured = curves.filter(|(key, _)| FEATURED.contains(key));
-        let curve = |key: &str, what: &str, featured: bool, levels: Vec<Option<f64>>| Curve {
-            name: format!("{}, {what}", name(key)).into(),
-            featured,
-            points: measured.distance_mm.iter().copied().zip(levels).collect(),
-        };
+        let curves = featured.flat_map(|(key, levels)| {
+            let ByDistance { mean, above_zero } = &levels[image];
+            let quantile = |k: usize| above_zero.iter().map(|q| Some((*q)?[k])).collect();
+            let curve = |what: &str, levels: Vec<Option<f64>>| {
+                let points = measured.distance_mm.iter().copied().zip(levels);
+                Curve::new(format!("{}, {what}", name(key)), what == "mean", points)
+            };
+            [
+                curve("mean", mean.clone()),
+                curve("median", quantile(0)),
+                curve("90 %", quantile(1)),
+            ]
+        });
+        let names = ["signed distance, mm", "grey level"];
+        let caption = format!("Grey level by distance, {}, slice {}", KINDS[image], k + 1);
         Plot {
-            caption: format!("Grey level by distance, {}, slice {}", KINDS[image], k + 1),
-            x: "signed distance, mm",
-            y: "grey level",
-            x_range: [-REACH, REACH],
-            y_range: [0.0, 255.0],
             marks: vec![0.0],
-            curves: featured
-                .flat_map(|(key, levels)| {
-                    let ByDistance { mean, above_zero } = &levels[image];
-                    let quantile = |k: usize| above_zero.iter().map(|q| Some((*q)?[k])).collect();
-                    [
-                        curve(key, "mean", true, mean.clone()),
-                        curve(key, "median", false, quantile(0)),
-                        curve(key, "90 %", false, quantile(1)),
-                    ]
-                })
-                .collect(),
+            ..Plot::new(caption, names, [[-REACH, REACH], [0.0, 255.0]], curves)
         }
     };
     vec![plot(0), plot(1)]
@@ -69,37 +58,34 @@ pub fn distance_plots(k: usize, measured: &Measured) -> Vec<Plot> {
 
 /// Grey levels along the lines of Figs. 8 and 9.
 pub fn line_plots(k: usize, measured: &Measured) -> Vec<Plot> {
+    let ways = [
+        (&measured.down, "down at x =", "depth, mm"),
+        (&measured.across, "across at a depth of", "lateral, mm"),
+    ];
     let mut plots = Vec::new();
-    for (way, line) in [&measured.down, &measured.across].into_iter().enumerate() {
+    for (way, (line, place, x)) in ways.into_iter().enumerate() {
         for image in 0..2 {
-            let curves = METHODS.iter().zip(&measured.profiles);
+            let curves = METHODS
+                .iter()
+                .zip(&measured.profiles)
+                .map(|(key, profiles)| {
+                    let grey = profiles[image][way].grey.iter();
+                    let points = line
+                        .at_mm
+                        .iter()
+                        .zip(grey)
+                        .map(|(&x, &v)| (x, f64::from(v)));
+                    Curve::new(name(key), FEATURED.contains(key), points)
+                });
+            let (kind, slice, at) = (KINDS[image], k + 1, line.place_mm);
+            let caption = format!("{kind}, slice {slice}, {place} {at:.1} mm");
+            let ranges = [
+                [line.at_mm[0], line.at_mm[line.at_mm.len() - 1]],
+                [0.0, 255.0],
+            ];
             plots.push(Plot {
-                caption: format!(
-                    "{}, slice {}, {} {:.1} mm",
-                    KINDS[image],
-                    k + 1,
-                    ["down at x =", "across at a depth of"][way],
-                    line.place_mm
-                ),
-                x: if way == 0 { "depth, mm" } else { "lateral, mm" },
-                y: "grey level",
-                x_range: [line.at_mm[0], line.at_mm[line.at_mm.len() - 1]],
-                y_range: [0.0, 255.0],
                 marks: line.contour_mm.clone(),
-                curves: curves
-                    .map(|(key, profiles)| Curve {
-                        name: name(key).into(),
-                        featured: FEATURED.contains(key),
-                        points: (line.at_mm.iter().copied())
-                            .zip(
-                                profiles[image][way]
-                                    .grey
-                                    .iter()
-                                    .map(|&v| Some(f64::from(v))),
-                            )
-                            .collect(),
-                    })
-                    .collect(),
+                ..Plot::new(caption, [x, "grey level"], ranges, curves)
             });
         }
     }
@@ -113,7 +99,7 @@ pub fn distance_maps(k: usize, slice: &Images, measured: &Measured) -> Vec<Colou
         let featured = |p: &&Pair| FEATURED.contains(&p.beamformer);
         for pair in slice.pairs.iter().filter(featured) {
             let kind = KINDS[image];
-            let of = [&pair.b_mode, &pair.phase_symmetry][image];
+            let of = pair.images()[image];
             let key = pair.beamformer;
             all.push(Coloured {
                 picture: Picture {

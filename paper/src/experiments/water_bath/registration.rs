@@ -1,8 +1,8 @@
 //! The CT volume, and transforms from its coordinates to the image's.
 
-use crate::Result;
-use crate::measure::registration::{Point, Rigid};
-use bonebeam_simulate::{CtScanner, CtVolume, Outline, Surface};
+use crate::experiments::study::*;
+use crate::measure::registration::{Point, Rigid, rotated};
+use bonebeam_simulate::{CtScanner, CtVolume, Surface};
 
 use super::contour::{self, Registered, Registration, Sources};
 use super::parameters::{POSE, THRESHOLD, WaterBath};
@@ -27,7 +27,7 @@ impl Ct {
             blur: bath.ct_blur,
             air: -1000.0,
         };
-        let pose = Rigid::new(POSE.0, POSE.1);
+        let pose = rotated(POSE.0, POSE.1);
         let volume = specimen.scan(&pose, &scanner, [bath.ct_bone, bath.ct_ball])?;
         let thresholded = volume.surface(THRESHOLD);
         Ok(Ct {
@@ -87,7 +87,11 @@ impl Registrations {
         let way = self.of(sources).transform;
         match sources.registration {
             // The images are of a specimen at rest.
-            Registration::Moving => way.moved(bath.motion(elevation).map(|by| -by)),
+            Registration::Moving => {
+                let motion = bath.motion(elevation);
+                let translation = [0, 1, 2].map(|k| way.translation[k] - motion[k]);
+                Rigid { translation, ..way }
+            }
             _ => way,
         }
     }

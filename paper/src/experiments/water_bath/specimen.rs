@@ -1,10 +1,10 @@
 //! The vertebra with its fiducials, as seen by the array and the CT scanner.
 
+use crate::experiments::study::*;
 use std::path::Path;
 
 use crate::measure::registration::{Point, Rigid};
-use crate::{Error, Result};
-use bonebeam_simulate::{Bone, BoneSurface, CtScanner, CtVolume, Scatterer, Surface};
+use bonebeam_simulate::{Bone, CtScanner, CtVolume, Scatterer, Surface};
 
 /// Radius of the plastic balls, m: the paper's.
 pub const RADIUS: f64 = 1e-3;
@@ -99,9 +99,6 @@ impl Specimen {
     /// Scatterers on bone and balls, each with the point that must be visible.
     ///
     /// The bone has `density` per m², with the amplitudes of `rough` and its seed, or of amplitude 1.
-    ///
-    /// # Errors
-    /// More than any machine holds.
     pub fn scatterers(
         &self,
         density: f64,
@@ -128,9 +125,6 @@ impl Specimen {
     /// The specimen on the CT scanner's table.
     ///
     /// `pose` maps the array's coordinates to the scanner's.
-    ///
-    /// # Errors
-    /// A volume larger than the memory.
     pub fn scan(
         &self,
         pose: &Rigid,

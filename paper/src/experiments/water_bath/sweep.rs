@@ -1,11 +1,10 @@
 //! The ultrasound volume: images stacked in elevation, and fiducials picked in it.
 
-use ndarray::{Array2, Array3};
+use crate::experiments::study::*;
+use ndarray::Array3;
 use rayon::prelude::*;
 
 use crate::measure::registration::Point;
-use crate::{Error, Result};
-use bonebeam_drive::image::PixelGrid;
 
 /// Voxel of a ball's echo that is picked as its tip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -213,7 +213,7 @@ section! {
             lines: Option<LineKind> = None, row("");
             /// Number of lines of compounded transmits [default: two per element]
             ///
-            /// By default, lines of adaptive methods are 0.1 mm, or a 400th of the depth, apart.
+            /// By default, lines of adaptive methods, and of das with a depth step, are 0.1 mm, or a 400th of the depth, apart.
             line_count: Option<usize> = None, row("N").within([2.0, 65536.0], "");
             /// Spacing of parallel lines of compounded transmits, m [default: half the pitch]
             line_spacing: Option<f64> = None, row("M").positive(SPACINGS, " (m)");
@@ -221,11 +221,12 @@ section! {
             lateral_start: Option<f64> = None, row("M").at_least([-LENGTHS[1], LENGTHS[1]], " (m)");
             /// Largest lateral position of a parallel line, m [default: that of the last element]
             lateral_end: Option<f64> = None, row("M").at_least([-LENGTHS[1], LENGTHS[1]], " (m)");
-            /// Sub-lines of each line: 1, 2, 4, 8, 16 or 32 [default: 1 for das, else by the recording]
+            /// Sub-lines of each line: 1, 2, 4, 8, 16 or 32 [default: by the recording; 1 for das of all depths]
             ///
             /// Sub-lines are directions within the cell of a line, which reaches half way to its neighbours. They share the
-            /// covariance of the line. With this flag, each sub-line is written. By default their number keeps a point between
-            /// two lines within 2.5 dB, and the line written is the largest of its sub-lines.
+            /// covariance of the line. With this flag, each sub-line is written. By default their number keeps the loss of a
+            /// point between two within 2 dB, and the line written is the largest of its sub-lines. The focus of compounded
+            /// transmits stays at the line, which adds a loss: `host-sim info` states the sum.
             sub_lines: Option<usize> = None, row("N");
             /// Angle from the first to the last line of a sector, rad [default: 1.5708]
             sector: f64 = std::f64::consts::FRAC_PI_2, row("RAD");
@@ -385,7 +386,7 @@ impl Beamform {
 
     /// Whether the recording decides the number of sub-lines.
     pub fn chooses_sub_lines(&self) -> bool {
-        self.sub_lines.is_none() && self.method != MethodName::Das
+        self.sub_lines.is_none() && (self.method != MethodName::Das || self.depth_step() > 1)
     }
 
     /// The core's parameters, with one sub-line if the recording decides their number.

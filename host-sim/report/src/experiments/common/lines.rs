@@ -1,18 +1,21 @@
-//! Channel data, delayed once and beamformed by every method.
+//! Channel data, delayed once and beamformed by several methods.
 
-use ndarray::{Array2, Array3};
-use num_complex::Complex;
+use ndarray::{Array2, Axis, Slice};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use bonebeam::beamform::Parameters;
+
+use super::{Checking, Receive};
 use crate::Result;
+use crate::experiments::Progress;
 use bonebeam_drive::beamform::beamform;
 use bonebeam_drive::check::{Aligned, Check};
 use bonebeam_drive::delay::DelayStage;
-use bonebeam_drive::methods::{COMPARED, ComparedMethod};
+use bonebeam_drive::methods::COMPARED;
 use bonebeam_files::{BeamformedLines, ChannelData};
 
-use super::{Checking, Receive};
-use crate::experiments::Progress;
+/// A beamformer's name, and the core's parameters.
+pub type Beamformer<'a> = (&'a str, Parameters);
 
 /// The lines of every beamformer of [`COMPARED`], and their checks.
 ///
@@ -27,101 +30,81 @@ pub fn beamform_all(
     checks: Option<Checking<'_>>,
     progress: Progress<'_>,
 ) -> Result<(Vec<BeamformedLines>, Vec<Check>)> {
+    let methods = COMPARED.map(|row| (row.name, receive.parameters(row.method)));
+    beamform_by(what, data, receive, &methods, usize::MAX, checks, progress)
+}
+
+/// The lines of beamformers, and their checks.
+///
+/// So many `beams` are delayed at a time. Those with the middle one are compared with the references if `checks` asks
+/// for it. The names of the checks begin with `what`.
+///
+/// # Errors
+/// Parameters that do not fit the record.
+pub fn beamform_by(
+    what: &str,
+    data: &ChannelData,
+    receive: &Receive,
+    methods: &[Beamformer<'_>],
+    beams: usize,
+    checks: Option<Checking<'_>>,
+    progress: Progress<'_>,
+) -> Result<(Vec<BeamformedLines>, Vec<Check>)> {
     let stage = DelayStage::new(data, &receive.0)?;
-    let (beams, samples) = (stage.beam_x().len(), stage.samples());
-    progress(&format!("{what}: delay"), 0.0);
-    let x = stage.delay(0..beams)?;
-    let active = |beam: usize, sample: usize| stage.active(beam, sample);
-    let mut all = Vec::new();
-    for beamformer in &COMPARED {
-        let step = format!("{what}: {}", beamformer.name);
-        progress(&step, 0.0);
-        let done = AtomicUsize::new(0);
-        let count = |n: usize| {
-            let done = done.fetch_add(n, Ordering::Relaxed) + n;
-            progress(&step, done as f64 / (beams * samples) as f64);
-        };
-        let core = receive.parameters(beamformer.method);
-        let z = beamform(x.view(), &active, core, &count)?;
-        all.push(stage.lines(z));
-    }
-    let checks = match checks {
-        Some(checking) => {
-            progress(&format!("{what}: references"), 0.0);
-            let frame = Checked {
-                what,
-                data,
-                stage: &stage,
-                first: 0,
-                x: &x,
-                receive,
+    let shape @ (all, samples) = (stage.beam_x().len(), stage.samples());
+    let mut lines: Vec<_> = methods.iter().map(|_| Array2::zeros(shape)).collect();
+    let mut found = Vec::new();
+    for first in (0..all).step_by(beams.min(all.max(1))) {
+        let range = first..first.saturating_add(beams).min(all);
+        progress(&format!("{what}: delay"), first as f64 / all as f64);
+        let x = stage.delay(range.clone())?;
+        let active = |beam: usize, sample: usize| stage.active(first + beam, sample);
+        let made = methods.iter().map(|(name, parameters)| {
+            let step = format!("{what}: {name}");
+            let done = AtomicUsize::new(0);
+            let count = |n: usize| {
+                let done = done.fetch_add(n, Ordering::Relaxed) + n;
+                progress(&step, done as f64 / (range.len() * samples) as f64);
             };
-            let results: Vec<_> = COMPARED.iter().zip(all.iter().map(|l| &l.z)).collect();
-            frame.checks(&results, checking)?
+            progress(&step, 0.0);
+            Ok((
+                beamform(x.view(), &active, *parameters, &count)?,
+                *parameters,
+            ))
+        });
+        let made = made.collect::<Result<Vec<_>>>()?;
+        for ((z, _), lines) in made.iter().zip(&mut lines) {
+            let rows = Slice::from(range.clone());
+            lines.slice_axis_mut(Axis(0), rows).assign(z);
         }
-        None => Vec::new(),
-    };
-    Ok((all, checks))
-}
-
-/// Aligned samples whose lines are compared with the references.
-pub struct Checked<'a> {
-    /// Beginning of the checks' names.
-    pub what: &'a str,
-    /// The recording, with focused transmits.
-    pub data: &'a ChannelData,
-    /// The delay stage of the recording.
-    pub stage: &'a DelayStage<'a>,
-    /// The first beam of `x`.
-    pub first: usize,
-    /// The aligned samples, `[beam, sample, element]`.
-    pub x: &'a Array3<Complex<f32>>,
-    /// Parameters of receive.
-    pub receive: &'a Receive,
-}
-
-impl Checked<'_> {
-    /// Compares the aligned samples, and the lines `[beam, sample]` of each beamformer.
-    ///
-    /// # Errors
-    /// Parameters that the core rejects.
-    pub fn checks(
-        &self,
-        results: &[(&ComparedMethod, &Array2<Complex<f32>>)],
-        Checking { references, extent }: Checking<'_>,
-    ) -> Result<Vec<Check>> {
-        let receive = self.receive;
-        let rate = receive.0.rate_of(self.data);
-        let delayed = (references.aligned)(
-            self.data,
-            self.stage,
-            rate,
-            self.x,
-            self.first,
-            extent.every_f32,
-        );
-        let aligned = Check {
-            what: format!("{}: aligned samples", self.what),
-            bits: delayed,
-            error: None,
+        let Some(Checking { references, extent }) = checks.filter(|_| range.contains(&(all / 2)))
+        else {
+            continue;
         };
+        progress(&format!("{what}: references"), 0.0);
+        let rate = receive.0.rate_of(data);
+        found.push(Check {
+            what: format!("{what}: aligned samples"),
+            bits: (references.aligned)(data, &stage, rate, &x, first, extent.every_f32),
+            error: None,
+        });
         let frame = Aligned {
-            x: self.x,
-            active: &|beam, sample| self.stage.active(self.first + beam, sample),
+            x: &x,
+            active: &active,
             every_f32: extent.every_f32,
             every_f64: extent.every_f64,
         };
-        let lines: Vec<_> = results
+        let made: Vec<_> = made
             .iter()
-            .map(|(beamformer, z)| (*z, receive.parameters(beamformer.method)))
+            .map(|(z, parameters)| (z, *parameters))
             .collect();
-        let compared = (references.lines)(&frame, &lines)?;
-        let lines = results.iter().zip(compared);
-        let lines = lines.map(|((beamformer, _), (bits, error))| Check {
-            what: format!("{}: lines, {}", self.what, beamformer.name),
+        let compared = methods.iter().zip((references.lines)(&frame, &made)?);
+        found.extend(compared.map(|((name, _), (bits, error))| Check {
+            what: format!("{what}: lines, {name}"),
             bits,
             error: Some(error),
-        });
-        Ok(std::iter::once(aligned).chain(lines).collect())
+        }));
     }
+    let lines = lines.into_iter().map(|z| stage.lines(z)).collect();
+    Ok((lines, found))
 }

@@ -24,20 +24,15 @@ pub fn quick(simulation: Settings) -> Settings {
     }
 }
 
+/// Scales 2⁻ᵏ from an exponent k to another, the finest first, cycles per pixel.
+pub fn octaves([from, to]: [i32; 2]) -> Vec<f64> {
+    (from..=to).map(|k| f64::from(-k).exp2()).collect()
+}
+
 /// Fills in missing values of receiver and image from the scanner.
 pub fn resolve(simulation: &Settings, receive: &mut Receive, image: &mut Image) {
     receive.resolve(simulation);
     image.resolve_square();
-}
-
-/// Checks scanner, receiver and image of an experiment.
-///
-/// # Errors
-/// [`crate::Error::Usage`] naming the value and the expected range.
-pub fn validate(simulation: &Settings, receive: &Receive, image: &Image) -> Result<()> {
-    simulation.validate()?;
-    receive.0.validate()?;
-    image.validate()
 }
 
 /// Parameters shared by all experiments.
@@ -72,7 +67,7 @@ impl Default for Common {
     fn default() -> Self {
         Common {
             phase_symmetry: PhaseSymmetry {
-                scales: (5..=9).map(|k| f64::from(-k).exp2()).collect(),
+                scales: octaves([5, 9]),
                 threshold: 10.0,
                 ..PhaseSymmetry::default()
             },

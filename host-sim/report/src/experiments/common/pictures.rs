@@ -15,6 +15,7 @@ use bonebeam_drive::image::{PixelGrid, b_mode};
 use bonebeam_drive::methods::COMPARED;
 use bonebeam_drive::phase_symmetry::{Parameters, phase_symmetry};
 use bonebeam_files::BeamformedLines;
+use bonebeam_simulate::Outline;
 
 /// The two pictures of one method.
 #[derive(Clone, Debug, Serialize)]
@@ -30,27 +31,33 @@ pub struct Pair {
 impl Pair {
     /// Both pictures, which stay together.
     pub fn card(&self) -> Vec<Picture> {
-        vec![self.b_mode.clone(), self.phase_symmetry.clone()]
+        self.images().map(Picture::clone).to_vec()
     }
+
+    /// The B-mode image, and its phase symmetry.
+    pub fn images(&self) -> [&Picture; 2] {
+        [&self.b_mode, &self.phase_symmetry]
+    }
+}
+
+/// The closed lines (x, depth) of an outline, mm.
+pub fn outline_mm(bone: &Outline) -> Vec<Vec<(f64, f64)>> {
+    let closed = |points: &Vec<[f64; 2]>| {
+        let around = points.iter().chain(points.first());
+        around.map(|p| (1e3 * p[0], 1e3 * p[1])).collect()
+    };
+    bone.loops().iter().map(closed).collect()
 }
 
 /// Grey bars of both pictures, with B-mode over `range` dB.
 pub fn scales(range: f64) -> Vec<Scale> {
-    let b_mode = [
-        format!("−{range} dB"),
-        format!("−{} dB", range / 2.0),
-        "0 dB".into(),
-    ];
-    vec![
-        Scale {
-            name: "B-mode",
-            levels: b_mode,
-        },
-        Scale {
-            name: "Phase symmetry",
-            levels: ["0", "127", "255 (max)"].map(String::from),
-        },
-    ]
+    let half = range / 2.0;
+    let b_mode = [format!("−{range} dB"), format!("−{half} dB"), "0 dB".into()];
+    let symmetry = ["0", "127", "255 (max)"].map(String::from);
+    let scale = |(name, levels)| Scale { name, levels };
+    [("B-mode", b_mode), ("Phase symmetry", symmetry)]
+        .map(scale)
+        .into()
 }
 
 /// Parameters of the pictures of lines.
@@ -99,11 +106,7 @@ impl Studio<'_> {
         let range = self.image.dynamic_range;
         let median = self.image.median;
         let image = b_mode(lines, range as f32, &self.grid, median)?;
-        let parameters = Parameters {
-            scales: self.phase_symmetry.scales.clone(),
-            threshold: self.phase_symmetry.threshold as f32,
-            strip: self.phase_symmetry.strip,
-        };
+        let parameters = filter(self.phase_symmetry);
         let map = phase_symmetry(image.pixels.view(), &parameters, &mut |_, _| {})?;
         let mut checks = Vec::new();
         if let Some(references) = self.references {
@@ -120,8 +123,7 @@ impl Studio<'_> {
                 error: Some(error),
             });
         }
-        let mut levels = map;
-        scale_for_display(levels.as_slice_memory_order_mut().unwrap_or_default())?;
+        let levels = shown(map)?;
         let pair = Pair {
             beamformer: key,
             b_mode: self.picture(
@@ -140,13 +142,13 @@ impl Studio<'_> {
 
     fn picture(&self, file: String, caption: String, pixels: &Array2<f32>) -> Picture {
         let rows = ndarray::Slice::from(self.rows.clone());
-        let shown = PixelGrid {
+        let placed = PixelGrid {
             x0: self.grid.x0 - self.centre,
             z0: self.grid.z0 + self.rows.start as f64 * self.grid.pixel,
             ..self.grid
         };
         let pixels = pixels.slice_axis(Axis(0), rows).to_owned();
-        picture(file, caption, pixels, &shown)
+        picture(file, caption, pixels, &placed)
     }
 }
 
@@ -172,12 +174,27 @@ pub fn picture(file: String, caption: String, pixels: Array2<f32>, grid: &PixelG
 /// # Errors
 /// An image whose sides the transform does not accept.
 pub fn ridges(pixels: &Array2<f32>, section: &config::PhaseSymmetry) -> Result<Array2<f32>> {
-    let parameters = Parameters {
+    shown(phase_symmetry(
+        pixels.view(),
+        &filter(section),
+        &mut |_, _| {},
+    )?)
+}
+
+/// The filter of a section.
+fn filter(section: &config::PhaseSymmetry) -> Parameters {
+    Parameters {
         scales: section.scales.clone(),
         threshold: section.threshold as f32,
         strip: section.strip,
-    };
-    let mut map = phase_symmetry(pixels.view(), &parameters, &mut |_, _| {})?;
+    }
+}
+
+/// A map as 255·PS/max PS.
+///
+/// # Errors
+/// A map with a value that is not finite.
+pub fn shown(mut map: Array2<f32>) -> Result<Array2<f32>> {
     scale_for_display(map.as_slice_memory_order_mut().unwrap_or_default())?;
     Ok(map)
 }

@@ -45,6 +45,33 @@ impl Default for Receive {
 }
 
 impl Receive {
+    /// The default to another end of the lines, m.
+    pub fn to(end: f64) -> Self {
+        Receive::between(DEPTHS[0], end)
+    }
+
+    /// The default between other ends of the lines, m.
+    pub fn between(start: f64, end: f64) -> Self {
+        let mut receive = Receive::default();
+        (receive.0.depth_start, receive.0.depth_end) = (Some(start), Some(end));
+        receive
+    }
+
+    /// Those of the paper's point.
+    pub fn of_point() -> Self {
+        let mut receive = Receive::between(12.5e-3, 17.5e-3);
+        receive.0.f_number = 2.5;
+        receive
+    }
+
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// As [`Beamform::validate`].
+    pub fn validate(&self) -> crate::Result<()> {
+        self.0.validate()
+    }
+
     /// Sets missing values, with the output rate for the recordings of `scanner`.
     ///
     /// Nothing is set if the result is invalid; the scanner's own check then reports its rates.

@@ -44,11 +44,6 @@ pub fn outcome(result: &PointResult, range: f64, checks: Vec<Check>) -> Result<O
             Section::Plots(plots.rev().collect()),
             Section::Gallery(gallery),
         ],
-        pictures: result
-            .pictures
-            .iter()
-            .flat_map(|pair| pair.card())
-            .collect(),
         tables: result.samplings.iter().map(table).collect(),
         comparisons: comparisons(result),
         checks,
@@ -59,22 +54,17 @@ pub fn outcome(result: &PointResult, range: f64, checks: Vec<Check>) -> Result<O
 
 /// The beam profiles with one set of beams.
 fn profiles(sampling: &SamplingResult) -> Plot {
-    Plot {
-        caption: format!(
-            "Two-way beam profiles, beams {:.3} mm apart, point {:.3} mm off the middle beam",
-            sampling.beam_spacing_mm, sampling.point_offset_mm
-        ),
-        x: "lateral, mm from the middle beam",
-        y: "dB re DAS peak",
-        x_range: [-2.5, 2.5],
-        y_range: [-120.0, 0.0],
-        marks: Vec::new(),
-        curves: curves(|k| {
-            let levels = &sampling.beamformers[k].profile_re_das_db;
-            let points = sampling.x_mm.iter().zip(levels);
-            points.map(|(&x, &level)| (x, Some(level))).collect()
-        }),
-    }
+    let caption = format!(
+        "Two-way beam profiles, beams {:.3} mm apart, point {:.3} mm off the middle beam",
+        sampling.beam_spacing_mm, sampling.point_offset_mm
+    );
+    let names = ["lateral, mm from the middle beam", "dB re DAS peak"];
+    let curves = curves(|k| {
+        let levels = &sampling.beamformers[k].profile_re_das_db;
+        let points = sampling.x_mm.iter().zip(levels);
+        points.map(|(&x, &level)| (x, Some(level))).collect()
+    });
+    Plot::new(caption, names, [[-2.5, 2.5], [-120.0, 0.0]], curves)
 }
 
 /// The level left without the first eigenvector, as in the paper's Fig. 2(c).
@@ -101,23 +91,21 @@ fn last_spacing(result: &PointResult) -> String {
 /// The measures of every beamformer with one set of beams.
 fn table(sampling: &SamplingResult) -> Table {
     let measured = COMPARED.iter().zip(&sampling.beamformers);
-    Table {
-        page_only: true,
-        ..Table::of(
-            format!("Point scatterer, {}", beams(sampling)),
-            measured,
-            &[
-                ("", |(beamformer, _)| beamformer.name.into()),
-                ("-12 dB width, mm", |(_, m)| number(m.width_12db_mm)),
-                ("side lobe, dB", |(_, m)| number(m.side_lobe_db)),
-                ("beyond 2 mm, dB", |(_, m)| number(m.beyond_2mm_db)),
-                ("peak re DAS, dB", |(_, m)| number(Some(m.peak_re_das_db))),
-                ("on axis re DAS, dB", |(_, m)| {
-                    number(Some(m.on_axis_re_das_db))
-                }),
-            ],
-        )
-    }
+    Table::of(
+        format!("Point scatterer, {}", beams(sampling)),
+        measured,
+        &[
+            ("", |(beamformer, _)| beamformer.name.into()),
+            ("-12 dB width, mm", |(_, m)| number(m.width_12db_mm)),
+            ("side lobe, dB", |(_, m)| number(m.side_lobe_db)),
+            ("beyond 2 mm, dB", |(_, m)| number(m.beyond_2mm_db)),
+            ("peak re DAS, dB", |(_, m)| number(Some(m.peak_re_das_db))),
+            ("on axis re DAS, dB", |(_, m)| {
+                number(Some(m.on_axis_re_das_db))
+            }),
+        ],
+    )
+    .on_page()
 }
 
 fn beams(sampling: &SamplingResult) -> String {

@@ -12,8 +12,6 @@ use bonebeam_files::BeamformedLines;
 const WIDTH_LEVEL: f64 = -12.0;
 /// Side lobes are also measured farther than this from the peak, m.
 const FAR: f64 = 2e-3;
-/// Level given to an envelope of zero, dB.
-const FLOOR_DB: f64 = -300.0;
 
 /// Results of the point scatterer.
 #[derive(Clone, Debug, Serialize)]
@@ -67,39 +65,27 @@ pub struct PointMeasure {
 /// # Errors
 /// Every sample is 0.
 pub fn measure(spacing: f64, offset: f64, lines: &[BeamformedLines]) -> Result<SamplingResult> {
-    let middle = lines[0].beam_x.len() / 2;
-    let maxima: Vec<Vec<f64>> = lines.iter().map(beam_maxima).collect();
-    let reference = maxima[0].iter().copied().fold(0.0, f64::max);
-    let decibels = |v: f64| (20.0 * (v / reference).log10()).max(FLOOR_DB);
-    let mut beamformers = Vec::new();
-    for ((beamformer, lines), maxima) in COMPARED.iter().zip(lines).zip(&maxima) {
-        let profile = LateralProfile::new(lines)?;
-        beamformers.push(PointMeasure {
+    let profiles = lines.iter().map(LateralProfile::new);
+    let profiles = profiles.collect::<Result<Vec<_>>>()?;
+    let x = &profiles[0].x;
+    let middle = x.len() / 2;
+    let beamformers = COMPARED.iter().zip(&profiles).map(|(beamformer, profile)| {
+        let levels = profile.re(&profiles[0]);
+        PointMeasure {
             beamformer: beamformer.key,
             width_12db_mm: profile.width(WIDTH_LEVEL).map(|width| 1e3 * width),
             side_lobe_db: profile.side_lobe(),
             beyond_2mm_db: profile.level_beyond(FAR),
-            peak_re_das_db: decibels(maxima[profile.peak]),
+            peak_re_das_db: levels[profile.peak],
             peak_depth_mm: 1e3 * profile.peak_depth,
-            on_axis_re_das_db: decibels(maxima[middle]),
-            profile_re_das_db: maxima.iter().copied().map(decibels).collect(),
-        });
-    }
-    let beam_x = &lines[0].beam_x;
+            on_axis_re_das_db: levels[middle],
+            profile_re_das_db: levels,
+        }
+    });
     Ok(SamplingResult {
         beam_spacing_mm: 1e3 * spacing,
         point_offset_mm: 1e3 * offset,
-        x_mm: beam_x.iter().map(|x| 1e3 * (x - beam_x[middle])).collect(),
-        beamformers,
+        x_mm: x.iter().map(|at| 1e3 * (at - x[middle])).collect(),
+        beamformers: beamformers.collect(),
     })
-}
-
-/// The largest envelope of each beam.
-fn beam_maxima(lines: &BeamformedLines) -> Vec<f64> {
-    let rows = lines.z.rows().into_iter();
-    rows.map(|row| {
-        let envelope = row.iter().map(|z| f64::from(z.re).hypot(f64::from(z.im)));
-        envelope.fold(0.0, f64::max)
-    })
-    .collect()
 }

@@ -5,7 +5,7 @@ mod measure;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Error, Result};
+use crate::{Error, Result, parameters};
 use bonebeam_drive::check::Check;
 use bonebeam_drive::config::Image;
 use bonebeam_drive::image::PixelGrid;
@@ -21,24 +21,36 @@ use measure::{PointResult, measure};
 /// Depth of the image shown on either side of the point, m.
 const SHOWN: f64 = 1.5e-3;
 
-/// Section `[point]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Point {
-    /// Array, pulse, transmit. `sampling` sets the beams.
-    simulation: Settings,
-    /// Delay and beamformer.
-    receive: Receive,
-    /// The B-mode image.
-    image: Image,
-    /// Sets of beams; the images show the last.
-    sampling: Vec<Sampling>,
+parameters! {
+    /// Section `[point]`.
+    Point "point" {
+        /// Array, pulse, transmit. `sampling` sets the beams.
+        simulation: Settings = Settings::point();
+        /// Delay and beamformer.
+        receive: Receive = Receive::of_point() => Receive::validate;
+        /// The B-mode image.
+        image: Image = Image {
+            dynamic_range: 50.0,
+            width: Some(5e-3),
+            ..Image::default()
+        } => Image::validate;
+        /// Sets of beams; the images show the last.
+        ///
+        /// One beam per element as in the paper, at three phases of the beam grid, and beams so close that the sampling no
+        /// longer shows.
+        sampling: Vec<Sampling> = vec![
+            Sampling { beams: 19, step: 1.0, offset: 0.0 },
+            Sampling { beams: 19, step: 1.0, offset: 0.25 },
+            Sampling { beams: 19, step: 1.0, offset: 0.5 },
+            Sampling { beams: 131, step: 0.125, offset: 0.0 },
+        ];
+    }
 }
 
 /// A set of beams over the point.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Sampling {
+pub struct Sampling {
     /// Number of beams, centred on element 64 of 128, odd.
     beams: usize,
     /// Distance between neighbouring beams, in pitches.
@@ -47,40 +59,7 @@ struct Sampling {
     offset: f64,
 }
 
-impl Default for Point {
-    fn default() -> Self {
-        let mut receive = Receive::default();
-        receive.0.f_number = 2.5;
-        receive.0.depth_start = Some(12.5e-3);
-        receive.0.depth_end = Some(17.5e-3);
-        let set = |beams, step, offset| Sampling {
-            beams,
-            step,
-            offset,
-        };
-        Point {
-            // One beam per element as in the paper, at three phases of the beam grid, and beams so
-            // close that the sampling no longer shows.
-            sampling: vec![
-                set(19, 1.0, 0.0),
-                set(19, 1.0, 0.25),
-                set(19, 1.0, 0.5),
-                set(131, 0.125, 0.0),
-            ],
-            simulation: Settings::point(),
-            receive,
-            image: Image {
-                dynamic_range: 50.0,
-                width: Some(5e-3),
-                ..Image::default()
-            },
-        }
-    }
-}
-
 impl Experiment for Point {
-    const NAME: &'static str = "point";
-
     fn quick() -> Self {
         let mut point = Point::default();
         (point.image.rows, point.image.columns) = (Some(256), Some(256));
@@ -92,8 +71,7 @@ impl Experiment for Point {
     }
 
     fn validate(&self) -> Result<()> {
-        self.image.validate()?;
-        self.receive.0.validate()?;
+        self.check()?;
         let usage = |message: String| Err(Error::Usage(message));
         if self.sampling.is_empty() {
             return usage("`sampling` in [point] is empty; expected at least one set".into());

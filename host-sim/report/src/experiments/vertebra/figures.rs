@@ -2,14 +2,14 @@
 
 use crate::Result;
 use crate::experiments::Outcome;
-use crate::experiments::common::beamformers::{Paper, comparison, curves};
+use crate::experiments::common::beamformers::{Paper, TABLE_ONE, comparison, curves};
 use crate::experiments::common::pictures::{Pair, scales};
 use crate::experiments::outcome::{Comparison, Gallery, Plot, Section, Table, data, number};
 use bonebeam_drive::check::Check;
 use bonebeam_drive::methods::COMPARED;
 
-use super::measure::{ByImage, ImageLine, Surface, VertebraMeasure, VertebraResult};
-use super::parameters::Vertebra;
+use super::Vertebra;
+use super::measure::{Surface, VertebraMeasure, VertebraResult};
 
 const SURFACE: &str = "Vertebra in a water bath (Table I)";
 const LINES: &str = "Image lines of the vertebra (Fig. 8)";
@@ -42,11 +42,6 @@ pub fn outcome(
     Ok(Outcome {
         title: "Vertebra in a water bath",
         parts: parts(result, vertebra),
-        pictures: result
-            .pictures
-            .iter()
-            .flat_map(|pair| pair.card())
-            .collect(),
         tables: surface_tables(result),
         comparisons: [surface_comparisons(result), line_comparisons(result)].concat(),
         checks,
@@ -57,22 +52,19 @@ pub fn outcome(
 
 fn parts(result: &VertebraResult, vertebra: &Vertebra) -> Vec<Section> {
     let range = vertebra.image.dynamic_range;
-    let featured = |pair: &&Pair| {
-        let row = COMPARED.iter().find(|row| row.key == pair.beamformer);
-        row.is_some_and(|row| row.featured)
-    };
-    let pairs = result.pictures.iter();
+    let pairs = COMPARED.iter().zip(&result.pictures);
+    let featured = pairs.filter(|(row, _)| row.featured);
     let first = Gallery {
-        cards: pairs.clone().filter(featured).map(Pair::card).collect(),
+        cards: featured.map(|(_, pair)| pair.card()).collect(),
         outline: result.outline_mm.clone(),
         outline_on_request: false,
         scales: scales(range),
     };
     let every = Gallery {
-        cards: pairs.map(Pair::card).collect(),
-        outline: result.outline_mm.clone(),
+        cards: result.pictures.iter().map(Pair::card).collect(),
         outline_on_request: true,
         scales: Vec::new(),
+        ..first.clone()
     };
     vec![
         Section::Text(format!(
@@ -106,45 +98,28 @@ fn parts(result: &VertebraResult, vertebra: &Vertebra) -> Vec<Section> {
     ]
 }
 
-/// A measure of both kinds of image, picked from one beamformer's.
-type Pick<T> = fn(&VertebraMeasure) -> &ByImage<T>;
-
 /// The axial and the lateral line, B-mode and phase symmetry.
 fn line_plots(result: &VertebraResult) -> Vec<Plot> {
-    let axial: Pick<ImageLine> = |m| &m.axial;
-    let lateral: Pick<ImageLine> = |m| &m.lateral;
+    let lines = [("Axial line", "depth, mm"), ("Lateral line", "lateral, mm")];
+    let at = [&result.axial_depth_mm, &result.lateral_x_mm];
+    let marks = [&result.axial_surface_mm, &result.lateral_surface_mm];
     let mut plots = Vec::new();
-    for (direction, x, at, marks, pick) in [
-        (
-            "Axial line",
-            "depth, mm",
-            &result.axial_depth_mm,
-            &result.axial_surface_mm,
-            axial,
-        ),
-        (
-            "Lateral line",
-            "lateral, mm",
-            &result.lateral_x_mm,
-            &result.lateral_surface_mm,
-            lateral,
-        ),
-    ] {
+    for (way, (direction, x)) in lines.into_iter().enumerate() {
+        let at = at[way];
         for image in 0..2 {
-            let line = |k: usize| pick(&result.beamformers[k]).named()[image];
-            let (_, name, _) = line(0);
+            let line = |k: usize| {
+                let measured = &result.beamformers[k];
+                [&measured.axial, &measured.lateral][way].named()[image]
+            };
+            let curves = curves(|k| {
+                let points = at.iter().zip(&line(k).2.intensity);
+                points.map(|(&x, &v)| (x, Some(f64::from(v)))).collect()
+            });
+            let caption = format!("{direction}, {}", line(0).1);
+            let ranges = [[at[0], at[at.len() - 1]], [0.0, 255.0]];
             plots.push(Plot {
-                caption: format!("{direction}, {name}"),
-                x,
-                y: "grey level",
-                x_range: [at[0], at[at.len() - 1]],
-                y_range: [0.0, 255.0],
-                marks: marks.clone(),
-                curves: curves(|k| {
-                    let (.., line) = line(k);
-                    let points = at.iter().zip(&line.intensity);
-                    points.map(|(&x, &v)| (x, Some(f64::from(v)))).collect()
-                }),
+                marks: marks[way].clone(),
+                ..Plot::new(caption, [x, "grey level"], ranges, curves)
             });
         }
     }
@@ -153,25 +128,24 @@ fn line_plots(result: &VertebraResult) -> Vec<Plot> {
 
 /// Intensity by signed distance.
 fn distance_plots(result: &VertebraResult) -> Vec<Plot> {
+    let names = [
+        "signed distance, mm (inside the bone positive)",
+        "mean grey level",
+    ];
     let plot = |image: usize| {
         let values = |k: usize| result.beamformers[k].intensity_by_distance.named()[image];
-        let (_, name, _) = values(0);
         let curves = curves(|k| {
-            let (.., values) = values(k);
-            let points = result.distance_mm.iter().zip(values);
+            let points = result.distance_mm.iter().zip(values(k).2);
             points.map(|(&x, &v)| (x, v)).collect()
         });
         let points = || curves.iter().flat_map(|curve| &curve.points);
         let highest = points().filter_map(|(_, y)| *y).fold(1.0, f64::max);
         let inside = points().filter(|(_, y)| y.is_some()).map(|(x, _)| *x);
+        let right = inside.fold(1.0, f64::max).ceil();
+        let ranges = [[-10.0, right], [0.0, 1.05 * highest]];
         Plot {
-            caption: name.into(),
-            x: "signed distance, mm (inside the bone positive)",
-            y: "mean grey level",
-            x_range: [-10.0, inside.fold(1.0, f64::max).ceil()],
-            y_range: [0.0, 1.05 * highest],
             marks: vec![0.0],
-            curves,
+            ..Plot::new(values(0).1, names, ranges, curves)
         }
     };
     vec![plot(0), plot(1)]
@@ -205,35 +179,24 @@ fn surface_tables(result: &VertebraResult) -> Vec<Table> {
 
 fn surface_comparisons(result: &VertebraResult) -> Vec<Comparison> {
     type Measure = fn(&Surface) -> Option<f64>;
-    #[rustfmt::skip]
-    let rows: [(&str, Measure, [Paper; 2], &'static str); 4] = [
-        ("mean localization error, mm", |s| s.mean_mm, [[&[0.70, 0.90], &[0.66, 0.79]], [&[0.94, 0.97], &[0.84, 0.95]]], ERROR),
-        ("STD, mm", |s| s.std_mm, [[&[0.72, 0.85], &[0.65, 0.77]], [&[0.53, 0.57], &[0.42, 0.45]]], SPREAD),
-        (
-            "mean intensity B, outside",
-            |s| s.intensity_b,
-            [
-                [&[27.18, 63.06], &[4.71, 10.17]],
-                [&[32.20, 32.24], &[6.60, 3.93]],
-            ],
-            NOISE,
-        ),
-        (
-            "mean intensity C, inside",
-            |s| s.intensity_c,
-            [
-                [&[92.41, 125.52], &[16.81, 15.80]],
-                [&[3.06, 5.16], &[1.24, 1.88]],
-            ],
-            NOISE,
-        ),
+    let rows: [(&str, Measure, &'static str); 4] = [
+        ("mean localization error, mm", |s| s.mean_mm, ERROR),
+        ("STD, mm", |s| s.std_mm, SPREAD),
+        ("mean intensity B, outside", |s| s.intensity_b, NOISE),
+        ("mean intensity C, inside", |s| s.intensity_c, NOISE),
     ];
     let mut all = Vec::new();
     for (image, (name, ..)) in result.uniform.named().into_iter().enumerate() {
-        for (quantity, measure, paper, note) in rows {
+        for ((quantity, measure, note), paper) in rows.into_iter().zip(&TABLE_ONE[image]) {
             let here = |k: usize| measure(result.beamformers[k].surface.named()[image].2);
-            let quantity = format!("{name}: {quantity}");
-            all.push(comparison(SURFACE, &quantity, here, paper[image], note));
+            let (quantity, paper) = (format!("{name}: {quantity}"), paper.each_ref());
+            all.push(comparison(
+                SURFACE,
+                &quantity,
+                here,
+                paper.map(|two| &two[..]),
+                note,
+            ));
         }
     }
     all

@@ -2,23 +2,57 @@
 
 mod figures;
 mod measure;
-mod parameters;
 
-use crate::Result;
+use std::path::PathBuf;
+
+use crate::{Result, parameters};
+use bonebeam_drive::config::Image;
 use bonebeam_drive::image::grid_of_picture;
-use bonebeam_files::settings::{LENGTHS, check_positive, out_of_range};
-use bonebeam_simulate::{Outline, Summation, channel_data};
+use bonebeam_files::settings::{LENGTHS, out_of_range};
+use bonebeam_simulate::{Outline, Phantom, Settings, Summation, channel_data};
 
-use super::common;
 use super::common::lines::beamform_all;
 use super::common::pictures::Studio;
-use super::{Context, Experiment, Outcome, Overrides};
-use measure::View;
-pub use parameters::Vertebra;
+use super::common::{self, Receive};
+use super::parameters::positive;
+use super::{Context, Experiment, Outcome, Overrides, Parameters};
+use measure::measured;
+
+parameters! {
+    /// Section `[vertebra]`.
+    Vertebra "vertebra" {
+        /// Closed surface as a PLY file in mm in place of the built-in vertebra.
+        ///
+        /// +x towards the front, +z towards the head.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        mesh: Option<PathBuf> = None;
+        /// Height of the slice, m, from the middle of the body towards the head.
+        slice: f64 = -4e-3;
+        /// Depth of the spinous process's tip, m.
+        depth: f64 = 15e-3, positive(LENGTHS, " (m)");
+        /// Depth of the lateral image line through the laminae, m.
+        lateral_line: f64 = 25.5e-3, positive(LENGTHS, " (m)");
+        /// Array, pulse, transmit, noise.
+        ///
+        /// Two beams an element, as the paper's 256 in the water bath; as deep as the image of 512 pixels across the array.
+        simulation: Settings = Settings {
+            beams: 255,
+            beam_step: 0.5,
+            depth_end: 44.2e-3,
+            ..Settings::vertebra()
+        } => Settings::validate;
+        /// Delay and beamformer.
+        receive: Receive = Receive::to(44.2e-3) => Receive::validate;
+        /// The B-mode image.
+        image: Image = Image {
+            dynamic_range: 70.0,
+            median: true,
+            ..Image::default()
+        } => Image::validate;
+    }
+}
 
 impl Experiment for Vertebra {
-    const NAME: &'static str = "vertebra";
-
     /// A quarter of the beams, recorded at 40 MHz.
     fn quick() -> Self {
         let mut vertebra = Vertebra::default();
@@ -41,19 +75,11 @@ impl Experiment for Vertebra {
     }
 
     fn validate(&self) -> Result<()> {
-        common::validate(&self.simulation, &self.receive, &self.image)?;
+        self.check()?;
         if !self.slice.is_finite() {
             let expected = "a finite number (m)";
             return Err(out_of_range(Self::NAME, "slice", self.slice, expected));
         }
-        check_positive(Self::NAME, "depth", self.depth, LENGTHS, " (m)")?;
-        check_positive(
-            Self::NAME,
-            "lateral_line",
-            self.lateral_line,
-            LENGTHS,
-            " (m)",
-        )?;
         // A mesh may turn out not to be one.
         self.phantom().map(drop)
     }
@@ -92,7 +118,16 @@ impl Experiment for Vertebra {
         progress("vertebra: measures", 0.0);
         let bone = phantom.bone.as_ref().map(Outline::without_holes);
         let bone = bone.expect("a vertebra has a bone")?;
-        let view = View::new(&bone, grid, self.lateral_line);
-        figures::outcome(&view.result(pictures), self, checks)
+        let result = measured(&bone, &grid, self.lateral_line, pictures);
+        figures::outcome(&result, self, checks)
+    }
+}
+
+impl Vertebra {
+    /// The slice of the vertebra in its water bath.
+    fn phantom(&self) -> Result<Phantom> {
+        let phantom = Phantom::slice(self.mesh.as_deref(), self.slice, self.depth, None)?;
+        phantom.check_within(&self.simulation)?;
+        Ok(phantom)
     }
 }

@@ -2,25 +2,17 @@
 //!
 //! The pictures are vertebrae and layers alone of the crate `bonebeam-draw`.
 
-use ndarray::{Array2, Axis, Slice};
+use super::study::*;
+use ndarray::{Axis, Slice};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
-use crate::Result;
-use crate::measure::surface::{Judged, Known};
 use bonebeam_draw::{Look, Picture as Drawn};
 use bonebeam_drive::config;
-use bonebeam_drive::image::PixelGrid;
 use bonebeam_drive::surface::{Picture, of_picture};
-use bonebeam_files::settings::out_of_range;
 use bonebeam_oracle::surface::Grey;
 
-use super::common::pictures::picture;
-use super::common::truth::{TOLERANCE, beside};
-use super::outcome::{Gallery, Scale, Section, Table, data, number};
-use super::surface::detectors::{Answer, DEPTHS, DETECTORS, Detector, judged, of_grey};
+use super::surface::detectors::{Answer, DEPTHS, DETECTORS, Detector, Kind, judged, of_grey};
 use super::surface::show::interval;
-use super::{Context, Experiment, Outcome, Overrides};
 
 /// The pixels: their centres, from half a pixel below the array on.
 const GRID: PixelGrid = PixelGrid {
@@ -39,28 +31,17 @@ const COLUMNS: usize = 3;
 /// Pictures of each kind on the page.
 const SHOWN: usize = 3;
 
-/// Section `[surface_pictures]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct SurfacePictures {
-    /// Number of bones.
-    bones: u64,
-    /// Pictures of each bone.
-    pictures: u64,
-    /// First seed of layers and displays, and of bones.
-    seed: u64,
-    /// The detector `surface`.
-    surface: config::Surface,
-}
-
-impl Default for SurfacePictures {
-    fn default() -> Self {
-        SurfacePictures {
-            bones: 12,
-            pictures: 2,
-            seed: 1,
-            surface: config::Surface::default(),
-        }
+parameters! {
+    /// Section `[surface_pictures]`.
+    SurfacePictures "surface_pictures" {
+        /// Number of bones.
+        bones: u64 = 12, within([1.0, 1000.0], "");
+        /// Pictures of each bone.
+        pictures: u64 = 2, within([1.0, 1000.0], "");
+        /// First seed of layers and displays, and of bones.
+        seed: u64 = 1;
+        /// The detector `surface`.
+        surface: config::Surface = config::Surface::default() => config::Surface::validate;
     }
 }
 
@@ -84,8 +65,6 @@ struct PictureResult {
 }
 
 impl Experiment for SurfacePictures {
-    const NAME: &'static str = "surface_pictures";
-
     fn quick() -> Self {
         SurfacePictures {
             bones: 4,
@@ -101,12 +80,7 @@ impl Experiment for SurfacePictures {
     }
 
     fn validate(&self) -> Result<()> {
-        for (key, value) in [("bones", self.bones), ("pictures", self.pictures)] {
-            if !(1..=1000).contains(&value) {
-                return Err(out_of_range(Self::NAME, key, value, "1 to 1000"));
-            }
-        }
-        self.surface.validate()
+        self.check()
     }
 
     fn run(&self, context: &Context<'_>) -> Result<Outcome> {
@@ -141,7 +115,7 @@ impl SurfacePictures {
             .map(|(bone, seed)| Scene::of(look, *bone, *seed));
         let scenes: Vec<Scene> = drawn.collect();
         for detector in DETECTORS.into_iter().filter(is_of_pictures) {
-            let step = format!("surface pictures: {kind}: {}", detector.name());
+            let step = format!("surface pictures: {kind}: {}", detector.name);
             (context.progress)(&step, 0.0);
             let judged = self.judged(detector, &scenes)?;
             let judged = all.iter().zip(judged);
@@ -149,7 +123,7 @@ impl SurfacePictures {
                 kind,
                 bone: *bone,
                 seed: *seed,
-                detector: detector.name(),
+                detector: detector.name,
                 judged,
             }));
         }
@@ -157,8 +131,8 @@ impl SurfacePictures {
     }
 
     fn judged(&self, detector: Detector, scenes: &[Scene]) -> Result<Vec<Judged>> {
-        let every = match detector {
-            Detector::Path(_) | Detector::ForoughiPath => COLUMNS,
+        let every = match detector.kind {
+            Kind::Path(_) | Kind::ForoughiPath => COLUMNS,
             _ => 1,
         };
         let columns = (0..GRID.columns).step_by(every);
@@ -177,8 +151,8 @@ impl SurfacePictures {
 
 /// Whether the detector needs no more than a picture.
 fn is_of_pictures(detector: &Detector) -> bool {
-    let of_lines = matches!(detector, Detector::PhaseSymmetry(..) | Detector::Coherence);
-    detector.method() == 0 && !of_lines
+    let of_lines = matches!(detector.kind, Kind::PhaseSymmetry(_) | Kind::Coherence);
+    detector.method == 0 && !of_lines
 }
 
 impl Scene {
@@ -212,12 +186,12 @@ impl Scene {
         every: usize,
         surface: &config::Surface,
     ) -> Result<Vec<Answer>> {
-        if !matches!(detector, Detector::Core(..)) {
-            return Ok(of_grey(detector, &self.grey(every)));
+        if !matches!(detector.kind, Kind::Core) {
+            return Ok(of_grey(detector.kind, &self.grey(every)));
         }
         let picture = Picture {
             pixels: self.pixels.view(),
-            pixel: GRID.pixel,
+            pixel: [GRID.pixel; 2],
             x0: GRID.x0,
             z0: GRID.z0,
             depth: GRID.z0,
@@ -253,22 +227,15 @@ fn outcome(
     scenes: &[Scene],
     results: &[PictureResult],
 ) -> Result<Outcome> {
-    let name = |k: usize| format!("surface-picture-{}.png", k + 1);
-    let shown = scenes.iter().enumerate();
-    let pictures: Vec<_> = shown
-        .map(|(k, scene)| {
-            picture(
-                name(k),
-                format!("Picture {}", k + 1),
-                scene.pixels.clone(),
-                &GRID,
-            )
-        })
-        .collect();
-    let cards = scenes.iter().zip(&pictures).map(|(scene, picture)| {
+    let cards = scenes.iter().enumerate().map(|(k, scene)| {
+        let (file, caption) = (
+            format!("surface-picture-{}.png", k + 1),
+            format!("Picture {}", k + 1),
+        );
+        let picture = picture(file, caption, scene.pixels.clone(), &GRID);
         let row = |z: &Option<f64>| z.map(|z| (z - GRID.z0) / GRID.pixel);
         Section::Gallery(Gallery {
-            cards: vec![vec![picture.clone()]],
+            cards: vec![vec![picture]],
             outline: beside(&scene.surface.iter().map(row).collect::<Vec<_>>(), &GRID),
             outline_on_request: true,
             scales: vec![Scale {
@@ -287,7 +254,6 @@ fn outcome(
     Ok(Outcome {
         title: "The bone surface in pictures of scanners",
         parts: std::iter::once(text).chain(cards).collect(),
-        pictures: pictures.clone(),
         tables: KINDS.iter().map(|(kind, _)| table(kind, results)).collect(),
         data: data(&results)?,
         ..Outcome::default()
@@ -299,13 +265,13 @@ fn table(kind: &str, results: &[PictureResult]) -> Table {
     let rows = detectors.map(|detector| {
         let of = |bone: bool| -> Vec<&Judged> {
             let own = results.iter().filter(|r| {
-                r.kind == kind && r.detector == detector.name() && r.bone.is_some() == bone
+                r.kind == kind && r.detector == detector.name && r.bone.is_some() == bone
             });
             own.map(|r| &r.judged).collect()
         };
         let bones = of(true);
         let all = Judged::of_all(bones.iter().copied());
-        (detector.name(), bones, of(false), all)
+        (detector.name, bones, of(false), all)
     });
     Table::of(
         format!("Bone surface: pictures of scanners, {kind}"),

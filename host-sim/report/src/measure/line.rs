@@ -1,13 +1,12 @@
-//! Image lines through spinous process and sidewalls (the paper's Figs. 8 and 9).
+//! Lines of pixels down and across an image of a bone, and their peaks (the paper's Figs. 8 and 9).
 
 use ndarray::{Array2, ArrayView1};
 use serde::Serialize;
 
-use crate::measure::profile::{largest, width};
+use super::mean;
+use super::profile::{largest, width};
 use bonebeam_drive::image::PixelGrid;
 
-/// Search range for a peak around the contour, mm.
-const SEARCH: f64 = 2.5;
 /// Depths of the paper's noise measure, mm.
 const NOISE: [f64; 2] = [30.0, 40.0];
 /// Distance below the peak at which the paper gives the decrease of the level, mm.
@@ -24,13 +23,6 @@ pub struct Line {
     pub at_mm: Vec<f64>,
     /// Positions at which the contour crosses the line, mm.
     pub contour_mm: Vec<f64>,
-}
-
-/// A line of one image.
-#[derive(Clone, Debug, Default, Serialize)]
-pub struct Profile {
-    /// Grey levels.
-    pub grey: Vec<f32>,
 }
 
 /// The peak nearest to a position.
@@ -86,41 +78,38 @@ impl Line {
         ]
     }
 
-    /// The brightest pixel near a position.
-    pub fn peak(&self, profile: &Profile, near: Option<f64>) -> Option<Peak> {
+    /// The brightest of the grey levels within `reach` of a position, mm.
+    pub fn peak(&self, grey: &[f32], near: Option<f64>, reach: f64) -> Option<Peak> {
         let near = near?;
-        let within = |k: &usize| (self.at_mm[*k] - near).abs() <= SEARCH;
+        let within = |k: &usize| (self.at_mm[*k] - near).abs() <= reach;
         let range: Vec<usize> = (0..self.at_mm.len()).filter(within).collect();
-        let values: Vec<f64> = range.iter().map(|&k| f64::from(profile.grey[k])).collect();
+        let values: Vec<f64> = range.iter().map(|&k| f64::from(grey[k])).collect();
         let index = range[largest(&values)?];
         Some(Peak {
             index,
             at_mm: self.at_mm[index],
-            grey: f64::from(profile.grey[index]),
+            grey: f64::from(grey[index]),
         })
     }
 
     /// The peak's width at a grey level, mm.
-    pub fn width(&self, profile: &Profile, peak: Option<Peak>, level: f64) -> Option<f64> {
-        let values: Vec<f64> = profile.grey.iter().map(|&v| f64::from(v)).collect();
+    pub fn width(&self, grey: &[f32], peak: Option<Peak>, level: f64) -> Option<f64> {
+        let values: Vec<f64> = grey.iter().map(|&v| f64::from(v)).collect();
         width(&self.at_mm, &values, peak?.index, level)
     }
 
     /// Decrease of the grey level from the peak to [`DROP`] below it.
-    pub fn drop_below(&self, profile: &Profile, peak: Option<Peak>) -> Option<f64> {
+    pub fn drop_below(&self, grey: &[f32], peak: Option<Peak>) -> Option<f64> {
         let peak = peak?;
         let k = self.at_mm.partition_point(|&at| at < peak.at_mm + DROP);
-        profile.grey.get(k).map(|&grey| peak.grey - f64::from(grey))
+        grey.get(k).map(|&grey| peak.grey - f64::from(grey))
     }
 
     /// Mean grey level between depths of 30 and 40 mm.
-    pub fn noise(&self, profile: &Profile) -> Option<f64> {
-        let within = |at: f64| (NOISE[0]..=NOISE[1]).contains(&at);
-        let all = self.at_mm.iter().zip(&profile.grey);
-        let values: Vec<f64> = (all.filter(|(at, _)| within(**at)))
-            .map(|(_, &v)| f64::from(v))
-            .collect();
-        (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+    pub fn noise(&self, grey: &[f32]) -> Option<f64> {
+        let all = self.at_mm.iter().zip(grey);
+        let inside = all.filter(|(at, _)| (NOISE[0]..=NOISE[1]).contains(*at));
+        mean(inside.map(|(_, &v)| f64::from(v)))
     }
 }
 
@@ -175,14 +164,12 @@ mod tests {
             let ridge = 200.0 * (1.0 - (z - 13.0).abs());
             ridge.max(if z >= 30.0 { 40.0 } else { 0.0 }) as f32
         });
-        let profile = Profile {
-            grey: grey.collect(),
-        };
-        let peak = down.peak(&profile, down.first());
+        let grey: Vec<f32> = grey.collect();
+        let peak = down.peak(&grey, down.first(), 2.5);
         assert!((peak.unwrap().at_mm - 13.0).abs() < 1e-9);
-        assert!((down.width(&profile, peak, 100.0).unwrap() - 1.0).abs() < 1e-9);
-        assert_eq!(down.width(&profile, peak, 201.0), None);
-        assert_eq!(down.drop_below(&profile, peak), Some(200.0));
-        assert_eq!(down.noise(&profile), Some(40.0));
+        assert!((down.width(&grey, peak, 100.0).unwrap() - 1.0).abs() < 1e-9);
+        assert_eq!(down.width(&grey, peak, 201.0), None);
+        assert_eq!(down.drop_below(&grey, peak), Some(200.0));
+        assert_eq!(down.noise(&grey), Some(40.0));
     }
 }

@@ -2,54 +2,50 @@
 //!
 //! They are three views of a lumbar spine under layers of tissue.
 
-use serde::{Deserialize, Serialize};
+use super::study::*;
+use bonebeam_simulate::Bone;
 
-use crate::Result;
-use crate::measure::signed_distance::Region;
-use bonebeam_drive::config::{Image, PhaseSymmetry};
-use bonebeam_drive::image::b_mode;
-use bonebeam_simulate::{
-    Bone, BoneSurface, Clutter, DiffuseClutter, NoiseSpectrum, Phantom, Settings,
-};
-
-use super::common::bone::{BoneMeasure, View};
-use super::common::brightness::Brightness;
 use super::common::layers::fill_layers;
-use super::common::pair::pair;
-use super::common::pictures::{ridges, scales};
-use super::common::recording::recording;
-use super::common::truth::beside;
-use super::common::variants::{Aligned, Variant};
-use super::common::{self, Receive};
-use super::outcome::{Picture, Section, SideBySide, Table, View as Shown, data, number, percent};
-use super::{Context, Covers, Experiment, Outcome, Overrides};
 
 /// Range of the muscle, lateral and in depth, m, for the bone's relative level.
 const LATERAL: [f64; 2] = [-18e-3, 18e-3];
 const MUSCLE: f64 = 14e-3;
 
-/// Section `[spine]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Spine {
-    /// Thickness of the slab, m.
-    thickness: f64,
-    /// Scatterers per m³; together they are as bright as 60 per mm³.
-    density: f64,
-    /// How the bone's surface scatters.
-    bone: BoneSurface,
-    /// Diffuse clutter in the bone's shadow.
-    clutter: DiffuseClutter,
-    /// K: half the time window, samples.
-    half_window: usize,
-    /// Array, pulse, transmit, noise.
-    simulation: Settings,
-    /// Delay and beamformer.
-    receive: Receive,
-    /// The B-mode image; each figure has its own dynamic range.
-    image: Image,
-    /// The threshold of phase symmetry; each figure has its own scales.
-    threshold: f64,
+parameters! {
+    /// Section `[spine]`.
+    Spine "spine" {
+        /// Thickness of the slab, m.
+        thickness: f64 = 4e-3;
+        /// Scatterers per m³; together they are as bright as 60 per mm³.
+        density: f64 = 30e9;
+        /// How the bone's surface scatters.
+        bone: BoneSurface = BoneSurface::default();
+        /// Diffuse clutter in the bone's shadow.
+        clutter: DiffuseClutter = DiffuseClutter {
+            level: -24.0,
+            coherence: Some(2e-3),
+            ..DiffuseClutter::default()
+        };
+        /// K: half the time window, samples.
+        half_window: usize = 2;
+        /// Array, pulse, transmit, noise.
+        simulation: Settings = Settings {
+            fs: 40e6,
+            beams: 255,
+            beam_step: 0.5,
+            depth_end: 44.2e-3,
+            focus: 20e-3,
+            noise: Some(-60.0),
+            noise_spectrum: NoiseSpectrum::Amplifier,
+            ..Settings::volume()
+        } => Settings::validate;
+        /// Delay and beamformer.
+        receive: Receive = Receive::to(44.2e-3) => Receive::validate;
+        /// The B-mode image; each figure has its own dynamic range.
+        image: Image = Image { median: true, ..Image::default() } => Image::validate;
+        /// The threshold of phase symmetry; each figure has its own scales.
+        threshold: f64 = 15.0;
+    }
 }
 
 /// A figure of the paper.
@@ -118,51 +114,7 @@ struct Measured {
     pictures: [Picture; 2],
 }
 
-impl Default for Spine {
-    fn default() -> Self {
-        let mut receive = Receive::default();
-        receive.0.depth_end = Some(44.2e-3);
-        Spine {
-            thickness: 4e-3,
-            density: 30e9,
-            bone: BoneSurface::default(),
-            clutter: DiffuseClutter {
-                level: -24.0,
-                coherence: Some(2e-3),
-                ..DiffuseClutter::default()
-            },
-            half_window: 2,
-            simulation: Settings {
-                fs: 40e6,
-                beams: 255,
-                beam_step: 0.5,
-                depth_end: 44.2e-3,
-                focus: 20e-3,
-                noise: Some(-60.0),
-                noise_spectrum: NoiseSpectrum::Amplifier,
-                ..Settings::volume()
-            },
-            receive,
-            image: Image {
-                median: true,
-                ..Image::default()
-            },
-            threshold: 15.0,
-        }
-    }
-}
-
 impl Experiment for Spine {
-    const NAME: &'static str = "spine";
-
-    const COVERS: Covers = Covers {
-        figures: &[10, 11, 12],
-        tables: &[],
-        claims: false,
-    };
-
-    const FLAGS: &'static [&'static str] = &["--keep"];
-
     fn quick() -> Self {
         let full = Spine::default();
         Spine {
@@ -182,7 +134,7 @@ impl Experiment for Spine {
     }
 
     fn validate(&self) -> Result<()> {
-        common::validate(&self.simulation, &self.receive, &self.image)?;
+        self.check()?;
         self.bone.validate(Self::NAME)?;
         self.clutter.validate(Self::NAME)?;
         SCENES
@@ -207,10 +159,8 @@ impl Experiment for Spine {
                  of the columns).",
                 Brightness::text(result.brightness.as_ref())
             )));
-            let views = result.beamformers.iter().map(|m| Shown {
-                name: m.name.clone(),
-                pictures: m.pictures.to_vec(),
-            });
+            let views = result.beamformers.iter();
+            let views = views.map(|m| (m.name.clone(), m.pictures.to_vec()));
             parts.extend(SideBySide::of(
                 format!("fig{}", scene.figure),
                 views,
@@ -219,12 +169,9 @@ impl Experiment for Spine {
                 scales(scene.range),
             ));
         }
-        let pictures = scenes.iter().flat_map(|s| &s.beamformers);
-        let pictures = pictures.flat_map(|m| m.pictures.clone()).collect();
         Ok(Outcome {
             title: "Figs. 10–12: stand-ins for a volunteer's spine",
             parts,
-            pictures,
             tables: scenes.iter().map(table).collect(),
             data: data(&scenes)?,
             ..Outcome::default()
@@ -234,9 +181,8 @@ impl Experiment for Spine {
 
 impl Spine {
     fn filter(&self, scene: &SpineScene) -> PhaseSymmetry {
-        let [from, to] = scene.scales;
         PhaseSymmetry {
-            scales: (from..=to).map(|k| f64::from(-k).exp2()).collect(),
+            scales: octaves(scene.scales),
             threshold: self.threshold,
             ..PhaseSymmetry::default()
         }
@@ -266,48 +212,40 @@ impl Spine {
     fn scene(&self, context: &Context<'_>, scene: &SpineScene) -> Result<SceneResult> {
         let what = format!("fig{}", scene.figure);
         let phantom = self.phantom(scene)?;
-        let data = recording(context, &what, &self.simulation, &phantom, &|done| {
-            (context.progress)(&format!("{what}: simulate"), done);
-        })?;
-        let aligned = Aligned::new(&data, &self.receive)?;
-        let filter = self.filter(scene);
-        let mut view: Option<View> = None;
-        let (mut beamformers, mut brightness) = (Vec::new(), None);
-        for variant in [
+        let names = [&what[..], &format!("{what}: simulate")];
+        let data = recording(context, names, &self.simulation, &phantom)?;
+        let variants = [
             Variant::forward("das", self.half_window),
             Variant::forward("esmv-0.001", self.half_window),
             Variant::forward_backward("esmv-rank1", self.half_window),
             Variant::forward("mv", self.half_window),
-        ] {
-            let lines = aligned.lines(&variant, &self.receive, &what, context.progress)?;
-            let view = View::once(&mut view, phantom.bone.as_ref(), &lines, &self.image)?;
-            if beamformers.is_empty() {
-                brightness = Brightness::of(&lines, view, LATERAL, [MUSCLE, 45e-3])?;
-            }
-            let image = b_mode(&lines, scene.range as f32, &view.grid, self.image.median)?;
+        ];
+        let all = lines_of(&what, &data, &self.receive, &variants, context.progress)?;
+        let view = View::of_lines(phantom.bone.as_ref(), &all[0], &self.image)?;
+        let filter = self.filter(scene);
+        let measured = variants.into_iter().zip(&all).map(|(variant, lines)| {
+            let image = b_mode(lines, scene.range as f32, &view.grid, self.image.median)?;
             let map = ridges(&image.pixels, &filter)?;
-            let (key, name) = (&variant.key, &variant.name);
-            beamformers.push(Measured {
-                beamformer: key.clone(),
-                name: name.clone(),
+            Ok(Measured {
                 phase_symmetry: view.measure(&map, Region::PHASE_SYMMETRY),
                 tissue: view.measure(&image.pixels, Region::B_MODE).intensity_b,
                 pictures: pair(
-                    &format!("{what}-{key}"),
-                    &format!("{name}: {}, ", scene.name),
+                    &format!("{what}-{}", variant.key),
+                    &format!("{}: {}, ", variant.name, scene.name),
                     scene.range,
                     [image.pixels, map],
                     &view.grid,
                 ),
-            });
-        }
-        let outline = view.map_or(Vec::new(), |view| beside(&view.hits, &view.grid));
+                beamformer: variant.key,
+                name: variant.name,
+            })
+        });
         Ok(SceneResult {
             figure: scene.figure,
             name: scene.name,
-            brightness,
-            beamformers,
-            outline,
+            brightness: Brightness::of(&all[0], &view, LATERAL, [MUSCLE, 45e-3])?,
+            beamformers: measured.collect::<Result<_>>()?,
+            outline: beside(&view.hits, &view.grid),
         })
     }
 }

@@ -1,0 +1,119 @@
+//! Samples of a receive buffer.
+
+use std::ops::Range;
+
+use ndarray::{Array4, Axis};
+
+use super::Workspace;
+use crate::values::Values;
+use bonebeam_files::Result;
+use bonebeam_files::memory::{self, product};
+
+impl Workspace<'_> {
+    /// Samples of the acquisitions, and the number of frames in the buffer.
+    pub(super) fn samples(
+        &mut self,
+        rows: &[Range<usize>],
+        elements: usize,
+        (number, frames): (usize, Range<usize>),
+    ) -> Result<(Array4<f32>, usize)> {
+        let buffers = self.entries("RcvData");
+        let Some(buffer) = buffers.get(number.wrapping_sub(1)) else {
+            return self.refuse(format!(
+                "has {} buffers in `RcvData`; `Receive.bufnum` is {number}",
+                buffers.len()
+            ));
+        };
+        let in_parts = self
+            .source
+            .shape_for_parts(buffer)?
+            .filter(|shape| shape.len() == 3);
+        let held = self
+            .source
+            .sides(buffer)
+            .and_then(|sides| sides.get(2).copied())
+            .unwrap_or(1);
+        let oldest = self.oldest(number, held)?;
+        let mut parts = Vec::new();
+        for frames in match in_parts {
+            Some(_) => in_memory(frames, oldest, held),
+            None => std::iter::once(0..held).collect(),
+        } {
+            let part = in_parts.is_some().then_some((2, frames));
+            match self.source.samples(buffer, part)? {
+                Values::Real(data) => parts.push(data),
+                Values::Complex(_) => {
+                    return self.refuse("`RcvData` is complex; expected RF".into());
+                }
+            }
+        }
+        let views: Vec<_> = parts.iter().map(|part| part.view()).collect();
+        let axis = Axis(
+            views
+                .first()
+                .map_or(0, |view| view.ndim().min(3).saturating_sub(1)),
+        );
+        let data = ndarray::concatenate(axis, &views)
+            .map_err(|e| self.source.error(format!("`RcvData`: {e}")))?;
+        let there = data.shape().to_vec();
+        let last = rows.iter().map(|rows| rows.end).max().unwrap_or(0);
+        if !(2..=3).contains(&there.len()) || there[0] < last {
+            return self.refuse(format!(
+                "`RcvData` has shape {there:?}; expected [at least {last} rows, channel, frame]"
+            ));
+        }
+        let channels = self.channels(elements, there[1])?;
+        let shape = (
+            there.get(2).copied().unwrap_or(1),
+            rows.len(),
+            elements,
+            rows.first().map_or(0, ExactSizeIterator::len),
+        );
+        // Acquisitions may have rows in common.
+        let bytes = product(&[shape.0, shape.1, shape.2, shape.3, size_of::<f32>()]);
+        memory::check(bytes, "the samples").map_err(|e| self.source.error(e.to_string()))?;
+        let rf = Array4::from_shape_fn(shape, |(frame, transmit, m, n)| {
+            let (row, channel) = (rows[transmit].start + n, channels[m]);
+            let frame = match in_parts {
+                Some(_) => frame,
+                None => (frame + oldest) % held,
+            };
+            match data.ndim() {
+                2 => data[[row, channel]],
+                _ => data[[row, channel, frame]],
+            }
+        });
+        Ok((rf, held))
+    }
+
+    /// Place of the oldest frame in a buffer, which is a ring: that after the last one written.
+    fn oldest(&mut self, number: usize, held: usize) -> Result<usize> {
+        let last = self.entries("Resource.RcvBuffer.lastFrame");
+        let Some(name) = last.get(number.wrapping_sub(1)) else {
+            return Ok(0);
+        };
+        // The cast saturates.
+        let last = self.source.scalar(name)? as usize;
+        if last == 0 || last >= held {
+            return Ok(0);
+        }
+        self.assumed.push(format!(
+            "frames are in the order of time: the first is {} in memory, after Resource.RcvBuffer.lastFrame",
+            last + 1
+        ));
+        Ok(last)
+    }
+}
+
+/// Places in memory of some frames of a ring of `held`, of which the first in time is `oldest`.
+fn in_memory(frames: Range<usize>, oldest: usize, held: usize) -> Vec<Range<usize>> {
+    let (start, end) = (
+        frames.start.min(held) + oldest,
+        frames.end.min(held) + oldest,
+    );
+    match (start >= held, end > held) {
+        (true, _) => std::iter::once(start - held..end.max(start) - held).collect(),
+        (false, true) => vec![start..held, 0..end - held],
+        (false, false) => std::iter::once(start..end).collect(),
+    }
+}
