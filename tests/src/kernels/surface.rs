@@ -26,11 +26,7 @@ pub struct Frame {
 
 /// Settings of all kinds, near the usual ones unless `wild`.
 pub fn settings(draw: &mut impl Draw, wild: bool) -> Settings {
-    let mut settings = draw.one_of(&[
-        Settings::DEFAULT,
-        Settings::COHERENCE,
-        Settings::LEARNT,
-    ]);
+    let mut settings = draw.one_of(&[Settings::DEFAULT, Settings::COHERENCE, Settings::LEARNT]);
     let mut at = |usual| draw.number(wild, usual);
     let far = at([1e-2, 4e-2]);
     settings.depths = [

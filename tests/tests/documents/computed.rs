@@ -82,9 +82,7 @@ fn surface_settings() -> String {
             format!("{a}, {b}")
         }),
     ];
-    let mut table = String::from(
-        "| | lines | with coherence | pictures |\n|---|---|---|---|\n",
-    );
+    let mut table = String::from("| | lines | with coherence | pictures |\n|---|---|---|---|\n");
     for (index, (name, text)) in rows.into_iter().enumerate() {
         let presets = [Settings::DEFAULT, Settings::COHERENCE, Settings::LEARNT];
         let [lines, coherence, pictures] = presets.map(|settings| match settings.learnt {

@@ -144,9 +144,7 @@ impl Surface {
             ("margin", self.margin),
         ];
         match terms.iter().find(|(_, value)| value.is_some()) {
-            Some((name, _)) => Err(Error::Usage(format!(
-                "--{name} has no effect on a picture"
-            ))),
+            Some((name, _)) => Err(Error::Usage(format!("--{name} has no effect on a picture"))),
             None => Ok(self.settings(Settings::LEARNT)),
         }
     }
