@@ -2,6 +2,8 @@
 
 #![no_std]
 
+#[path = "../../tests/src/arrays.rs"]
+mod arrays;
 mod fault;
 mod main_loop;
 mod scanner;

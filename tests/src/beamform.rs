@@ -10,8 +10,8 @@ use bonebeam::geometry::{
 use bonebeam::memory::{self, Need};
 use bonebeam::{Complex, Error};
 
-use crate::hash;
 use crate::snapshots::{ELEMENTS, PERIODIC, SAMPLES, SNAPSHOTS};
+use crate::{arrays, hash};
 
 /// `K`.
 const TEMPORAL: usize = 2;
@@ -214,20 +214,12 @@ const NEED: Need = {
     forward.or(sizes(Covariance::ForwardBackward).need())
 };
 
-/// The memory of the cases.
-pub struct Memory {
-    scratch: memory::Memory<{ NEED.real }, { NEED.complex }>,
-    z: [Complex<f32>; SAMPLES * SUB_LINES],
-    steering: [Complex<f32>; Steering::need(SAMPLES, SUB_LINES).complex],
-}
-
-impl Memory {
-    pub(crate) const fn new() -> Self {
-        Memory {
-            scratch: memory::Memory::new(),
-            z: [Complex::new(0.0, 0.0); _],
-            steering: [Complex::new(0.0, 0.0); _],
-        }
+arrays! {
+    /// The memory of the cases.
+    pub struct Memory {
+        scratch: memory::Memory<{ NEED.real }, { NEED.complex }> = memory::Memory::new(),
+        z: [Complex<f32>; SAMPLES * SUB_LINES] = [Complex::ZERO; _],
+        steering: [Complex<f32>; Steering::need(SAMPLES, SUB_LINES).complex] = [Complex::ZERO; _],
     }
 }
 

@@ -5,26 +5,19 @@ use bonebeam::beamform::{AlignedLine, ShortLagCoherence};
 use bonebeam::memory;
 
 use crate::beamform::growing;
-use crate::hash;
 use crate::snapshots::{ELEMENTS, SAMPLES, SNAPSHOTS};
+use crate::{arrays, hash};
 
 /// The case.
 pub const COHERENCE: ShortLagCoherence = ShortLagCoherence {
     temporal_half_window: 2,
 };
 
-/// The memory of the case.
-pub struct Memory {
-    scratch: memory::Memory<{ COHERENCE.need().real }, 0>,
-    coherence: [f32; SAMPLES],
-}
-
-impl Memory {
-    pub(crate) const fn new() -> Self {
-        Memory {
-            scratch: memory::Memory::new(),
-            coherence: [0.0; SAMPLES],
-        }
+arrays! {
+    /// The memory of the case.
+    pub struct Memory {
+        scratch: memory::Memory<{ COHERENCE.need().real }, 0> = memory::Memory::new(),
+        coherence: [f32; SAMPLES] = [0.0; _],
     }
 }
 

@@ -12,8 +12,8 @@ use bonebeam::delay::{
 use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
 use bonebeam::{Complex, Error};
 
-use crate::hash;
 use crate::snapshots::{LENGTH, REAL_PARTS};
+use crate::{arrays, hash};
 
 /// Elements of the array.
 pub const ELEMENTS: usize = 8;
@@ -89,37 +89,26 @@ const VALUES: usize = 96;
 const RECORD: usize = (64 + 16 + 2) * UPSAMPLING;
 const PADDED: usize = 64 + 2 * 16 + 2 + 4;
 
-/// The memory of the cases.
-pub struct Memory {
-    scratch: [f32; SCRATCH],
-    x: [Complex<f32>; SAMPLES * ELEMENTS],
-    upsampled: UpsampledMemory,
+arrays! {
+    /// The memory of the cases.
+    pub struct Memory {
+        scratch: [f32; SCRATCH] = [0.0; _],
+        x: [Complex<f32>; SAMPLES * ELEMENTS] = [Complex::ZERO; _],
+        upsampled: UpsampledMemory = UpsampledMemory::new(),
+    }
 }
-
-/// The memory of the case of upsampled records.
-struct UpsampledMemory {
-    record: [f32; RECORD],
-    padded: [f32; PADDED],
-    centre: [i32; VALUES],
-    receive_delays: [i32; VALUES],
-    values: [f32; 6 * VALUES],
+arrays! {
+    /// The memory of the case of upsampled records.
+    struct UpsampledMemory {
+        record: [f32; RECORD] = [0.0; _],
+        padded: [f32; PADDED] = [0.0; _],
+        centre: [i32; VALUES] = [0; _],
+        receive_delays: [i32; VALUES] = [0; _],
+        values: [f32; 6 * VALUES] = [0.0; _],
+    }
 }
 
 impl Memory {
-    pub(crate) const fn new() -> Self {
-        Memory {
-            scratch: [0.0; SCRATCH],
-            x: [Complex::new(0.0, 0.0); SAMPLES * ELEMENTS],
-            upsampled: UpsampledMemory {
-                record: [0.0; RECORD],
-                padded: [0.0; PADDED],
-                centre: [0; VALUES],
-                receive_delays: [0; VALUES],
-                values: [0.0; 6 * VALUES],
-            },
-        }
-    }
-
     /// Scratch and output of [`PARAMETERS`].
     pub(crate) fn slices(&mut self) -> (&mut [f32], &mut [Complex<f32>]) {
         (&mut self.scratch[..PARAMETERS.need(1).real], &mut self.x)

@@ -7,8 +7,8 @@ use bonebeam::image::{
 };
 use bonebeam::{Complex, Error};
 
-use crate::hash;
 use crate::snapshots::{ELEMENTS, LENGTH, SAMPLES, SNAPSHOTS};
+use crate::{arrays, hash};
 
 /// Rows and columns of the image.
 pub const SIDE: usize = 64;
@@ -82,24 +82,14 @@ pub const LINE_CYCLES: f64 = 0.2;
 /// Complex numbers of the cases' scratch and output.
 const SCRATCH: usize = 256;
 
-/// The memory of the cases.
-pub struct Memory {
-    envelope: [f32; LENGTH],
-    levels: [f32; LENGTH],
-    image: [f32; SIDE * SIDE],
-    smooth: [f32; SIDE * SIDE],
-    scratch: [Complex<f32>; SCRATCH],
-}
-
-impl Memory {
-    pub(crate) const fn new() -> Self {
-        Memory {
-            envelope: [0.0; LENGTH],
-            levels: [0.0; LENGTH],
-            image: [0.0; SIDE * SIDE],
-            smooth: [0.0; SIDE * SIDE],
-            scratch: [Complex::new(0.0, 0.0); SCRATCH],
-        }
+arrays! {
+    /// The memory of the cases.
+    pub struct Memory {
+        envelope: [f32; LENGTH] = [0.0; _],
+        levels: [f32; LENGTH] = [0.0; _],
+        image: [f32; SIDE * SIDE] = [0.0; _],
+        smooth: [f32; SIDE * SIDE] = [0.0; _],
+        scratch: [Complex<f32>; SCRATCH] = [Complex::ZERO; _],
     }
 }
 

@@ -12,8 +12,8 @@ use bonebeam::geometry::{Active, Array, Element, Ray, Transmit, TransmitLaw};
 use bonebeam::{Complex, Error};
 
 use crate::delay;
-use crate::hash;
 use crate::snapshots::{ELEMENTS, LENGTH, REAL_PARTS, SAMPLES, SNAPSHOTS};
+use crate::{arrays, hash};
 
 /// Samples of the line.
 pub const OUTPUTS: usize = 40;
@@ -67,18 +67,11 @@ pub fn line() -> ScanLine<'static> {
     }
 }
 
-/// The memory of the cases.
-pub struct Memory {
-    scratch: [f32; SCRATCH],
-    x: [Complex<f32>; OUTPUTS * ELEMENTS],
-}
-
-impl Memory {
-    pub(crate) const fn new() -> Self {
-        Memory {
-            scratch: [0.0; SCRATCH],
-            x: [Complex::new(0.0, 0.0); OUTPUTS * ELEMENTS],
-        }
+arrays! {
+    /// The memory of the cases.
+    pub struct Memory {
+        scratch: [f32; SCRATCH] = [0.0; _],
+        x: [Complex<f32>; OUTPUTS * ELEMENTS] = [Complex::ZERO; _],
     }
 }
 

@@ -139,6 +139,14 @@ pub fn judge<K: Kernel>(
     one.map(|(_, numbers)| numbers)
 }
 
+/// The kernel's result over one lane.
+///
+/// # Errors
+/// Those of the core.
+pub fn over_one_lane<K: Kernel>(kernel: &K) -> Result<Vec<K::Number>, Error> {
+    run(0.0f32, kernel, 0, None)
+}
+
 /// Two runs in memory of exactly the need, or with one number less in one of its four slices.
 fn run<K: Kernel, V: Vector>(
     zero: V,

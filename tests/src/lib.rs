@@ -8,6 +8,7 @@
 #[cfg(feature = "lanes")]
 extern crate std;
 
+mod arrays;
 pub mod beamform;
 pub mod coherence;
 pub mod delay;
@@ -37,41 +38,23 @@ mod documents {
 
 use bonebeam::Error;
 
-/// The memory of all cases; fits a `static`.
-pub struct Workspaces {
-    beamform: beamform::Memory,
-    coherence: coherence::Memory,
-    delay: delay::Memory,
-    image: image::Memory,
-    iq: iq::Memory,
-    phase_symmetry: phase_symmetry::Memory,
-    pipeline: pipeline::Memory,
-    surface: surface::Memory,
+arrays! {
+    /// The memory of all cases; fits a `static`.
+    pub struct Workspaces {
+        beamform: beamform::Memory = beamform::Memory::new(),
+        coherence: coherence::Memory = coherence::Memory::new(),
+        delay: delay::Memory = delay::Memory::new(),
+        image: image::Memory = image::Memory::new(),
+        iq: iq::Memory = iq::Memory::new(),
+        phase_symmetry: phase_symmetry::Memory = phase_symmetry::Memory::new(),
+        pipeline: pipeline::Memory = pipeline::Memory::new(),
+        surface: surface::Memory = surface::Memory::new(),
+    }
 }
 
 impl Workspaces {
     /// Size of this memory, bytes.
     pub const BYTES: usize = size_of::<Self>();
-
-    /// Memory for [`run`].
-    pub const fn new() -> Self {
-        Workspaces {
-            beamform: beamform::Memory::new(),
-            coherence: coherence::Memory::new(),
-            delay: delay::Memory::new(),
-            image: image::Memory::new(),
-            iq: iq::Memory::new(),
-            phase_symmetry: phase_symmetry::Memory::new(),
-            pipeline: pipeline::Memory::new(),
-            surface: surface::Memory::new(),
-        }
-    }
-}
-
-impl Default for Workspaces {
-    fn default() -> Self {
-        Self::new()
-    }
 }
 
 /// Runs every case and reports its name (without spaces) and its hash.

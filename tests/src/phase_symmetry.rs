@@ -9,7 +9,7 @@ use bonebeam::phase_symmetry::{
     StripSlices,
 };
 
-use crate::hash;
+use crate::{arrays, hash};
 
 /// Rows and columns of the image.
 pub const SIDE: usize = 64;
@@ -62,26 +62,15 @@ pub(crate) const fn parameters(strip: usize) -> Parameters<'static> {
     }
 }
 
-/// The memory of the cases.
-pub struct Memory {
-    tables: LogGaborTables,
-    fast: memory::Memory<{ NEED.real }, { NEED.complex }>,
-    spectrum: [f32; SIZES.spectrum_len()],
-    filtered: [f32; SIZES.filtered_len()],
-    amplitude: [f32; SIZES.amplitude_len()],
-    symmetry: [f32; SIZES.symmetry_len()],
-}
-
-impl Memory {
-    pub(crate) const fn new() -> Self {
-        Memory {
-            tables: LogGaborTables::new(),
-            fast: memory::Memory::new(),
-            spectrum: [0.0; SIZES.spectrum_len()],
-            filtered: [0.0; SIZES.filtered_len()],
-            amplitude: [0.0; SIZES.amplitude_len()],
-            symmetry: [0.0; SIZES.symmetry_len()],
-        }
+arrays! {
+    /// The memory of the cases.
+    pub struct Memory {
+        tables: LogGaborTables = LogGaborTables::new(),
+        fast: memory::Memory<{ NEED.real }, { NEED.complex }> = memory::Memory::new(),
+        spectrum: [f32; SIZES.spectrum_len()] = [0.0; _],
+        filtered: [f32; SIZES.filtered_len()] = [0.0; _],
+        amplitude: [f32; SIZES.amplitude_len()] = [0.0; _],
+        symmetry: [f32; SIZES.symmetry_len()] = [0.0; _],
     }
 }
 

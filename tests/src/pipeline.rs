@@ -9,9 +9,9 @@ use bonebeam::memory::{self, Need};
 use bonebeam::pipeline::{IqInput, LinePipeline};
 use bonebeam::{Complex, Error};
 
-use crate::hash;
 use crate::iq::COUNTS;
 use crate::snapshots::{ELEMENTS, SAMPLES};
+use crate::{arrays, hash};
 
 const SCAN: ScanParameters = ScanParameters {
     array: Array::linear(ELEMENTS, 0.2e-3),
@@ -48,20 +48,12 @@ const SIZES: Sizes = OF_SUB_LINES.sizes(ELEMENTS);
 const LINE: Need = Need::new(7 * ELEMENTS, HELD * ELEMENTS);
 const NEED: Need = LINE.and(SIZES.need());
 
-/// The memory of the case.
-pub struct Memory {
-    scratch: memory::Memory<{ NEED.real }, { NEED.complex }>,
-    z: [Complex<f32>; LENGTH * SUB_LINES],
-    directions: [Complex<f32>; Steering::need(LENGTH, SUB_LINES).complex],
-}
-
-impl Memory {
-    pub(crate) const fn new() -> Self {
-        Memory {
-            scratch: memory::Memory::new(),
-            z: [Complex::new(0.0, 0.0); _],
-            directions: [Complex::new(0.0, 0.0); _],
-        }
+arrays! {
+    /// The memory of the case.
+    pub struct Memory {
+        scratch: memory::Memory<{ NEED.real }, { NEED.complex }> = memory::Memory::new(),
+        z: [Complex<f32>; LENGTH * SUB_LINES] = [Complex::ZERO; _],
+        directions: [Complex<f32>; Steering::need(LENGTH, SUB_LINES).complex] = [Complex::ZERO; _],
     }
 }
 

@@ -7,7 +7,7 @@ use bonebeam::geometry::Axis;
 use bonebeam::memory::{self, Need};
 use bonebeam::surface::{Detector, Parameters, Point, Ramp, Settings};
 
-use crate::hash;
+use crate::{arrays, hash};
 
 /// Lines of the frame.
 pub const LINES: usize = 24;
@@ -102,20 +102,12 @@ const NEED: Need = need(WHOLE)
     .or(need(MARGIN))
     .or(need(LEARNT));
 
-/// The memory of the cases.
-pub struct Memory {
-    scratch: memory::Memory<{ NEED.real }, 0>,
-    frame: [u8; LINES * SAMPLES],
-    points: [Option<Point>; LINES],
-}
-
-impl Memory {
-    pub(crate) const fn new() -> Self {
-        Memory {
-            scratch: memory::Memory::new(),
-            frame: [0; LINES * SAMPLES],
-            points: [None; LINES],
-        }
+arrays! {
+    /// The memory of the cases.
+    pub struct Memory {
+        scratch: memory::Memory<{ NEED.real }, 0> = memory::Memory::new(),
+        frame: [u8; LINES * SAMPLES] = [0; _],
+        points: [Option<Point>; LINES] = [None; _],
     }
 }
 

@@ -2,14 +2,13 @@
 
 use crate::common;
 use crate::common::changed;
-use bonebeam::Error;
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Segment, Sizes, Workspace};
 use bonebeam::covariance::Covariance;
 use bonebeam::geometry::Active;
 use bonebeam::memory::{Need, Scratch};
 use bonebeam_drive::beamform::Memory;
 use common::lines::COVARIANCES;
-use common::refused::refused;
+use common::refused::assert_refused;
 use ndarray::Array3;
 use num_complex::Complex;
 
@@ -42,12 +41,6 @@ fn of([elements, subaperture, temporal_half_window]: [usize; 3], covariance: Cov
 
 fn memory(sizes: [usize; 3]) -> Memory<f32> {
     Memory::new(0.0, of(sizes, Covariance::ForwardBackward)).expect("little memory")
-}
-
-#[track_caller]
-fn assert_refused<T>(result: Result<T, Error>, words: &str) {
-    let found = refused(result);
-    assert!(found.starts_with(words), "{found}, expected {words}");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Lines with a depth step, and their images.
 
 use crate::common;
-use crate::common::refused::refused;
+use crate::common::refused::{assert_refused, refused};
 
 use bonebeam::Complex;
 use bonebeam::beamform::Parameters;
@@ -163,8 +163,10 @@ fn what_is_no_line_is_refused() {
         (9, 0.25, "depth_step"),
         (2, f64::NAN, "cycles of the carrier"),
     ] {
-        let words = refused(DepthInterpolation::new(9, depth_step, cycles));
-        assert!(words.starts_with(&format!("parameter {name} ")), "{words}");
+        assert_refused(
+            DepthInterpolation::new(9, depth_step, cycles),
+            &format!("parameter {name} "),
+        );
     }
     let row = Parameters::TABLE
         .into_iter()

@@ -4,27 +4,16 @@
 
 use crate::common;
 
-use bonebeam::Complex;
-use bonebeam::delay::{Compounding, Delay, DelayParameters, Record, ScanLine, Stage};
+use bonebeam::delay::{Compounding, DelayParameters, ScanLine};
 use bonebeam::geometry::{
     Active, Array, Axis, Depth, Element, Lines, Ray, Scan, ScanParameters, Transmit, TransmitLaw,
 };
 use bonebeam_oracle::reference;
+use common::delays::{C, F0, arrival, convex, pulse, rf_line};
 use common::tolerances::{DELAYED_PULSE_20_MHZ, DELAYED_PULSE_40_MHZ};
-use std::f64::consts::PI;
 
-const C: f64 = 1540.0;
-const F0: f64 = 5e6;
 const ELEMENTS: usize = 33;
 const PITCH: f64 = 0.3e-3;
-const RADIUS: f64 = 40e-3;
-
-/// A convex array of 40 mm radius.
-fn convex() -> Vec<Element> {
-    (0..ELEMENTS)
-        .map(|m| Element::convex(ELEMENTS, PITCH, RADIUS, m))
-        .collect()
-}
 
 /// Delays of a wave from 15 mm behind the array; two elements do not fire.
 fn delays(elements: &[Element]) -> Vec<f64> {
@@ -88,46 +77,6 @@ fn line<'a>(array: Array<'a>, ray: Ray, law: TransmitLaw<'a>) -> ScanLine<'a> {
     }
 }
 
-fn core_line(p: &DelayParameters, line: &ScanLine, rf: &[f32]) -> Vec<Complex<f32>> {
-    let mut out = vec![Complex::new(f32::NAN, f32::NAN); p.output_samples * p.elements];
-    let delay = Delay::new(*p).unwrap();
-    let record = Record::new(rf, p.elements).unwrap();
-    let mut scratch = vec![f32::NAN; p.need(1).real];
-    delay
-        .line(0.0f32, line, &record, &mut scratch, &mut out)
-        .unwrap();
-    out
-}
-
-/// A Gaussian pulse of 5 MHz and 60 % bandwidth at −6 dB.
-fn pulse(t: f64) -> f64 {
-    let a = (PI * F0 * 0.6).powi(2) / (4.0 * 10f64.powf(6.0 / 20.0).ln());
-    (-a * t * t).exp() * (2.0 * PI * F0 * t).cos()
-}
-
-/// Arrival time of the wave at a point, from the definitions of the laws.
-fn arrival(law: TransmitLaw, elements: &[[f64; 2]], [x, z]: [f64; 2], r: f64) -> f64 {
-    match law {
-        TransmitLaw::Focused => r / C,
-        TransmitLaw::Plane { angle } => (x * angle.sin() + z * angle.cos()) / C,
-        TransmitLaw::Element { x: ex, z: ez } => (x - ex).hypot(z - ez) / C,
-        TransmitLaw::VirtualSource { x: sx, z: sz } => {
-            let (distance, range) = ((x - sx).hypot(z - sz), sx.hypot(sz));
-            if sz <= 0.0 {
-                (distance - range) / C
-            } else {
-                (range + distance * (z - sz).signum()) / C
-            }
-        }
-        TransmitLaw::Delays(delays) => {
-            let waves = delays.iter().zip(elements);
-            let fired = waves.filter(|(delay, _)| delay.is_finite());
-            let times = fired.map(|(delay, [ex, ez])| delay + (x - ex).hypot(z - ez) / C);
-            times.fold(f64::INFINITY, f64::min)
-        }
-    }
-}
-
 /// Rates of record and output, Hz, and the tolerance.
 const RATES: [(f64, f64, f64); 6] = [
     (20e6, 20e6, DELAYED_PULSE_20_MHZ),
@@ -140,7 +89,7 @@ const RATES: [(f64, f64, f64); 6] = [
 
 #[test]
 fn a_point_on_the_line_becomes_a_flat_wavefront_and_the_f64_reference_agrees() {
-    let convex = convex();
+    let convex = convex(ELEMENTS);
     let delays = delays(&convex);
     for (fs, output_rate, tolerance) in RATES {
         for (array, ray) in lines(&convex, PITCH) {
@@ -165,7 +114,7 @@ fn a_point_on_the_line_becomes_a_flat_wavefront_and_the_f64_reference_agrees() {
                         rf.push(pulse(line.transmit.t0 + k as f64 / fs - flight) as f32);
                     }
                 }
-                let out = core_line(&p, &line, &rf);
+                let out = rf_line(&p, &line, &rf);
                 let what = format!("{fs}, {ray:?}, {law:?}");
                 for m in line.active.first..line.active.first + line.active.count {
                     let y = out[100 * ELEMENTS + m];
@@ -219,7 +168,7 @@ fn rays_straight_down_have_the_active_sets_of_lines() {
 
 #[test]
 fn the_aperture_is_centred_on_the_ray_and_grows_along_it() {
-    let convex = convex();
+    let convex = convex(ELEMENTS);
     let array = Array::at(&convex, PITCH);
     let rays: Vec<Ray> = (0..2 * ELEMENTS - 1)
         .map(|k| array.normal(k as f64 / 2.0))

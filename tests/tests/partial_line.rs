@@ -1,7 +1,7 @@
 //! Lines that are beamformed while their samples still come.
 
 use crate::common::lines::{Line, core};
-use crate::common::refused::refused;
+use crate::common::refused::{assert_refused, refused};
 use bonebeam::Complex;
 use bonebeam::beamform::{AlignedLine, Beamformer, Parameters};
 use bonebeam_drive::beamform::Memory;
@@ -38,8 +38,7 @@ fn run(
 fn blocks_that_lack_samples_are_refused() {
     let line = Line::noise(7, SAMPLES, ELEMENTS);
     let mut z = vec![Complex::new(7.0, 0.0); SAMPLES];
-    let late = refused(run(&line, 2, &[(9, 10, 30)], &mut z));
-    assert!(late.starts_with("parameter "), "{late}");
+    assert_refused(run(&line, 2, &[(9, 10, 30)], &mut z), "parameter ");
     let short = refused(run(&line, 2, &[(9, 11, 30)], &mut z[1..]));
     assert_eq!(short, "length z 39 for 40");
     let behind = run(&line, 2, &[(9, SAMPLES + 1, 30)], &mut z);

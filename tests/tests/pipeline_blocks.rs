@@ -2,7 +2,9 @@
 
 use crate::common;
 use crate::common::changed;
+use crate::common::refused::assert_refused;
 
+use bonebeam::Complex;
 use bonebeam::beamform::{Beamformer, Workspace};
 use bonebeam::delay::{
     Compounding, Delay, DelayParameters, IqDelay, IqLayout, IqParameters, IqSamples, Record,
@@ -11,7 +13,6 @@ use bonebeam::delay::{
 use bonebeam::geometry::{Depth, Scan};
 use bonebeam::memory::Scratch;
 use bonebeam::pipeline::LinePipeline;
-use bonebeam::{Complex, Error};
 use bonebeam_tests::kernel::bits;
 use common::frames::{
     DEMODULATION, ELEMENTS, PARAMETERS, counted, counts, focused, iq_input, iq_parameters, record,
@@ -160,13 +161,7 @@ fn memory_for_a_block_does_not_grow_with_the_line_and_less_is_refused() {
         let refused = with_workspace(lines.beamformer(), |workspace| {
             lines.line(5, [(focused(), &record)], memory, workspace, &mut z)
         });
-        match refused {
-            Err(Error::Length {
-                name: n,
-                actual,
-                expected,
-            }) => assert_eq!((n, actual, expected), (name, length - 1, length)),
-            other => panic!("{other:?}"),
-        }
+        let words = format!("length {name} {} for {length}", length - 1);
+        assert_refused(refused, &words);
     }
 }

@@ -1,22 +1,21 @@
 //! The errors of the pipeline, and the sizes of its memory.
 
 use crate::common;
+use crate::common::changed;
+use crate::common::refused::{assert_refused, name};
 
+use bonebeam::Complex;
 use bonebeam::delay::Record;
 use bonebeam::geometry::{Depth, Lines, Scan};
 use bonebeam::memory::Scratch;
 use bonebeam::pipeline::{DepthGate, Frame, Parameters, Pipeline};
-use bonebeam::{Complex, Error};
 use common::frames::{ELEMENTS, LINES, NEED, PARAMETERS, focused, record};
 
 #[test]
 fn a_gate_that_is_none_is_refused() {
     let refused = |from, to| {
         let gate = DepthGate { from, to };
-        match Pipeline::new(PARAMETERS).unwrap().with_gate(gate) {
-            Err(Error::Parameter { name, .. }) => name,
-            other => panic!("{other:?}"),
-        }
+        name(Pipeline::new(PARAMETERS).unwrap().with_gate(gate))
     };
     let (start, end) = ("depth gate's start", "depth gate's end");
     assert_eq!(refused(f64::NAN, 8e-3), start);
@@ -38,17 +37,13 @@ fn sizes_follow_from_the_parameters_and_others_are_refused() {
     let (mut real, mut complex) = (vec![0.0; NEED.real], vec![Complex::ZERO; NEED.complex]);
     for (shorter, name) in [(0, "real memory"), (1, "complex memory")] {
         let memory = Scratch::new(&mut real[1 - shorter..], &mut complex[shorter..]);
-        match Frame::new(&pipeline, memory).map(drop) {
-            Err(Error::Length { name: n, .. }) => assert_eq!(n, name),
-            other => panic!("{other:?}"),
-        }
+        assert_refused(Frame::new(&pipeline, memory), &format!("length {name} "));
     }
     let memory = Scratch::new(&mut real, &mut complex);
     let mut frame = Frame::new(&pipeline, memory).unwrap();
     let rf = record(0);
     let record = Record::new(&rf, ELEMENTS).unwrap();
-    let error = frame.line(LINES, [(focused(), &record)]);
-    assert!(matches!(error, Err(Error::Capacity { name: "line", .. })));
+    assert_refused(frame.line(LINES, [(focused(), &record)]), "capacity line ");
     // Before the first line the image is black, and the map is 0.
     assert!(frame.image().unwrap().iter().all(|&pixel| pixel == 0.0));
     assert!(frame.bone_map().unwrap().iter().all(|&ps| ps == 0.0));
@@ -56,14 +51,7 @@ fn sizes_follow_from_the_parameters_and_others_are_refused() {
 
 #[test]
 fn bad_parameters_are_named() {
-    let name = |change: fn(&mut Parameters)| {
-        let mut p = PARAMETERS;
-        change(&mut p);
-        match Pipeline::new(p) {
-            Err(Error::Parameter { name, .. } | Error::Capacity { name, .. }) => name,
-            other => panic!("{other:?}"),
-        }
-    };
+    let name = |change: fn(&mut Parameters)| name(Pipeline::new(changed(PARAMETERS, change)));
     assert_eq!(name(|p| p.scan.sound_speed = -1.0), "sound_speed");
     assert_eq!(name(|p| p.scan.lines = Lines::At(&[0.0, 1e-3])), "lines");
     assert_eq!(name(|p| p.scan.sampling_rate = 400e6), "output_rate");

@@ -2,6 +2,7 @@
 //!
 //! The delay stage interpolates in another way.
 
+use crate::common::delays::{C, F0, line_up, noise, pulse};
 use crate::delay::frames::assert_frames_alike;
 use bonebeam::Complex;
 use bonebeam::delay::{Compounding, Contribution, Delay, DelayParameters, ScanLine, Upsampled};
@@ -10,28 +11,11 @@ use bonebeam_drive::config::{Beamform, RfInterpolation};
 use bonebeam_drive::delay::DelayStage;
 use bonebeam_files::{ChannelData, Transmits};
 use ndarray::Array3;
-use rand::rngs::ChaCha8Rng;
-use rand::{RngExt, SeedableRng};
-use std::f64::consts::PI;
 
-const C: f64 = 1540.0;
-const F0: f64 = 5e6;
-const PITCH: f64 = 0.3e-3;
 /// Error of linear interpolation between 16 samples a recorded one.
 ///
 /// A tone of 1.3·f0 at 4·f0 errs by (2π·1.3/64)²/8 = 2.0e-3. All other differences are below 1e-4.
 const STRAIGHT: f32 = 2.2e-3;
-
-fn element_x(elements: usize) -> Vec<f64> {
-    (0..elements)
-        .map(|m| (m as f64 - (elements as f64 - 1.0) / 2.0) * PITCH)
-        .collect()
-}
-
-fn noise(length: usize) -> Vec<f32> {
-    let mut rng = ChaCha8Rng::seed_from_u64(5);
-    (0..length).map(|_| rng.random_range(-1.0..1.0)).collect()
-}
 
 /// One sample a second, one a metre of depth: times are positions without rounding.
 const EXACT: DelayParameters = DelayParameters {
@@ -140,7 +124,7 @@ fn nothing_is_added_from_beyond_the_record() {
     let mut record = vec![f32::NAN; upsampled.record_len()];
     let mut scratch = vec![f32::NAN; upsampled.need().real];
     upsampled
-        .record(0.0f32, &noise(300), &mut scratch, &mut record)
+        .record(0.0f32, &noise(300, 5), &mut scratch, &mut record)
         .unwrap();
     // Some values are read within the record, the others beyond it.
     let within: Vec<i32> = (0..300).map(|n| (n + 20) * A_SAMPLE as i32).collect();
@@ -159,17 +143,11 @@ fn nothing_is_added_from_beyond_the_record() {
     }
 }
 
-/// A Gaussian pulse of 5 MHz and 60 % bandwidth at −6 dB.
-fn pulse(t: f64) -> f64 {
-    let a = (PI * F0 * 0.6).powi(2) / (4.0 * 10f64.powf(6.0 / 20.0).ln());
-    (-a * t * t).exp() * (2.0 * PI * F0 * t).cos()
-}
-
 /// Echoes of points, of seven plane waves, by 32 elements at 20 MHz.
 fn recording() -> ChannelData {
     let (waves, elements, samples, fs) = (7, 32, 560, 20e6);
     let angle: Vec<f64> = (0..waves).map(|k| (k as f64 - 3.0) * 0.08).collect();
-    let x = element_x(elements);
+    let x = line_up(elements, 0.3e-3);
     let points = [[-2e-3, 8e-3], [0.4e-3, 11e-3], [3e-3, 15e-3]];
     let rf = Array3::from_shape_fn((waves, elements, samples), |(wave, m, n)| {
         let echo = |[px, pz]: [f64; 2]| {

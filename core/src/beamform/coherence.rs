@@ -303,37 +303,6 @@ mod tests {
         assert_eq!(of(&noise(5), 1, 0), [0.0; 5]);
     }
 
-    /// A wave across the array by `phase` an element: lags `k` have `cos(k·phase)`.
-    #[test]
-    fn an_oblique_wave_has_the_cosines_of_its_lags() {
-        for phase in [0.1f32, 0.7, 2.0] {
-            let x: Vec<_> = (0..16)
-                .map(|m| Complex::from_polar(3.0, m as f32 * phase))
-                .collect();
-            // Elements 0, 4 and 8 have four pairs each, element 12 has three.
-            let cosines = [4.0, 4.0, 4.0, 3.0].iter().zip(1..);
-            let expected: f32 = cosines
-                .map(|(count, lag)| count * (lag as f32 * phase).cos() / 15.0)
-                .sum();
-            let found = of(&x, 16, 0)[0];
-            assert!((found - expected).abs() < 1e-5, "{found}, {expected}");
-        }
-    }
-
-    /// With `n` pairs the standard deviation is `1/√(2n)`; 5 of them are exceeded in 6·10⁻⁷ of the samples.
-    #[test]
-    fn independent_noise_is_hardly_coherent() {
-        let (elements, window, samples) = (64, 8, 1000 / crate::step(50));
-        // Fifteen elements begin four pairs a sample, the sixteenth three.
-        let pairs = (elements - 1) * (2 * window + 1);
-        let bound = 5.0 / (2.0 * pairs as f32).sqrt();
-        let found = of(&noise(elements * samples), elements, window);
-        // The window is whole except at the ends.
-        for coherence in &found[window..found.len() - window] {
-            assert!(coherence.abs() < bound, "{coherence}, {bound}");
-        }
-    }
-
     #[test]
     fn a_common_factor_has_no_effect() {
         let mut x = noise(40 * 16);
@@ -353,18 +322,6 @@ mod tests {
         for (found, expected) in times(Complex::new(-0.3, 1.7)).iter().zip(&one) {
             assert!((found - expected).abs() < 1e-5, "{found}, {expected}");
         }
-    }
-
-    /// Samples 0 to 4, of which only 2 is coherent, with half the power of the others.
-    #[test]
-    fn the_window_is_clamped_to_the_line() {
-        let root = 0.5f32;
-        let x = [1.0, -1.0, 1.0, -1.0, root, root, 1.0, -1.0, 1.0, -1.0];
-        let found = of(&x.map(|x| Complex::new(x, 0.0)), 2, 1);
-        // Products −1 and ¼, powers 2 and ½ a sample.
-        let beside = 2.0 * (-1.0 - 1.0 + 0.25) / 4.5;
-        let middle = 2.0 * (-1.0 + 0.25 - 1.0) / 4.5;
-        assert_eq!(found, [-1.0, beside, middle, beside, -1.0]);
     }
 
     #[test]

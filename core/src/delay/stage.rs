@@ -246,128 +246,42 @@ pub(super) fn check_line<'a>(
     TransmitDelay::new(line.transmit.law, &line.ray, &line.array, sound_speed)
 }
 
-#[cfg(feature = "simd")]
 #[cfg(test)]
 mod tests {
-    use super::Outputs;
     use crate::delay::{
-        Compounding, Delay, DelayParameters, IqDelay, IqInterpolation, IqLayout, IqParameters,
-        IqSamples, Record, ScanLine, Stage,
+        Compounding, Delay, DelayParameters, IqDelay, IqLayout, IqParameters, IqSamples, Record,
+        ScanLine, Stage,
     };
-    use crate::geometry::{Array, Axis, Depth, Lines, Scan, ScanParameters, Transmit, TransmitLaw};
-    use crate::simd::{InstructionSet, Vector};
+    use crate::geometry::{Scan, ScanParameters, Transmit, TransmitLaw};
     use crate::{Complex, Error};
-    use std::vec::Vec;
-    use std::{format, vec};
-
-    const ELEMENTS: usize = 12;
-    const SAMPLES: usize = 400;
-    const SCAN: ScanParameters = ScanParameters {
-        array: Array::linear(ELEMENTS, 0.3e-3),
-        lines: Lines::Even(Axis::centred(3, 0.4e-3)),
-        record_samples: SAMPLES,
-        end: Depth::Metres(9e-3),
-        ..ScanParameters::EXAMPLE
-    };
-
-    /// Two transmits of a line, every `step`-th sample, in blocks of `length` samples.
-    fn align<V: Vector, S: Stage>(
-        zero: V,
-        (stage, record, scan): (&S, &Record<'_>, Scan<'_>),
-        (step, length): (usize, usize),
-    ) -> Result<Vec<Complex<f32>>, Error> {
-        let mut x = vec![Complex::new(f32::NAN, 0.0); scan.samples() * ELEMENTS];
-        for (k, x) in x.chunks_mut(length * ELEMENTS).enumerate() {
-            let mut scratch = vec![0.0; stage.need(V::LANES, x.len() / ELEMENTS).real];
-            for (angle, compounding) in [(0.1, Compounding::Replace), (-0.05, Compounding::Add)] {
-                let transmit = Transmit::new(TransmitLaw::Plane { angle }, 1e-7);
-                let line = ScanLine::of(&scan, 0, transmit, compounding);
-                let wanted = Outputs::every(k * length, step);
-                stage.block_of(zero, &line, record, wanted, &mut scratch, x)?;
-            }
-        }
-        Ok(x)
-    }
-
-    /// Every `step`-th sample has the bits of the full line; the others are 0.
-    fn assert_stepped<S: Stage>(name: &str, stage: &S, record: &Record<'_>, scan: Scan<'static>) {
-        for set in InstructionSet::available() {
-            let aligned = |step, length| {
-                let stage = (stage, record, scan);
-                crate::dispatch!(set, zero => align(zero, stage, (step, length))).unwrap()
-            };
-            let all = aligned(1, 37);
-            assert!(all.iter().any(|x| x.norm_sqr() > 0.0), "{name}");
-            for (step, block) in [(2, 37), (3, 1), (3, 100), (4, 100), (8, 33)] {
-                let name = format!("{name}, {set:?}, step {step}, blocks of {block}");
-                let pairs = aligned(step, block).into_iter().zip(&all);
-                for (k, (x, &all)) in pairs.enumerate() {
-                    let sample = k / ELEMENTS;
-                    let expected = match sample % step {
-                        0 => all,
-                        _ => Complex::new(0.0, 0.0),
-                    };
-                    assert_eq!(x, expected, "{name}, sample {sample}");
-                }
-            }
-        }
-    }
-
-    fn noise(k: usize) -> f32 {
-        ((k * 7919 + k / 3) % 2003) as f32 - 1001.0
-    }
+    use std::vec;
 
     /// It has no samples of the stage's kind.
     #[test]
     fn a_record_of_the_other_kind_is_refused() {
+        let scan = Scan::new(ScanParameters::EXAMPLE).unwrap();
+        let (elements, samples) = (scan.elements(), scan.parameters().record_samples);
         let (rf, iq) = (
-            [0.0; ELEMENTS * SAMPLES],
-            [Complex::ZERO; ELEMENTS * SAMPLES],
+            vec![0.0; elements * samples],
+            vec![Complex::ZERO; elements * samples],
         );
-        let rf = Record::new(&rf, ELEMENTS).unwrap();
-        let iq = Record::iq(IqSamples::Float(&iq), IqLayout::Planar, ELEMENTS).unwrap();
-        let scan = Scan::new(SCAN).unwrap();
+        let rf = Record::new(&rf, elements).unwrap();
+        let iq = Record::iq(IqSamples::Float(&iq), IqLayout::Planar, elements).unwrap();
         let of_rf = Delay::new(DelayParameters::of(&scan)).unwrap();
         let of_iq = IqDelay::new(IqParameters::of(&scan, 5e6)).unwrap();
-        let refused = Error::length("record samples", 0, SAMPLES);
-        let found = align(0.0f32, (&of_rf, &iq, scan), (1, 9));
-        assert_eq!(found.unwrap_err(), refused);
-        let found = align(0.0f32, (&of_iq, &rf, scan), (1, 9));
-        assert_eq!(found.unwrap_err(), refused);
-    }
-
-    #[test]
-    fn samples_at_a_step_are_those_of_all() {
-        let rf: Vec<f32> = (0..ELEMENTS * SAMPLES).map(noise).collect();
-        let scan = Scan::new(SCAN).unwrap();
-        let delay = Delay::new(DelayParameters::of(&scan)).unwrap();
-        assert_stepped("RF", &delay, &Record::new(&rf, ELEMENTS).unwrap(), scan);
-    }
-
-    #[test]
-    fn samples_of_iq_at_a_step_are_those_of_all() {
-        let counts: Vec<[i16; 2]> = (0..ELEMENTS * SAMPLES)
-            .map(|k| [noise(2 * k) as i16, noise(2 * k + 1) as i16])
-            .collect();
-        let counts = IqSamples::Counts(&counts, 1.0 / 32768.0);
-        let record = Record::iq(counts, IqLayout::Interleaved, ELEMENTS).unwrap();
-        let scan = Scan::of_iq(SCAN).unwrap();
-        for interpolation in [
-            IqInterpolation::Linear,
-            IqInterpolation::Cubic,
-            IqInterpolation::Sinc,
-            IqInterpolation::LinearFixed,
-        ] {
-            let stage = IqDelay::new(IqParameters {
-                interpolation,
-                ..IqParameters::of(&scan, 4.5e6)
-            });
-            assert_stepped(
-                &format!("{interpolation:?}"),
-                &stage.unwrap(),
-                &record,
-                scan,
-            );
+        let line = ScanLine::of(
+            &scan,
+            0,
+            Transmit::new(TransmitLaw::Focused, 0.0),
+            Compounding::Replace,
+        );
+        fn refused(stage: &impl Stage, line: &ScanLine, record: &Record<'_>) -> Result<(), Error> {
+            let mut scratch = vec![0.0; stage.need(1, 9).real];
+            let mut x = vec![Complex::ZERO; 9 * line.array.elements()];
+            stage.block(0.0f32, line, record, 0, &mut scratch, &mut x)
         }
+        let expected = Err(Error::length("record samples", 0, samples));
+        assert_eq!(refused(&of_rf, &line, &iq), expected);
+        assert_eq!(refused(&of_iq, &line, &rf), expected);
     }
 }

@@ -40,6 +40,7 @@ use bonebeam::{Complex, Error};
 use cortex_m_rt::entry;
 use cortex_m_semihosting::debug::{EXIT_FAILURE, EXIT_SUCCESS};
 use cortex_m_semihosting::hprintln;
+use firmware::arrays;
 use firmware::exit;
 use static_cell::ConstStaticCell;
 
@@ -103,43 +104,27 @@ const NEED: Need = FORWARD.need().or(SIZES.need());
 /// Memory for strips, or for a map in one memory.
 const FAST: Need = STRIPS.need().or(STRIPS.map_need());
 
-struct Arrays {
-    noise: [f32; PIXELS],
-    rf: [f32; ELEMENTS * example::PARAMETERS.scan.record_samples],
-    counts: [[i16; 2]; ELEMENTS * SAMPLES],
-    scratch: [f32; SCRATCH],
-    aligned: [Complex<f32>; ELEMENTS * SAMPLES],
-    z: [Complex<f32>; SAMPLES],
-    image: [f32; PIXELS],
-    out: [f32; PIXELS],
-    work: [f32; 2 * PIXELS],
-    spectrum: [f32; STRIPS.spectrum_len()],
-    filtered: [f32; STRIPS.filtered_len()],
-    gains: [f32; STRIPS.gain_tables_len(SCALES.len())],
-    strip: Memory<{ FAST.real }, { FAST.complex }>,
-    tables: LogGaborTables,
-    workspace: Memory<{ NEED.real }, { NEED.complex }>,
-    frame: example::FrameMemory,
+arrays! {
+    struct Arrays {
+        noise: [f32; PIXELS] = [0.0; _],
+        rf: [f32; ELEMENTS * example::PARAMETERS.scan.record_samples] = [0.0; _],
+        counts: [[i16; 2]; ELEMENTS * SAMPLES] = [[0; 2]; _],
+        scratch: [f32; SCRATCH] = [0.0; _],
+        aligned: [Complex<f32>; ELEMENTS * SAMPLES] = [Complex::ZERO; _],
+        z: [Complex<f32>; SAMPLES] = [Complex::ZERO; _],
+        image: [f32; PIXELS] = [0.0; _],
+        out: [f32; PIXELS] = [0.0; _],
+        work: [f32; 2 * PIXELS] = [0.0; _],
+        spectrum: [f32; STRIPS.spectrum_len()] = [0.0; _],
+        filtered: [f32; STRIPS.filtered_len()] = [0.0; _],
+        gains: [f32; STRIPS.gain_tables_len(SCALES.len())] = [0.0; _],
+        strip: Memory<{ FAST.real }, { FAST.complex }> = Memory::new(),
+        tables: LogGaborTables = LogGaborTables::new(),
+        workspace: Memory<{ NEED.real }, { NEED.complex }> = Memory::new(),
+        frame: example::FrameMemory = example::FrameMemory::new(),
+    }
 }
-
-static ARRAYS: ConstStaticCell<Arrays> = ConstStaticCell::new(Arrays {
-    noise: [0.0; PIXELS],
-    rf: [0.0; ELEMENTS * example::PARAMETERS.scan.record_samples],
-    counts: [[0; 2]; ELEMENTS * SAMPLES],
-    scratch: [0.0; SCRATCH],
-    aligned: [Complex::new(0.0, 0.0); ELEMENTS * SAMPLES],
-    z: [Complex::new(0.0, 0.0); SAMPLES],
-    image: [0.0; PIXELS],
-    out: [0.0; PIXELS],
-    work: [0.0; 2 * PIXELS],
-    spectrum: [0.0; STRIPS.spectrum_len()],
-    filtered: [0.0; STRIPS.filtered_len()],
-    gains: [0.0; STRIPS.gain_tables_len(SCALES.len())],
-    strip: Memory::new(),
-    tables: LogGaborTables::new(),
-    workspace: Memory::new(),
-    frame: example::FrameMemory::new(),
-});
+static ARRAYS: ConstStaticCell<Arrays> = ConstStaticCell::new(Arrays::new());
 
 #[entry]
 fn main() -> ! {
@@ -313,15 +298,9 @@ fn beamformed(
 
 #[inline(never)]
 fn image(arrays: &mut Arrays) -> Result<(), Error> {
-    let Arrays {
-        aligned,
-        image,
-        out,
-        work,
-        ..
-    } = arrays;
     // 16 lines of 96 samples.
-    let image = &mut image[..ELEMENTS * SAMPLES];
+    let image = &mut arrays.image[..ELEMENTS * SAMPLES];
+    let (aligned, out, work) = (&arrays.aligned, &mut arrays.out, &mut arrays.work);
     of("envelope", || envelope(aligned, image))?;
     of("largest", || Ok(largest(image)))?;
     let (reference, levels) = (largest(image), &mut out[..ELEMENTS * SAMPLES]);
@@ -373,18 +352,14 @@ fn image(arrays: &mut Arrays) -> Result<(), Error> {
 #[inline(never)]
 fn phase_symmetry(arrays: &mut Arrays) -> Result<(), Error> {
     let Arrays {
-        noise,
         image,
         out,
         work,
-        spectrum,
-        filtered,
         gains,
         strip,
-        tables,
         ..
     } = arrays;
-    for (pixel, x) in image.iter_mut().zip(&*noise) {
+    for (pixel, x) in image.iter_mut().zip(&arrays.noise) {
         *pixel = 127.5 + 255.0 * x;
     }
     let parameters = phase_symmetry::Parameters {
@@ -397,7 +372,7 @@ fn phase_symmetry(arrays: &mut Arrays) -> Result<(), Error> {
     })?;
     let bank = PhaseSymmetry::new(&parameters)?;
     of("LogGabor::new", || {
-        LogGabor::new(tables);
+        LogGabor::new(&mut arrays.tables);
         Ok(())
     })?;
     let filters = LogGabor::fixed();
@@ -412,38 +387,28 @@ fn phase_symmetry(arrays: &mut Arrays) -> Result<(), Error> {
     let strip = &mut StripSlices::new(STRIPS, strip.scratch())?;
     let mut external = External {
         image: &mut &image[..],
-        spectrum: &mut &mut spectrum[..],
-        filtered: &mut &mut filtered[..],
+        spectrum: &mut &mut arrays.spectrum[..],
+        filtered: &mut &mut arrays.filtered[..],
         amplitude: &mut &mut work[..PIXELS],
         symmetry: &mut &mut out[..],
     };
-    map(
-        "PhaseSymmetry::run, gains on the fly",
-        &bank,
-        &filters,
-        strip,
-        &mut external,
-    )?;
-    map(
-        "PhaseSymmetry::run, gains from tables",
-        &bank,
-        &tables,
-        strip,
-        &mut external,
-    )?;
+    map("on the fly", &bank, &filters, strip, &mut external)?;
+    map("from tables", &bank, &tables, strip, &mut external)?;
     of("LaneFft::new", || Ok(LaneFft::new()))?;
     of("scale_for_display", || scale_for_display(out))
 }
 
 fn map(
-    name: &str,
+    kind: &str,
     bank: &PhaseSymmetry,
     gains: &impl Gains<f32>,
     strip: &mut StripSlices<'_, f32>,
     external: &mut External<'_>,
 ) -> Result<(), Error> {
     let kernels = Kernels::new(&Microfft, gains);
-    of(name, || bank.run(&kernels, external, strip, &mut |_| {}))
+    of(format_args!("PhaseSymmetry::run, gains {kind}"), || {
+        bank.run(&kernels, external, strip, &mut |_| {})
+    })
 }
 
 const SCAN: Scan = match Scan::new(example::PARAMETERS.scan) {

@@ -8,7 +8,7 @@ use bonebeam::simd::InstructionSet;
 use ndarray::{Array2, Array3, Axis};
 use num_complex::Complex;
 
-use super::core::{Core, with_core};
+use super::core::Core;
 use super::naive::{Naive, Shape};
 use super::report::{Quantity, Row, Table, Target};
 use super::settings::{Section, Settings};
@@ -169,23 +169,17 @@ impl Comparison {
         let mut slowest: Option<Row> = None;
         let mut largest_difference = 0.0f64;
         for &method in self.methods {
-            with_core(
-                set,
-                Parameters {
-                    covariance: shape.covariance,
-                    ..parameters(method, shape.temporal_half_window)
-                },
-                &x,
-                &mut |core| {
-                    let row = compare(settings, shape, method, &name, &x, core)?;
-                    largest_difference = largest_difference.max(row.difference.unwrap_or(0.0));
-                    let ratio = |row: &Row| row.result.as_ref().map(|result| result.value);
-                    if slowest.as_ref().is_none_or(|s| ratio(&row) < ratio(s)) {
-                        slowest = Some(row);
-                    }
-                    Ok(())
-                },
-            )?;
+            let parameters = Parameters {
+                covariance: shape.covariance,
+                ..parameters(method, shape.temporal_half_window)
+            };
+            let core = Core::new(set, parameters, &x)?;
+            let row = compare(settings, shape, &name, &x, core)?;
+            largest_difference = largest_difference.max(row.difference.unwrap_or(0.0));
+            let ratio = |row: &Row| row.result.as_ref().map(|result| result.value);
+            if slowest.as_ref().is_none_or(|s| ratio(&row) < ratio(s)) {
+                slowest = Some(row);
+            }
         }
         let row = slowest.map(|row| row.difference(largest_difference));
         row.ok_or_else(|| Error::Data(format!("{name}: nothing was measured")))
@@ -196,14 +190,14 @@ impl Comparison {
 fn compare(
     settings: &Settings,
     shape: Shape,
-    method: Method,
     name: &str,
     x: &Array3<Complex<f32>>,
-    core: &mut Core<'_>,
+    mut core: Core<'_>,
 ) -> Result<Row> {
     let (beams, samples, _) = x.dim();
     let mut z = Array2::zeros((beams, samples));
-    core(&mut z)?;
+    core.run(&mut z)?;
+    let method = core.method();
     let mut naive = Naive::new(shape);
     let mut one = |line, sample| match method {
         Method::Mv => naive.mv(line, sample).map(|z| (z, false)),
@@ -233,7 +227,7 @@ fn compare(
         settings.budget,
         [
             // Both have succeeded with these data.
-            &mut || drop(black_box(core(&mut z))),
+            &mut || drop(black_box(core.run(&mut z))),
             &mut || {
                 for sample in first..first + FAER {
                     let _ = black_box(one(x.index_axis(Axis(0), 0), sample));
@@ -241,12 +235,8 @@ fn compare(
             },
         ],
     );
-    let here = here / (beams * samples) as f64;
-    let faer = faer / FAER as f64;
-    Ok(Row::new(name, Quantity::microseconds(here))
-        .beside(Quantity::microseconds(faer))
-        .result(faer / here, "×")
-        .difference(difference))
+    let seconds = [here / (beams * samples) as f64, faer / FAER as f64];
+    Ok(Row::faster(name, Quantity::microseconds, seconds).difference(difference))
 }
 
 /// Parameters of every comparison.

@@ -1,60 +1,107 @@
 //! The core's beamformer in the sections: one beam per lane, one thread.
 
-use bonebeam::beamform::{AlignedLine, Beamformer, Parameters, Segment, SteeredSegments};
+use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Segment, SteeredSegments};
 use bonebeam::geometry::Steering;
 use bonebeam::simd::InstructionSet;
-use ndarray::{Array2, Array3, Axis};
+use ndarray::{Array2, Array3, ArrayView2};
 use num_complex::Complex;
+use std::hint::black_box;
+use std::time::Duration;
 
+use super::timing::{fastest, side_by_side};
 use crate::Result;
-use bonebeam_drive::beamform::memory;
+use bonebeam_drive::beamform::{AnyMemory, memory};
 
-/// Beamforms all lines into `z`, `[beam, sample]` or `[beam, sample and sub-line]`.
-pub type Core<'a> = dyn FnMut(&mut Array2<Complex<f32>>) -> Result<()> + 'a;
+/// A beamformer of lines whose elements are all active, one in each lane.
+pub struct Core<'x> {
+    beamformer: Beamformer,
+    memory: Box<dyn AnyMemory>,
+    elements: usize,
+    segments: Vec<Segment<'x>>,
+    directions: Vec<Complex<f32>>,
+}
 
-/// Callback with a beamformer whose memory is allocated.
-pub type Then<'a> = dyn FnMut(&mut Core<'_>) -> Result<()> + 'a;
-
-/// Makes a beamformer of `lines [beam, sample, element]` and passes it to `then`.
-///
-/// All elements are active. Beams are in the lanes of `set`. Sub-lines have the directions of [`steered`].
-///
-/// # Errors
-/// The errors of the core and of `then`.
-pub fn with_core(
-    set: InstructionSet,
-    parameters: Parameters,
-    lines: &Array3<Complex<f32>>,
-    then: &mut Then<'_>,
-) -> Result<()> {
-    let beamformer = Beamformer::new(parameters)?;
-    let elements = lines.dim().2;
-    let mut memory = memory(set, beamformer.sizes(elements))?;
-    let mut segments = Vec::new();
-    for line in lines.axis_iter(Axis(0)) {
-        let line = line.to_slice().expect("a standard layout");
-        segments.push(Segment::new(AlignedLine::new(line, elements)?, 0, 0));
+impl<'x> Core<'x> {
+    /// A beamformer of `lines [beam, sample, element]`, in the lanes of `set`.
+    ///
+    /// Sub-lines have the directions of [`steered`].
+    ///
+    /// # Errors
+    /// The errors of the core.
+    pub fn new(
+        set: InstructionSet,
+        parameters: Parameters,
+        lines: &'x Array3<Complex<f32>>,
+    ) -> Result<Self> {
+        let beamformer = Beamformer::new(parameters)?;
+        let (_, samples, elements) = lines.dim();
+        let segment = |line: ArrayView2<'x, Complex<f32>>| {
+            let line = line.to_slice().expect("a standard layout");
+            Ok(Segment::new(AlignedLine::new(line, elements)?, 0, 0))
+        };
+        Ok(Core {
+            beamformer,
+            memory: memory(set, beamformer.sizes(elements))?,
+            elements,
+            segments: lines.outer_iter().map(segment).collect::<Result<_>>()?,
+            directions: steered(samples, parameters.sub_lines),
+        })
     }
-    let sub_lines = parameters.sub_lines;
-    let directions = steered(lines.dim().1, sub_lines);
-    let steering = vec![Steering::of(&directions, sub_lines); memory.lanes()];
-    then(&mut |z| {
-        let mut rows: Vec<&mut [Complex<f32>]> = z
-            .outer_iter_mut()
+
+    /// The method.
+    pub fn method(&self) -> Method {
+        self.beamformer.parameters().method
+    }
+
+    /// Beamforms all lines into `z`, `[beam, sample]` or `[beam, sample and sub-line]`.
+    ///
+    /// # Errors
+    /// The errors of the core.
+    pub fn run(&mut self, z: &mut Array2<Complex<f32>>) -> Result<()> {
+        let (lanes, elements) = (self.memory.lanes(), self.elements);
+        let sub_lines = self.beamformer.parameters().sub_lines;
+        let steering = vec![Steering::of(&self.directions, sub_lines); lanes];
+        let rows = z.outer_iter_mut();
+        let mut rows: Vec<&mut [Complex<f32>]> = rows
             .map(|row| row.into_slice().expect("a standard layout"))
             .collect();
-        let lanes = memory.lanes();
-        for (segments, z) in segments.chunks(lanes).zip(rows.chunks_mut(lanes)) {
+        for (segments, z) in self.segments.chunks(lanes).zip(rows.chunks_mut(lanes)) {
+            let beamformer = &self.beamformer;
             if sub_lines > 1 {
-                let steering = &steering[..segments.len()];
-                let lines = SteeredSegments::new(segments, steering);
-                memory.sub_lines(&beamformer, lines, elements, z)?;
+                let lines = SteeredSegments::new(segments, &steering[..segments.len()]);
+                self.memory.sub_lines(beamformer, lines, elements, z)?;
             } else {
-                memory.segments(&beamformer, segments, elements, z)?;
+                self.memory.segments(beamformer, segments, elements, z)?;
             }
         }
         Ok(())
-    })
+    }
+
+    /// Seconds of a run into `z`, the fastest within `budget`.
+    ///
+    /// # Errors
+    /// The errors of the core.
+    pub fn seconds(&mut self, z: &mut Array2<Complex<f32>>, budget: Duration) -> Result<f64> {
+        self.run(z)?;
+        Ok(fastest(budget, || drop(black_box(self.run(z)))))
+    }
+
+    /// Seconds of a run into `z`, and of another beamformer's into `of_other`, in turn.
+    ///
+    /// # Errors
+    /// The errors of the core.
+    pub fn beside(
+        &mut self,
+        other: &mut Core<'_>,
+        [z, of_other]: [&mut Array2<Complex<f32>>; 2],
+        budget: Duration,
+    ) -> Result<[f64; 2]> {
+        self.run(z)?;
+        other.run(of_other)?;
+        let mut ours = || drop(black_box(self.run(z)));
+        let mut others = || drop(black_box(other.run(of_other)));
+        Ok(side_by_side(budget, [&mut ours, &mut others]))
+    }
 }
 
 /// Half of the phase from element to element of the outermost sub-lines, rad.

@@ -8,7 +8,7 @@ use num_complex::Complex;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
-use super::core::with_core;
+use super::core::Core;
 use super::in_vivo::InVivo;
 use super::report::{Quantity, Row, Table, Target};
 use super::settings::{Section, Settings};
@@ -185,12 +185,8 @@ fn compounded(settings: &Settings) -> Result<Row> {
             }],
         );
         let beside = beside * lines as f64 / few as f64;
-        let row = Row::new(
-            format!("{waves} plane waves compounded, delay and sum, a frame"),
-            Quantity::milliseconds(here),
-        )
-        .beside(Quantity::milliseconds(beside))
-        .result(beside / here, "×");
+        let label = format!("{waves} plane waves compounded, delay and sum, a frame");
+        let row = Row::faster(label, Quantity::milliseconds, [here, beside]);
         // Of a few transmits and lines, upsampling is most of the work.
         Ok(match settings.quick {
             true => row,
@@ -206,13 +202,8 @@ fn beamforming(
     x: &Array3<Complex<f32>>,
 ) -> Result<f64> {
     let mut z = Array2::zeros((x.dim().0, x.dim().1));
-    let mut seconds = f64::NAN;
-    with_core(settings.instruction_set, parameters, x, &mut |core| {
-        core(&mut z)?;
-        seconds = fastest(settings.budget, || drop(black_box(core(&mut z))));
-        Ok(())
-    })?;
-    Ok(seconds / z.len() as f64)
+    let mut core = Core::new(settings.instruction_set, parameters, x)?;
+    Ok(core.seconds(&mut z, settings.budget)? / z.len() as f64)
 }
 
 /// The time of the delay stage over that of three beamformers.
@@ -256,9 +247,7 @@ pub fn against_beamforming(
     let rank1 = beside_method("rank-1 ESMV", Method::EsmvRank1, 10)?;
     let beta = beside_method("ESMV by β", Method::EsmvBeta(0.1), 10)?;
     let row = |label: &str, seconds: f64, beside: f64| {
-        Row::new(label, Quantity::microseconds(seconds))
-            .beside(Quantity::microseconds(beside))
-            .result(seconds / beside, "×")
+        Row::slower(label, Quantity::microseconds, [seconds, beside])
     };
     step("plane waves compounded");
     let compounded = compounded(settings)?;

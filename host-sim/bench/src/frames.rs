@@ -307,23 +307,16 @@ fn stages(
     let picture = frames.image(lines.view())?;
     frames.bone_map(picture.view())?;
     let budget = settings.budget;
-    let mut rows = vec![
-        in_vivo_row(
-            "delay",
-            fastest(budget, || {
-                black_box(frames.align(source).is_ok());
-            }),
-        ),
-        in_vivo_row("lines", fastest(budget, || drop(black_box(lines_of_x())))),
-        in_vivo_row(
-            "image",
-            fastest(budget, || drop(black_box(frames.image(lines.view())))),
-        ),
-        in_vivo_row(
-            "phase symmetry",
-            fastest(budget, || drop(black_box(frames.bone_map(picture.view())))),
-        ),
-    ];
+    let mut rows = Vec::new();
+    let mut stage = |name, work: &mut dyn FnMut()| {
+        rows.push(in_vivo_row(name, fastest(budget, work)));
+    };
+    stage("delay", &mut || _ = black_box(frames.align(source).is_ok()));
+    stage("lines", &mut || drop(black_box(lines_of_x())));
+    stage("image", &mut || drop(black_box(frames.image(lines.view()))));
+    stage("phase symmetry", &mut || {
+        drop(black_box(frames.bone_map(picture.view())))
+    });
     let mut aligned_to_map = || {
         let lines = lines_of_x()?;
         let image = frames.image(lines.view())?;

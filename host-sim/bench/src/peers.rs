@@ -5,7 +5,6 @@ use std::fs::File;
 use std::hint::black_box;
 use std::io::BufWriter;
 use std::path::Path;
-use std::process::Command;
 use std::time::Duration;
 
 use bonebeam::beamform::{Method, Parameters};
@@ -17,6 +16,7 @@ use num_complex::Complex;
 use serde::Deserialize;
 
 use super::report::{Quantity, Row, Table};
+use super::scipy::printed;
 use super::settings::{Section, Settings};
 use super::snapshots::{Wavefield, snapshots};
 use super::timing::fastest;
@@ -124,12 +124,8 @@ fn measure(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<T
                 let difference = peer.equal(ours.view(), theirs.view())?;
                 // As close as possible to the time of Python's run.
                 let here = fastest(settings.budget, || drop(black_box(work())));
-                rows.push(
-                    Row::new(peer.row, Quantity::milliseconds(here))
-                        .beside(Quantity::milliseconds(seconds))
-                        .result(seconds / here, "×")
-                        .difference(difference),
-                );
+                let row = Row::faster(peer.row, Quantity::milliseconds, [here, seconds]);
+                rows.push(row.difference(difference));
             }
         }
     }
@@ -306,19 +302,5 @@ fn python(
     npy::write(x, &mut BufWriter::new(file)).map_err(|e| e.to_string())?;
     let written = recording.write(&folder.join("delay.npz"));
     written.map_err(|e| e.to_string())?;
-    let output = Command::new("python3")
-        .args(["-c", SCRIPT])
-        .arg(folder)
-        .arg(budget.as_secs_f64().to_string())
-        .output()
-        .map_err(|e| format!("python3: {e}"))?;
-    if !output.status.success() {
-        let message = String::from_utf8_lossy(&output.stderr);
-        let last = message.lines().last();
-        return Err(last.unwrap_or("python3 failed").to_owned());
-    }
-    // A package may print something of its own before.
-    let text = String::from_utf8_lossy(&output.stdout);
-    let last = text.lines().last().unwrap_or("");
-    serde_json::from_str(last).map_err(|e| e.to_string())
+    printed(SCRIPT, &[folder], budget)
 }

@@ -78,6 +78,9 @@ fn measure(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<T
     let budget = 2 * settings.budget;
     let map = run(&mut core)?;
 
+    let label = |beside: &str| format!("16 lines at a time, beside {beside}");
+    let milliseconds = Quantity::milliseconds;
+
     step("rustfft");
     let mut naive = Naive::new(SIDE, &SCALES, THRESHOLD);
     let mut expected = Array2::zeros(image.dim());
@@ -92,34 +95,25 @@ fn measure(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<T
         ],
     );
     let mut rows = vec![
-        Row::new(
-            "16 lines at a time, beside rustfft",
-            Quantity::milliseconds(frame),
+        Row::faster(label("rustfft"), milliseconds, [frame, rustfft])
+            .target(Target::AtLeast(16.0 / 12.0))
+            .difference(error),
+        Row::slower(
+            label("the whole image at once"),
+            milliseconds,
+            [frame, whole],
         )
-        .beside(Quantity::milliseconds(rustfft))
-        .result(rustfft / frame, "×")
-        .target(Target::AtLeast(16.0 / 12.0))
-        .difference(error),
-        Row::new(
-            "16 lines at a time, beside the whole image at once",
-            Quantity::milliseconds(frame),
-        )
-        .beside(Quantity::milliseconds(whole))
-        .result(frame / whole, "×")
         .target(Target::AtMost(1.3)),
     ];
 
     step("tables");
     let tables = fastest(settings.budget, || drop(black_box(plan(Parameters::STRIP))));
-    rows.push(
-        Row::new(
-            "filter tables, beside a frame",
-            Quantity::milliseconds(tables),
-        )
-        .beside(Quantity::milliseconds(frame))
-        .result(tables / frame, "×")
-        .target(Target::AtMost(1.0)),
+    let row = Row::slower(
+        "filter tables, beside a frame",
+        milliseconds,
+        [tables, frame],
     );
+    rows.push(row.target(Target::AtMost(1.0)));
 
     step("scipy");
     let mut method = String::from(
@@ -133,16 +127,8 @@ fn measure(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<T
             // As close as possible to the time of Python's run.
             let frame = fastest(settings.budget, || drop(black_box(run(&mut core))));
             for (name, seconds) in python.seconds {
-                rows.push(
-                    Row::new(
-                        format!("16 lines at a time, beside {name}"),
-                        Quantity::milliseconds(frame),
-                    )
-                    .beside(Quantity::milliseconds(seconds))
-                    .result(seconds / frame, "×")
-                    .target(Target::AtLeast(2.0))
-                    .difference(error),
-                );
+                let row = Row::faster(label(&name), milliseconds, [frame, seconds]);
+                rows.push(row.target(Target::AtLeast(2.0)).difference(error));
             }
         }
         Err(reason) => method.push_str(&format!(" scipy was left out: {reason}.")),

@@ -111,6 +111,22 @@ impl Row {
         }
     }
 
+    /// Seconds beside others, and how many times as long they are.
+    pub fn slower(
+        work: impl Into<String>,
+        unit: fn(f64) -> Quantity,
+        [here, beside]: [f64; 2],
+    ) -> Self {
+        let row = Self::new(work, unit(here)).beside(unit(beside));
+        row.result(here / beside, "×")
+    }
+
+    /// Seconds beside others, and how many times as long the others are.
+    pub fn faster(work: impl Into<String>, unit: fn(f64) -> Quantity, seconds: [f64; 2]) -> Self {
+        let [here, beside] = seconds;
+        Self::slower(work, unit, seconds).result(beside / here, "×")
+    }
+
     /// The row with its reference.
     pub fn beside(mut self, yardstick: Quantity) -> Self {
         self.yardstick = Some(yardstick);

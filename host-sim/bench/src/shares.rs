@@ -1,33 +1,16 @@
 //! The beamformer against the peak, and with and without a time window.
 
-use std::hint::black_box;
-
 use bonebeam::beamform::{Method, Parameters};
-use bonebeam::simd::InstructionSet;
-use ndarray::{Array2, Array3};
-use num_complex::Complex;
+use ndarray::Array2;
 
 use super::beamformers::{BEAMS, parameters};
-use super::core::{Then, with_core};
+use super::core::Core;
 use super::operations;
 use super::peak::peak;
 use super::report::{Quantity, Row, Table, Target};
 use super::settings::{LINE, Section, Settings};
 use super::snapshots::{Wavefield, snapshots};
-use super::timing::{fastest, side_by_side};
 use crate::Result;
-
-/// Times the core alone, forward-backward.
-fn alone(
-    set: InstructionSet,
-    method: Method,
-    temporal_half_window: usize,
-    lines: &Array3<Complex<f32>>,
-    then: &mut Then<'_>,
-) -> Result<()> {
-    let parameters = parameters(method, temporal_half_window);
-    with_core(set, parameters, lines, then)
-}
 
 /// MV's useful operations per second over the peak of the same instruction set.
 ///
@@ -46,12 +29,8 @@ pub fn share_of_peak(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -
             step(&name);
             let x = snapshots(Wavefield::Echo, (BEAMS, settings.samples, elements));
             let mut z = Array2::zeros((BEAMS, settings.samples));
-            let mut seconds = f64::NAN;
-            alone(set, Method::Mv, temporal_half_window, &x, &mut |core| {
-                core(&mut z)?;
-                seconds = fastest(settings.budget, || drop(black_box(core(&mut z))));
-                Ok(())
-            })?;
+            let mut core = Core::new(set, parameters(Method::Mv, temporal_half_window), &x)?;
+            let seconds = core.seconds(&mut z, settings.budget)?;
             let peak = peak(set, settings.budget);
             let flops =
                 operations::mv_forward_backward(elements, subaperture, temporal_half_window);
@@ -89,31 +68,16 @@ pub fn time_window(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> 
     let mut rows = Vec::new();
     for (name, method) in [("MV", Method::Mv), ("rank-1 ESMV", Method::EsmvRank1)] {
         step(name);
-        let mut times = [f64::NAN; 2];
-        alone(set, method, 10, &x, &mut |with| {
-            alone(set, method, 0, &x, &mut |without| {
-                let mut other = z.clone();
-                with(&mut z)?;
-                without(&mut other)?;
-                times = side_by_side(
-                    4 * settings.budget,
-                    [&mut || drop(black_box(with(&mut z))), &mut || {
-                        drop(black_box(without(&mut other)))
-                    }],
-                );
-                Ok(())
-            })
-        })?;
-        let [with, without] = times.map(|seconds| seconds / z.len() as f64);
-        rows.push(
-            Row::new(
-                format!("{name}, 128/64, K = 10"),
-                Quantity::microseconds(with),
-            )
-            .beside(Quantity::microseconds(without))
-            .result(with / without, "×")
-            .target(Target::AtMost(1.25)),
+        let core = |half_window| Core::new(set, parameters(method, half_window), &x);
+        let (mut with, mut without, mut other) = (core(10)?, core(0)?, z.clone());
+        let times = with.beside(&mut without, [&mut z, &mut other], 4 * settings.budget)?;
+        let times = times.map(|seconds| seconds / z.len() as f64);
+        let row = Row::slower(
+            format!("{name}, 128/64, K = 10"),
+            Quantity::microseconds,
+            times,
         );
+        rows.push(row.target(Target::AtMost(1.25)));
     }
     Ok(Table {
         section: Section::TimeWindow.to_string(),
@@ -148,36 +112,21 @@ pub fn sub_lines(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Re
                     let each = (14 * elements + 20 * l + 2 * l * l) as f64;
                     by_operations.push(format!("{:.2}", 1.0 + count as f64 * each / line));
                 }
-                let of = |sub_lines| Parameters {
-                    sub_lines,
-                    ..parameters(method, half_window)
-                };
-                let core = |sub_lines, then: &mut Then<'_>| {
-                    with_core(settings.instruction_set, of(sub_lines), &x, then)
+                let core = |sub_lines| {
+                    let parameters = Parameters {
+                        sub_lines,
+                        ..parameters(method, half_window)
+                    };
+                    Core::new(settings.instruction_set, parameters, &x)
                 };
                 let [mut one, mut all] =
                     [1, count].map(|count| Array2::zeros((BEAMS, settings.samples * count)));
-                let mut times = [f64::NAN; 2];
-                core(count, &mut |several| {
-                    core(1, &mut |single| {
-                        several(&mut all)?;
-                        single(&mut one)?;
-                        times = side_by_side(
-                            4 * settings.budget,
-                            [&mut || drop(black_box(several(&mut all))), &mut || {
-                                drop(black_box(single(&mut one)))
-                            }],
-                        );
-                        Ok(())
-                    })
-                })?;
-                let [several, single] = times.map(|seconds| seconds / one.len() as f64);
-                rows.push(
-                    Row::new(label, Quantity::microseconds(several))
-                        .beside(Quantity::microseconds(single))
-                        .result(several / single, "×")
-                        .target(Target::AtMost(most)),
-                );
+                let (mut several, mut single) = (core(count)?, core(1)?);
+                let budget = 4 * settings.budget;
+                let times = several.beside(&mut single, [&mut all, &mut one], budget)?;
+                let times = times.map(|seconds| seconds / one.len() as f64);
+                let row = Row::slower(label, Quantity::microseconds, times);
+                rows.push(row.target(Target::AtMost(most)));
             }
         }
     }

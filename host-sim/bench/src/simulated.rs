@@ -118,9 +118,8 @@ fn vertebra(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<
         step(name);
         let [echo, tissue, water, noise] = times(settings, method, &frames, &active)?;
         let row = |what: &str, seconds: f64| {
-            Row::new(format!("{name}, {what}"), Quantity::microseconds(seconds))
-                .beside(Quantity::microseconds(echo))
-                .result(seconds / echo, "×")
+            let label = format!("{name}, {what}");
+            Row::slower(label, Quantity::microseconds, [seconds, echo])
         };
         let in_tissue = row("vertebra in tissue, beside echo alone", tissue);
         rows.push(match method {
@@ -209,15 +208,9 @@ fn below_full_aperture(
         );
         let here = here / (pairs.dim().0 * samples) as f64;
         let beside = beside / (full.dim().0 * samples) as f64;
-        rows.push(
-            Row::new(
-                format!("{name}, below the full aperture, beside full lanes"),
-                Quantity::microseconds(here),
-            )
-            .beside(Quantity::microseconds(beside))
-            .result(here / beside, "×")
-            .target(Target::AtMost(1.3)),
-        );
+        let label = format!("{name}, below the full aperture, beside full lanes");
+        let row = Row::slower(label, Quantity::microseconds, [here, beside]);
+        rows.push(row.target(Target::AtMost(1.3)));
     }
     Ok(rows)
 }

@@ -1,9 +1,13 @@
 //! Images from parallel lines or from a fan of lines.
 
+use std::vec;
 use std::vec::Vec;
 
 use bonebeam::geometry::Axis;
-use bonebeam::image::{BMode, BModeParameters, Fan, Logarithm, PixelGrid, envelope};
+use bonebeam::image::{
+    BMode, BModeParameters, Fan, Logarithm, PixelGrid, envelope, largest, log_compression_with,
+    median, resample, scan_convert,
+};
 use bonebeam::memory::{Need, Scratch};
 use bonebeam::simd::Vector;
 use bonebeam::{Complex, Error};
@@ -16,10 +20,42 @@ use crate::kernel::Kernel;
 pub struct Image {
     /// The stage.
     pub stage: BMode,
-    /// Whether the lines fan out.
-    pub in_fan: bool,
+    /// The fan of its lines; `None` for parallel ones.
+    pub fan: Option<Fan>,
     /// Beamformed samples, `[line][sample]`.
     pub z: Vec<Complex<f32>>,
+}
+
+/// The way by the functions of the stage.
+const FUNCTIONS: usize = 1;
+
+impl Image {
+    fn by_functions<V: Vector>(
+        &self,
+        zero: V,
+        envelopes: &[f32],
+        mut work: Scratch<'_>,
+        out: &mut [f32],
+    ) -> Result<(), Error> {
+        let p = self.stage.parameters();
+        let levels = work.take(Need::real(envelopes.len()))?.real;
+        let pixels = work.take(Need::real(out.len()))?.real;
+        let reference = largest(envelopes);
+        log_compression_with(p.logarithm, envelopes, reference, p.dynamic_range, levels)?;
+        let (data, grid) = (
+            [p.lines, p.samples],
+            [p.grid.row_axis(), p.grid.column_axis()],
+        );
+        match self.fan {
+            Some(fan) => scan_convert(levels, fan, data, grid, pixels)?,
+            None => resample(levels, data, grid, pixels)?,
+        }
+        if p.median {
+            return median(zero, pixels, p.grid.columns, out);
+        }
+        out.copy_from_slice(pixels);
+        Ok(())
+    }
 }
 
 impl Kernel for Image {
@@ -73,21 +109,23 @@ impl Kernel for Image {
             logarithm: draw.one_of(&[Logarithm::Exact, Logarithm::Polynomial]),
             median: draw.flag(),
         };
-        let stage = match in_fan {
-            true => BMode::of_fan(parameters, Fan { x, z, radius })?,
-            false => BMode::new(parameters)?,
+        let fan = in_fan.then_some(Fan { x, z, radius });
+        let stage = match fan {
+            Some(fan) => BMode::of_fan(parameters, fan)?,
+            None => BMode::new(parameters)?,
         };
         let parts = draw.samples(2 * stage.envelopes_len());
         let pairs = parts.as_chunks::<2>().0.iter();
         let z = pairs.map(|&[re, im]| Complex::new(re, im)).collect();
-        Ok(Image { stage, in_fan, z })
+        Ok(Image { stage, fan, z })
     }
 
-    fn need(&self, _: usize, _: usize) -> [Need; 2] {
-        [
-            Need::real(self.z.len()).and(self.stage.need()),
-            Need::default(),
-        ]
+    fn need(&self, _: usize, way: usize) -> [Need; 2] {
+        let own = match way {
+            FUNCTIONS => Need::real(self.z.len() + self.numbers()),
+            _ => self.stage.need(),
+        };
+        [Need::real(self.z.len()).and(own), Need::default()]
     }
 
     fn numbers(&self) -> usize {
@@ -97,13 +135,16 @@ impl Kernel for Image {
     fn run<V: Vector>(
         &self,
         zero: V,
-        _: usize,
+        way: usize,
         (mut work, _): (Scratch<'_>, Scratch<'_, V>),
         out: &mut [f32],
     ) -> Result<(), Error> {
         let envelopes = work.take(Need::real(self.z.len()))?.real;
         envelope(&self.z, envelopes)?;
-        self.stage.image(zero, envelopes, work.real, out)?;
+        match way {
+            FUNCTIONS => self.by_functions(zero, envelopes, work, out)?,
+            _ => self.stage.image(zero, envelopes, work.real, out)?,
+        }
         // Interpolation rounds: a pixel between two of 255 may be a bit above.
         let highest = 255.0 * (1.0 + 4.0 * f32::EPSILON);
         assert!(
@@ -111,5 +152,9 @@ impl Kernel for Image {
             "a grey level beyond 0 to 255"
         );
         Ok(())
+    }
+
+    fn ways(&self) -> Vec<usize> {
+        vec![FUNCTIONS]
     }
 }

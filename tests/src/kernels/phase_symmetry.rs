@@ -105,26 +105,24 @@ impl Kernel for Map {
         (mut numbers, vectors): (Scratch<'_>, Scratch<'_, V>),
         out: &mut [f32],
     ) -> Result<(), Error> {
-        let sizes = self.sizes(way);
+        let (sizes, filters) = (self.sizes(way), LogGabor::fixed());
+        let mut done = 0;
+        let step = &mut |steps| {
+            done += 1;
+            assert_eq!(steps, done);
+        };
+        let tables = |bank: &PhaseSymmetry| {
+            GainTables::new(&filters, bank, vec![f32::NAN; bank.gain_tables_len()])
+        };
         if IN_ONE_MEMORY.contains(&way) {
-            let (bank, filters) = (self.bank(1)?, LogGabor::fixed());
-            let mut done = 0;
-            let step = &mut |steps| {
-                done += 1;
-                assert_eq!(steps, done);
-            };
-            if way == IN_ONE_MEMORY[0] {
-                bank.map(&filters, &self.image, numbers, out, step)?;
-            } else {
-                let memory = vec![f32::NAN; bank.gain_tables_len()];
-                let tables = GainTables::new(&filters, &bank.by_columns(), memory)?;
-                bank.map(&tables, &self.image, numbers, out, step)?;
+            let (bank, image) = (self.bank(1)?, &self.image);
+            match way == IN_ONE_MEMORY[0] {
+                true => bank.map(&filters, image, numbers, out, step)?,
+                false => bank.map(&tables(&bank.by_columns())?, image, numbers, out, step)?,
             }
             assert_eq!(done, bank.map_steps());
         } else {
             let bank = self.bank(sizes.strip)?;
-            // The second way has its gains in tables.
-            let filters = LogGabor::fixed();
             let mut external = External {
                 image: &mut &self.image[..],
                 spectrum: &mut &mut vec![f32::NAN; sizes.spectrum_len()][..],
@@ -132,30 +130,19 @@ impl Kernel for Map {
                 amplitude: &mut &mut vec![f32::NAN; sizes.amplitude_len()][..],
                 symmetry: &mut &mut *out,
             };
-            let mut fast = StripSlices {
+            let fast = &mut StripSlices {
                 strip: numbers.take(Need::real(sizes.strip_len()))?.real,
                 sums: numbers.real,
                 line: vectors.complex,
                 gains: vectors.real,
             };
-            let fft = &LaneFft::new();
-            if way == 0 {
-                bank.run(
-                    &Kernels::new(fft, &filters),
-                    &mut external,
-                    &mut fast,
-                    &mut |_| {},
-                )?;
-            } else {
-                let gains =
-                    &GainTables::new(&filters, &bank, vec![f32::NAN; bank.gain_tables_len()])?;
-                bank.run(
-                    &Kernels::new(fft, gains),
-                    &mut external,
-                    &mut fast,
-                    &mut |_| {},
-                )?;
+            let (fft, external) = (&LaneFft::new(), &mut external);
+            // The second way has its gains in tables.
+            match way {
+                0 => bank.run(&Kernels::new(fft, &filters), external, fast, step)?,
+                _ => bank.run(&Kernels::new(fft, &tables(&bank)?), external, fast, step)?,
             }
+            assert_eq!(done, bank.filters());
         }
         assert!(
             out.iter().all(|value| (0.0..1.0).contains(value)),

@@ -12,7 +12,7 @@ use super::delay::Place;
 use crate::draw::Draw;
 use crate::kernel::Kernel;
 
-/// The apertures of a scan's first, middle and last line.
+/// The apertures of a scan's first, middle and last line, and of one more.
 #[derive(Clone, Debug)]
 pub struct Apertures {
     /// The array.
@@ -99,7 +99,7 @@ impl Kernel for Apertures {
     }
 
     fn numbers(&self) -> usize {
-        12
+        16
     }
 
     fn run<V: Vector>(
@@ -114,7 +114,7 @@ impl Kernel for Apertures {
             let mut widths = vec![f32::NAN; samples.min(100_000)];
             let table = ApertureTable::new(scan, &mut widths);
             let places = [0, samples / 3, samples / 2, samples.saturating_sub(1)];
-            for (line, out) in [0, lines / 2, lines - 1]
+            for (line, out) in [0, lines / 2, lines - 1, lines]
                 .into_iter()
                 .zip(out.as_chunks_mut::<4>().0)
             {
@@ -123,8 +123,8 @@ impl Kernel for Apertures {
                     let active = scan.active(line, sample);
                     assert!(active.first + active.count <= elements, "{active:?}");
                     if let Ok(table) = &table {
-                        let active = table.active(ApertureTable::centre(scan, line), sample);
-                        assert!(active.first + active.count <= elements, "{active:?}");
+                        let centre = ApertureTable::centre(scan, line);
+                        assert_eq!(table.active(centre, sample), active);
                     }
                     *out = active.count as f32;
                 }

@@ -20,30 +20,28 @@ pub struct Waves {
     pub delay: Delay,
     /// The array.
     pub place: Place,
-    /// The waves: law and `t0`.
-    pub waves: Vec<(Law, f64)>,
+    /// The waves: law, `t0` and record `[element][sample]`.
+    pub waves: Vec<(Law, f64, Vec<f32>)>,
     /// The line.
     pub ray: Ray,
     /// The active elements.
     pub active: Active,
-    /// The record of all waves, `[element][sample]`.
-    pub rf: Vec<f32>,
     /// Values that are added at a time, in the second way.
     pub block: usize,
 }
 
 impl Waves {
-    /// The waves' lines.
-    pub fn lines(&self) -> impl Iterator<Item = ScanLine<'_>> {
-        self.waves.iter().map(|(law, t0)| ScanLine {
-            transmit: Transmit {
-                law: law.law(),
-                t0: *t0,
-            },
-            ray: self.ray,
-            array: self.place.array(),
-            active: self.active,
-            compounding: Compounding::Replace,
+    /// The waves' lines, and their records.
+    pub fn lines(&self) -> impl Iterator<Item = (ScanLine<'_>, &[f32])> {
+        self.waves.iter().map(|(law, t0, rf)| {
+            let line = ScanLine {
+                transmit: Transmit::new(law.law(), *t0),
+                ray: self.ray,
+                array: self.place.array(),
+                active: self.active,
+                compounding: Compounding::Replace,
+            };
+            (line, &rf[..])
         })
     }
 }
@@ -70,25 +68,24 @@ impl Kernel for Waves {
         let pitch = draw.number(wild, [1e-5, 2e-3]);
         let place = Place::draw(draw, wild, (elements, pitch));
         let waves = (0..1 + draw.below(3)).map(|_| {
-            (
-                Law::draw(draw, wild, elements),
-                draw.number(wild, [-1e-6, 1e-6]),
-            )
+            let law = Law::draw(draw, wild, elements);
+            (law, draw.number(wild, [-1e-6, 1e-6]), Vec::new())
         });
-        let waves = waves.collect();
+        let mut waves: Vec<_> = waves.collect();
         let mut at = |usual| draw.number(wild, usual);
         let ray = Ray::new(at([-3e-3, 3e-3]), at([-3e-3, 3e-3]), at([-0.6, 0.6]));
         let first = draw.below(elements);
         let active = Active::new(first, 1 + draw.below(elements - first));
         let block = 1 + draw.below(200);
-        let rf = draw.record(elements * record_samples);
+        for (.., rf) in &mut waves {
+            *rf = draw.record(elements * record_samples);
+        }
         Ok(Waves {
             delay,
             place,
             waves,
             ray,
             active,
-            rf,
             block,
         })
     }
@@ -122,11 +119,11 @@ impl Kernel for Waves {
         let mut lines = vec![0.0; self.active.count * length];
         let (mut centre, mut receive_delays) = (vec![i32::MAX; length], vec![i32::MAX; length]);
         let mut record = vec![f32::NAN; upsampled.record_len()];
-        for line in self.lines() {
+        for (line, rf) in self.lines() {
             upsampled.centre(&line, &mut centre)?;
             for (k, values) in lines.chunks_exact_mut(length).enumerate() {
                 let element = self.active.first + k;
-                let samples = &self.rf[element * p.record_samples..][..p.record_samples];
+                let samples = &rf[element * p.record_samples..][..p.record_samples];
                 upsampled.record(zero, samples, memory.real, &mut record)?;
                 upsampled.receive_delays(zero, &line, element, &mut receive_delays)?;
                 let blocks = centre.chunks(block).zip(receive_delays.chunks(block));
@@ -144,7 +141,7 @@ impl Kernel for Waves {
             }
         }
         let first = self.lines().next();
-        first.map_or(Ok(()), |line| {
+        first.map_or(Ok(()), |(line, _)| {
             upsampled.analytic(zero, &line, &lines, scratch, out)
         })
     }

@@ -1,5 +1,6 @@
 //! Shared code of the test files.
 
+pub mod delays;
 pub mod frames;
 pub mod lines;
 pub mod refused;

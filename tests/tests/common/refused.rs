@@ -23,3 +23,19 @@ pub fn refused<T>(result: Result<T, Error>) -> String {
         error => format!("{error:?}"),
     }
 }
+
+/// Asserts that the text of a refusal begins with some words.
+#[track_caller]
+pub fn assert_refused<T>(result: Result<T, Error>, words: &str) {
+    let found = refused(result);
+    assert!(found.starts_with(words), "{found}, expected {words}");
+}
+
+/// The name of what was refused.
+#[track_caller]
+pub fn name<T>(result: Result<T, Error>) -> &'static str {
+    match result.err().expect("a refusal") {
+        Error::Parameter { name, .. } | Error::Capacity { name, .. } => name,
+        error => panic!("{error}"),
+    }
+}

@@ -5,9 +5,10 @@ use crate::common::changed;
 
 #[test]
 fn a_stage_that_is_set_is_a_new_one() {
-    let element_x = line_up(5);
+    let element_x = line_up(5, PITCH);
     let line = line_of(TransmitLaw::Focused, &element_x);
     let rf = noise(5 * 400, 3);
+    let record = Record::new(&rf, 5).unwrap();
     let first = parameters(40e6, 20e6, 5, 400);
     // Each stage from the one before: a change that keeps the filters, one that changes one of them, and one that
     // changes both.
@@ -32,9 +33,8 @@ fn a_stage_that_is_set_is_a_new_one() {
         ] {
             delay.set(wrong).unwrap_err();
         }
-        let mut out = vec![ZERO; p.output_samples * 5];
-        line_by(&delay, 0.0f32, &line, &rf, &mut out);
-        assert_same_bits(&out, &core_line(&p, &line, &rf), &format!("{p:?}"));
+        let out = aligned(&delay, p.output_samples, &line, &record);
+        assert_same_bits(&out, &rf_line(&p, &line, &rf), &format!("{p:?}"));
     }
 }
 
@@ -56,11 +56,10 @@ fn a_constant_stage_is_one_made_when_the_program_runs() {
         Ok(delay) => delay,
         Err(_) => panic!("the parameters are not valid"),
     };
-    let element_x = line_up(5);
+    let element_x = line_up(5, PITCH);
     let line = line_of(TransmitLaw::Focused, &element_x);
     let rf = noise(5 * 400, 3);
-    let mut out = vec![ZERO; 87 * 5];
-    line_by(&DELAY, 0.0f32, &line, &rf, &mut out);
+    let out = aligned(&DELAY, 87, &line, &Record::new(&rf, 5).unwrap());
     let p = std::hint::black_box(PARAMETERS);
-    assert_same_bits(&out, &core_line(&p, &line, &rf), "constant");
+    assert_same_bits(&out, &rf_line(&p, &line, &rf), "constant");
 }

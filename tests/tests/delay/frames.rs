@@ -12,7 +12,7 @@ fn recording(transmits: Transmits) -> ChannelData {
             .into(),
         fs: 100e6,
         t0: vec![0.0, 1e-7, -2e-7],
-        element_x: line_up(9),
+        element_x: line_up(9, PITCH),
         element_z: None,
         element_angle: None,
         c: C,

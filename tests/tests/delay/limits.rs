@@ -28,7 +28,7 @@ fn nothing_is_read_from_2_to_the_23_samples_on() {
             ..line_of(TransmitLaw::Focused, &[0.0])
         };
         let rf = noise(100, 9);
-        let ours = core_line(&p, &line, &rf);
+        let ours = rf_line(&p, &line, &rf);
         assert_reference(&ours, &p, &line, &rf, &format!("{depth}"));
         assert!(ours[9].re == 0.0 && ours[(9 + beside) as usize].re != 0.0);
     }
@@ -57,7 +57,7 @@ fn a_line_towards_an_element_reads_one_position() {
         ..line_of(TransmitLaw::Focused, &[0.0])
     };
     let rf = noise(2500, 13);
-    let ours = core_line(&p, &line, &rf);
+    let ours = rf_line(&p, &line, &rf);
     assert_reference(&ours, &p, &line, &rf, "one place");
     assert!(ours.iter().all(|y| y.re == ours[0].re && y.re != 0.0));
 }
@@ -74,7 +74,7 @@ fn depths_beyond_all_numbers_read_0_and_the_others_what_they_are() {
         };
         let line = line_of(TransmitLaw::Focused, &[0.0, 1.0]);
         let rf = noise(1200, 10);
-        let ours = core_line(&p, &line, &rf);
+        let ours = rf_line(&p, &line, &rf);
         assert_reference(&ours, &p, &line, &rf, &format!("{fs}"));
         assert!(ours[..70].iter().all(|y| y.re != 0.0));
         assert!(ours[90..].iter().all(|y| y.re == 0.0));

@@ -3,6 +3,7 @@
 use super::refused::refused_name;
 use super::*;
 use crate::common::changed;
+use crate::common::delays::line_into;
 
 /// Noise as counts.
 fn counted(samples: usize, seed: u64) -> Vec<[i16; 2]> {
@@ -13,7 +14,7 @@ fn counted(samples: usize, seed: u64) -> Vec<[i16; 2]> {
 /// The table of docs/numerics.md, its last column: the pulse's peak has 16 000 counts.
 #[test]
 fn the_documented_errors_of_fixed_point_hold() {
-    let convex = convex();
+    let convex = convex(ELEMENTS);
     let bounds = [8.0e-2, 3.7e-2, 1.4e-2, 1.2e-3, 2.3e-2, 6.4e-2];
     for ((bandwidth, fs, _), bound) in ERRORS.into_iter().zip(bounds) {
         for line in lines(&convex) {
@@ -29,7 +30,7 @@ fn the_documented_errors_of_fixed_point_hold() {
                 .collect();
             let samples = IqSamples::Counts(&counts, 1.0 / 16_000.0);
             let record = Record::iq(samples, IqLayout::Planar, ELEMENTS).unwrap();
-            let ours = core_line(0.0f32, &p, &line, &record);
+            let ours = core_line(&p, &line, &record);
             let exact = reference::f64::iq::line(&p, &line, &iq);
             let error = worst(&ours, exact.iter().copied());
             println!("{bandwidth}, {fs}: {error:.2e}");
@@ -57,7 +58,7 @@ fn what_fixed_point_cannot_read_is_refused() {
     let mut out = vec![ZERO; good.output_samples * ELEMENTS];
     let refused = IqDelay::new(good).unwrap().line(
         0.0f32,
-        &lines(&convex())[0],
+        &lines(&convex(ELEMENTS))[0],
         &planar(&floats),
         &mut scratch,
         &mut out,
@@ -91,7 +92,7 @@ fn assert_reference(
         let record = Record::iq(samples, layout, p.elements).unwrap();
         let record = record.with_phase(phase).unwrap();
         let mut ours = before.to_vec();
-        line_into(0.0f32, p, line, &record, &mut ours);
+        line_into(&IqDelay::new(*p).unwrap(), line, &record, &mut ours);
         assert_same_bits(&ours, &expected, &format!("{what}, {layout:?}, {line:?}"));
     }
 }
@@ -145,7 +146,7 @@ fn fixed_point_has_the_bits_of_the_reference_where_nothing_is_above_and_far_from
     let record = Record::iq(samples, IqLayout::Interleaved, 3).unwrap();
     let floats = vec![ZERO; 600];
     let (mut ours, mut expected) = (before.clone(), before.clone());
-    line_into(0.0f32, &p, &replace, &record, &mut ours);
+    line_into(&IqDelay::new(p).unwrap(), &replace, &record, &mut ours);
     reference::f32::iq::line(&p, &replace, (&floats, -0.3, 0.0), &mut expected);
     assert_same_bits(&ours, &expected, "scale below 0");
     // A depth equal to the largest number.

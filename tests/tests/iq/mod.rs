@@ -8,23 +8,21 @@ mod refused;
 use crate::common;
 
 use bonebeam::delay::{
-    Compounding, Delay, DelayParameters, IqDelay, IqInterpolation, IqLayout, IqParameters,
-    IqSamples, MAX_SAMPLES, Record, ScanLine, Stage, hilbert_taps,
+    Compounding, DelayParameters, IqDelay, IqInterpolation, IqLayout, IqParameters, IqSamples,
+    MAX_SAMPLES, Record, ScanLine, Stage, hilbert_taps,
 };
 use bonebeam::geometry::{
     Active, Array, Axis, Element, Lines, Ray, Scan, ScanParameters, Transmit, TransmitLaw,
 };
-use bonebeam::simd::Vector;
 use bonebeam::{Complex, Error};
 use bonebeam_oracle::reference;
 use common::assert_same_bits;
+use common::delays::{self, C, F0, aligned, arrival, convex, envelope, rf_line};
 use common::tolerances::{DELAYED_PULSE_20_MHZ, DELAYED_PULSE_40_MHZ};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
-const C: f64 = 1540.0;
-const F0: f64 = 5e6;
 const ELEMENTS: usize = 21;
 const PITCH: f64 = 0.3e-3;
 const INTERPOLATIONS: [IqInterpolation; 3] = [
@@ -33,12 +31,6 @@ const INTERPOLATIONS: [IqInterpolation; 3] = [
     IqInterpolation::Sinc,
 ];
 const ZERO: Complex<f32> = Complex::new(0.0, 0.0);
-
-fn convex() -> Vec<Element> {
-    (0..ELEMENTS)
-        .map(|m| Element::convex(ELEMENTS, PITCH, 40e-3, m))
-        .collect()
-}
 
 fn parameters(fs: f64, samples: usize, interpolation: IqInterpolation) -> IqParameters {
     IqParameters {
@@ -89,44 +81,17 @@ fn lines(convex: &[Element]) -> [ScanLine<'_>; 4] {
 }
 
 fn noise(length: usize, seed: u64) -> Vec<Complex<f32>> {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let mut number = || rng.random_range(-1.0f32..1.0);
-    (0..length)
-        .map(|_| Complex::new(number(), number()))
-        .collect()
+    let numbers = delays::noise(2 * length, seed);
+    let (pairs, _) = numbers.as_chunks::<2>();
+    pairs.iter().map(|&[re, im]| Complex::new(re, im)).collect()
 }
 
 fn planar(iq: &[Complex<f32>]) -> Record<'_> {
     Record::iq(IqSamples::Float(iq), IqLayout::Planar, ELEMENTS).unwrap()
 }
 
-fn core_line<V: Vector>(
-    zero: V,
-    p: &IqParameters,
-    line: &ScanLine,
-    record: &Record,
-) -> Vec<Complex<f32>> {
-    let mut out = vec![Complex::new(f32::NAN, f32::NAN); p.output_samples * p.elements];
-    line_into(zero, p, line, record, &mut out);
-    out
-}
-
-fn line_into<V: Vector>(
-    zero: V,
-    p: &IqParameters,
-    line: &ScanLine,
-    record: &Record,
-    out: &mut [Complex<f32>],
-) {
-    let delay = IqDelay::new(*p).unwrap();
-    let mut scratch = vec![f32::NAN; p.need(V::LANES).real];
-    delay.line(zero, line, record, &mut scratch, out).unwrap();
-}
-
-/// Envelope of a Gaussian pulse with this bandwidth at −6 dB, Hz.
-fn envelope(t: f64, bandwidth: f64) -> f64 {
-    let a = (PI * bandwidth).powi(2) / (4.0 * 10f64.powf(6.0 / 20.0).ln());
-    (-a * t * t).exp()
+fn core_line(p: &IqParameters, line: &ScanLine, record: &Record) -> Vec<Complex<f32>> {
+    aligned(&IqDelay::new(*p).unwrap(), p.output_samples, line, record)
 }
 
 /// Echoes of points (x, z) as I/Q and as RF.
@@ -138,13 +103,8 @@ fn echoes(
     points: &[[f64; 2]],
     (bandwidth, rf_rate, rf_samples): (f64, f64, usize),
 ) -> (Vec<Complex<f32>>, Vec<f32>) {
-    let transmit = |x: f64, z: f64| match line.transmit.law {
-        TransmitLaw::Focused => (x - line.ray.x()).hypot(z) / C,
-        TransmitLaw::Plane { angle } => (x * angle.sin() + z * angle.cos()) / C,
-        TransmitLaw::Element { x: ex, z: ez } => (x - ex).hypot(z - ez) / C,
-        TransmitLaw::VirtualSource { x: sx, z: sz } => ((x - sx).hypot(z - sz) - sx.hypot(sz)) / C,
-        TransmitLaw::Delays(_) => unreachable!("not one of `lines`"),
-    };
+    let transmit =
+        |x: f64, z: f64| arrival(line.transmit.law, &[], [x, z], (x - line.ray.x()).hypot(z));
     let (mut iq, mut rf) = (Vec::new(), Vec::new());
     for m in 0..ELEMENTS {
         let [ex, ez] = line.array.position(m);
@@ -195,7 +155,7 @@ const ERRORS: [(f64, f64, [f64; 3]); 6] = [
 
 #[test]
 fn the_documented_errors_hold_against_the_reference_and_against_rf() {
-    let convex = convex();
+    let convex = convex(ELEMENTS);
     const RF_RATE: f64 = 80e6;
     for (bandwidth, fs, bounds) in ERRORS {
         for line in lines(&convex) {
@@ -209,7 +169,7 @@ fn the_documented_errors_hold_against_the_reference_and_against_rf() {
                 let rf_samples = (30e-6 * RF_RATE) as usize;
                 let scene = (bandwidth * F0, RF_RATE, rf_samples);
                 let (iq, rf) = echoes(&p, &line, &points, scene);
-                let ours = core_line(0.0f32, &p, &line, &planar(&iq));
+                let ours = core_line(&p, &line, &planar(&iq));
                 let what = format!("{bandwidth}, {fs}, {interpolation:?}");
                 let exact = reference::f64::iq::line(&p, &line, &iq);
                 let error = worst(&ours, exact.iter().copied());
@@ -229,13 +189,7 @@ fn the_documented_errors_hold_against_the_reference_and_against_rf() {
                     record_samples: rf_samples,
                     hilbert_taps: hilbert_taps(p.output_rate, F0),
                 };
-                let mut analytic = vec![ZERO; ours.len()];
-                let mut scratch = vec![0.0; of_rf.need(1).real];
-                let delay = Delay::new(of_rf).unwrap();
-                let record = Record::new(&rf, ELEMENTS).unwrap();
-                delay
-                    .line(0.0f32, &line, &record, &mut scratch, &mut analytic)
-                    .unwrap();
+                let analytic = rf_line(&of_rf, &line, &rf);
                 let wide = |y: &Complex<f32>| Complex::new(f64::from(y.re), f64::from(y.im));
                 let error = worst(&ours, analytic.iter().map(wide));
                 // A pulse of 80 % reaches frequencies at which the Hilbert transformer errs more.

@@ -41,13 +41,7 @@ fn a_frame_of_iq_has_the_bone_where_it_is() {
             interpolation: None,
         },
     );
-    assert!(matches!(
-        refused,
-        Err(Error::Parameter {
-            name: "demodulation_frequency",
-            ..
-        })
-    ));
+    assert_refused(refused, "parameter demodulation_frequency ");
 }
 
 #[test]

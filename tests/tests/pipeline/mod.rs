@@ -8,7 +8,8 @@ mod iq;
 
 use crate::common;
 use crate::common::changed;
-use crate::common::refused::refused;
+use crate::common::refused::assert_refused;
+use bonebeam::Complex;
 use bonebeam::beamform::{AlignedLine, Segment, constant_segments};
 use bonebeam::delay::{
     Compounding, Delay, DelayParameters, IqInterpolation, IqParameters, Record, ScanLine, Stage,
@@ -17,7 +18,6 @@ use bonebeam::geometry::{Scan, ScanParameters, Transmit, TransmitLaw};
 use bonebeam::memory::{Memory, Need, Scratch};
 use bonebeam::pipeline::{Block, Frame, Input, IqInput, LinePipeline, Parameters, Pipeline};
 use bonebeam::surface::{Detector, Point, Ramp, Settings};
-use bonebeam::{Complex, Error};
 use bonebeam_drive::beamform::{Memory as LaneMemory, beamform};
 use bonebeam_drive::config;
 use bonebeam_drive::delay::DelayStage;
@@ -183,9 +183,26 @@ fn the_bones_surface_is_where_it_is() {
             "line {line}: {found} and {depth}"
         );
     }
-    let short = refused(find(&mut [None; LINES - 1]));
-    assert!(short.starts_with("length surface "), "{short}");
+    assert_refused(find(&mut [None; LINES - 1]), "length surface ");
 }
+
+/// All aligned samples of a line.
+fn aligned<'r, D: Stage>(
+    lines: &LinePipeline<'_, D>,
+    line: usize,
+    transmits: impl IntoIterator<Item = (Transmit<'r>, &'r Record<'r>)>,
+) -> Vec<Complex<f32>> {
+    let (need, block) = (
+        lines.need(1, usize::MAX),
+        Block::of_line(lines.scan(), line),
+    );
+    let (mut scratch, mut x) = (vec![f32::NAN; need.real], vec![DIRTY; need.complex]);
+    let done = lines.align(0.0f32, block, transmits, &mut scratch, &mut x);
+    done.unwrap();
+    x
+}
+
+const DIRTY: Complex<f32> = Complex::new(f32::NAN, 0.0);
 
 #[test]
 fn a_line_is_the_mean_of_its_transmits() {
@@ -200,19 +217,9 @@ fn a_line_is_the_mean_of_its_transmits() {
         .each_ref()
         .map(|rf| Record::new(rf, ELEMENTS).unwrap());
     let transmits = laws.map(|law| Transmit::new(law, 1e-7));
-    let need = lines.need(1, usize::MAX);
-    let mut scratch = vec![0.0; need.real];
-    let mut x = vec![Complex::new(f32::NAN, 0.0); need.complex];
     let pairs = || transmits.into_iter().zip(&records);
-    lines
-        .align(
-            0.0f32,
-            Block::of_line(&scan, 7),
-            pairs(),
-            &mut scratch,
-            &mut x,
-        )
-        .unwrap();
+    let mut x = aligned(&lines, 7, pairs());
+    let mut scratch = vec![0.0; lines.need(1, usize::MAX).real];
 
     let delay = Delay::new(DelayParameters::of(&scan)).unwrap();
     let mut sum = vec![Complex::ZERO; x.len()];
@@ -228,8 +235,7 @@ fn a_line_is_the_mean_of_its_transmits() {
 
     let none: [(Transmit, &Record); 0] = [];
     let error = lines.align(0.0f32, Block::of_line(&scan, 7), none, &mut scratch, &mut x);
-    let words = refused(error);
-    assert!(words.starts_with("parameter transmits "), "{words}");
+    assert_refused(error, "parameter transmits ");
     assert!(AlignedLine::new(&x, ELEMENTS).is_ok());
 }
 
@@ -242,21 +248,11 @@ fn a_block_is_aligned_for_the_elements_asked_for() {
     let rf = record(line);
     let record = Record::new(&rf, ELEMENTS).unwrap();
     let transmits = || [(focused(), &record)];
-    let need = lines.need(1, usize::MAX);
-    let mut scratch = vec![0.0; need.real];
-    let mut whole = vec![Complex::ZERO; need.complex];
-    lines
-        .align(
-            0.0f32,
-            Block::of_line(&scan, line),
-            transmits(),
-            &mut scratch,
-            &mut whole,
-        )
-        .unwrap();
+    let mut whole = aligned(&lines, line, transmits());
+    let mut scratch = vec![0.0; lines.need(1, usize::MAX).real];
     let mut zeros = 0;
     for length in [1, 37, samples] {
-        let mut x = vec![Complex::new(f32::NAN, 0.0); whole.len()];
+        let mut x = vec![DIRTY; whole.len()];
         for (k, x) in x.chunks_mut(length * ELEMENTS).enumerate() {
             let block = Block {
                 line,
@@ -280,12 +276,13 @@ fn a_block_is_aligned_for_the_elements_asked_for() {
     assert!(zeros > 0, "the aperture does not grow");
     let behind = changed(Block::of_line(&scan, line), |s| s.first = samples);
     let one = &mut whole[..ELEMENTS];
-    let behind = refused(lines.align(0.0f32, behind, transmits(), &mut scratch, one));
-    assert!(behind.starts_with("capacity "), "{behind}");
+    assert_refused(
+        lines.align(0.0f32, behind, transmits(), &mut scratch, one),
+        "capacity ",
+    );
     let line = Block::of_line(&scan, line);
     let short = lines.align(0.0f32, line, transmits(), &mut [], &mut whole);
-    let short = refused(short);
-    assert!(short.starts_with("length scratch "), "{short}");
+    assert_refused(short, "length scratch ");
 }
 
 /// Lanes take segments of blocks with the bits of the whole line.
@@ -328,8 +325,10 @@ fn segments_of_a_block_have_the_lines_bits_and_stay_within_it() {
         (own.start + 1, length - ELEMENTS),
         (own.start, length - ELEMENTS),
     ] {
-        let words = refused(run(block(first), &mut x[..length]));
-        assert!(words.starts_with("parameter first sample "), "{words}");
+        assert_refused(
+            run(block(first), &mut x[..length]),
+            "parameter first sample ",
+        );
     }
 }
 
@@ -348,25 +347,15 @@ fn a_plan_by_a_constant_delay_stage_makes_the_same_lines() {
         Pipeline::by(&DELAY, PARAMETERS).unwrap(),
     );
     assert_eq!(own.need(1), by.need(1));
-    let lines = own.lines();
     let elements = SCAN.elements();
     let rf: Vec<f32> = (0..elements * PARAMETERS.scan.record_samples)
         .map(|n| ((n * 7919 % 2001) as f32 - 1000.0) * 1e-3)
         .collect();
     let record = Record::new(&rf, elements).unwrap();
     let transmit = Transmit::new(TransmitLaw::Focused, 0.0);
-    let need = lines.need(1, usize::MAX);
-    let mut scratch = vec![0.0; need.real];
-    let mut aligned = [(); 2].map(|()| vec![Complex::new(0.0, 0.0); need.complex]);
-    let [of_own, of_by] = &mut aligned;
     let transmits = [(transmit, &record)];
-    let block = Block::of_line(&SCAN, 3);
-    lines
-        .align(0.0f32, block, transmits, &mut scratch, of_own)
-        .unwrap();
-    by.lines()
-        .align(0.0f32, block, transmits, &mut scratch, of_by)
-        .unwrap();
+    let of_own = aligned(own.lines(), 3, transmits);
+    let of_by = aligned(by.lines(), 3, transmits);
     assert!(of_own.iter().any(|y| y.im != 0.0));
     assert_eq!(of_own, of_by);
 
@@ -389,11 +378,7 @@ fn a_plan_by_a_constant_delay_stage_makes_the_same_lines() {
         let mut parameters = of;
         change(&mut parameters);
         other.set(parameters).unwrap();
-        match Pipeline::by(&other, PARAMETERS) {
-            Err(Error::Parameter { name, .. }) => {
-                assert_eq!(name, format!("delay stage's {expected}"));
-            }
-            refused => panic!("{expected}: {refused:?}"),
-        }
+        let by = Pipeline::by(&other, PARAMETERS);
+        assert_refused(by, &format!("parameter delay stage's {expected} "));
     }
 }

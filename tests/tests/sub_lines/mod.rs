@@ -14,7 +14,7 @@ use bonebeam_drive::beamform::Memory;
 use bonebeam_oracle::reference::f64::beamform::Sample;
 use bonebeam_tests::kernel::bits;
 use common::lines::{COVARIANCES, Line, METHODS, core, widen};
-use common::refused::refused;
+use common::refused::{assert_refused, refused};
 use num_complex::Complex;
 
 const PITCH: f64 = 0.3e-3;
@@ -207,11 +207,7 @@ fn what_does_not_fit_is_refused() {
     let scan = linear(8, 6);
     let beamformer = Beamformer::new(of(4)).expect("valid parameters");
     let (mut four, mut two) = (memory(6, 4), memory(6, 2));
-    let starts = |refused: String, words: &str| assert!(refused.starts_with(words), "{refused}");
-    starts(
-        refused(Steering::new(&scan, 0, 4, &mut two)),
-        "length steering ",
-    );
+    assert_refused(Steering::new(&scan, 0, 4, &mut two), "length steering ");
     let four = Steering::new(&scan, 3, 4, &mut four).expect("memory that fits");
     let two = Steering::new(&scan, 3, 2, &mut two).expect("memory that fits");
     let run = |steering: Steering<'_>, sizes_for: usize, length: usize, samples: usize| {
@@ -226,22 +222,13 @@ fn what_does_not_fit_is_refused() {
     assert_eq!(run(four, 4, 24, 6), Ok(()));
     assert_eq!(refused(run(four, 4, 23, 6)), "length z 23 for 24");
     assert_eq!(refused(run(four, 2, 24, 6)), "capacity sub_lines 4 over 2");
-    starts(
-        refused(run(two, 4, 24, 6)),
-        "parameter sub_lines of the steering ",
-    );
+    assert_refused(run(two, 4, 24, 6), "parameter sub_lines of the steering ");
     let mut every_second = memory(3, 4);
     let every_second = Steering::of_step(&scan, 3, (4, 2), &mut every_second);
     let every_second = run(every_second.expect("memory that fits"), 4, 24, 6);
-    starts(
-        refused(every_second),
-        "parameter depth_step of the steering ",
-    );
+    assert_refused(every_second, "parameter depth_step of the steering ");
     let mut short = memory(3, 4);
     let shallow = linear(8, 3);
     let short = Steering::new(&shallow, 3, 4, &mut short).expect("memory that fits");
-    starts(
-        refused(run(short, 4, 24, 6)),
-        "length samples of the steering ",
-    );
+    assert_refused(run(short, 4, 24, 6), "length samples of the steering ");
 }

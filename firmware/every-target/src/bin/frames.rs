@@ -17,6 +17,7 @@ use bonebeam::phase_symmetry::{GainTables, Kernels, LaneFft, LogGabor, Sizes, St
 use bonebeam::prelude::*;
 use bonebeam::simd::{InstructionSet, Vector};
 use bonebeam::{Error, dispatch};
+use bonebeam_tests::arrays;
 use semihosting::{eprintln, println, process};
 use static_cell::ConstStaticCell;
 
@@ -37,20 +38,16 @@ const NEED: Need = match PARAMETERS.need(Input::Rf, LANES) {
 
 const SIZES: Sizes = Sizes::new(PARAMETERS.rows, PARAMETERS.columns, PARAMETERS.strip);
 
-static WORKSPACES: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces {
-    frame: Memory::new(),
-    gains: [0.0; SIZES.gain_tables_len(PARAMETERS.scales.len())],
-    strip: [0.0; SIZES.strip_len()],
-    sums: [0.0; SIZES.sums_len()],
-});
-
-struct Workspaces {
-    frame: Memory<{ NEED.real }, { NEED.complex }>,
-    gains: [f32; SIZES.gain_tables_len(PARAMETERS.scales.len())],
-    /// For bone maps by vectors.
-    strip: [f32; SIZES.strip_len()],
-    sums: [f32; SIZES.sums_len()],
+arrays! {
+    struct Workspaces {
+        frame: Memory<{ NEED.real }, { NEED.complex }> = Memory::new(),
+        gains: [f32; SIZES.gain_tables_len(PARAMETERS.scales.len())] = [0.0; _],
+        /// For bone maps by vectors.
+        strip: [f32; SIZES.strip_len()] = [0.0; _],
+        sums: [f32; SIZES.sums_len()] = [0.0; _],
+    }
 }
+static WORKSPACES: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces::new());
 
 /// All methods of a frame, by vectors.
 fn frames<V: Vector>(zero: V, workspaces: &mut Workspaces) -> Result<(), Error> {

@@ -3,9 +3,10 @@
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Sizes, Workspace};
 use bonebeam::covariance::Covariance;
 use bonebeam::geometry::Active;
-use bonebeam::memory::{Memory, Need, Scratch};
+use bonebeam::memory::{Memory, Scratch};
 use bonebeam::{Complex, Error};
 use cortex_m_semihosting::hprintln;
+use firmware::arrays;
 use static_cell::ConstStaticCell;
 
 use crate::counter::{Cost, Counter};
@@ -83,27 +84,17 @@ const fn sizes(elements: usize) -> Sizes {
     }
 }
 
-const fn need(elements: usize) -> Need {
-    sizes(elements).need()
+arrays! {
+    /// The memory of the cases.
+    struct Workspaces {
+        m16: Memory<{ sizes(16).need().real }, { sizes(16).need().complex }> = Memory::new(),
+        m32: Memory<{ sizes(32).need().real }, { sizes(32).need().complex }> = Memory::new(),
+        m64: Memory<{ sizes(64).need().real }, { sizes(64).need().complex }> = Memory::new(),
+        x: [Complex<f32>; SAMPLES * LARGEST] = [Complex::ZERO; _],
+        z: [Complex<f32>; SAMPLES] = [Complex::ZERO; _],
+    }
 }
-
-/// The memory of the cases.
-struct Workspaces {
-    m16: Memory<{ need(16).real }, { need(16).complex }>,
-    m32: Memory<{ need(32).real }, { need(32).complex }>,
-    m64: Memory<{ need(64).real }, { need(64).complex }>,
-    x: [Complex<f32>; SAMPLES * LARGEST],
-    z: [Complex<f32>; SAMPLES],
-}
-
-/// All zero.
-static WORKSPACES: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces {
-    m16: Memory::new(),
-    m32: Memory::new(),
-    m64: Memory::new(),
-    x: [Complex::new(0.0, 0.0); SAMPLES * LARGEST],
-    z: [Complex::new(0.0, 0.0); SAMPLES],
-});
+static WORKSPACES: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces::new());
 
 /// Counts every case at every size; returns whether all stay within their bounds.
 pub fn run(counter: &mut Counter) -> Result<bool, Error> {
@@ -147,12 +138,11 @@ fn spread<const M: usize, const REAL: usize, const COMPLEX: usize>(
     let (mut sum, mut least, mut most) = (0, u32::MAX, 0);
     let mut count = |x: &[Complex<f32>]| {
         let line = AlignedLine::new(x, M)?;
-        let mut outcome = Ok(());
-        let cost = counter.count(|| {
-            outcome = Workspace::new(0.0, sizes(M), memory.scratch())
-                .and_then(|mut workspace| beamformer.line(&mut workspace, line, all, &mut z));
+        let cost = counter.cost(|| {
+            let mut workspace = Workspace::new(0.0, sizes(M), memory.scratch())?;
+            beamformer.line(&mut workspace, line, all, &mut z)
         });
-        outcome.map(|()| cost.instructions)
+        cost.map(|cost| cost.instructions)
     };
     for kind in 0..KINDS {
         of_kind(x, kind);
@@ -203,15 +193,11 @@ fn line<const M: usize, const REAL: usize, const COMPLEX: usize>(
         ..Parameters::default()
     })?;
     let all = |_| Active::new(0, M);
-    let mut outcome = Ok(());
-    let cost = counter.count(|| {
-        outcome = AlignedLine::new(x, M).and_then(|line| {
-            let scratch = memory.scratch();
-            let mut workspace = Workspace::new(0.0, sizes(M), scratch)?;
-            beamformer.line(&mut workspace, line, all, z)
-        });
-    });
-    outcome?;
+    let cost = counter.cost(|| {
+        let line = AlignedLine::new(x, M)?;
+        let mut workspace = Workspace::new(0.0, sizes(M), memory.scratch())?;
+        beamformer.line(&mut workspace, line, all, z)
+    })?;
     let name = case.name;
     for (n, z) in z.iter().enumerate() {
         hprintln!("value {name} {M} {n} {:e} {:e}", z.re, z.im);
@@ -242,7 +228,5 @@ fn checked<const M: usize>(
     let all = |_| Active::new(0, M);
     let line = AlignedLine::new(x, M)?;
     let mut workspace = Workspace::new(0.0, sizes(M), scratch)?;
-    let mut outcome = Ok(());
-    let cost = counter.count(|| outcome = beamformer.line(&mut workspace, line, all, z));
-    outcome.map(|()| cost)
+    counter.cost(|| beamformer.line(&mut workspace, line, all, z))
 }

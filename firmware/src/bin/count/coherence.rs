@@ -4,6 +4,7 @@ use bonebeam::beamform::{AlignedLine, ShortLagCoherence};
 use bonebeam::geometry::Active;
 use bonebeam::memory::Memory;
 use bonebeam::{Complex, Error};
+use firmware::arrays;
 use static_cell::ConstStaticCell;
 
 use crate::counter::Counter;
@@ -21,19 +22,15 @@ const LENGTH: usize = COHERENCE.need().real;
 /// The bounds on the instructions per sample for `M` = 16, 32 and 64 (see `beamform.rs`).
 const BOUNDS: [u32; 3] = [585, 910, 1560];
 
-/// The memory of the cases.
-struct Workspaces {
-    memory: Memory<LENGTH, 0>,
-    x: [Complex<f32>; SAMPLES * LARGEST],
-    out: [f32; SAMPLES],
+arrays! {
+    /// The memory of the cases.
+    struct Workspaces {
+        memory: Memory<LENGTH, 0> = Memory::new(),
+        x: [Complex<f32>; SAMPLES * LARGEST] = [Complex::ZERO; _],
+        out: [f32; SAMPLES] = [0.0; _],
+    }
 }
-
-/// All zero.
-static WORKSPACES: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces {
-    memory: Memory::new(),
-    x: [Complex::new(0.0, 0.0); SAMPLES * LARGEST],
-    out: [0.0; SAMPLES],
-});
+static WORKSPACES: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces::new());
 
 /// Counts whole lines with all elements active; returns whether they stay within their bounds.
 pub fn run(counter: &mut Counter) -> Result<bool, Error> {
@@ -44,20 +41,10 @@ pub fn run(counter: &mut Counter) -> Result<bool, Error> {
         snapshots(x, elements, ECHO);
         let line = AlignedLine::new(x, elements)?;
         let all = |_| Active::new(0, elements);
-        let mut outcome = Ok(());
-        let cost = counter.count(|| {
-            outcome = COHERENCE.line(line, all, memory.scratch(), out);
-        });
-        outcome?;
+        let cost = counter.cost(|| COHERENCE.line(line, all, memory.scratch(), out))?;
         let bytes = Memory::<LENGTH, 0>::BYTES;
-        within &= report(
-            "short-lag-coherence",
-            elements,
-            SAMPLES,
-            &cost,
-            bytes,
-            bound,
-        );
+        let name = "short-lag-coherence";
+        within &= report(name, elements, SAMPLES, &cost, bytes, bound);
     }
     Ok(within)
 }

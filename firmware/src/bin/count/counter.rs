@@ -60,6 +60,14 @@ impl Counter {
         (counted.abs_diff(2 * turns) <= 2 * INSTRUCTIONS_PER_TICK).then_some(counter)
     }
 
+    /// The cost of `work`, which may be refused.
+    #[inline(always)]
+    pub fn cost(&mut self, work: impl FnOnce() -> Result<(), Error>) -> Result<Cost, Error> {
+        let mut outcome = Ok(());
+        let cost = self.count(|| outcome = work());
+        outcome.map(|()| cost)
+    }
+
     /// Runs `work` and returns its cost.
     pub fn count<R>(&mut self, work: impl FnOnce() -> R) -> Cost {
         cortex_m_stack::repaint_stack();

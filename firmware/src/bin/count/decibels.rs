@@ -2,6 +2,7 @@
 
 use bonebeam::Error;
 use bonebeam::image::{Logarithm, log_compression_with};
+use firmware::arrays;
 use static_cell::ConstStaticCell;
 
 use crate::counter::Counter;
@@ -16,17 +17,14 @@ const CASES: [(&str, Logarithm, u32); 2] = [
     ("decibels-polynomial", Logarithm::Polynomial, 65),
 ];
 
-/// The memory of the cases.
-struct Workspaces {
-    envelopes: [f32; SAMPLES],
-    levels: [f32; SAMPLES],
+arrays! {
+    /// The memory of the cases.
+    struct Workspaces {
+        envelopes: [f32; SAMPLES] = [0.0; _],
+        levels: [f32; SAMPLES] = [0.0; _],
+    }
 }
-
-/// All zero.
-static WORKSPACES: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces {
-    envelopes: [0.0; SAMPLES],
-    levels: [0.0; SAMPLES],
-});
+static WORKSPACES: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces::new());
 
 /// Counts both over envelopes from 60 dB below their largest on.
 ///
@@ -38,11 +36,8 @@ pub fn run(counter: &mut Counter) -> Result<bool, Error> {
     }
     let mut within = true;
     for (name, by, bound) in CASES {
-        let mut outcome = Ok(());
-        let cost = counter.count(|| {
-            outcome = log_compression_with(by, envelopes, SAMPLES as f32, DYNAMIC_RANGE, levels);
-        });
-        outcome?;
+        let cost = counter
+            .cost(|| log_compression_with(by, envelopes, SAMPLES as f32, DYNAMIC_RANGE, levels))?;
         within &= report(name, SAMPLES, SAMPLES, &cost, 0, bound);
     }
     Ok(within)

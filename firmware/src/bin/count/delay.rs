@@ -3,6 +3,7 @@
 use bonebeam::delay::{Compounding, Delay, DelayParameters, Record, ScanLine, Stage, hilbert_taps};
 use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
 use bonebeam::{Complex, Error};
+use firmware::arrays;
 use static_cell::ConstStaticCell;
 
 use crate::counter::Counter;
@@ -42,19 +43,15 @@ pub const fn parameters(ratio: usize) -> DelayParameters {
     }
 }
 
-/// The memory of the cases.
-struct Workspaces {
-    rf: [f32; ELEMENTS * FASTEST * (OUTPUTS + 2 * BEYOND)],
-    scratch: [f32; SCRATCH],
-    out: [Complex<f32>; ELEMENTS * OUTPUTS],
+arrays! {
+    /// The memory of the cases.
+    struct Workspaces {
+        rf: [f32; ELEMENTS * FASTEST * (OUTPUTS + 2 * BEYOND)] = [0.0; _],
+        scratch: [f32; SCRATCH] = [0.0; _],
+        out: [Complex<f32>; ELEMENTS * OUTPUTS] = [Complex::ZERO; _],
+    }
 }
-
-/// All zero.
-static WORKSPACES: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces {
-    rf: [0.0; ELEMENTS * FASTEST * (OUTPUTS + 2 * BEYOND)],
-    scratch: [0.0; SCRATCH],
-    out: [Complex::new(0.0, 0.0); ELEMENTS * OUTPUTS],
-});
+static WORKSPACES: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces::new());
 
 /// Counts every case; returns whether all stay within their bounds.
 ///
@@ -81,12 +78,10 @@ pub fn run(counter: &mut Counter) -> Result<bool, Error> {
         let scratch = &mut workspaces.scratch[..parameters.need(1).real];
         let scratch_bytes = size_of_val(scratch);
         let out = &mut workspaces.out;
-        let mut outcome = Ok(());
-        let cost = counter.count(|| {
-            outcome = Record::new(rf, ELEMENTS)
-                .and_then(|record| delay.line(0.0f32, &line, &record, scratch, out));
-        });
-        outcome?;
+        let cost = counter.cost(|| {
+            let record = Record::new(rf, ELEMENTS)?;
+            delay.line(0.0f32, &line, &record, scratch, out)
+        })?;
         let bytes = Delay::BYTES + scratch_bytes;
         within &= report("delay", 20 * ratio, ELEMENTS * OUTPUTS, &cost, bytes, bound);
     }

@@ -6,6 +6,7 @@ use bonebeam::delay::{
 };
 use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
 use bonebeam::{Complex, Error};
+use firmware::arrays;
 use static_cell::ConstStaticCell;
 
 use crate::counter::Counter;
@@ -43,19 +44,15 @@ pub const PARAMETERS: IqParameters = IqParameters {
 };
 const SCRATCH: usize = PARAMETERS.need(1).real;
 
-/// The memory of the cases.
-struct Workspaces {
-    counts: [[i16; 2]; ELEMENTS * RECORD],
-    scratch: [f32; SCRATCH],
-    out: [Complex<f32>; ELEMENTS * OUTPUTS],
+arrays! {
+    /// The memory of the cases.
+    struct Workspaces {
+        counts: [[i16; 2]; ELEMENTS * RECORD] = [[0; 2]; _],
+        scratch: [f32; SCRATCH] = [0.0; _],
+        out: [Complex<f32>; ELEMENTS * OUTPUTS] = [Complex::ZERO; _],
+    }
 }
-
-/// All zero.
-static WORKSPACES: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces {
-    counts: [[0; 2]; ELEMENTS * RECORD],
-    scratch: [0.0; SCRATCH],
-    out: [Complex::new(0.0, 0.0); ELEMENTS * OUTPUTS],
-});
+static WORKSPACES: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces::new());
 
 /// Counts every case; returns whether all stay within their bounds.
 ///
@@ -86,13 +83,11 @@ pub fn run(counter: &mut Counter) -> Result<bool, Error> {
             interpolation,
             ..PARAMETERS
         })?;
-        let mut outcome = Ok(());
-        let cost = counter.count(|| {
+        let cost = counter.cost(|| {
             let samples = IqSamples::Counts(counts, 1e-3);
-            outcome = Record::iq(samples, IqLayout::Interleaved, ELEMENTS)
-                .and_then(|record| delay.line(0.0f32, &line, &record, scratch, out));
-        });
-        outcome?;
+            let record = Record::iq(samples, IqLayout::Interleaved, ELEMENTS)?;
+            delay.line(0.0f32, &line, &record, scratch, out)
+        })?;
         let bytes = IqDelay::BYTES + size_of_val(scratch);
         within &= report(name, taps, ELEMENTS * OUTPUTS, &cost, bytes, bound);
     }

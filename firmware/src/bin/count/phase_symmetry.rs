@@ -12,6 +12,7 @@ use bonebeam::phase_symmetry::{
 };
 use cortex_m::peripheral::SYST;
 use cortex_m_semihosting::hprintln;
+use firmware::arrays;
 use static_cell::ConstStaticCell;
 
 use crate::counter::{Cost, Counter, instructions};
@@ -42,36 +43,26 @@ const STRIPS: &str = "phase-symmetry-strips";
 /// Bound on a step, between two kicks of a watchdog.
 const STEP_BOUND: u32 = 1_000_000;
 
-/// The memory of the cases.
-struct Workspaces {
-    tables: LogGaborTables,
-    gains: [f32; GAINS],
-    fast: Memory<{ NEED.real }, { NEED.complex }>,
-    external: Arrays,
+arrays! {
+    /// The memory of the cases.
+    struct Workspaces {
+        tables: LogGaborTables = LogGaborTables::new(),
+        gains: [f32; GAINS] = [0.0; _],
+        fast: Memory<{ NEED.real }, { NEED.complex }> = Memory::new(),
+        external: Arrays = Arrays::new(),
+    }
 }
-
-/// Arrays that may be in slow memory.
-struct Arrays {
-    image: [f32; sizes(LARGEST).image_len()],
-    spectrum: [f32; sizes(LARGEST).spectrum_len()],
-    filtered: [f32; sizes(LARGEST).filtered_len()],
-    amplitude: [f32; sizes(LARGEST).amplitude_len()],
-    symmetry: [f32; sizes(LARGEST).symmetry_len()],
+arrays! {
+    /// Arrays that may be in slow memory.
+    struct Arrays {
+        image: [f32; sizes(LARGEST).image_len()] = [0.0; _],
+        spectrum: [f32; sizes(LARGEST).spectrum_len()] = [0.0; _],
+        filtered: [f32; sizes(LARGEST).filtered_len()] = [0.0; _],
+        amplitude: [f32; sizes(LARGEST).amplitude_len()] = [0.0; _],
+        symmetry: [f32; sizes(LARGEST).symmetry_len()] = [0.0; _],
+    }
 }
-
-/// All zero.
-static WORKSPACES: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces {
-    tables: LogGaborTables::new(),
-    gains: [0.0; GAINS],
-    fast: Memory::new(),
-    external: Arrays {
-        image: [0.0; sizes(LARGEST).image_len()],
-        spectrum: [0.0; sizes(LARGEST).spectrum_len()],
-        filtered: [0.0; sizes(LARGEST).filtered_len()],
-        amplitude: [0.0; sizes(LARGEST).amplitude_len()],
-        symmetry: [0.0; sizes(LARGEST).symmetry_len()],
-    },
-});
+static WORKSPACES: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces::new());
 
 /// Counts every case; returns whether all stay within their bounds.
 ///
@@ -87,23 +78,14 @@ pub fn run(counter: &mut Counter) -> Result<bool, Error> {
     let bytes = LogGaborTables::BYTES;
     let copied = report("set-up-log-gabor", 64, 1, &cost, bytes, COPY_BOUND);
     let filters = &LogGabor::new(tables);
-    let small = side::<64>(
-        counter,
-        fast.scratch(),
-        filters,
-        gains,
-        external,
+    let mut within = copied;
+    let (small, large) = (
         [2180, 3800, 3800, 10_000_000],
-    )?;
-    let large = side::<LARGEST>(
-        counter,
-        fast.scratch(),
-        filters,
-        gains,
-        external,
         [3970, 5630, 5080, 10_000_000],
-    )?;
-    Ok(copied && small && large)
+    );
+    within &= side::<64>(counter, fast.scratch(), filters, gains, external, small)?;
+    within &= side::<LARGEST>(counter, fast.scratch(), filters, gains, external, large)?;
+    Ok(within)
 }
 
 /// Counts one size.
@@ -124,13 +106,8 @@ fn side<const SIDE: usize>(
     })?;
     let gains = &mut gains[..bank.gain_tables_len()];
     let gain_bytes = size_of_val(gains);
-    let mut outcome = Ok(());
-    let cost = counter.count(|| {
-        outcome = GainTables::new(filters, &bank, &mut *gains).map(|tables| {
-            black_box(tables);
-        })
-    });
-    outcome?;
+    let cost =
+        counter.cost(|| GainTables::new(filters, &bank, &mut *gains).map(|t| _ = black_box(t)))?;
     let [with_tables, on_the_fly, in_strips, set_up] = bounds;
     let mut within = report("set-up-gains", SIDE, 1, &cost, gain_bytes, set_up);
     let (pixels, sizes) = (SIDE * SIDE, bank.sizes());
@@ -174,16 +151,15 @@ fn map(
 ) -> Result<(Cost, u32), Error> {
     let pixels = bank.sizes().image_len();
     let (image, map) = (&arrays.image[..pixels], &mut arrays.symmetry[..pixels]);
-    let (mut outcome, mut largest) = (Ok(()), 0);
-    let cost = counter.count(|| {
+    let mut largest = 0;
+    let cost = counter.cost(|| {
         let mut before = SYST::get_current();
-        outcome = bank.map(gains, image, memory, map, &mut |_| {
+        bank.map(gains, image, memory, map, &mut |_| {
             let now = SYST::get_current();
             largest = largest.max(instructions(before, now));
             before = now;
-        });
-    });
-    outcome?;
+        })
+    })?;
     Ok((cost, largest))
 }
 
@@ -204,10 +180,5 @@ fn strips(
         symmetry: &mut &mut arrays.symmetry[..pixels],
     };
     let kernels = Kernels::new(&Microfft, gains);
-    let mut outcome = Ok(());
-    let cost = counter.count(|| {
-        outcome = bank.run(&kernels, &mut external, memory, &mut |_| {});
-    });
-    outcome?;
-    Ok(cost)
+    counter.cost(|| bank.run(&kernels, &mut external, memory, &mut |_| {}))
 }

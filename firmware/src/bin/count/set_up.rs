@@ -32,43 +32,25 @@ static DELAY: ConstStaticCell<Delay> =
 pub fn run(counter: &mut Counter) -> Result<bool, Error> {
     let delay = DELAY.take();
     let mut within = true;
-    let mut outcome = Ok(());
     let faster = DelayParameters {
         sound_speed: 1580.0,
         output_start: 0.0,
         ..*delay.parameters()
     };
-    let cost = counter.count(|| outcome = delay.set(black_box(faster)));
-    outcome?;
+    let cost = counter.cost(|| delay.set(black_box(faster)))?;
     within &= report("set-up-kept", 40, 1, &cost, Delay::BYTES, KEPT_BOUND);
     // Each stage has other filters than the one before.
     for (ratio, bound) in CASES {
         let parameters = black_box(delay::parameters(ratio));
-        let mut outcome = Ok(());
-        let cost = counter.count(|| outcome = delay.set(parameters));
-        outcome?;
+        let cost = counter.cost(|| delay.set(parameters))?;
         within &= report("set-up", 20 * ratio, 1, &cost, Delay::BYTES, bound);
-        let mut outcome = Ok(());
-        let cost = counter.count(|| outcome = delay.set_in_f32(parameters));
-        outcome?;
+        let cost = counter.cost(|| delay.set_in_f32(parameters))?;
         within &= report("set-up-f32", 20 * ratio, 1, &cost, Delay::BYTES, F32_BOUND);
-        let mut outcome = Ok(());
-        let cost = counter.count(|| {
-            outcome = Delay::new(parameters).map(|delay| {
-                black_box(delay);
-            })
-        });
-        outcome?;
+        let cost = counter.cost(|| Delay::new(parameters).map(|delay| _ = black_box(delay)))?;
         within &= report("set-up-new", 20 * ratio, 1, &cost, Delay::BYTES, bound);
     }
     let parameters = black_box(iq::PARAMETERS);
-    let mut outcome = Ok(());
-    let cost = counter.count(|| {
-        outcome = IqDelay::new(parameters).map(|delay| {
-            black_box(delay);
-        })
-    });
-    outcome?;
+    let cost = counter.cost(|| IqDelay::new(parameters).map(|delay| _ = black_box(delay)))?;
     within &= report("set-up-iq", 10, 1, &cost, IqDelay::BYTES, IQ_BOUND);
     Ok(within)
 }

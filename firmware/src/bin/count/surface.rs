@@ -4,6 +4,7 @@ use bonebeam::Error;
 use bonebeam::geometry::Axis;
 use bonebeam::memory::{Memory, Need};
 use bonebeam::surface::{Detector, Levels, Parameters, Settings, Survey, Tracker};
+use firmware::arrays;
 use static_cell::ConstStaticCell;
 
 use crate::counter::Counter;
@@ -28,17 +29,14 @@ const NEED: Need = match PARAMETERS.need() {
 const BOUND: u32 = 62;
 const SURVEY_BOUND: u32 = 22;
 
-/// The memory of the cases.
-struct Workspaces {
-    memory: Memory<{ NEED.real }, 0>,
-    line: [u8; SAMPLES],
+arrays! {
+    /// The memory of the cases.
+    struct Workspaces {
+        memory: Memory<{ NEED.real }, 0> = Memory::new(),
+        line: [u8; SAMPLES] = [0; _],
+    }
 }
-
-/// All zero.
-static WORKSPACES: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces {
-    memory: Memory::new(),
-    line: [0; SAMPLES],
-});
+static WORKSPACES: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces::new());
 
 /// Counts onset and path together, and the frame's levels.
 ///
@@ -60,9 +58,7 @@ pub fn run(counter: &mut Counter) -> Result<bool, Error> {
     };
     next(line, 500);
     let mut survey = Survey::new(&detector, memory.scratch())?;
-    let mut outcome = Ok(());
-    let cost = counter.count(|| outcome = survey.line(line));
-    outcome?;
+    let cost = counter.cost(|| survey.line(line))?;
     let mut within = report("surface-levels", SAMPLES, SAMPLES, &cost, 0, SURVEY_BOUND);
     let levels: Levels = survey.levels();
     let bytes = Memory::<{ NEED.real }, 0>::BYTES;

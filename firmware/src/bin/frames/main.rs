@@ -21,6 +21,7 @@ use bonebeam::{Complex, Error};
 use cortex_m_rt::entry;
 use cortex_m_semihosting::hprintln;
 use counter::Counter;
+use firmware::arrays;
 use firmware::load;
 use static_cell::ConstStaticCell;
 use stream::scan::{
@@ -92,23 +93,13 @@ const INTERPOLATIONS: [(&str, IqInterpolation); 4] = [
     ("sinc", IqInterpolation::Sinc),
 ];
 
-/// The memory of the chain, a block, and the aligned samples of a line.
-struct Workspaces {
-    chain: ScanMemory,
-    block: ScanBlock,
-    aligned: [Complex<f32>; ELEMENTS * LENGTH],
-    scratch: [f32; LAGS],
-}
-
-impl Workspaces {
-    /// All zero.
-    const fn new() -> Self {
-        Workspaces {
-            chain: ScanMemory::new(),
-            block: ScanBlock::filled([0; 2]),
-            aligned: [Complex::new(0.0, 0.0); ELEMENTS * LENGTH],
-            scratch: [0.0; LAGS],
-        }
+arrays! {
+    /// The memory of the chain, a block, and the aligned samples of a line.
+    struct Workspaces {
+        chain: ScanMemory = ScanMemory::new(),
+        block: ScanBlock = ScanBlock::filled([0; 2]),
+        aligned: [Complex<f32>; ELEMENTS * LENGTH] = [Complex::ZERO; _],
+        scratch: [f32; LAGS] = [0.0; _],
     }
 }
 
@@ -125,11 +116,7 @@ fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error
         aligned,
         scratch,
     } = workspaces;
-    let mut outcome = Ok(());
-    let set_up = counter.count(|| {
-        outcome = Reference::plan().and_then(|plan| Chain::new(&plan, memory.scratch()).map(drop));
-    });
-    outcome?;
+    let set_up = counter.cost(|| Chain::new(&Reference::plan()?, memory.scratch()).map(drop))?;
     let [block_bytes, plan_bytes] = [size_of::<ScanBlock>(), size_of::<Plan<Reference>>()];
     hprintln!("memory {block_bytes} {} {plan_bytes}", ScanMemory::BYTES);
     hprintln!("set-up {} {}", set_up.instructions, set_up.stack);
@@ -138,18 +125,13 @@ fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error
         let mut sum = 0;
         for beam in 0..BEAMS {
             load(block, beam);
-            let mut outcome = Ok(());
-            let cost = counter.count(|| {
-                outcome = scan::record(block).and_then(|record| {
-                    let transmits = [(TRANSMIT, &record)];
-                    let lines = plan.pipeline().lines();
-                    let line = Block::of_line(lines.scan(), beam);
-                    lines
-                        .align(0.0f32, line, transmits, scratch, aligned)
-                        .map(drop)
-                });
-            });
-            outcome?;
+            let cost = counter.cost(|| {
+                let record = scan::record(block)?;
+                let (transmits, lines) = ([(TRANSMIT, &record)], plan.pipeline().lines());
+                let line = Block::of_line(lines.scan(), beam);
+                let line = lines.align(0.0f32, line, transmits, scratch, aligned);
+                line.map(drop)
+            })?;
             sum += cost.instructions;
         }
         hprintln!("focus {name} {}", sum / BEAMS as u32);
@@ -162,12 +144,8 @@ fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error
             let (mut sum, mut most, mut stack) = (0, 0, 0);
             for beam in 0..BEAMS {
                 load(block, beam);
-                let mut outcome = Ok(());
-                let cost = counter.count(|| {
-                    outcome = scan::record(block)
-                        .and_then(|record| chain.line(beam, &record, Stamp::default()));
-                });
-                outcome?;
+                let cost =
+                    counter.cost(|| chain.line(beam, &scan::record(block)?, Stamp::default()))?;
                 sum += cost.instructions;
                 most = most.max(cost.instructions);
                 stack = stack.max(cost.stack);

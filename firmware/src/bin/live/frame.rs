@@ -13,6 +13,7 @@ use bonebeam::memory::{Memory, Need};
 use bonebeam::pipeline::{Frame, Input, IqInput, Parameters, Pipeline};
 use cortex_m::peripheral::SYST;
 use cortex_m_semihosting::hprintln;
+use firmware::arrays;
 use firmware::load;
 use static_cell::ConstStaticCell;
 use stream::scan::{BEAMS, ELEMENTS, INPUT, PARAMETERS as STREAM, ScanBlock, TRANSMIT, record};
@@ -85,21 +86,12 @@ const GAINS: usize = bonebeam::phase_symmetry::Sizes {
 
 static MEMORY: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces::new());
 
-/// The memory of the frame.
-struct Workspaces {
-    block: ScanBlock,
-    frame: Memory<{ NEED.real }, { NEED.complex }>,
-    gains: [f32; GAINS],
-}
-
-impl Workspaces {
-    /// All zero.
-    const fn new() -> Self {
-        Workspaces {
-            block: ScanBlock::filled([0; 2]),
-            frame: Memory::new(),
-            gains: [0.0; GAINS],
-        }
+arrays! {
+    /// The memory of the frame.
+    struct Workspaces {
+        block: ScanBlock = ScanBlock::filled([0; 2]),
+        frame: Memory<{ NEED.real }, { NEED.complex }> = Memory::new(),
+        gains: [f32; GAINS] = [0.0; _],
     }
 }
 
@@ -129,31 +121,23 @@ fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error
     let (mut lines, mut stack) = (0, 0);
     for line in 0..CASE.lines {
         load(block, line * BEAMS / CASE.lines);
-        let mut outcome = Ok(());
-        let cost = counter.count(|| {
-            outcome = record(block).and_then(|record| {
-                let sizes = const { PARAMETERS.beamformer.sizes(ELEMENTS) };
-                let transmits = [(TRANSMIT, &record)];
-                frame.line_by(sizes, line, transmits).map(drop)
-            });
-        });
-        outcome?;
+        let cost = counter.cost(|| {
+            let sizes = const { PARAMETERS.beamformer.sizes(ELEMENTS) };
+            let transmits = [(TRANSMIT, &record(block)?)];
+            frame.line_by(sizes, line, transmits).map(drop)
+        })?;
         lines += cost.instructions;
         stack = stack.max(cost.stack);
     }
-    let mut outcome = Ok(());
     let mut steps = Steps::default();
-    let image = counter.count(|| {
+    let image = counter.cost(|| {
         steps.begin();
-        outcome = frame.image_in_steps(&mut |_| steps.end()).map(drop);
-    });
-    outcome?;
-    let mut outcome = Ok(());
-    let map = counter.count(|| {
+        frame.image_in_steps(&mut |_| steps.end()).map(drop)
+    })?;
+    let map = counter.cost(|| {
         steps.begin();
-        outcome = frame.bone_map_in_steps(&mut |_| steps.end()).map(drop);
-    });
-    outcome?;
+        frame.bone_map_in_steps(&mut |_| steps.end()).map(drop)
+    })?;
     let Case {
         name,
         map_every,

@@ -16,11 +16,12 @@ mod input;
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Sizes, Workspace};
 use bonebeam::covariance::Covariance;
 use bonebeam::geometry::{Active, Steering};
-use bonebeam::memory::{Memory, Need};
+use bonebeam::memory::Memory;
 use bonebeam::{Complex, Error};
 use cortex_m_rt::entry;
 use cortex_m_semihosting::hprintln;
 use counter::Counter;
+use firmware::arrays;
 use input::{ECHO, SAMPLES, snapshots};
 use static_cell::ConstStaticCell;
 
@@ -53,38 +54,21 @@ const fn sizes(sub_lines: usize) -> Sizes {
     }
 }
 
-const fn need(sub_lines: usize) -> Need {
-    sizes(sub_lines).need()
+arrays! {
+    /// The memory of the cases.
+    struct Workspaces {
+        of_two: Memory<{ sizes(2).need().real }, { sizes(2).need().complex }> = Memory::new(),
+        of_eight: Memory<{ sizes(MOST).need().real }, { sizes(MOST).need().complex }> = Memory::new(),
+        directions: [Complex<f32>; Steering::need(SAMPLES, MOST).complex] = [Complex::ZERO; _],
+        x: [Complex<f32>; SAMPLES * ELEMENTS] = [Complex::ZERO; _],
+        z: [Complex<f32>; SAMPLES * MOST] = [Complex::ZERO; _],
+    }
 }
-
 static MEMORY: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces::new());
 
 #[entry]
 fn main() -> ! {
     counter::run("sub_lines", |counter| run(counter, MEMORY.take()))
-}
-
-/// The memory of the cases.
-struct Workspaces {
-    of_two: Memory<{ need(2).real }, { need(2).complex }>,
-    of_eight: Memory<{ need(MOST).real }, { need(MOST).complex }>,
-    directions: [Complex<f32>; Steering::need(SAMPLES, MOST).complex],
-    x: [Complex<f32>; SAMPLES * ELEMENTS],
-    z: [Complex<f32>; SAMPLES * MOST],
-}
-
-impl Workspaces {
-    /// All zero.
-    const fn new() -> Self {
-        let zero = Complex::new(0.0, 0.0);
-        Workspaces {
-            of_two: Memory::new(),
-            of_eight: Memory::new(),
-            directions: [zero; _],
-            x: [zero; _],
-            z: [zero; _],
-        }
-    }
 }
 
 /// Counts every case; returns whether all stay within their bounds.
@@ -136,14 +120,11 @@ fn of<const N: usize, const REAL: usize, const COMPLEX: usize>(
     let steering = Steering::of(directions, N);
     let all = |_| Active::new(0, ELEMENTS);
     let z = &mut z[..SAMPLES * N];
-    let mut outcome = Ok(());
-    let cost = counter.count(|| {
-        outcome = AlignedLine::new(x, ELEMENTS).and_then(|line| {
-            let mut workspace = Workspace::new(0.0, sizes(N), memory.scratch())?;
-            beamformer.sub_lines(&mut workspace, (line, steering), all, z)
-        });
-    });
-    outcome?;
+    let cost = counter.cost(|| {
+        let line = AlignedLine::new(x, ELEMENTS)?;
+        let mut workspace = Workspace::new(0.0, sizes(N), memory.scratch())?;
+        beamformer.sub_lines(&mut workspace, (line, steering), all, z)
+    })?;
     let bytes = Memory::<REAL, COMPLEX>::BYTES;
     let (instructions, stack) = (cost.instructions, cost.stack);
     hprintln!("count {name} {ELEMENTS} {instructions} {SAMPLES} {bytes} {stack}");

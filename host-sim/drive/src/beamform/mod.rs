@@ -10,8 +10,7 @@ use bonebeam::beamform::{
 };
 use bonebeam::geometry::{Scan, Steering};
 use bonebeam::simd::InstructionSet;
-use bonebeam_kernels::memory::AnyMemory;
-pub use bonebeam_kernels::memory::{Memory, memory};
+pub use bonebeam_kernels::memory::{AnyMemory, Memory, memory};
 use bonebeam_kernels::source::LineSource;
 use ndarray::{Array2, ArrayView3, ArrayViewMut2, Axis};
 use num_complex::Complex;

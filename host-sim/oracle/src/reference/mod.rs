@@ -8,3 +8,4 @@
 pub mod f32;
 /// The equations in f64 with library linear algebra, to bound the error.
 pub mod f64;
+pub mod plain;

@@ -5,17 +5,16 @@ use std::hash::Hasher;
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters};
 use bonebeam::covariance::Covariance;
 use bonebeam::delay::{
-    Compounding, Contribution, Delay, DelayParameters, IqDelay, IqInterpolation, IqLayout,
-    IqParameters, IqSamples, Record, ScanLine, Stage, Upsampled, hilbert_taps,
+    Delay, DelayParameters, IqDelay, IqInterpolation, IqParameters, hilbert_taps,
 };
-use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
+use bonebeam::geometry::{Active, Ray, TransmitLaw};
 use bonebeam::simd::InstructionSet;
 use fnv::FnvHasher;
 use ndarray::{Array2, Array3, Axis};
 use num_complex::Complex;
 
 use crate::Result;
-use crate::reference;
+use crate::reference::plain::Plain;
 use crate::verify::recording::recording;
 use crate::verify::{self, Bits, Bound};
 use bonebeam_drive::beamform::{Memory, Plan, beamform};
@@ -26,6 +25,9 @@ use bonebeam_drive::methods::COMPARED;
 use bonebeam_drive::phase_symmetry::{self, phase_symmetry};
 use bonebeam_drive::threads::pool;
 use bonebeam_files::{BeamformedLines, ChannelData};
+use bonebeam_tests::kernel::over_one_lane;
+use bonebeam_tests::kernels::delay::{self, Input, Iq, Law, Place};
+use bonebeam_tests::kernels::upsampled::Waves;
 
 /// Methods that are not compared elsewhere.
 ///
@@ -82,7 +84,7 @@ impl Verdict {
 pub fn verify(mut progress: impl FnMut(usize)) -> Result<Vec<Verdict>> {
     let data = recording();
     let mut verdicts = delay_laws(&data)?;
-    verdicts.extend(iq_readings(&data)?);
+    verdicts.extend(iq_interpolations(&data)?);
     verdicts.push(upsampled(&data)?);
     progress(verdicts.len());
     let scene = AlignedRecording::new(&data)?;
@@ -111,164 +113,106 @@ fn parts<'a>(z: impl IntoIterator<Item = &'a Complex<f32>>) -> Vec<f32> {
     z.into_iter().flat_map(|z| [z.re, z.im]).collect()
 }
 
-/// Every delay law against the f32 reference.
+/// A kernel of the catalogue against the f32 reference.
+fn delayed(name: &str, kernel: &impl Plain<Number = Complex<f32>>) -> Result<Verdict> {
+    let core = over_one_lane(kernel)?;
+    let bits = Bits::complex(&core, &kernel.plain().unwrap_or_default());
+    let name = format!("delay, {name}: f32");
+    Ok(Verdict::bits(name, &parts(&core), &bits))
+}
+
+/// The numbers of a transmit, `[element][sample]`.
+fn record(data: &ChannelData, transmit: usize) -> Vec<f32> {
+    let rf = data.samples.rf(0).expect("a recording of RF");
+    rf.index_axis(Axis(0), transmit).iter().copied().collect()
+}
+
+/// The stage at a sampling rate.
+fn stage(data: &ChannelData, sampling_rate: f64) -> Result<Delay> {
+    const RATE: f64 = 20e6;
+    let (_, _, elements, record_samples) = data.samples.dim();
+    Ok(Delay::new(DelayParameters {
+        sound_speed: data.c,
+        sampling_rate,
+        centre_frequency: data.f0,
+        output_rate: RATE,
+        output_start: 2.0 * 5e-3 / data.c,
+        output_samples: 240,
+        elements,
+        record_samples,
+        hilbert_taps: hilbert_taps(RATE, data.f0),
+    })?)
+}
+
+/// Lines of the sixth transmit's numbers.
+fn lines(data: &ChannelData, law: TransmitLaw<'static>, ray: Ray, input: Input) -> delay::Lines {
+    delay::Lines {
+        place: Place::Level(data.element_x.clone()),
+        waves: vec![(Law::Of(law), data.t0[5], ray)],
+        active: Active::new(0, data.element_x.len()),
+        block: 1,
+        input,
+    }
+}
+
+/// Every delay law.
 ///
 /// The law only sets the positions at which the record is read, so one transmit's record serves all three.
 fn delay_laws(data: &ChannelData) -> Result<Vec<Verdict>> {
-    const RATE: f64 = 20e6;
-    let (_, _, elements, record_samples) = data.samples.dim();
-    let parameters = DelayParameters {
-        sound_speed: data.c,
-        sampling_rate: data.fs,
-        centre_frequency: data.f0,
-        output_rate: RATE,
-        output_start: 2.0 * 5e-3 / data.c,
-        output_samples: 240,
-        elements,
-        record_samples,
-        hilbert_taps: hilbert_taps(RATE, data.f0),
-    };
-    let delay = Delay::new(parameters)?;
-    let rf = data.samples.rf(0).expect("a recording of RF");
-    let record: Vec<f32> = rf.index_axis(Axis(0), 5).iter().copied().collect();
+    let (x, stage) = (data.element_x[3], stage(data, data.fs)?);
     let laws = [
         ("focused", TransmitLaw::Focused),
         ("plane", TransmitLaw::Plane { angle: 0.2 }),
-        (
-            "element",
-            TransmitLaw::Element {
-                x: data.element_x[3],
-                z: 0.0,
-            },
-        ),
+        ("element", TransmitLaw::Element { x, z: 0.0 }),
     ];
-    let verdicts = laws.map(|(name, law)| {
-        let line = ScanLine {
-            transmit: Transmit {
-                law,
-                t0: data.t0[5],
-            },
-            ray: Ray::down(data.element_x[22]),
-            array: Array::LinearAt(&data.element_x),
-            active: Active::new(0, elements),
-            compounding: Compounding::Replace,
-        };
-        let mut core = vec![Complex::ZERO; parameters.output_samples * elements];
-        let mut expected = core.clone();
-        let mut scratch = vec![0.0; parameters.need(1).real];
-        let checked = Record::new(&record, elements)?;
-        delay.line(0.0f32, &line, &checked, &mut scratch, &mut core)?;
-        reference::f32::delay::line(&parameters, &line, &record, &mut expected);
-        let bits = Bits::complex(&core, &expected);
-        Ok(Verdict::bits(
-            format!("delay, {name}: f32"),
-            &parts(&core),
-            &bits,
-        ))
+    let verdicts = laws.into_iter().map(|(name, law)| {
+        let input = Input::Rf(Box::new(stage.clone()), record(data, 5), false);
+        let ray = Ray::down(data.element_x[22]);
+        delayed(name, &lines(data, law, ray, input))
     });
-    verdicts.into_iter().collect()
+    verdicts.collect()
 }
 
-/// Records upsampled and compounded, against the f32 reference.
+/// Records upsampled and compounded.
 ///
 /// The recording's numbers are taken at another rate, as two plane waves.
 fn upsampled(data: &ChannelData) -> Result<Verdict> {
-    const RATE: f64 = 20e6;
-    let (_, _, elements, record_samples) = data.samples.dim();
-    let parameters = DelayParameters {
-        sound_speed: data.c,
-        sampling_rate: RATE,
-        centre_frequency: data.f0,
-        output_rate: RATE,
-        output_start: 2.0 * 5e-3 / data.c,
-        output_samples: 240,
-        elements,
-        record_samples,
-        hilbert_taps: hilbert_taps(RATE, data.f0),
+    let wave = |(angle, transmit): (f64, usize)| {
+        let law = Law::Of(TransmitLaw::Plane { angle });
+        (law, data.t0[transmit], record(data, transmit))
     };
-    let rf = data.samples.rf(0).expect("a recording of RF");
-    let rf = rf.as_standard_layout();
-    let record = |transmit: usize| {
-        let own = rf.index_axis(Axis(0), transmit);
-        own.to_slice().expect("made in row-major order").to_vec()
+    let waves = Waves {
+        delay: stage(data, 20e6)?,
+        place: Place::Level(data.element_x.clone()),
+        waves: [(0.1, 4), (-0.2, 5)].map(wave).into(),
+        ray: Ray::new(1e-3, 0.0, 0.1),
+        active: Active::new(1, data.element_x.len() - 2),
+        block: 1,
     };
-    let waves = [(0.1, 4), (-0.2, 5)].map(|(angle, transmit)| {
-        let line = ScanLine {
-            transmit: Transmit {
-                law: TransmitLaw::Plane { angle },
-                t0: data.t0[transmit],
-            },
-            ray: Ray::new(1e-3, 0.0, 0.1),
-            array: Array::LinearAt(&data.element_x),
-            active: Active::new(1, elements - 2),
-            compounding: Compounding::Replace,
-        };
-        (line, record(transmit))
-    });
-    let delay = Delay::new(parameters)?;
-    let upsampled = Upsampled::new(&delay)?;
-    let length = upsampled.line_len();
-    let mut values = vec![0.0; (elements - 2) * length];
-    let (mut centre, mut receive_delays) = (vec![0; length], vec![0; length]);
-    let mut fine = vec![0.0; upsampled.record_len()];
-    let mut padded = vec![0.0; upsampled.need().real];
-    for (line, rf) in &waves {
-        upsampled.centre(line, &mut centre)?;
-        for (k, values) in values.chunks_exact_mut(length).enumerate() {
-            let element = line.active.first + k;
-            let samples = &rf[element * record_samples..][..record_samples];
-            upsampled.record(0.0f32, samples, &mut padded, &mut fine)?;
-            upsampled.receive_delays(0.0f32, line, element, &mut receive_delays)?;
-            let contribution = Contribution {
-                record: &fine,
-                centre: &centre,
-                receive_delays: &receive_delays,
-            };
-            upsampled.add(0.0f32, &contribution, values)?;
-        }
-    }
-    let mut core = vec![Complex::ZERO; parameters.output_samples * elements];
-    let mut expected = core.clone();
-    let mut scratch = vec![0.0; parameters.need(1).real];
-    upsampled.analytic(0.0f32, &waves[0].0, &values, &mut scratch, &mut core)?;
-    let waves: Vec<(ScanLine<'_>, &[f32])> =
-        waves.iter().map(|(line, rf)| (*line, &rf[..])).collect();
-    reference::f32::delay::upsampled(&parameters, &waves, &mut expected);
-    Ok(Verdict::bits(
-        "delay, upsampled: f32".into(),
-        &parts(&core),
-        &Bits::complex(&core, &expected),
-    ))
+    delayed("upsampled", &waves)
 }
 
-/// Every interpolation of I/Q against the f32 reference.
+/// Every interpolation of I/Q.
 ///
 /// The line is a ray of a sector, and the wave diverging. Only the recording's numbers are used, not its scene.
-fn iq_readings(data: &ChannelData) -> Result<Vec<Verdict>> {
+fn iq_interpolations(data: &ChannelData) -> Result<Vec<Verdict>> {
     let (_, _, elements, record_samples) = data.samples.dim();
-    let rf = data.samples.rf(0).expect("a recording of RF");
-    let iq = rf
-        .index_axis(Axis(0), 5)
-        .mapv(|v| Complex::new(v, -0.5 * v));
-    let iq = iq.as_slice().expect("made in row-major order");
-    let record = Record::iq(IqSamples::Float(iq), IqLayout::Planar, elements)?;
-    let line = ScanLine {
-        transmit: Transmit {
-            law: TransmitLaw::VirtualSource { x: 2e-3, z: -10e-3 },
-            t0: data.t0[5],
-        },
-        ray: Ray::new(0.0, 0.0, 0.3),
-        array: Array::LinearAt(&data.element_x),
-        active: Active::new(0, elements),
-        compounding: Compounding::Replace,
+    let planar = record(data, 5)
+        .into_iter()
+        .map(|v| Complex::new(v, -0.5 * v));
+    let iq = Iq {
+        planar: planar.collect(),
+        counts: None,
+        interleaved: false,
+        phase: 0.0,
     };
     let interpolations = [
         ("linear", IqInterpolation::Linear),
         ("cubic", IqInterpolation::Cubic),
         ("sinc", IqInterpolation::Sinc),
     ];
-    let verdicts = interpolations.map(|(name, interpolation)| {
-        let parameters = IqParameters {
+    let verdicts = interpolations.into_iter().map(|(name, interpolation)| {
+        let stage = IqDelay::new(IqParameters {
             sound_speed: data.c,
             sampling_rate: data.fs,
             demodulation_frequency: data.f0,
@@ -278,21 +222,13 @@ fn iq_readings(data: &ChannelData) -> Result<Vec<Verdict>> {
             elements,
             record_samples,
             interpolation,
-        };
-        let delay = IqDelay::new(parameters)?;
-        let mut core = vec![Complex::ZERO; parameters.output_samples * elements];
-        let mut expected = core.clone();
-        let mut scratch = vec![0.0; parameters.need(1).real];
-        delay.line(0.0f32, &line, &record, &mut scratch, &mut core)?;
-        reference::f32::iq::line(&parameters, &line, (iq, 1.0, 0.0), &mut expected);
-        let bits = Bits::complex(&core, &expected);
-        Ok(Verdict::bits(
-            format!("delay, I/Q, {name}: f32"),
-            &parts(&core),
-            &bits,
-        ))
+        })?;
+        let law = TransmitLaw::VirtualSource { x: 2e-3, z: -10e-3 };
+        let input = Input::Iq(stage, iq.clone());
+        let kernel = lines(data, law, Ray::new(0.0, 0.0, 0.3), input);
+        delayed(&format!("I/Q, {name}"), &kernel)
     });
-    verdicts.into_iter().collect()
+    verdicts.collect()
 }
 
 /// The delayed recording, with a growing aperture that is cut at the array's ends.

@@ -3,12 +3,10 @@
 //! The order of operations is that of `bonebeam::beamform`.
 
 use bonebeam::beamform::{Apodization, Method, Parameters, Postfilter};
-use bonebeam::covariance::Covariance;
 use num_complex::Complex;
 
 use super::covariance::{
-    forward, forward_trace, loading, mirrored, real_form, real_form_of_data, real_form_of_steering,
-    real_form_trace, scaled, subaperture_sum, window_sum,
+    Loaded, loaded, real_form_of_data, real_form_of_steering, subaperture, subaperture_sum,
 };
 use super::dominant_eigenpair::{dominant_eigenpair, power_iteration};
 use super::linalg::{FLOOR, Number, cholesky, eigen, factor, partial_sums, row_times};
@@ -24,15 +22,7 @@ pub fn beamform(
     active: &[(usize, usize)],
     parameters: &Parameters,
 ) -> Vec<Complex<f32>> {
-    let mut largest = 0.0;
-    for value in x.iter().flatten() {
-        for component in [value.re.abs(), value.im.abs()] {
-            if component > largest {
-                largest = component;
-            }
-        }
-    }
-    let working = libm::ilogbf(largest).clamp(-126, 126);
+    let working = working_exponent(x);
     let exponent = match working {
         -64..=64
             if parameters.method == Method::Das && parameters.apodization == Apodization::None =>
@@ -41,53 +31,67 @@ pub fn beamform(
         }
         exponent => exponent,
     };
-    let times = |factor: f32| -> Vec<Vec<Complex<f32>>> {
-        let sample = |sample: &Vec<_>| sample.iter().map(|value| value * factor).collect();
-        x.iter().map(sample).collect()
-    };
-    let up = libm::ldexpf(1.0, exponent);
-    let scaled = times(libm::ldexpf(1.0, -exponent));
-    let at_working_scale = times(libm::ldexpf(1.0, -working));
+    let scaled = times(x, -exponent);
+    let at_working_scale = times(x, -working);
 
     let mut z = Vec::new();
-    while z.len() < x.len() {
-        let start = z.len();
-        let run = active[start..]
-            .iter()
-            .take_while(|&&set| set == active[start])
-            .count();
-        let (first, count) = active[start];
-        // The run's samples and K on each side, zero outside the record.
-        let before = start as isize - parameters.temporal_half_window as isize;
-        let elements: Vec<Vec<Complex<f32>>> = (0..run + 2 * parameters.temporal_half_window)
-            .map(|i| match usize::try_from(before + i as isize) {
-                Ok(n) if n < x.len() => scaled[n][first..first + count].to_vec(),
-                _ => vec![Complex::ZERO; count],
-            })
-            .collect();
-        z.extend(match (count, parameters.covariance) {
-            (0, _) => vec![Complex::ZERO; run],
-            (_, Covariance::Forward) => run_forward(&elements, parameters),
-            (_, Covariance::ForwardBackward) => run_forward_backward(&elements, parameters),
+    for run in active.chunk_by(PartialEq::eq) {
+        let elements = run_of(&scaled, z.len(), run, parameters);
+        z.extend(match (run[0].1, parameters.method) {
+            (0, _) => vec![Complex::ZERO; run.len()],
+            (_, Method::Das) => das(
+                &elements[parameters.temporal_half_window..][..run.len()],
+                parameters,
+            ),
+            _ => adaptive(&elements, parameters),
         });
     }
-    let saturate = |value: f32| {
-        if value.abs() > f32::MAX {
-            f32::MAX.copysign(value)
-        } else {
-            value
-        }
-    };
-    let mut z: Vec<_> = z
-        .into_iter()
-        .map(|z| Complex::new(saturate(z.re * up), saturate(z.im * up)))
-        .collect();
+    scale_back(&mut z, exponent);
     if parameters.postfilter != Postfilter::None {
         for ((z, sample), &(first, count)) in z.iter_mut().zip(&at_working_scale).zip(active) {
             *z *= postfilter(&sample[first..first + count], parameters);
         }
     }
     z.into_iter().step_by(parameters.depth_step).collect()
+}
+
+/// Exponent of the power of two that scales a line's largest component into [1, 2).
+pub(super) fn working_exponent(x: &[Vec<Complex<f32>>]) -> i32 {
+    let components = x.iter().flatten().flat_map(|x| [x.re.abs(), x.im.abs()]);
+    let largest = components.fold(0.0, |a, b| if b > a { b } else { a });
+    libm::ilogbf(largest).clamp(-126, 126)
+}
+
+/// A line times a power of two.
+pub(super) fn times(x: &[Vec<Complex<f32>>], exponent: i32) -> Vec<Vec<Complex<f32>>> {
+    let factor = libm::ldexpf(1.0, exponent);
+    let sample = |sample: &Vec<_>| sample.iter().map(|value| value * factor).collect();
+    x.iter().map(sample).collect()
+}
+
+/// Results times a power of two, at most the largest number.
+pub(super) fn scale_back(z: &mut [Complex<f32>], exponent: i32) {
+    let up = libm::ldexpf(1.0, exponent);
+    let saturate = |value: f32| value.clamp(f32::MIN, f32::MAX);
+    for z in z {
+        *z = Complex::new(saturate(z.re * up), saturate(z.im * up));
+    }
+}
+
+/// The active elements of a run, and of K samples on each side; zero outside the record.
+pub(super) fn run_of(
+    x: &[Vec<Complex<f32>>],
+    start: usize,
+    run: &[(usize, usize)],
+    parameters: &Parameters,
+) -> Vec<Vec<Complex<f32>>> {
+    let (half_window, (first, count)) = (parameters.temporal_half_window, run[0]);
+    (0..run.len() + 2 * half_window)
+        .map(|i| match x.get((start + i).wrapping_sub(half_window)) {
+            Some(sample) => sample[first..first + count].to_vec(),
+            None => vec![Complex::ZERO; count],
+        })
+        .collect()
 }
 
 /// The postfilter's factor for the active elements `x` of a sample.
@@ -168,41 +172,17 @@ pub fn intermediates(
     x: &[Vec<Complex<f32>>],
     parameters: &Parameters,
 ) -> (i32, Vec<Option<Intermediates>>) {
-    let components = x.iter().flatten().flat_map(|x| [x.re.abs(), x.im.abs()]);
-    let largest = components.fold(0.0, |a, b| if b > a { b } else { a });
-    let exponent = libm::ilogbf(largest).clamp(-126, 126);
-    let down = libm::ldexpf(1.0, -exponent);
-    let temporal_half_window = parameters.temporal_half_window;
-    let count = x[0].len();
-    let elements: Vec<Vec<Complex<f32>>> = (0..x.len() + 2 * temporal_half_window)
-        .map(|i| match x.get(i.wrapping_sub(temporal_half_window)) {
-            Some(sample) => sample.iter().map(|value| value * down).collect(),
-            None => vec![Complex::ZERO; count],
+    let exponent = working_exponent(x);
+    let all = vec![(0, x[0].len()); x.len()];
+    let elements = run_of(&times(x, -exponent), 0, &all, parameters);
+    let of_sample = |a: Option<Loaded>| {
+        Some(match a? {
+            Loaded::Forward(a) => intermediates_of(&a),
+            Loaded::ForwardBackward(a) => intermediates_of(&a),
         })
-        .collect();
-    let n = subaperture(count, parameters);
-    let sums: Vec<_> = elements.iter().map(|x| forward(x, n)).collect();
-    let length = 2 * temporal_half_window + 1;
-    let of_sample = |i: usize| {
-        let block = i.div_ceil(length) * length - i;
-        match parameters.covariance {
-            Covariance::Forward => {
-                let r = window_sum(&sums[i..i + length], block);
-                let (factor, added) = loading(forward_trace(&r), n, parameters)?;
-                Some(intermediates_of(&with_diagonal(scaled(&r, factor), added)))
-            }
-            Covariance::ForwardBackward => {
-                let folded: Vec<_> = sums[i..i + length].iter().map(|r| mirrored(r)).collect();
-                let f = window_sum(&folded, block);
-                let (factor, added) = loading(real_form_trace(&f), n, parameters)?;
-                Some(intermediates_of(&with_diagonal(
-                    real_form(&f, factor),
-                    added,
-                )))
-            }
-        }
     };
-    (exponent, (0..x.len()).map(of_sample).collect())
+    let samples = loaded(&elements, parameters).into_iter();
+    (exponent, samples.map(of_sample).collect())
 }
 
 fn intermediates_of<T: Number>(a: &[Vec<T>]) -> Intermediates {
@@ -272,79 +252,38 @@ pub(super) fn subapertures(
     sums
 }
 
-pub(super) fn subaperture(elements: usize, parameters: &Parameters) -> usize {
-    ((parameters.subaperture_ratio * elements as f64).floor() as usize).max(1)
+fn das(samples: &[Vec<Complex<f32>>], parameters: &Parameters) -> Vec<Complex<f32>> {
+    let of_sample = |x: &Vec<Complex<f32>>| {
+        let mut sum = Complex::ZERO;
+        let weights = apodization(x.len(), parameters);
+        for (value, weight) in x.iter().zip(&weights) {
+            sum += value * weight;
+        }
+        sum / total(&weights)
+    };
+    samples.iter().map(of_sample).collect()
 }
 
 /// The samples of a run with one active set; `elements` has K more on each side.
-fn run_forward(elements: &[Vec<Complex<f32>>], parameters: &Parameters) -> Vec<Complex<f32>> {
+fn adaptive(elements: &[Vec<Complex<f32>>], parameters: &Parameters) -> Vec<Complex<f32>> {
     let n = subaperture(elements[0].len(), parameters);
     let weights = apodization(elements[0].len() - n + 1, parameters);
-    let gain = total(&weights);
+    let (gain, method) = (total(&weights), parameters.method);
     let steering = vec![Complex::ONE; n];
-    let sums: Vec<_> = elements.iter().map(|x| forward(x, n)).collect();
-    outputs(elements, &sums, parameters, |r, x| {
-        let (factor, added) = loading(forward_trace(r), n, parameters)?;
-        let a = with_diagonal(scaled(r, factor), added);
+    let of_sample = |(x, a): (&Vec<_>, Option<Loaded>)| {
         let data = subapertures(x, n, parameters, &weights);
-        Some(response(&a, &steering, &data, parameters.method) / gain)
-    })
-}
-
-/// The samples of a run in the real coordinates of forward-backward averaging.
-fn run_forward_backward(
-    elements: &[Vec<Complex<f32>>],
-    parameters: &Parameters,
-) -> Vec<Complex<f32>> {
-    let n = subaperture(elements[0].len(), parameters);
-    let weights = apodization(elements[0].len() - n + 1, parameters);
-    let gain = 2.0 * total(&weights);
-    let steering = real_form_of_steering(n);
-    let sums: Vec<_> = elements.iter().map(|x| mirrored(&forward(x, n))).collect();
-    outputs(elements, &sums, parameters, |f, x| {
-        let (factor, added) = loading(real_form_trace(f), n, parameters)?;
-        let a = with_diagonal(real_form(f, factor), added);
-        let data = real_form_of_data(&subapertures(x, n, parameters, &weights));
-        Some(response(&a, &steering, &data, parameters.method) / gain)
-    })
-}
-
-pub(super) fn with_diagonal<T: Number>(mut a: Vec<Vec<T>>, added: f32) -> Vec<Vec<T>> {
-    for i in 0..a.len() {
-        a[i][i] = T::real(a[i][i].re() + added);
-    }
-    a
-}
-
-/// DAS, or the result of `adaptive` for the sums over each sample's window and its elements.
-///
-/// It is 0 without power.
-fn outputs(
-    elements: &[Vec<Complex<f32>>],
-    sums: &[Vec<Vec<Complex<f32>>>],
-    parameters: &Parameters,
-    adaptive: impl Fn(&[Vec<Complex<f32>>], &[Complex<f32>]) -> Option<Complex<f32>>,
-) -> Vec<Complex<f32>> {
-    let temporal_half_window = parameters.temporal_half_window;
-    let length = 2 * temporal_half_window + 1;
-    let mut z = Vec::new();
-    for i in 0..elements.len() - 2 * temporal_half_window {
-        let x = &elements[i + temporal_half_window];
-        if parameters.method == Method::Das {
-            let mut sum = Complex::ZERO;
-            let weights = apodization(x.len(), parameters);
-            for (value, weight) in x.iter().zip(&weights) {
-                sum += value * weight;
+        match a {
+            None => Complex::ZERO,
+            Some(Loaded::Forward(a)) => response(&a, &steering, &data, method) / gain,
+            Some(Loaded::ForwardBackward(a)) => {
+                let (steering, data) = (real_form_of_steering(&steering), real_form_of_data(&data));
+                response(&a, &steering, &data, method) / (2.0 * gain)
             }
-            z.push(sum / total(&weights));
-            continue;
         }
-        // Blocks of 2K+1 samples are counted from the run's first one.
-        let window = &sums[i..i + length];
-        let block = i.div_ceil(length) * length - i;
-        z.push(adaptive(&window_sum(window, block), x).unwrap_or(Complex::ZERO));
-    }
-    z
+    };
+    let samples = elements[parameters.temporal_half_window..].iter();
+    let all = samples.zip(loaded(elements, parameters));
+    all.map(of_sample).collect()
 }
 
 /// `wᴴs` or `w_pᴴs` for the loaded covariance `a`.

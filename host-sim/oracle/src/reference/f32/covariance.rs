@@ -5,12 +5,13 @@
 use std::f32::consts::{FRAC_1_SQRT_2, SQRT_2};
 
 use bonebeam::beamform::Parameters;
+use bonebeam::covariance::Covariance;
 use num_complex::Complex;
 
 use super::linalg::Number;
 
 /// Lower triangle of `Σ_l x[l+i]·x*[l+j]`: the first column summed, the rest by sliding.
-pub(super) fn forward(x: &[Complex<f32>], subaperture: usize) -> Vec<Vec<Complex<f32>>> {
+fn forward(x: &[Complex<f32>], subaperture: usize) -> Vec<Vec<Complex<f32>>> {
     let subapertures = x.len() - subaperture + 1;
     let mut r: Vec<Vec<Complex<f32>>> = Vec::new();
     for i in 0..subaperture {
@@ -47,7 +48,7 @@ pub(super) fn subaperture_sum(x: &[Complex<f32>], subaperture: usize) -> Vec<Com
 /// Mirrored forward sums for forward-backward averaging.
 ///
 /// They are each entry on or below the diagonal plus its mirror image along the diagonal. Half of them repeat.
-pub(super) fn mirrored(r: &[Vec<Complex<f32>>]) -> Vec<Vec<Complex<f32>>> {
+fn mirrored(r: &[Vec<Complex<f32>>]) -> Vec<Vec<Complex<f32>>> {
     let last = r.len() - 1;
     let mut f = r.to_vec();
     for i in 0..r.len() {
@@ -66,7 +67,7 @@ pub(super) fn mirrored(r: &[Vec<Complex<f32>>]) -> Vec<Vec<Complex<f32>>> {
 /// Forward-backward averaging: the lower triangle of twice `QᴴR_FB Q`, which is real.
 ///
 /// It is computed from the mirrored sums.
-pub(super) fn real_form(f: &[Vec<Complex<f32>>], factor: f32) -> Vec<Vec<f32>> {
+fn real_form(f: &[Vec<Complex<f32>>], factor: f32) -> Vec<Vec<f32>> {
     let n = f.len();
     let last = n - 1;
     let mut t: Vec<Vec<f32>> = (0..n).map(|i| vec![0.0; i + 1]).collect();
@@ -98,7 +99,7 @@ pub(super) fn real_form(f: &[Vec<Complex<f32>>], factor: f32) -> Vec<Vec<f32>> {
 }
 
 /// The trace of the real matrix.
-pub(super) fn real_form_trace(f: &[Vec<Complex<f32>>]) -> f32 {
+fn real_form_trace(f: &[Vec<Complex<f32>>]) -> f32 {
     let half = f.len() / 2;
     let mut trace = 0.0;
     for i in 0..half {
@@ -127,13 +128,10 @@ pub(super) fn real_form_of_data(s: &[Complex<f32>]) -> Vec<Complex<f32>> {
     rotated
 }
 
-/// Forward-backward averaging: `Qᴴa/√2`.
-pub(super) fn real_form_of_steering(n: usize) -> Vec<f32> {
-    let mut steering = Vec::new();
-    for _ in 0..n / 2 {
-        steering.push(1.0);
-        steering.push(0.0);
-    }
+/// Forward-backward averaging: `Qᴴa/√2` of a centred `a`, which is real.
+pub(super) fn real_form_of_steering(a: &[Complex<f32>]) -> Vec<f32> {
+    let (half, n) = (a.len() / 2, a.len());
+    let mut steering: Vec<f32> = a[..half].iter().flat_map(|a| [a.re, a.im]).collect();
     if n % 2 == 1 {
         steering.push(FRAC_1_SQRT_2);
     }
@@ -144,7 +142,7 @@ pub(super) fn real_form_of_steering(n: usize) -> Vec<f32> {
 ///
 /// Matrices before `block` are summed from the newest to the oldest, those from `block` from the oldest to the newest.
 /// Then both sums are added.
-pub(super) fn window_sum<T: Number>(matrices: &[Vec<Vec<T>>], block: usize) -> Vec<Vec<T>> {
+fn window_sum<T: Number>(matrices: &[Vec<Vec<T>>], block: usize) -> Vec<Vec<T>> {
     let mut newer = matrices[block].clone();
     for matrix in &matrices[block + 1..] {
         add(&mut newer, matrix);
@@ -169,7 +167,7 @@ fn add<T: Number>(sum: &mut [Vec<T>], matrix: &[Vec<T>]) {
 }
 
 /// The trace of the forward matrix.
-pub(super) fn forward_trace(r: &[Vec<Complex<f32>>]) -> f32 {
+fn forward_trace(r: &[Vec<Complex<f32>>]) -> f32 {
     let mut trace = 0.0;
     for i in 0..r.len() {
         trace += r[i][i].re;
@@ -178,7 +176,7 @@ pub(super) fn forward_trace(r: &[Vec<Complex<f32>>]) -> f32 {
 }
 
 /// The forward matrix at the solvers' scale.
-pub(super) fn scaled(r: &[Vec<Complex<f32>>], factor: f32) -> Vec<Vec<Complex<f32>>> {
+fn scaled(r: &[Vec<Complex<f32>>], factor: f32) -> Vec<Vec<Complex<f32>>> {
     let mut a = r.to_vec();
     for i in 0..a.len() {
         for j in 0..i {
@@ -192,11 +190,57 @@ pub(super) fn scaled(r: &[Vec<Complex<f32>>], factor: f32) -> Vec<Vec<Complex<f3
 /// The power of two that scales a trace into [1, 2), and the diagonal loading.
 ///
 /// The loading is for a diagonal of `n` entries. `None` without power.
-pub(super) fn loading(trace: f32, n: usize, parameters: &Parameters) -> Option<(f32, f32)> {
+fn loading(trace: f32, n: usize, parameters: &Parameters) -> Option<(f32, f32)> {
     if trace < libm::ldexpf(1.0, -100) {
         return None;
     }
     let factor = libm::ldexpf(1.0, -libm::ilogbf(trace));
     let added = parameters.diagonal_loading / n as f32 * (trace * factor);
     Some((factor, added))
+}
+
+pub(super) fn subaperture(elements: usize, parameters: &Parameters) -> usize {
+    ((parameters.subaperture_ratio * elements as f64).floor() as usize).max(1)
+}
+
+/// A loaded covariance in the solver's coordinates.
+pub(super) enum Loaded {
+    Forward(Vec<Vec<Complex<f32>>>),
+    /// Real.
+    ForwardBackward(Vec<Vec<f32>>),
+}
+
+/// The loaded covariances of a run with one active set; `None` without power.
+///
+/// `elements` has K samples more on each side. Blocks of 2K+1 samples are counted from the run's first one.
+pub(super) fn loaded(
+    elements: &[Vec<Complex<f32>>],
+    parameters: &Parameters,
+) -> Vec<Option<Loaded>> {
+    let n = subaperture(elements[0].len(), parameters);
+    let both = parameters.covariance == Covariance::ForwardBackward;
+    let of_elements = |x: &Vec<_>| match forward(x, n) {
+        sums if both => mirrored(&sums),
+        sums => sums,
+    };
+    let sums: Vec<_> = elements.iter().map(of_elements).collect();
+    let length = 2 * parameters.temporal_half_window + 1;
+    let of_window = |(i, window): (usize, &[Vec<Vec<_>>])| {
+        let r = window_sum(window, i.div_ceil(length) * length - i);
+        if both {
+            let (factor, added) = loading(real_form_trace(&r), n, parameters)?;
+            let a = with_diagonal(real_form(&r, factor), added);
+            return Some(Loaded::ForwardBackward(a));
+        }
+        let (factor, added) = loading(forward_trace(&r), n, parameters)?;
+        Some(Loaded::Forward(with_diagonal(scaled(&r, factor), added)))
+    };
+    sums.windows(length).enumerate().map(of_window).collect()
+}
+
+fn with_diagonal<T: Number>(mut a: Vec<Vec<T>>, added: f32) -> Vec<Vec<T>> {
+    for i in 0..a.len() {
+        a[i][i] = T::real(a[i][i].re() + added);
+    }
+    a
 }

@@ -84,11 +84,7 @@ fn line_by(
             );
         }
         for n in 0..p.output_samples {
-            let mut imaginary = 0.0f32;
-            for j in 0..hilbert_taps {
-                let k = 2 * j + 1;
-                imaginary += hilbert[j] * (line[n + reach - k] - line[n + reach + k]);
-            }
+            let imaginary = imaginary_part(&hilbert, &line[n..]);
             let y = &mut out[n * p.elements + m];
             if scan_line.compounding == Compounding::Add {
                 y.re += line[n + reach];
@@ -260,12 +256,8 @@ pub fn upsampled(
             }
         }
         for n in 0..p.output_samples {
-            let mut imaginary = 0.0f32;
-            for j in 0..p.hilbert_taps {
-                let k = 2 * j + 1;
-                imaginary += hilbert[j] * (line[n + reach - k] - line[n + reach + k]);
-            }
-            out[n * p.elements + m] = Complex::new(line[n + reach], imaginary);
+            out[n * p.elements + m] =
+                Complex::new(line[n + reach], imaginary_part(&hilbert, &line[n..]));
         }
     }
 }
@@ -347,4 +339,14 @@ fn hilbert(count: usize) -> Vec<f32> {
         taps.push((2.0 / (PI * k) * kaiser(k / (2 * count) as f64, 6.0)) as f32);
     }
     taps
+}
+
+/// The Hilbert transform of real parts at the middle of the taps.
+fn imaginary_part(hilbert: &[f32], line: &[f32]) -> f32 {
+    let (mut imaginary, middle) = (0.0f32, 2 * hilbert.len() - 1);
+    for (j, tap) in hilbert.iter().enumerate() {
+        let k = 2 * j + 1;
+        imaginary += tap * (line[middle - k] - line[middle + k]);
+    }
+    imaginary
 }

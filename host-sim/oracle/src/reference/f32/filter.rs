@@ -94,32 +94,34 @@ impl Filter {
         Filter { rows, taps }
     }
 
-    /// The value at a position, added up tap by tap.
-    pub fn sum(&self, record: &ElementRecord, whole: i64, fraction: f32) -> f32 {
+    /// The products of taps and samples for the value at a position.
+    fn products(
+        &self,
+        record: &ElementRecord,
+        whole: i64,
+        fraction: f32,
+    ) -> impl Iterator<Item = f32> {
         let phases = self.rows.len() - 1;
         let scaled = fraction * phases as f32;
         let phase = (libm::floorf(scaled) as usize).min(phases - 1);
         let weight = scaled - phase as f32;
         let first = whole - (self.taps as i64 / 2 - 1);
-        let mut sum = 0.0f32;
-        for k in 0..self.taps {
+        (0..self.taps).map(move |k| {
             let (row, next) = (self.rows[phase][k], self.rows[phase + 1][k]);
-            sum += record.at(first + k as i64) * (row + weight * (next - row));
-        }
-        sum
+            record.at(first + k as i64) * (row + weight * (next - row))
+        })
+    }
+
+    /// The value at a position, added up tap by tap.
+    pub fn sum(&self, record: &ElementRecord, whole: i64, fraction: f32) -> f32 {
+        let products = self.products(record, whole, fraction);
+        products.fold(0.0, |sum, product| sum + product)
     }
 
     /// The value at a position, added up in the order of `bonebeam::delay::Delay`.
     pub fn at(&self, record: &ElementRecord, whole: i64, fraction: f32) -> f32 {
-        let phases = self.rows.len() - 1;
-        let scaled = fraction * phases as f32;
-        let phase = (libm::floorf(scaled) as usize).min(phases - 1);
-        let weight = scaled - phase as f32;
-        let first = whole - (self.taps as i64 / 2 - 1);
         let mut sums = [0.0f32; 16];
-        for k in 0..self.taps {
-            let (row, next) = (self.rows[phase][k], self.rows[phase + 1][k]);
-            let product = record.at(first + k as i64) * (row + weight * (next - row));
+        for (k, product) in self.products(record, whole, fraction).enumerate() {
             if k < 16 {
                 sums[k] = product;
             } else {

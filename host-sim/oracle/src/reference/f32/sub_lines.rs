@@ -3,16 +3,13 @@
 //! The order of operations is that of `bonebeam::beamform`.
 
 use bonebeam::beamform::{Method, Parameters, Postfilter};
-use bonebeam::covariance::Covariance;
 use num_complex::Complex;
 
 use super::beamform::{
-    apodization, inner, postfilter_of, response_by, subaperture, subapertures, total, with_diagonal,
+    apodization, inner, postfilter_of, response_by, run_of, scale_back, subapertures, times, total,
+    working_exponent,
 };
-use super::covariance::{
-    forward, forward_trace, loading, mirrored, real_form, real_form_of_data, real_form_trace,
-    scaled, window_sum,
-};
+use super::covariance::{Loaded, loaded, real_form_of_data, real_form_of_steering, subaperture};
 use super::linalg::{Number, factor, power, row_times};
 
 /// `e^{js/2}` and `e^{−jφ_c}`.
@@ -30,40 +27,22 @@ pub fn sub_lines(
     directions: &[Vec<Direction>],
     parameters: &Parameters,
 ) -> Vec<Vec<Complex<f32>>> {
-    let components = x.iter().flatten().flat_map(|x| [x.re.abs(), x.im.abs()]);
-    let largest = components.fold(0.0, |a, b| if b > a { b } else { a });
-    let exponent = libm::ilogbf(largest).clamp(-126, 126);
-    let (down, up) = (libm::ldexpf(1.0, -exponent), libm::ldexpf(1.0, exponent));
-    let half_window = parameters.temporal_half_window;
+    let exponent = working_exponent(x);
+    let scaled = times(x, -exponent);
     let mut z: Vec<Vec<Complex<f32>>> = Vec::new();
-    while z.len() < x.len() {
-        let start = z.len();
-        let alike = active[start..].iter();
-        let run = alike.take_while(|&&set| set == active[start]).count();
-        let (first, count) = active[start];
-        if count == 0 {
-            z.extend((start..start + run).map(|n| vec![Complex::ZERO; directions[n].len()]));
-            continue;
-        }
-        let elements: Vec<Vec<Complex<f32>>> = (0..run + 2 * half_window)
-            .map(|i| match (start + i).checked_sub(half_window) {
-                Some(n) if n < x.len() => {
-                    let active = x[n][first..first + count].iter();
-                    active.map(|x| x * down).collect()
-                }
-                _ => vec![Complex::ZERO; count],
-            })
-            .collect();
-        let of_run = &directions[start..start + run];
-        z.extend(match (parameters.method, parameters.covariance) {
-            (Method::Das, _) => das(&elements, of_run, parameters),
-            (_, Covariance::Forward) => run_forward(&elements, of_run, parameters),
-            (_, Covariance::ForwardBackward) => run_forward_backward(&elements, of_run, parameters),
+    for run in active.chunk_by(PartialEq::eq) {
+        let of_run = &directions[z.len()..][..run.len()];
+        let elements = run_of(&scaled, z.len(), run, parameters);
+        z.extend(match (run[0].1, parameters.method) {
+            (0, _) => (of_run.iter())
+                .map(|all| vec![Complex::ZERO; all.len()])
+                .collect(),
+            (_, Method::Das) => das(&elements, of_run, parameters),
+            _ => adaptive(&elements, of_run, parameters),
         });
     }
-    let saturate = |value: f32| value.clamp(f32::MIN, f32::MAX);
-    for z in z.iter_mut().flatten() {
-        *z = Complex::new(saturate(z.re * up), saturate(z.im * up));
+    for z in &mut z {
+        scale_back(z, exponent);
     }
     z.into_iter().step_by(parameters.depth_step).collect()
 }
@@ -151,79 +130,37 @@ fn das(
     samples.zip(directions).map(of_sample).collect()
 }
 
-fn run_forward(
+/// The response of each sample's covariance in each direction.
+fn adaptive(
     elements: &[Vec<Complex<f32>>],
     directions: &[Vec<Direction>],
     parameters: &Parameters,
 ) -> Vec<Vec<Complex<f32>>> {
-    let n = subaperture(elements[0].len(), parameters);
-    let gain = total(&apodization(elements[0].len() - n + 1, parameters));
-    let sums: Vec<_> = elements.iter().map(|x| forward(x, n)).collect();
-    outputs(elements, directions, parameters, |i, block, length| {
-        let r = window_sum(&sums[i..i + length], block);
-        let (factor, added) = loading(forward_trace(&r), n, parameters)?;
-        let a = with_diagonal(scaled(&r, factor), added);
-        Some(move |steering: &[Complex<f32>], s: &[Complex<f32>]| {
-            response(&a, steering, s, parameters.method) / gain
-        })
-    })
-}
-
-fn run_forward_backward(
-    elements: &[Vec<Complex<f32>>],
-    directions: &[Vec<Direction>],
-    parameters: &Parameters,
-) -> Vec<Vec<Complex<f32>>> {
-    let n = subaperture(elements[0].len(), parameters);
-    let gain = 2.0 * total(&apodization(elements[0].len() - n + 1, parameters));
-    let sums: Vec<_> = elements.iter().map(|x| mirrored(&forward(x, n))).collect();
-    outputs(elements, directions, parameters, |i, block, length| {
-        let f = window_sum(&sums[i..i + length], block);
-        let (factor, added) = loading(real_form_trace(&f), n, parameters)?;
-        let a = with_diagonal(real_form(&f, factor), added);
-        Some(move |steering: &[Complex<f32>], s: &[Complex<f32>]| {
-            // Qᴴa/√2 of a centred a is real.
-            let mut real = Vec::new();
-            for a in &steering[..n / 2] {
-                real.extend([a.re, a.im]);
-            }
-            if n % 2 == 1 {
-                real.push(std::f32::consts::FRAC_1_SQRT_2);
-            }
-            response(&a, &real, &real_form_of_data(s), parameters.method) / gain
-        })
-    })
-}
-
-/// The response of a covariance in each direction.
-///
-/// `covariance(sample, block, length)` of the run's window gives the response to a steering vector and data, or `None`
-/// without power.
-fn outputs<R: Fn(&[Complex<f32>], &[Complex<f32>]) -> Complex<f32>>(
-    elements: &[Vec<Complex<f32>>],
-    directions: &[Vec<Direction>],
-    parameters: &Parameters,
-    covariance: impl Fn(usize, usize, usize) -> Option<R>,
-) -> Vec<Vec<Complex<f32>>> {
-    let half_window = parameters.temporal_half_window;
-    let length = 2 * half_window + 1;
     let n = subaperture(elements[0].len(), parameters);
     let weights = apodization(elements[0].len() - n + 1, parameters);
-    let of_sample = |(i, directions): (usize, &Vec<Direction>)| {
-        let x = &elements[i + half_window];
-        let response = covariance(i, i.div_ceil(length) * length - i, length);
+    let (gain, method) = (total(&weights), parameters.method);
+    let of_sample = |((x, directions), a): ((&Vec<Complex<f32>>, &Vec<Direction>), _)| {
         let of_direction = |&[half, phasor]: &Direction| {
             let y = rotated(x, half);
-            let a = steering_vector(half, n);
+            let steering = steering_vector(half, n);
             let sums = subapertures(&y, n, parameters, &weights);
-            let s: Vec<Complex<f32>> = a.iter().zip(sums).map(|(a, sum)| a * sum).collect();
-            let value = response.as_ref().map_or(Complex::ZERO, |of| of(&a, &s));
+            let s: Vec<Complex<f32>> = steering.iter().zip(sums).map(|(a, sum)| a * sum).collect();
+            let value = match &a {
+                None => Complex::ZERO,
+                Some(Loaded::Forward(a)) => response(a, &steering, &s, method) / gain,
+                Some(Loaded::ForwardBackward(a)) => {
+                    let (steering, s) = (real_form_of_steering(&steering), real_form_of_data(&s));
+                    response(a, &steering, &s, method) / (2.0 * gain)
+                }
+            };
             let y: Vec<(usize, Complex<f32>)> = y.into_iter().enumerate().collect();
             value * phase(x, &y, phasor, parameters)
         };
         directions.iter().map(of_direction).collect()
     };
-    directions.iter().enumerate().map(of_sample).collect()
+    let samples = elements[parameters.temporal_half_window..].iter();
+    let all = samples.zip(directions).zip(loaded(elements, parameters));
+    all.map(of_sample).collect()
 }
 
 /// `wᴴs` or `w_pᴴs` for the loaded covariance `a`.
