@@ -135,10 +135,14 @@ fn learnt(p: &Parameters, line: &[u8], levels: Levels) -> Vec<i64> {
     ];
     let [dark, tissue, bright] = [levels.dark, levels.tissue, levels.bright].map(i64::from);
     let dark = dark.min((tissue - 16 * 56).max(16 * 13));
+    let length = least(1.0);
     let score = |k: i64| {
         let (level, cell) = (echoes[k as usize], first + k);
+        let blocks = cell + least(1.5)..=cells.count as i64 - length;
+        let block = blocks.map(|at| mean(at, at + length)).max().unwrap_or(0);
         let neighbours = least(0.4);
         let is_echo = level >= dark + 48
+            && 5 * (block + 64) <= 4 * (level + 64)
             && brightest(k - neighbours..k) <= level
             && (k + 1 >= count || brightest(k + 1..k + 1 + neighbours) < level);
         if !is_echo {
@@ -156,11 +160,9 @@ fn learnt(p: &Parameters, line: &[u8], levels: Levels) -> Vec<i64> {
         );
         means.push(mean(cell + least(1.5), i64::MAX / 2));
         means.push(mean(0, cell + 1 - least(0.5)));
-        let block = least(1.0);
-        let blocks = cell + least(1.5)..=cells.count as i64 - block;
-        means.push(blocks.map(|at| mean(at, at + block)).max().unwrap_or(0));
-        means.push(brightest(k + block..count));
-        means.push(brightest(0..k - block + 1));
+        means.push(block);
+        means.push(brightest(k + length..count));
+        means.push(brightest(0..k - length + 1));
         means.push(brightest(0..count));
         Some(network(&means, [dark, tissue, bright]))
     };
@@ -194,9 +196,7 @@ pub fn scores(p: &Parameters, line: &[u8], levels: Levels) -> Vec<i64> {
             sum * ((1 << 23) / samples)
         }
     };
-    let [drop, black] = [s.shadow_drop, s.shadow_black].map(|l| (l * WHITE).round() as i64);
-    let dark = (i64::from(levels.tissue) - drop).max(black);
-    let dark = dark.min(i64::from(levels.dark));
+    let dark = i64::from(levels.dark);
     let least = (s.shadow_range * WHITE).round() as i64;
     let range = (i64::from(levels.tissue) - dark).max(least);
     let shadow_gain = (slope(&s.shadow).round() as i64 / range).clamp(-131_071, 131_071);
