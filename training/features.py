@@ -68,7 +68,7 @@ def echoes_of_line(sums, stride, search, dark, lengths, windows, means, cells):
             start -= 1
             brightest = max(brightest, mean(sums, start, start + block, stride))
         level = echo[i]
-        if level < dark + 48:
+        if level < dark + 48 or 5 * (brightest + 64) > 4 * (level + 64):
             continue
         if i > 0 and echo[max(i - apart, 0) : i].max() > level:
             continue
@@ -163,6 +163,12 @@ class Frame:
 NUMBER = r"(-?[\d.]+)"
 
 
+def fan_of(entry):
+    """Column and row where the lines meet, half angle in rad, first radius in pixels; None without a fan."""
+    at = re.search(rf"lines meet at x {NUMBER}, y {NUMBER}, half angle {NUMBER}, radius {NUMBER}", entry["geometry"])
+    return [float(number) for number in at.groups()] if at else None
+
+
 class Picture:
     """A picture with its bone, as lines: its columns, or the beams of its fan."""
 
@@ -176,9 +182,9 @@ class Picture:
         fan = "fan" in entry["geometry"]
         usual = 150 / pixels.shape[0] if fan else width / (right - left + 1)
         self.step = entry["pixel_mm"] or usual
-        at = re.search(rf"lines meet at x {NUMBER}, y {NUMBER}, half angle {NUMBER}, radius {NUMBER}", entry["geometry"])
+        at = fan_of(entry)
         if at:
-            x, y, half, radius = (float(number) for number in at.groups())
+            x, y, half, radius = at
             far = bottom - y
             samples = int(far - radius)
             beams = int(2 * half * (radius + far) / 2) + 1

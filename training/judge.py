@@ -2,39 +2,59 @@
 
     cargo build --release
     python training/judge.py FOLDER --sheet sheet.png
+    python training/judge.py FOLDER --fans 100
 
 A hit is within 1 mm of bone. Answers on `maybe` lines and columns without an answer there count neither way.
 """
 
 import argparse
 import csv
+import itertools
+import json
 import subprocess
 import tempfile
+import tomllib
 from pathlib import Path
 
 import numpy as np
 from PIL import Image, ImageDraw
 
-from features import pictures
+from features import fan_of, pictures
 from path import TOLERANCE, Result, group_of, table
 
 ROOT = Path(__file__).resolve().parent.parent
 WIDTH = 475  # of a picture on the sheet, pixels
 
 
-def by_program(picture, flags):
+def by_program(picture):
     """Samples of the surface in the columns, by `host-sim surface`."""
     with tempfile.TemporaryDirectory() as folder:
         image, found = Path(folder) / "picture.png", Path(folder) / "found.csv"
         Image.fromarray(picture.grey.T).save(image)
         command = [ROOT / "target/release/host-sim", "surface", image, "--pixel-size", str(1e-3 * picture.step)]
-        subprocess.run([*command, *flags, "-o", found], check=True, capture_output=True)
+        subprocess.run([*command, "-o", found], check=True, capture_output=True)
         samples = np.full(len(picture.grey), np.nan)
         for point in csv.DictReader(found.open()):
             column = round(1e3 * float(point["x_m"]) / picture.step)
             if 0 <= column < len(samples):
                 samples[column] = 1e3 * float(point["z_m"]) / picture.step
     return samples
+
+
+def finds_fan(folder, entry):
+    """Whether `host-sim surface` finds the fan of a whole picture: beams at half its depth to 0.05 rad."""
+    with tempfile.TemporaryDirectory() as to:
+        command = [ROOT / "target/release/host-sim", "surface", folder / entry["image"], "-o", Path(to) / "found.csv"]
+        subprocess.run([*command, "--pixel-size", str(1e-3 * entry["pixel_mm"])], check=True, capture_output=True)
+        found = tomllib.loads((Path(to) / "found.csv.config.toml").read_text())["surface"].get("fan")
+    if not found:
+        return False
+    x, y, half, radius = fan_of(entry)
+    pixel = 1e-3 * entry["pixel_mm"]
+    angle = half * np.linspace(-0.8, 0.8, 9)
+    middle = radius + (found["radii"][1] - found["radii"][0]) / pixel / 2
+    u, v = x + middle * np.sin(angle) - found["x"] / pixel, y + middle * np.cos(angle) - found["z"] / pixel
+    return np.abs(np.arctan2(u, v) - angle).max() < 0.05
 
 
 def blurred(image, deviation):
@@ -70,8 +90,7 @@ def foroughi(picture, least):
 
 
 DETECTORS = {
-    "learnt model": lambda picture: by_program(picture, []),
-    "terms": lambda picture: by_program(picture, ["--terms"]),
+    "learnt model": by_program,
     "Foroughi 2007, above 0.3": lambda picture: foroughi(picture, 0.3),
     "Foroughi 2007, above 0.5": lambda picture: foroughi(picture, 0.5),
 }
@@ -116,7 +135,14 @@ def main():
     arguments.add_argument("--detector", choices=DETECTORS, action="append", help="[default: all]")
     arguments.add_argument("--sheet", type=Path, help="overlays of the first detector")
     arguments.add_argument("--each", action="store_true", help="a row for each picture too")
+    arguments.add_argument("--fans", type=int, help="only count the fans found in this many pictures of curved arrays")
     arguments = arguments.parse_args()
+    if arguments.fans:
+        entries = json.loads((arguments.folder / "labels.json").read_text())
+        curved = (entry for entry in entries if "curved" in entry["geometry"] and fan_of(entry))
+        found = [finds_fan(arguments.folder, entry) for entry in itertools.islice(curved, arguments.fans)]
+        print(f"fan found in {sum(found)} of {len(found)}")
+        return
     images, names = [], arguments.detector or list(DETECTORS)
     results = {name: [] for name in names}
     for picture in pictures(arguments.folder):

@@ -18,7 +18,7 @@ class Prices:
     absence: float = -1.0
     end: float = 10.0
     jump: float = 12.0
-    slope: float = 2.5
+    slope: float = 1.5
     spacing: float = 0.308
 
 

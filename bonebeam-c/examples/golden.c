@@ -773,7 +773,7 @@ static void refusals(void) {
     faults += bonebeam_beamformer_new(memory, bytes, NULL, 16, &own) != pointer;
     faults += bonebeam_beamformer_new(memory, bytes, &parameters, 16, NULL) != pointer;
     faults += bonebeam_beamformer_bytes(NULL, 16) != 0;
-    faults += bonebeam_beamformer_bytes(&parameters, SIZE_MAX) != SIZE_MAX;
+    faults += bonebeam_beamformer_bytes(&parameters, SIZE_MAX) != 0;
     parameters.covariance = 2;
     faults += bonebeam_beamformer_new(memory, FAST, &parameters, 16, &own) != BONEBEAM_STATUS_PARAMETER;
     parameters.covariance = BONEBEAM_COVARIANCE_FORWARD_BACKWARD;

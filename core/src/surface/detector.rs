@@ -80,8 +80,6 @@ const fn line(settings: &Settings, sizes: &Sizes, step: f64) -> Result<Line, Err
         onset_floor,
         onset_weight,
         shadow_range,
-        shadow_drop,
-        shadow_black,
         margin,
         ..
     } = *settings;
@@ -95,8 +93,6 @@ const fn line(settings: &Settings, sizes: &Sizes, step: f64) -> Result<Line, Err
         [0.01, 2.0],
         "0.01 to 2"
     ));
-    attempt!(within("shadow_drop", shadow_drop, [0.0, 1.0], "0 to 1"));
-    attempt!(within("shadow_black", shadow_black, [0.0, 1.0], "0 to 1"));
     attempt!(within("margin", margin, [0.0, 1.0], "0 to 1"));
     let cell = sizes.stride as f64 * step;
     let white = WHITE as f64;
@@ -134,8 +130,6 @@ const fn line(settings: &Settings, sizes: &Sizes, step: f64) -> Result<Line, Err
         shadow_gain: integer(shadow),
         shadow_limit: integer(magnitude(settings.shadow.weight) * NAT as f64),
         shadow_range: integer(shadow_range * white),
-        shadow_drop: integer(shadow_drop * white),
-        shadow_black: integer(shadow_black * white),
     })
 }
 

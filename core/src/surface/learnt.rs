@@ -1,6 +1,6 @@
 //! Scores of a line by a learnt model.
 //!
-//! An echo is a cell brighter than its neighbours. It gets the score of a network with one hidden layer, from mean grey
+//! An echo is a cell brighter than its neighbours and than any block of 1 mm below it. It gets the score of a network with one hidden layer, from mean grey
 //! levels around it, and its neighbours nearly that score. Other cells get the lowest score. `training/` makes the
 //! weights.
 
@@ -19,6 +19,8 @@ const HIGHEST: i32 = 6040;
 const BESIDE: i32 = 717;
 /// Smallest level of an echo above the frame's dark, in 1/16.
 const LEAST: i32 = 3 * PARTS;
+/// Largest ratio of a block below bone to its echo.
+const SHADOW: [i32; 2] = [4, 5];
 /// Drop from the tissue to a dark that is not black, and largest black, in 1/16.
 const DROP: i32 = 56 * PARTS;
 const BLACK: i32 = 13 * PARTS;
@@ -150,7 +152,7 @@ impl Learnt {
                 next -= 1;
                 block = block.max(line.mean(next as i32, (next + self.block) as i32));
             }
-            let score = if self.is_echo(echoes, index, frame.dark) {
+            let score = if self.is_echo(echoes, index, frame.dark, block) {
                 let above = scores.get(index).copied().unwrap_or_default();
                 let mut means = [0; LEVELS];
                 let (head, tail) = means.split_at_mut_checked(16).unwrap_or_default();
@@ -178,13 +180,14 @@ impl Learnt {
         }
     }
 
-    /// Whether a cell exceeds its neighbours and the frame's dark.
+    /// Whether a cell exceeds its neighbours, the frame's dark and the brightest block below.
     #[inline(always)]
-    fn is_echo(&self, echoes: &[i32], index: usize, dark: i32) -> bool {
+    fn is_echo(&self, echoes: &[i32], index: usize, dark: i32, block: i32) -> bool {
         let Some(&echo) = echoes.get(index) else {
             return false;
         };
-        if echo < dark + LEAST {
+        let shadow = SHADOW[1] * (block + OFFSET) <= SHADOW[0] * (echo + OFFSET);
+        if echo < dark + LEAST || !shadow {
             return false;
         }
         let (above, rest) = echoes.split_at_checked(index).unwrap_or_default();

@@ -146,10 +146,6 @@ pub(super) struct Line {
     pub shadow_limit: i32,
     /// Minimum range from dark to tissue.
     pub shadow_range: i32,
-    /// Minimum drop from tissue to dark that is not black.
-    pub shadow_drop: i32,
-    /// Largest dark that is black.
-    pub shadow_black: i32,
 }
 
 /// The means around a cell: 2²³ times a grey level, except for the last two.
@@ -213,8 +209,6 @@ impl Line {
     /// The ramp of the shadow to the end, for a frame's levels.
     fn shadow(&self, levels: Levels) -> RampPlan {
         let [dark, tissue] = [levels.dark, levels.tissue].map(|level| i32::from(level).min(WHITE));
-        // A dark neither black nor far below the tissue is muscle.
-        let dark = dark.min((tissue - self.shadow_drop).max(self.shadow_black));
         let range = (tissue - dark).max(self.shadow_range).max(1);
         let centre = dark + ((self.shadow_centre * range) >> 8);
         let gain = self.shadow_gain / range;

@@ -59,21 +59,20 @@ impl Experiment for DepthStep {
     }
 
     fn run(&self, context: &Context<'_>) -> Result<Outcome> {
-        let scene = &self.scene;
-        let phantom = scene.phantom()?;
-        let names = ["fig3", "depth_step: simulate"];
-        let data = recording(context, names, &scene.simulation, &phantom)?;
-        let variants = [
-            Variant::forward("das", 0),
-            Variant::forward_backward("mv", 0),
-            Variant::forward_backward("esmv-rank1", 0),
-        ];
-        let progress = context.progress;
-        let all = lines_of("depth_step", &data, &scene.receive, &variants, progress)?;
-        let view = View::of_lines(phantom.bone.as_ref(), &all[0], &scene.image)?;
-        let cycles = data.f0 / scene.receive.0.rate_of(&data);
+        let VertebraInTissue {
+            simulation,
+            receive,
+            image,
+            ..
+        } = &self.scene;
+        let phantom = self.scene.phantom()?;
+        let (names, keys) = (["fig3", "depth_step"], ["das", "mv-fb", "esmv-rank1-fb"]);
+        let scene = Scene::of(context, names, simulation, &phantom, receive, (&keys, 0))?;
+        let all = &scene.lines;
+        let view = View::of_lines(phantom.bone.as_ref(), &all[0], image)?;
+        let cycles = scene.data.f0 / receive.0.rate_of(&scene.data);
         let mut results = Vec::new();
-        for (variant, lines) in variants.iter().zip(&all) {
+        for (variant, lines) in scene.variants.iter().zip(all) {
             let all = self.images(lines, &view)?;
             for depth_step in STEPS {
                 let images = self.images(&interpolated(lines, depth_step, cycles)?, &view)?;

@@ -20,6 +20,9 @@ const CYST: f64 = 2.3;
 /// The ring of background around a cyst, mm.
 const RING: [f64; 2] = [3.6, 5.0];
 
+/// Beamformers shown.
+const VARIANTS: [&str; 5] = ["das", "esmv-rank1", "esmv-rank1-fb", "esmv-1", "mv"];
+
 parameters! {
     /// Section `[dynamic_range]`.
     DynamicRange "dynamic_range" {
@@ -101,23 +104,12 @@ impl Experiment for DynamicRange {
             density: self.density,
             seed: settings.seed,
         })?;
-        let names = ["dynamic-range", "dynamic range: simulate"];
-        let recorded = recording(context, names, settings, &phantom)?;
-        let variants = [
-            Variant::forward("das", self.half_window),
-            Variant::forward("esmv-rank1", self.half_window),
-            Variant::forward_backward("esmv-rank1", self.half_window),
-            Variant::forward("esmv-1", self.half_window),
-            Variant::forward("mv", self.half_window),
-        ];
-        let progress = context.progress;
-        let lines = lines_of(
-            "dynamic range",
-            &recorded,
-            &self.receive,
-            &variants,
-            progress,
-        )?;
+        let names = ["dynamic-range", "dynamic range"];
+        let keys = (&VARIANTS[..], self.half_window);
+        let receive = &self.receive;
+        let Scene {
+            variants, lines, ..
+        } = Scene::of(context, names, settings, &phantom, receive, keys)?;
         let grid = grid_of_picture(&lines[0], &self.image)?;
         let all = variants.into_iter().zip(&lines).map(|(variant, lines)| {
             let range = self.image.dynamic_range;

@@ -92,6 +92,9 @@ const SCENES: [SpineScene; 3] = [
     },
 ];
 
+/// Beamformers of every figure.
+const VARIANTS: [&str; 4] = ["das", "esmv-0.001", "esmv-rank1-fb", "mv"];
+
 /// Results of one figure.
 #[derive(Clone, Debug, Serialize)]
 struct SceneResult {
@@ -212,18 +215,15 @@ impl Spine {
     fn scene(&self, context: &Context<'_>, scene: &SpineScene) -> Result<SceneResult> {
         let what = format!("fig{}", scene.figure);
         let phantom = self.phantom(scene)?;
-        let names = [&what[..], &format!("{what}: simulate")];
-        let data = recording(context, names, &self.simulation, &phantom)?;
-        let variants = [
-            Variant::forward("das", self.half_window),
-            Variant::forward("esmv-0.001", self.half_window),
-            Variant::forward_backward("esmv-rank1", self.half_window),
-            Variant::forward("mv", self.half_window),
-        ];
-        let all = lines_of(&what, &data, &self.receive, &variants, context.progress)?;
-        let view = View::of_lines(phantom.bone.as_ref(), &all[0], &self.image)?;
+        let keys = (&VARIANTS[..], self.half_window);
+        let (simulation, receive) = (&self.simulation, &self.receive);
+        let names = [&what[..]; 2];
+        let Scene {
+            variants, lines, ..
+        } = Scene::of(context, names, simulation, &phantom, receive, keys)?;
+        let view = View::of_lines(phantom.bone.as_ref(), &lines[0], &self.image)?;
         let filter = self.filter(scene);
-        let measured = variants.into_iter().zip(&all).map(|(variant, lines)| {
+        let measured = variants.into_iter().zip(&lines).map(|(variant, lines)| {
             let image = b_mode(lines, scene.range as f32, &view.grid, self.image.median)?;
             let map = ridges(&image.pixels, &filter)?;
             Ok(Measured {
@@ -243,7 +243,7 @@ impl Spine {
         Ok(SceneResult {
             figure: scene.figure,
             name: scene.name,
-            brightness: Brightness::of(&all[0], &view, LATERAL, [MUSCLE, 45e-3])?,
+            brightness: Brightness::of(&lines[0], &view, LATERAL, [MUSCLE, 45e-3])?,
             beamformers: measured.collect::<Result<_>>()?,
             outline: beside(&view.hits, &view.grid),
         })

@@ -8,7 +8,7 @@ pub use super::common::pair::pair;
 pub use super::common::pictures::{Pair, picture, ridges, scales};
 pub use super::common::recording::{recording, rf};
 pub use super::common::truth::{TOLERANCE, beside, precision};
-pub use super::common::variants::{Variant, lines_of};
+pub use super::common::variants::{Scene, Variant, lines_of};
 pub use super::common::{Receive, octaves};
 pub use super::outcome::{
     Column, Comparison, Curve, Gallery, PaperComparison, Picture, Plot, Scale, Section, SideBySide,

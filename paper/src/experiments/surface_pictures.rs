@@ -41,10 +41,7 @@ parameters! {
         /// First seed of layers and displays, and of bones.
         seed: u64 = 1;
         /// The detector `surface`.
-        surface: config::Surface = config::Surface {
-            terms: true,
-            ..config::Surface::default()
-        } => config::Surface::validate;
+        surface: config::Surface = config::Surface::default() => config::Surface::validate;
     }
 }
 

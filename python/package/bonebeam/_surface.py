@@ -103,7 +103,6 @@ def surface(
     pixel_size: float | tuple[float, float] | None = None,
     fan: Fan | tuple[float, float, float, float, float, float] | None = None,
     columns_as_lines: bool = False,
-    terms: bool = False,
     grey_range: float = 60.0,
     search_start: float | None = None,
     search_end: float | None = None,
@@ -121,7 +120,7 @@ def surface(
     """Finds the bone surface: a depth in each line, or none.
 
     Bone is a bright echo with a shadow below it, continuous from line to line. Default weights and prices are the
-    core's. They differ between lines, lines with their coherence, and pictures (docs/numerics.md). Weights of terms have no effect on a picture without ``terms``. The command uses
+    core's. They differ between lines, lines with their coherence, and pictures (docs/numerics.md). Pictures have no weights of terms. The command uses
     the coherence of channel data: ``surface(beamform(data, method="das"), coherence=coherence(data, method="das"))``.
 
     Args:
@@ -133,7 +132,6 @@ def surface(
         fan: Geometry of the beams, for a picture of a curved array or a sector. By default it is found from black
             corners, if there are any.
         columns_as_lines: Whether columns of a picture are lines even if the picture looks like a fan.
-        terms: Whether a picture is scored by the terms, in place of the learnt model.
         grey_range: For lines, level of black below the largest envelope, dB.
         search_start: Least depth of the search, m; by default 5 mm, in a picture 2 mm.
         search_end: Greatest depth of the search, m; by default 6 mm above the end of the lines, in a picture 1.5 mm.
@@ -158,7 +156,6 @@ def surface(
     """
     section = {
         "columns_as_lines": columns_as_lines,
-        "terms": terms,
         "grey_range": grey_range,
         "search_start": search_start,
         "search_end": search_end,

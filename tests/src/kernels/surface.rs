@@ -26,12 +26,7 @@ pub struct Frame {
 
 /// Settings of all kinds, near the usual ones unless `wild`.
 pub fn settings(draw: &mut impl Draw, wild: bool) -> Settings {
-    let mut settings = draw.one_of(&[
-        Settings::DEFAULT,
-        Settings::PICTURE,
-        Settings::COHERENCE,
-        Settings::LEARNT,
-    ]);
+    let mut settings = draw.one_of(&[Settings::DEFAULT, Settings::COHERENCE, Settings::LEARNT]);
     let mut at = |usual| draw.number(wild, usual);
     let far = at([1e-2, 4e-2]);
     settings.depths = [
@@ -45,8 +40,6 @@ pub fn settings(draw: &mut impl Draw, wild: bool) -> Settings {
     settings.slope = at([0.0, 1e4]);
     settings.margin = at([0.0, 1.0]);
     settings.onset_weight = at([0.0, 2.0]);
-    settings.shadow_drop = at([0.0, 0.5]);
-    settings.shadow_black = at([0.0, 0.3]);
     settings.rest_from = at([0.0, 3e-3]);
     settings.rest_block = at([0.0, 2e-3]);
     settings.near = [0.2e-3, at([0.3e-3, 2e-3])];

@@ -49,7 +49,7 @@ fn surface_settings() -> String {
     let window = |[from, to]: [f64; 2]| format!("{} to {}", (from * 1e9).round() / 1e6, mm(to));
     let ramp = |r: Ramp| format!("{}, {}, {}", r.weight, r.centre, r.width);
     // Rows up to the prices, except for the cell, are of the terms.
-    let rows: [(&str, &dyn Fn(Settings) -> String); 24] = [
+    let rows: [(&str, &dyn Fn(Settings) -> String); 23] = [
         ("length of a cell, at least", &|s| mm(s.cell)),
         ("`B`, around the cell", &|s| format!("±{}", mm(s.echo))),
         ("`S₁`, below", &|s| window(s.near)),
@@ -67,10 +67,6 @@ fn surface_settings() -> String {
         ("rest: `w`, `a`, `b`", &|s| ramp(s.rest)),
         ("shadow to the end: `w`, `a`, `b`", &|s| ramp(s.shadow)),
         ("… range", &|s| s.shadow_range.to_string()),
-        ("… drop to dark above black", &|s| match s.shadow_black {
-            1.0 => "–".into(),
-            black => format!("{} above {black}", s.shadow_drop),
-        }),
         ("coherence: `w`, `a`, `b`", &|s| match s.coherence.weight {
             0.0 => "–".into(),
             _ => ramp(s.coherence),
@@ -86,21 +82,14 @@ fn surface_settings() -> String {
             format!("{a}, {b}")
         }),
     ];
-    let mut table = String::from(
-        "| | lines | with coherence | pictures, terms | pictures, learnt |\n|---|---|---|---|---|\n",
-    );
+    let mut table = String::from("| | lines | with coherence | pictures |\n|---|---|---|---|\n");
     for (index, (name, text)) in rows.into_iter().enumerate() {
-        let presets = [
-            Settings::DEFAULT,
-            Settings::COHERENCE,
-            Settings::PICTURE,
-            Settings::LEARNT,
-        ];
-        let [lines, coherence, pictures, learnt] = presets.map(|settings| match settings.learnt {
-            true if (1..19).contains(&index) => "–".into(),
+        let presets = [Settings::DEFAULT, Settings::COHERENCE, Settings::LEARNT];
+        let [lines, coherence, pictures] = presets.map(|settings| match settings.learnt {
+            true if (1..18).contains(&index) => "–".into(),
             _ => text(settings),
         });
-        table += &format!("| {name} | {lines} | {coherence} | {pictures} | {learnt} |\n");
+        table += &format!("| {name} | {lines} | {coherence} | {pictures} |\n");
     }
     table
 }

@@ -52,7 +52,7 @@ fn measured(
     let presets: &[&str] = match table {
         "claims" => &["DEFAULT"],
         "surface" | "tune" => &["DEFAULT", "COHERENCE"],
-        "surface_pictures" => &["DEFAULT", "PICTURE"],
+        "surface_pictures" => &["LEARNT"],
         _ => &[],
     };
     let hashes = file("tests/golden/hashes.txt")?;

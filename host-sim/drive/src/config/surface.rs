@@ -15,12 +15,6 @@ const MAX_PRICE: f64 = 64.0;
 /// Largest weight of a term, nats; the core accepts it with the width of each term.
 const MAX_WEIGHT: f64 = 12.0;
 
-/// The learnt model over joined lines of pictures, whose distance makes moves between lines longer.
-const PICTURE: Settings = Settings {
-    slope: 1.5e3,
-    ..Settings::LEARNT
-};
-
 section! {
     /// Section `[surface]`.
     ///
@@ -72,8 +66,6 @@ section! {
             sweep_step: Option<f64> = None, row("M").positive([1e-6, 0.01], " (m)");
         }
         "Picture" {
-            /// Score pictures by the terms, in place of the learnt model
-            terms: bool = false, row("");
             /// Use columns as lines, even if the picture looks like a fan
             columns_as_lines: bool = false, row("");
             /// Fan of the beams of a curved array or a sector [default: found by black corners]
@@ -88,16 +80,13 @@ section! {
 
 /// The core's defaults for lines and for a picture.
 fn usual(of: fn(&Settings) -> f64) -> String {
-    let [lines, picture] = [Settings::DEFAULT, PICTURE].map(|s| short(of(&s)));
+    let [lines, picture] = [Settings::DEFAULT, Settings::LEARNT].map(|s| short(of(&s)));
     format!("{lines}; {picture} for a picture")
 }
 
-/// The core's default for lines, of a key that has no effect on a picture without `terms`.
+/// The core's default for lines, of a key that has no effect on a picture.
 fn of_lines(of: fn(&Settings) -> f64) -> String {
-    format!(
-        "{}; on a picture only with --terms",
-        short(of(&Settings::DEFAULT))
-    )
+    format!("{}; not of a picture", short(of(&Settings::DEFAULT)))
 }
 
 impl Value for PictureFan {
@@ -142,14 +131,11 @@ impl Surface {
         settings
     }
 
-    /// The settings of pictures: the learnt model, or the terms.
+    /// The settings of pictures: the learnt model.
     ///
     /// # Errors
     /// [`crate::Error::Usage`] naming the flag of a term that has no effect.
     pub fn settings_of_picture(&self) -> Result<Settings> {
-        if self.terms {
-            return Ok(self.settings(Settings::PICTURE));
-        }
         let terms = [
             ("contrast", self.contrast),
             ("level", self.level),
@@ -158,10 +144,8 @@ impl Surface {
             ("margin", self.margin),
         ];
         match terms.iter().find(|(_, value)| value.is_some()) {
-            Some((name, _)) => Err(Error::Usage(format!(
-                "--{name} has no effect on a picture without --terms"
-            ))),
-            None => Ok(self.settings(PICTURE)),
+            Some((name, _)) => Err(Error::Usage(format!("--{name} has no effect on a picture"))),
+            None => Ok(self.settings(Settings::LEARNT)),
         }
     }
 

@@ -162,7 +162,7 @@ fn detect_joined(
     let count = samples.count.max(1);
     let lines = levels.len() / count;
     let joined = ((JOINED / spacing + 1e-9) as usize).min(lines / 8);
-    if joined < 2 || !settings.learnt {
+    if joined < 2 {
         return detect(levels, None, samples, spacing, settings);
     }
     let mut means = vec![0; lines / joined * count];

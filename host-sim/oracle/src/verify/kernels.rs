@@ -64,6 +64,11 @@ impl Verdict {
         }
     }
 
+    /// Another way to the core's result.
+    fn again(name: String, core: &[f32], again: &[f32]) -> Self {
+        Verdict::bits(name, core, &Bits::real(again, core))
+    }
+
     fn bound(name: String, bound: &Bound) -> Self {
         Verdict {
             name,
@@ -276,33 +281,23 @@ impl<'a> AlignedRecording<'a> {
         for error in frame.errors(&[(&z, parameters)], 6)? {
             verdicts.push(Verdict::bound(format!("{name}: f64"), &error));
         }
-        let one_line = self.one_line(parameters)?;
-        let bits = Bits::real(&parts(&one_line), &numbers);
-        verdicts.push(Verdict::bits(
-            format!("{name}: a line at a time"),
-            &numbers,
-            &bits,
-        ));
+        let mut same = |way: &str, z: &Array2<_>| {
+            verdicts.push(Verdict::again(
+                format!("{name}: {way}"),
+                &numbers,
+                &parts(z),
+            ));
+        };
+        same("a line at a time", &self.one_line(parameters)?);
         for set in InstructionSet::available() {
             let active = |beam, sample| self.active(beam, sample);
             let x = self.x.view();
             let plan = Plan::new(set, parameters, x.dim().2)?;
-            let again = plan.run(x, &active, &|_| {})?;
-            let bits = Bits::real(&parts(&again), &numbers);
-            verdicts.push(Verdict::bits(
-                format!("{name}: {}", set.name()),
-                &numbers,
-                &bits,
-            ));
+            same(set.name(), &plan.run(x, &active, &|_| {})?);
         }
         for count in [1, 2, 7] {
             let again = pool(count)?.install(|| self.beamform(parameters))?;
-            let bits = Bits::real(&parts(&again), &numbers);
-            verdicts.push(Verdict::bits(
-                format!("{name}: threads {count}"),
-                &numbers,
-                &bits,
-            ));
+            same(&format!("threads {count}"), &again);
         }
         Ok(verdicts)
     }
@@ -365,12 +360,8 @@ impl<'a> AlignedRecording<'a> {
                 parameters.strip = strip;
                 let strips = phase_symmetry(image.pixels.view(), &parameters, &mut |_, _| {})?;
                 let strips: Vec<f32> = strips.iter().copied().collect();
-                let bits = Bits::real(&strips, &numbers);
-                verdicts.push(Verdict::bits(
-                    format!("{name}: strips of {strip}"),
-                    &numbers,
-                    &bits,
-                ));
+                let name = format!("{name}: strips of {strip}");
+                verdicts.push(Verdict::again(name, &numbers, &strips));
             }
         }
         Ok(verdicts)

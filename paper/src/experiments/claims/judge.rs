@@ -131,7 +131,7 @@ fn zones(scenes: &[SceneResult]) -> Vec<(String, Option<Interval>)> {
     ];
     rows.map(|(name, pick)| {
         let values = scenes.iter().filter_map(|s| pick(s.zones.as_ref()?));
-        (name.to_owned(), Interval::of(&values.collect::<Vec<_>>()))
+        (name.to_owned(), Interval::of(values))
     })
     .into()
 }
@@ -156,11 +156,10 @@ fn cells(scenes: &[SceneResult], statement: &Statement, claims: &Claims) -> Vec<
                 Some([of("das")?, of(key)?])
             };
             let pairs: Vec<[f64; 2]> = scenes.iter().filter_map(pair).collect();
-            let differences: Vec<f64> = pairs.iter().map(|[das, esmv]| esmv - das).collect();
-            let Some(difference) = Interval::of(&differences) else {
+            let Some(difference) = Interval::of(pairs.iter().map(|[das, esmv]| esmv - das)) else {
                 continue;
             };
-            let reductions: Vec<f64> = pairs.iter().map(|[das, esmv]| 1.0 - esmv / das).collect();
+            let reductions = pairs.iter().map(|[das, esmv]| 1.0 - esmv / das);
             let means = [0, 1].map(|k| mean(pairs.iter().map(|p| p[k])).unwrap_or(f64::NAN));
             cells.push(Cell {
                 condition,
@@ -168,7 +167,7 @@ fn cells(scenes: &[SceneResult], statement: &Statement, claims: &Claims) -> Vec<
                 papers: *key == claims.papers(condition.medium()),
                 means,
                 difference,
-                reduction: statement.magnitude.and_then(|_| Interval::of(&reductions)),
+                reduction: statement.magnitude.and_then(|_| Interval::of(reductions)),
                 shown: None,
             });
         }

@@ -71,12 +71,10 @@ parameters! {
 impl Claims {
     /// DAS, and rank-1 ESMV with every time window, forward and forward-backward.
     pub(super) fn variants(&self) -> Vec<Variant> {
-        let mut all = vec![Variant::forward("das", 0)];
+        let mut all = vec![Variant::of("das", 0)];
         for &k in &self.half_windows {
-            for mut variant in [
-                Variant::forward("esmv-rank1", k),
-                Variant::forward_backward("esmv-rank1", k),
-            ] {
+            for key in ["esmv-rank1", "esmv-rank1-fb"] {
+                let mut variant = Variant::of(key, k);
                 variant.key = format!("{}-k{k}", variant.key);
                 variant.name = format!("{}, K = {k}", variant.name);
                 all.push(variant);

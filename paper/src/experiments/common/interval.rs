@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::experiments::outcome::number;
+use crate::measure::mean;
 
 use super::student;
 
@@ -26,12 +27,10 @@ pub struct Interval {
 
 impl Interval {
     /// The mean of independent values; `None` without values.
-    pub fn of(values: &[f64]) -> Option<Self> {
-        if values.is_empty() {
-            return None;
-        }
+    pub fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
+        let values: Vec<f64> = values.into_iter().collect();
+        let mean = mean(values.iter().copied())?;
         let n = values.len() as f64;
-        let mean = values.iter().sum::<f64>() / n;
         let square: f64 = values.iter().map(|v| (v - mean) * (v - mean)).sum();
         let error = (values.len() > 1).then(|| (square / (n - 1.0) / n).sqrt());
         let ends = error.map(|error| {
@@ -116,14 +115,14 @@ mod tests {
     fn an_interval_is_that_of_a_published_example() {
         // Student's sleep data (1908): differences of ten patients, mean 1.58, t = 4.0621, 95 % from 0.70 to 2.46.
         let sleep = [1.2, 2.4, 1.3, 1.3, 0.0, 1.0, 1.8, 0.8, 4.6, 1.4];
-        let found = Interval::of(&sleep).unwrap();
+        let found = Interval::of(sleep).unwrap();
         let [low, high] = found.ends.unwrap();
         assert!((found.mean - 1.58).abs() < 1e-12);
         assert!((low - 0.700_114).abs() < 1e-5 && (high - 2.459_886).abs() < 1e-5);
         assert!((2.0 * found.chance_above(0.0) - 0.002_833).abs() < 1e-6);
-        assert_eq!(Interval::of(&[]), None);
-        assert_eq!(Interval::of(&[2.0]).unwrap().ends, None);
-        assert_eq!(Interval::of(&[2.0]).unwrap().chance_within(1e9), 1.0);
+        assert_eq!(Interval::of([]), None);
+        assert_eq!(Interval::of([2.0]).unwrap().ends, None);
+        assert_eq!(Interval::of([2.0]).unwrap().chance_within(1e9), 1.0);
     }
 
     #[test]
@@ -133,7 +132,7 @@ mod tests {
         for n in [3, 8, 12] {
             let covered = (0..4000).filter(|_| {
                 let values: Vec<f64> = (0..n).map(|_| complex_gaussian(&mut random).re).collect();
-                let [low, high] = Interval::of(&values).unwrap().ends.unwrap();
+                let [low, high] = Interval::of(values).unwrap().ends.unwrap();
                 low <= 0.0 && 0.0 <= high
             });
             let fraction = covered.count() as f64 / 4000.0;
@@ -143,13 +142,13 @@ mod tests {
 
     #[test]
     fn equivalence_needs_both_ends_within_the_margin() {
-        let near = Interval::of(&[0.05, 0.0, -0.05, 0.02]).unwrap();
+        let near = Interval::of([0.05, 0.0, -0.05, 0.02]).unwrap();
         assert!(near.chance_within(0.2) < 0.01);
         // As near, but not known well enough.
-        let wide = Interval::of(&[0.5, -0.45, 0.3, -0.33]).unwrap();
+        let wide = Interval::of([0.5, -0.45, 0.3, -0.33]).unwrap();
         assert!(wide.chance_within(0.2) > 0.05);
         // At the margin the chance is a half. With t = √3 and two degrees of freedom it is (1 + √(3/5))/2.
-        let at = Interval::of(&[0.1, 0.2, 0.3]).unwrap();
+        let at = Interval::of([0.1, 0.2, 0.3]).unwrap();
         assert!((at.chance_within(0.2) - 0.5).abs() < 1e-9);
         assert!((at.chance_within(0.1) - 0.5 * (1.0 + 0.6f64.sqrt())).abs() < 1e-9);
     }

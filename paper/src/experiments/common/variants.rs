@@ -9,7 +9,9 @@ use bonebeam_files::{BeamformedLines, ChannelData};
 
 use super::Receive;
 use super::lines::beamform_by;
-use crate::experiments::Progress;
+use super::recording::recording;
+use crate::experiments::{Context, Progress};
+use bonebeam_simulate::{Phantom, Settings};
 
 /// A beamformer and its parameters.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,30 +29,63 @@ pub struct Variant {
 }
 
 impl Variant {
-    /// Forward beamformer of this key in [`COMPARED`]; DAS for an unknown key.
+    /// The beamformer of this key in [`COMPARED`]; DAS for an unknown key.
     ///
-    /// Its covariance is that of Eq. 2.
-    pub fn forward(key: &str, half_window: usize) -> Self {
-        let found = COMPARED.iter().find(|row| row.key == key);
+    /// Its covariance is forward (Eq. 2), or forward-backward (Eq. 3) if the key ends with `-fb`.
+    pub fn of(key: &str, half_window: usize) -> Self {
+        let forward = key.strip_suffix("-fb");
+        let found = COMPARED
+            .iter()
+            .find(|row| row.key == forward.unwrap_or(key));
         let row = found.unwrap_or(&COMPARED[0]);
+        let (end, name, covariance) = match forward {
+            None => ("", "", Covariance::Forward),
+            Some(_) => ("-fb", ", FB", Covariance::ForwardBackward),
+        };
         Variant {
-            key: row.key.to_owned(),
-            name: row.name.to_owned(),
+            key: format!("{}{end}", row.key),
+            name: format!("{}{name}", row.name),
             method: row.method,
-            covariance: Covariance::Forward,
+            covariance,
             half_window,
         }
     }
+}
 
-    /// Forward-backward beamformer of this key (Eq. 3).
-    pub fn forward_backward(key: &str, half_window: usize) -> Self {
-        let forward = Variant::forward(key, half_window);
-        Variant {
-            key: format!("{}-fb", forward.key),
-            name: format!("{}, FB", forward.name),
-            covariance: Covariance::ForwardBackward,
-            ..forward
-        }
+/// A recording, and its lines by each beamformer.
+pub struct Scene {
+    /// The recording.
+    pub data: ChannelData,
+    /// The beamformers.
+    pub variants: Vec<Variant>,
+    /// The lines of each.
+    pub lines: Vec<BeamformedLines>,
+}
+
+impl Scene {
+    /// The scene of a phantom, by beamformers of these keys.
+    ///
+    /// Its recording may be kept in a file whose name begins with `file`. Steps of the progress begin with `what`.
+    ///
+    /// # Errors
+    /// A phantom that cannot be simulated, or parameters that do not fit the recording.
+    pub fn of(
+        context: &Context<'_>,
+        [file, what]: [&str; 2],
+        settings: &Settings,
+        phantom: &Phantom,
+        receive: &Receive,
+        (keys, half_window): (&[&str], usize),
+    ) -> Result<Self> {
+        let step = format!("{what}: simulate");
+        let data = recording(context, [file, &step], settings, phantom)?;
+        let variants = keys.iter().map(|key| Variant::of(key, half_window));
+        let variants: Vec<_> = variants.collect();
+        Ok(Scene {
+            lines: lines_of(what, &data, receive, &variants, context.progress)?,
+            data,
+            variants,
+        })
     }
 }
 

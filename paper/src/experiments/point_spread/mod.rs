@@ -16,6 +16,14 @@ const SHOWN: [f64; 2] = [1.5e-3, 2.5e-3];
 /// Pixels across the images.
 const COLUMNS: usize = 500;
 
+/// Beamformers shown of the noise-free point: the paper's (a) to (c), and others.
+#[rustfmt::skip]
+const SHOWN_OF: [&str; 7] = [
+    "das", "esmv-rank1", "esmv-without-first", "mv", "esmv-rank1-fb", "esmv-without-first-fb", "mv-fb",
+];
+/// Beamformers measured in noise.
+const NOISY: [&str; 4] = ["das", "esmv-rank1", "esmv-rank1-fb", "mv"];
+
 parameters! {
     /// Section `[point_spread]`.
     PointSpread "point_spread" {
@@ -66,7 +74,7 @@ impl Experiment for PointSpread {
         let free = channel_data(&quiet, &phantom, Summation::Direct, &|done| {
             progress("point: simulate", done);
         })?;
-        let shown = shown();
+        let shown = SHOWN_OF.map(|key| Variant::of(key, 0));
         let all = lines_of("point", &free, &self.receive, &shown, progress)?;
         let point = phantom.scatterers.first().map_or(0.0, |s| s.x);
         let phases = (0..=self.phases / 2).map(|phase| {
@@ -76,7 +84,7 @@ impl Experiment for PointSpread {
                 beamformers: measured(&shown, &thinned, point)?,
             })
         });
-        let noisy = noisy();
+        let noisy = NOISY.map(|key| Variant::of(key, 0));
         let snrs = self.snr.iter().map(|&snr| {
             let measures = (0..self.seeds).map(|k| {
                 let settings = self.settings(Some(-snr), self.simulation.seed.wrapping_add(k));
@@ -98,29 +106,6 @@ impl Experiment for PointSpread {
         let views = self.views(&shown, &all)?;
         figures::outcome(&result, self.image.dynamic_range, views)
     }
-}
-
-/// Beamformers shown of the noise-free point: the paper's (a) to (c), and others.
-fn shown() -> Vec<Variant> {
-    vec![
-        Variant::forward("das", 0),
-        Variant::forward("esmv-rank1", 0),
-        Variant::forward("esmv-without-first", 0),
-        Variant::forward("mv", 0),
-        Variant::forward_backward("esmv-rank1", 0),
-        Variant::forward_backward("esmv-without-first", 0),
-        Variant::forward_backward("mv", 0),
-    ]
-}
-
-/// Beamformers measured in noise.
-fn noisy() -> Vec<Variant> {
-    vec![
-        Variant::forward("das", 0),
-        Variant::forward("esmv-rank1", 0),
-        Variant::forward_backward("esmv-rank1", 0),
-        Variant::forward("mv", 0),
-    ]
 }
 
 impl PointSpread {

@@ -141,7 +141,7 @@ impl Surface {
             let step = format!("{what}: {}", condition.title());
             (context.progress)(&step, 0.0);
             let data = disturbed.under(condition)?;
-            let variants = METHODS.map(|key| Variant::forward(key, 0));
+            let variants = METHODS.map(|key| Variant::of(key, 0));
             let mut lines = lines_of(&step, &data, &self.receive, &variants, context.progress)?;
             // Depths are by the true speed of sound.
             lines.iter_mut().for_each(|lines| lines.c = recorded.c);

@@ -84,6 +84,6 @@ fn table(condition: Condition, results: &[SceneResult]) -> Table {
 
 /// The mean of a measure over frames, with its interval.
 pub fn interval(frames: &[&Judged], pick: fn(&Judged) -> Option<f64>) -> String {
-    let values: Vec<f64> = frames.iter().filter_map(|judged| pick(judged)).collect();
-    Interval::of(&values).map_or("–".into(), |interval| interval.text())
+    let values = frames.iter().filter_map(|judged| pick(judged));
+    Interval::of(values).map_or("–".into(), |interval| interval.text())
 }

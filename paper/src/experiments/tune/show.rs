@@ -90,10 +90,8 @@ impl Shown {
 }
 
 fn summary<'a>(candidate: &'a Candidate, k: usize, bones: &[JudgedBone]) -> Summary<'a> {
-    let by_bone = |of: &dyn Fn(&JudgedBone) -> f64| {
-        let values: Vec<f64> = bones.iter().map(|bone| 100.0 * of(bone)).collect();
-        Interval::of(&values)
-    };
+    let by_bone =
+        |of: &dyn Fn(&JudgedBone) -> f64| Interval::of(bones.iter().map(|bone| 100.0 * of(bone)));
     let all = bones.iter().flat_map(|bone| &bone.found[k]);
     let all = Judged::of_all(all.map(|found| &found.judged));
     let f1 = CONDITIONS.into_iter().map(|condition| {

@@ -11,6 +11,12 @@ use measure::TissueResult;
 /// Block of tissue: from and to, lateral and in depth, m.
 const TISSUE: [[f64; 2]; 2] = [[-15e-3, 15e-3], [12e-3, 37e-3]];
 
+/// Beamformers shown: the paper's (a) to (d), and others.
+#[rustfmt::skip]
+const VARIANTS: [&str; 8] = [
+    "das", "esmv-10", "esmv-1", "esmv-0.001", "esmv-rank1", "esmv-rank1-fb", "mv", "mv-fb",
+];
+
 parameters! {
     /// Section `[vertebra_in_tissue]`.
     VertebraInTissue "vertebra_in_tissue" {
@@ -83,12 +89,12 @@ impl Experiment for VertebraInTissue {
 
     fn run(&self, context: &Context<'_>) -> Result<Outcome> {
         let phantom = self.phantom()?;
-        let names = ["fig3", "fig3: simulate"];
-        let data = recording(context, names, &self.simulation, &phantom)?;
-        let variants = variants(self.half_window);
-        let lines = lines_of("fig3", &data, &self.receive, &variants, context.progress)?;
+        let keys = (&VARIANTS[..], self.half_window);
+        let (simulation, receive) = (&self.simulation, &self.receive);
+        let scene = Scene::of(context, ["fig3"; 2], simulation, &phantom, receive, keys)?;
+        let lines = scene.lines;
         let view = View::of_lines(phantom.bone.as_ref(), &lines[0], &self.image)?;
-        let measures = variants.into_iter().zip(&lines);
+        let measures = scene.variants.into_iter().zip(&lines);
         let measures = measures.map(|(variant, lines)| self.measure(variant, lines, &view));
         let measures = measures.collect::<Result<Vec<_>>>()?;
         let range = self.image.dynamic_range;
@@ -101,20 +107,6 @@ impl Experiment for VertebraInTissue {
         };
         figures::outcome(&result, self, beside(&view.hits, &view.grid))
     }
-}
-
-/// Beamformers shown: the paper's (a) to (d), and others.
-fn variants(half_window: usize) -> Vec<Variant> {
-    vec![
-        Variant::forward("das", half_window),
-        Variant::forward("esmv-10", half_window),
-        Variant::forward("esmv-1", half_window),
-        Variant::forward("esmv-0.001", half_window),
-        Variant::forward("esmv-rank1", half_window),
-        Variant::forward_backward("esmv-rank1", half_window),
-        Variant::forward("mv", half_window),
-        Variant::forward_backward("mv", half_window),
-    ]
 }
 
 impl VertebraInTissue {

@@ -59,6 +59,15 @@ fn slope(ramp: &Ramp) -> f64 {
     ramp.weight / ramp.width * 1024.0 * 4096.0
 }
 
+/// The ramp of a grey level, in 1/16 of one.
+fn grey_ramp(x: i64, term: &Ramp) -> i64 {
+    let centre = (term.centre * WHITE).round() as i64;
+    let gain = (slope(term) / WHITE).round() as i64;
+    ramp(x, centre, gain, nats(term.weight.abs()))
+}
+
+const WHITE: f64 = 4080.0;
+
 fn nats(value: f64) -> i64 {
     (1024.0 * value).round() as i64
 }
@@ -126,10 +135,14 @@ fn learnt(p: &Parameters, line: &[u8], levels: Levels) -> Vec<i64> {
     ];
     let [dark, tissue, bright] = [levels.dark, levels.tissue, levels.bright].map(i64::from);
     let dark = dark.min((tissue - 16 * 56).max(16 * 13));
+    let length = least(1.0);
     let score = |k: i64| {
         let (level, cell) = (echoes[k as usize], first + k);
+        let blocks = cell + least(1.5)..=cells.count as i64 - length;
+        let block = blocks.map(|at| mean(at, at + length)).max().unwrap_or(0);
         let neighbours = least(0.4);
         let is_echo = level >= dark + 48
+            && 5 * (block + 64) <= 4 * (level + 64)
             && brightest(k - neighbours..k) <= level
             && (k + 1 >= count || brightest(k + 1..k + 1 + neighbours) < level);
         if !is_echo {
@@ -147,11 +160,9 @@ fn learnt(p: &Parameters, line: &[u8], levels: Levels) -> Vec<i64> {
         );
         means.push(mean(cell + least(1.5), i64::MAX / 2));
         means.push(mean(0, cell + 1 - least(0.5)));
-        let block = least(1.0);
-        let blocks = cell + least(1.5)..=cells.count as i64 - block;
-        means.push(blocks.map(|at| mean(at, at + block)).max().unwrap_or(0));
-        means.push(brightest(k + block..count));
-        means.push(brightest(0..k - block + 1));
+        means.push(block);
+        means.push(brightest(k + length..count));
+        means.push(brightest(0..k - length + 1));
         means.push(brightest(0..count));
         Some(network(&means, [dark, tissue, bright]))
     };
@@ -185,15 +196,12 @@ pub fn scores(p: &Parameters, line: &[u8], levels: Levels) -> Vec<i64> {
             sum * ((1 << 23) / samples)
         }
     };
-    let white = 4080.0;
-    let [drop, black] = [s.shadow_drop, s.shadow_black].map(|l| (l * white).round() as i64);
-    let dark = (i64::from(levels.tissue) - drop).max(black);
-    let dark = dark.min(i64::from(levels.dark));
-    let least = (s.shadow_range * white).round() as i64;
+    let dark = i64::from(levels.dark);
+    let least = (s.shadow_range * WHITE).round() as i64;
     let range = (i64::from(levels.tissue) - dark).max(least);
     let shadow_gain = (slope(&s.shadow).round() as i64 / range).clamp(-131_071, 131_071);
     let shadow_centre = dark + (((256.0 * s.shadow.centre).round() as i64 * range) >> 8);
-    let floor = (s.onset_floor * white * white + 0.5) as i64;
+    let floor = (s.onset_floor * WHITE * WHITE + 0.5) as i64;
     let scores = (cells.first..cells.first + cells.searched).map(|cell| {
         let cell = cell as i64;
         let echo = mean(cell, -of(s.echo), of(s.echo));
@@ -205,30 +213,15 @@ pub fn scores(p: &Parameters, line: &[u8], levels: Levels) -> Vec<i64> {
         let shadow = 16 * total / samples.max(1);
         let onset = ((echo - near) >> 19).max(0) * ((echo - far) >> 19).max(0);
         let onset = ln(onset + floor) - ln(4080 * 4080);
-        let contrast = ramp(
-            (echo - above) >> 19,
-            (s.contrast.centre * white).round() as i64,
-            (slope(&s.contrast) / white).round() as i64,
-            nats(s.contrast.weight.abs()),
-        );
-        let margin = (s.margin * white).round() as i64;
+        let contrast = grey_ramp((echo - above) >> 19, &s.contrast);
+        let margin = (s.margin * WHITE).round() as i64;
         let reference = above.max(echo - (margin << 19));
-        let level = ramp(
-            (reference - below) >> 19,
-            (s.level.centre * white).round() as i64,
-            (slope(&s.level) / white).round() as i64,
-            nats(s.level.weight.abs()),
-        );
+        let level = grey_ramp((reference - below) >> 19, &s.level);
         let block = of(s.rest_block).max(1);
         let last = cells.count as i64 - block;
         let from = (cell + of(s.rest_from)).min(last);
         let rest = (from..=last).map(|at| mean(at, 0, block - 1) >> 19).max();
-        let rest = ramp(
-            (reference >> 19) - rest.unwrap_or(0),
-            (s.rest.centre * white).round() as i64,
-            (slope(&s.rest) / white).round() as i64,
-            nats(s.rest.weight.abs()),
-        );
+        let rest = grey_ramp((reference >> 19) - rest.unwrap_or(0), &s.rest);
         let shadow = ramp(
             shadow,
             shadow_centre,
@@ -251,12 +244,7 @@ pub fn coherence_term(p: &Parameters, coherence: &[u8]) -> Vec<i64> {
         let cell = cell as i64;
         let (sum, samples) = sum(coherence, &cells, cell + of(from), cell + of(to) + 1);
         let mean = sum * (1_i64 << 23).checked_div(samples).unwrap_or(0);
-        ramp(
-            mean >> 19,
-            (term.centre * 4080.0).round() as i64,
-            (slope(term) / 4080.0).round() as i64,
-            nats(term.weight.abs()),
-        )
+        grey_ramp(mean >> 19, term)
     };
     (cells.first..cells.first + cells.searched)
         .map(of_cell)

@@ -63,7 +63,6 @@ pub fn score(
     let brightest = blocks.map(|at| window(at, at + block - 1));
     let rest = reference - brightest.fold(0.0, f64::max);
     let from = (cell as i64 + cells(settings.shadow_from)) * stride as i64;
-    let dark = dark.min((tissue - settings.shadow_drop).max(settings.shadow_black));
     let shadow = mean(whole, from, whole.len() as i64) - dark;
     let shadow = shadow / (tissue - dark).max(settings.shadow_range);
     let onset = settings.onset_weight * (near * far + settings.onset_floor).ln();
