@@ -23,7 +23,9 @@ pub fn rotated(angles: [f64; 3], translation: Point) -> Rigid {
     }
 }
 
-/// The fiducial registration error: the root mean square of the remaining distances, m.
+/// The fiducial registration error, m.
+///
+/// It is the root mean square of the remaining distances.
 pub fn fiducial_error(found: &Rigid, from: &[Point], to: &[Point]) -> f64 {
     let squares = from.iter().zip(to).map(|(from, to)| {
         let there = found.apply(*from);

@@ -127,7 +127,9 @@ impl Kind {
         }
     }
 
-    /// These of the flags `--mesh`, `--only`, `--keep`, `--merge` of `host-sim paper` apply.
+    /// These flags of `host-sim paper` apply to it.
+    ///
+    /// They are some of `--mesh`, `--only`, `--keep` and `--merge`.
     pub const fn flags(self, flags: &'static [&'static str]) -> Self {
         Kind { flags, ..self }
     }

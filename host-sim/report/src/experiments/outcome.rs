@@ -295,7 +295,9 @@ impl Curve {
 }
 
 impl Plot {
-    /// Curves in a range of the abscissa and one of the ordinate, whose names have their units.
+    /// Curves in a range of the abscissa and one of the ordinate.
+    ///
+    /// The names of both have their units.
     pub fn new(
         caption: impl Into<String>,
         [x, y]: [&'static str; 2],

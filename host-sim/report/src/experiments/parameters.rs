@@ -1,4 +1,4 @@
-//! Parameters of an experiment: each is stated once, with its default and its range.
+//! Parameters of an experiment, each stated once with its default and its range.
 
 use crate::Result;
 use bonebeam_files::settings::{LEVELS, out_of_range};

@@ -1,4 +1,6 @@
-//! Lines of pixels down and across an image of a bone, and their peaks (the paper's Figs. 8 and 9).
+//! Lines of pixels through an image of a bone, and their peaks.
+//!
+//! The paper has them in its Figs. 8 and 9.
 
 use ndarray::{Array2, ArrayView1};
 use serde::Serialize;

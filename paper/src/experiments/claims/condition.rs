@@ -47,7 +47,7 @@ choice! {
 }
 
 impl Condition {
-    /// The words of `--only` that select it: those of the medium and of the disturbance.
+    /// The words of `--only` that select it: the medium and the disturbance.
     pub fn words(self) -> [&'static str; 2] {
         self.name()
             .split_once('-')

@@ -77,7 +77,9 @@ pub struct SnrMeasure {
     pub beyond_2mm_db: Option<[f64; 3]>,
 }
 
-/// Measures the lines of beamformers relative to the first, DAS; the point is at `point`, m.
+/// Measures the lines of beamformers relative to the first, DAS.
+///
+/// The point is at `point`, m.
 ///
 /// # Errors
 /// Every sample is 0.

@@ -18,7 +18,9 @@ const RANGE: f64 = 60.0;
 /// A line's answer: confidence, in a unit of its detector, and depth, m.
 pub type Answer = Option<(f64, f64)>;
 
-/// A detector: its name in tables, the beamformer as an index of [`METHODS`], and its kind.
+/// A detector: its name, its beamformer and its kind.
+///
+/// The beamformer is an index of [`METHODS`].
 #[derive(Clone, Copy, Debug)]
 pub struct Detector {
     pub name: &'static str,

@@ -124,7 +124,9 @@ pub struct ImageLine {
     pub noise: Option<f64>,
 }
 
-/// All measures of pictures of a bone on `grid`, with the lateral line at this depth, m.
+/// All measures of pictures of a bone on `grid`.
+///
+/// The lateral line is at this depth, m.
 pub fn measured(
     bone: &Outline,
     grid: &PixelGrid,
