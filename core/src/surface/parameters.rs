@@ -196,8 +196,9 @@ impl Settings {
         ..Self::DEFAULT
     };
 
-    /// Settings for scanner pictures, with the learnt model in place of the terms, over lines 0.12 to 0.25 mm apart.
+    /// Settings for scanner pictures, with the learnt model.
     ///
+    /// It takes the place of the terms, over lines 0.12 to 0.25 mm apart.
     /// The model and the prices were trained on drawn pictures of bone and of other tissue, displayed as on scanners.
     pub const LEARNT: Settings = Settings {
         learnt: true,

@@ -1,7 +1,7 @@
 //! Report of the vertebra in tissue: the paper's Fig. 3 and its measures.
 
-use super::VertebraInTissue;
 use super::measure::{TissueMeasure, TissueResult};
+use super::parameters::VertebraInTissue;
 use crate::experiments::study::*;
 
 /// The outcome of a result.

@@ -1,6 +1,6 @@
 //! The measures of the vertebra in tissue.
 
-use super::{TISSUE, VertebraInTissue};
+use super::parameters::{TISSUE, VertebraInTissue};
 use crate::experiments::study::*;
 use crate::measure::contrast::{cnr, gcnr, moments, speckle_snr};
 

@@ -8,8 +8,8 @@ use crate::experiments::outcome::{Comparison, Gallery, Plot, Section, Table, dat
 use bonebeam_drive::check::Check;
 use bonebeam_drive::methods::COMPARED;
 
-use super::Vertebra;
 use super::measure::{Surface, VertebraMeasure, VertebraResult};
+use super::parameters::Vertebra;
 
 const SURFACE: &str = "Vertebra in a water bath (Table I)";
 const LINES: &str = "Image lines of the vertebra (Fig. 8)";

@@ -2,55 +2,19 @@
 
 mod figures;
 mod measure;
+mod parameters;
 
-use std::path::PathBuf;
-
-use crate::{Result, parameters};
-use bonebeam_drive::config::Image;
+use crate::Result;
 use bonebeam_drive::image::grid_of_picture;
-use bonebeam_files::settings::{LENGTHS, out_of_range};
-use bonebeam_simulate::{Outline, Phantom, Settings, Summation, channel_data};
+use bonebeam_files::settings::out_of_range;
+use bonebeam_simulate::{Outline, Phantom, Summation, channel_data};
 
 use super::common::lines::beamform_all;
 use super::common::pictures::Studio;
-use super::common::{self, Receive};
-use super::parameters::positive;
+use super::common;
 use super::{Context, Experiment, Outcome, Overrides, Parameters};
 use measure::measured;
-
-parameters! {
-    /// Section `[vertebra]`.
-    Vertebra "vertebra" {
-        /// Closed surface as a PLY file in mm in place of the built-in vertebra.
-        ///
-        /// +x towards the front, +z towards the head.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        mesh: Option<PathBuf> = None;
-        /// Height of the slice, m, from the middle of the body towards the head.
-        slice: f64 = -4e-3;
-        /// Depth of the spinous process's tip, m.
-        depth: f64 = 15e-3, positive(LENGTHS, " (m)");
-        /// Depth of the lateral image line through the laminae, m.
-        lateral_line: f64 = 25.5e-3, positive(LENGTHS, " (m)");
-        /// Array, pulse, transmit, noise.
-        ///
-        /// Two beams an element, as the paper's 256 in the water bath; as deep as the image of 512 pixels across the array.
-        simulation: Settings = Settings {
-            beams: 255,
-            beam_step: 0.5,
-            depth_end: 44.2e-3,
-            ..Settings::vertebra()
-        } => Settings::validate;
-        /// Delay and beamformer.
-        receive: Receive = Receive::to(44.2e-3) => Receive::validate;
-        /// The B-mode image.
-        image: Image = Image {
-            dynamic_range: 70.0,
-            median: true,
-            ..Image::default()
-        } => Image::validate;
-    }
-}
+pub use parameters::Vertebra;
 
 impl Experiment for Vertebra {
     /// A quarter of the beams, recorded at 40 MHz.
