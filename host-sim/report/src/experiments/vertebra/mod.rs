@@ -9,9 +9,9 @@ use bonebeam_drive::image::grid_of_picture;
 use bonebeam_files::settings::out_of_range;
 use bonebeam_simulate::{Outline, Phantom, Summation, channel_data};
 
+use super::common;
 use super::common::lines::beamform_all;
 use super::common::pictures::Studio;
-use super::common;
 use super::{Context, Experiment, Outcome, Overrides, Parameters};
 use measure::measured;
 pub use parameters::Vertebra;
