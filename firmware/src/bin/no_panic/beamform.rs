@@ -159,6 +159,7 @@ fn memory() {
     take(scratch.take(opaque(need)).map(|_| ()));
     take(opaque(scratch.reborrow()).real);
     take(opaque(Error::Memory).code());
+    take(opaque(opaque(Error::Memory).words()).as_str());
     constant_segments(opaque(1), |_| active()).for_each(take);
     let wanted = opaque(0)..opaque(1);
     segments_within(opaque(1), |_| active(), wanted, opaque(1)).for_each(take);

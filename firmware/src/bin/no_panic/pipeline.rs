@@ -155,6 +155,7 @@ fn lines<'r, D: Stage>(pipeline: &LinePipeline<D>, record: &'r Record<'r>) -> Re
         pipeline.beamformer(),
     ));
     take((pipeline.line_samples(), pipeline.need(opaque(1), opaque(1))));
+    take(pipeline.recorded(opaque(1), &opaque(transmit()))?);
     let (mut scratch, mut aligned, mut z) =
         ([0.0; 100], [Complex::ZERO; 100], [Complex::ZERO; 100]);
     let (scratch, aligned) = (opaque(&mut scratch[..]), opaque(&mut aligned[..]));
