@@ -63,17 +63,17 @@ fn lines_of_channel_data_have_all_samples() {
 
 /// A depth step is for speed: two lines an element then come from one that is aligned, as by adaptive methods.
 ///
-/// The point keeps its level and its place between lines.
+/// A point between lines loses at most the 2 dB by which their number is chosen, and keeps its place.
 #[test]
 fn das_with_a_depth_step_takes_sub_lines() {
     let folder = folder_with_point();
-    let recording = "data.npz --depth-start 0.009 --depth-end 0.0135 --method das";
-    let all = lines(&folder, recording, "");
-    let stepped = lines(&folder, recording, "--preset live");
+    let recording = "data.npz --depth-start 0.009 --depth-end 0.0135";
+    let all = lines(&folder, recording, "--method das");
+    let stepped = lines(&folder, recording, "--method das --preset live");
     assert_eq!((all.z.nrows(), stepped.z.nrows()), (63, 64));
     let level = |lines: &BeamformedLines| lines.z.iter().map(|z| z.norm()).fold(0.0, f32::max);
     let loss = 20.0 * (level(&all) / level(&stepped)).log10();
-    assert!(loss.abs() < 1.0, "{loss} dB");
+    assert!(loss.abs() <= 2.0, "{loss} dB");
     let ((x, z), (expected_x, expected_z)) = (brightest(&stepped), brightest(&all));
     let (spacing, sample) = (all.beam_x[1] - all.beam_x[0], all.c / all.fs / 2.0);
     assert!((x - expected_x).abs() <= 0.51 * spacing, "{x} {expected_x}");
