@@ -120,15 +120,16 @@ impl DelayParameters {
     /// # Errors
     /// As [`Delay::new`].
     pub const fn check(&self) -> Result<(), Error> {
-        attempt!(positive("sound_speed", self.sound_speed));
-        attempt!(finite("output_start", self.output_start));
-        attempt!(check_shapes(
-            self.output_samples,
-            self.record_samples,
-            self.elements
-        ));
+        attempt!(self.check_line());
         attempt!(HilbertTransformer::check(self.hilbert_taps));
         Interpolator::check(self.sampling_rate, self.output_rate, self.centre_frequency)
+    }
+
+    /// Checks the values that the filters do not depend on.
+    const fn check_line(&self) -> Result<(), Error> {
+        attempt!(positive("sound_speed", self.sound_speed));
+        attempt!(finite("output_start", self.output_start));
+        check_shapes(self.output_samples, self.record_samples, self.elements)
     }
 
     /// Scratch of [`Stage::block`] for blocks of `samples` samples.
@@ -255,7 +256,7 @@ impl Delay {
     /// # Errors
     /// [`Error::Parameter`] or [`Error::Capacity`], naming the parameter that is out of range.
     pub const fn new(parameters: DelayParameters) -> Result<Self, Error> {
-        attempt!(parameters.check());
+        attempt!(parameters.check_line());
         let mut delay = Delay {
             interpolator: Interpolator::NONE,
             hilbert: attempt!(HilbertTransformer::new(parameters.hilbert_taps)),
@@ -311,7 +312,7 @@ impl Delay {
     }
 
     fn set_by(&mut self, parameters: DelayParameters, single: bool) -> Result<(), Error> {
-        parameters.check()?;
+        parameters.check_line()?;
         let (old, new) = (&self.parameters, &parameters);
         let hilbert = match new.hilbert_taps == old.hilbert_taps {
             true => None,
