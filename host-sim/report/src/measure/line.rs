@@ -100,7 +100,7 @@ impl Line {
         width(&self.at_mm, &values, peak?.index, level)
     }
 
-    /// Decrease of the grey level from the peak to [`DROP`] below it.
+    /// Decrease of the grey level from the peak to 0.55 mm below it.
     pub fn drop_below(&self, grey: &[f32], peak: Option<Peak>) -> Option<f64> {
         let peak = peak?;
         let k = self.at_mm.partition_point(|&at| at < peak.at_mm + DROP);
