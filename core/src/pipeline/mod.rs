@@ -108,7 +108,13 @@ impl Parameters<'_> {
         attempt!(self.beamformer.check());
         attempt!(attempt!(self.b_mode(&scan)).check());
         attempt!(self.phase_symmetry().check());
-        if self.scan.min_elements > scan.elements() {
+        self.check_own()
+    }
+
+    /// Checks what no stage checks.
+    const fn check_own(&self) -> Result<(), Error> {
+        attempt!(even(&self.scan.lines));
+        if self.scan.min_elements > self.scan.array.elements() {
             let value = self.scan.min_elements as f64;
             let expected = "at most the number of elements";
             return Err(Error::parameter("min_elements", value, expected));
@@ -202,8 +208,8 @@ impl<'a> Pipeline<'a> {
     /// # Errors
     /// As [`Parameters::check`] and [`LinePipeline::new`].
     pub fn new(parameters: Parameters<'a>) -> Result<Self, Error> {
-        parameters.check(Input::Rf)?;
         let scan = Scan::new(parameters.scan)?;
+        parameters.check_own()?;
         let lines = LinePipeline::new(scan, parameters.beamformer)?;
         Self::of_lines(lines, parameters, parameters.parts(Input::Rf, 1)?)
     }
@@ -236,8 +242,8 @@ impl<'a> Pipeline<'a, &'a Delay> {
     /// # Errors
     /// As [`Pipeline::new`]; [`Error::Parameter`] if the stage does not match the scan.
     pub fn by(delay: &'a Delay, parameters: Parameters<'a>) -> Result<Self, Error> {
-        parameters.check(Input::Rf)?;
         let scan = Scan::new(parameters.scan)?;
+        parameters.check_own()?;
         let lines = LinePipeline::by(delay, scan, parameters.beamformer)?;
         Self::of_lines(lines, parameters, parameters.parts(Input::Rf, 1)?)
     }
@@ -270,8 +276,8 @@ impl<'a> Pipeline<'a, IqDelay> {
     /// # Errors
     /// As [`Pipeline::new`], with [`Scan::of_iq`] and [`LinePipeline::of_iq`].
     pub fn of_iq(parameters: Parameters<'a>, iq: IqInput) -> Result<Self, Error> {
-        parameters.check(Input::Iq)?;
         let scan = Scan::of_iq(parameters.scan)?;
+        parameters.check_own()?;
         let lines = LinePipeline::of_iq(scan, iq, parameters.beamformer)?;
         Self::of_lines(lines, parameters, parameters.parts(Input::Iq, 1)?)
     }
