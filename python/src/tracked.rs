@@ -1,9 +1,12 @@
 //! Tracked sequences and sweeps.
 
+use std::ops::Range;
 use std::path::PathBuf;
 
 use bonebeam_files::{Error, Result};
-use bonebeam_tracked::{Calibration, Euler, Matrix, PoseTable, Sequence, Settings, Track, sweep};
+use bonebeam_tracked::{
+    Calibration, Encoded, Euler, Matrix, PoseTable, Sequence, Settings, Track, sweep,
+};
 use ndarray::{Array2, Array3, Axis};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray3};
 use pyo3::prelude::*;
@@ -26,6 +29,25 @@ fn matrices<'m>(count: usize, of: impl Fn(usize) -> Option<&'m Matrix>) -> Array
     Array3::from_shape_fn((count, 4, 4), |(k, row, column)| {
         of(k).map_or(f64::NAN, |m| m[row][column])
     })
+}
+
+/// Frames of a sequence as an array [frame, row, column], read without the interpreter's lock.
+fn frames<'py, T: numpy::Element + Clone + Default>(
+    py: Python<'py>,
+    sequence: &Sequence,
+    range: Range<usize>,
+    decode: fn(&Sequence, Encoded) -> Result<Array2<T>>,
+) -> PyResult<Bound<'py, PyArray3<T>>> {
+    let [columns, rows] = sequence.sides;
+    let read = || -> Result<Array3<T>> {
+        let mut all = Array3::default((range.len(), rows, columns));
+        let mut reader = sequence.reader()?;
+        for (k, mut own) in range.zip(all.axis_iter_mut(Axis(0))) {
+            own.assign(&decode(sequence, reader.frame(k)?)?);
+        }
+        Ok(all)
+    };
+    Ok(py.detach(read).map_err(refused)?.into_pyarray(py))
 }
 
 #[pymethods]
@@ -120,16 +142,7 @@ impl TrackedSequence {
         start: usize,
         end: usize,
     ) -> PyResult<Bound<'py, PyArray3<f32>>> {
-        let [columns, rows] = self.0.sides;
-        let read = || -> Result<Array3<f32>> {
-            let mut pictures = Array3::zeros((end.saturating_sub(start), rows, columns));
-            let mut reader = self.0.reader()?;
-            for (k, mut picture) in pictures.axis_iter_mut(Axis(0)).enumerate() {
-                picture.assign(&self.0.picture(reader.frame(start + k)?)?);
-            }
-            Ok(pictures)
-        };
-        Ok(py.detach(read).map_err(refused)?.into_pyarray(py))
+        frames(py, &self.0, start..end, Sequence::picture)
     }
 
     /// Lines [frame, line, sample] from `start` to before `end`.
@@ -139,16 +152,7 @@ impl TrackedSequence {
         start: usize,
         end: usize,
     ) -> PyResult<Bound<'py, PyArray3<numpy::Complex32>>> {
-        let [samples, lines] = self.0.sides;
-        let read = || -> Result<Array3<numpy::Complex32>> {
-            let mut all = Array3::zeros((end.saturating_sub(start), lines, samples));
-            let mut reader = self.0.reader()?;
-            for (k, mut own) in all.axis_iter_mut(Axis(0)).enumerate() {
-                own.assign(&self.0.lines(reader.frame(start + k)?)?);
-            }
-            Ok(all)
-        };
-        Ok(py.detach(read).map_err(refused)?.into_pyarray(py))
+        frames(py, &self.0, start..end, Sequence::lines)
     }
 
     /// Poses of the pictures [frame, 4, 4], NaN for frames left out, and the reasons.
