@@ -236,7 +236,7 @@ pub unsafe extern "C" fn bonebeam_frame_line(
     // SAFETY: by the caller's promise.
     status(|| unsafe {
         let Source::Rf(own) = &mut one_mut(frame)?.source else {
-            return Err(Refused::field("frame", 0.0, "one of RF"));
+            return Err(Status::Parameter.into());
         };
         let z = own.output(z)?;
         let records = RfWave::core(waves, count, own.pipeline.lines().delay().parameters(), &z)?;
@@ -256,7 +256,7 @@ pub unsafe extern "C" fn bonebeam_frame_iq_line(
     // SAFETY: by the caller's promise.
     status(|| unsafe {
         let Source::Iq(own) = &mut one_mut(frame)?.source else {
-            return Err(Refused::field("frame", 0.0, "one of I/Q"));
+            return Err(Status::Parameter.into());
         };
         let z = own.output(z)?;
         let records = IqWave::core(waves, count, own.pipeline.lines().delay().parameters(), &z)?;
