@@ -36,7 +36,7 @@ pub fn beamform_all(
 
 /// The lines of beamformers, and their checks.
 ///
-/// So many `beams` are delayed at a time. Those with the middle one are compared with the references if `checks` asks
+/// `beams` lines are delayed at a time. The block with the middle line is compared with the references if `checks` asks
 /// for it. The names of the checks begin with `what`.
 ///
 /// # Errors
