@@ -78,6 +78,8 @@ fn of<'a>(list: &'a Value, beamformer: &str) -> &'a Value {
 fn the_quick_main_job_leaves_a_whole_folder() {
     let folder = tempdir().unwrap();
     let out = folder.path().join("deep/out");
+    fs::create_dir_all(&out).unwrap();
+    fs::write(out.join(".host-sim-1-7"), "left by a killed run").unwrap();
     // Four gigabytes of address space are enough.
     let output = Command::new("sh")
         .args([

@@ -16,13 +16,24 @@ pub const USAGE: i32 = 2;
 /// The exit status of wrong data.
 pub const DATA: i32 = 1;
 
-/// Runs the program in a folder.
+/// Runs the program in a folder. What a killed run left beside its output is removed.
 pub fn run(folder: &TempDir, arguments: &str) -> (i32, String) {
+    let left = folder.path().join(".host-sim-1-7");
+    let output = arguments.split_once(" -o ").map(|(_, after)| after);
+    let beside = output.is_some_and(|after| !after.split(' ').next().unwrap_or("/").contains('/'));
+    if beside {
+        fs::write(&left, "left").unwrap();
+    }
     let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
         .args(arguments.split(' '))
         .current_dir(folder.path())
         .output()
         .unwrap();
+    assert!(
+        !(output.status.success() && left.exists()),
+        "{arguments}: a file of a killed run stays"
+    );
+    let _ = fs::remove_file(&left);
     (
         output.status.code().expect("ended by a signal"),
         String::from_utf8(output.stderr).unwrap(),
