@@ -1355,6 +1355,14 @@ def containers():
     says(["is of type f128", "floats of 2, 4 or 8 bytes"], "info", path, status=1)
     octave(path, {"rf": rf[0], **keys("rf")})
     read_alike(path, "rf", rf)
+    # Truth values as h5py and numpy write them.
+    delays = dict(keys("rf"), tx_delay=np.tile(1e-8 * np.arange(ELEMENTS), (3, 1)), tx_active=np.arange(ELEMENTS) % 2 == np.zeros((3, 1)))
+    del delays["tx_angle"]
+    write_keyed(path, {"rf": rf[0], **delays})
+    np.savez(folder / "flags.npz", rf=rf[0], **delays)
+    ours, failed = lines(path)
+    theirs, refused = lines(folder / "flags.npz")
+    check(ours and theirs and np.array_equal(ours["z"], theirs["z"]), f"truth values: {failed} {refused}")
     octave(path, {"iq": iq[0], **keys("iq")})
     read_alike(path, "iq", iq)
     # Compressed more than 100 times: a point without noise.
@@ -1656,21 +1664,50 @@ def hostile():
             check(clean, f"{name}, case {n}: {status_of(outcome)}")
             refused += outcome.returncode
         print(f"{name}: {len(cases)} changed files, {refused} refused")
-    # Names that lead out of the file.
+    # Ways out of the file: none is taken, and no way within the file hides them.
     secret = folder / "secret.h5"
     write_h5(secret, "rf", scene("rf")[0])
+    out, own = h5py.ExternalLink, h5py.SoftLink
+    references = h5py.special_dtype(ref=h5py.Reference)
+
+    def stored(file, name):
+        return file.create_dataset(name, (3, 32, 900), "f4", external=[("secret.h5", 0, h5py.h5f.UNLIMITED)])
+
+    def ways(*links):
+        def make(file):
+            file["y"] = file.create_group("x")
+            for name, link in links:
+                file[name] = link
+
+        return make
+
+    def refers(file):
+        data = stored(file, "a")
+        file.create_dataset("rf", (1,), dtype=references)[0] = data.ref
+
     for name, make in {
-        "external link": lambda f: f.__setitem__("rf", h5py.ExternalLink("secret.h5", "/rf")),
-        "external data": lambda f: f.create_dataset("rf", (3, 32, 900), "f4", external=[("secret.h5", 0, h5py.h5f.UNLIMITED)]),
+        "external link": ways(("rf", out("secret.h5", "/rf"))),
+        "soft to external": ways(("a", out("secret.h5", "/rf")), ("b", own("/a")), ("rf", own("b"))),
+        "into an external group": ways(("a", out("secret.h5", "/")), ("rf", own("/a/rf"))),
+        "by another name of a group": ways(("x/a", out("secret.h5", "/")), ("rf", own("/y/a/rf"))),
+        "external data": lambda f: stored(f, "rf"),
+        "soft to external data": lambda f: (stored(f, "a"), ways(("rf", own("/a")))(f)),
+        "reference to external data": refers,
         "virtual": lambda f: f.create_virtual_dataset("rf", virtual(secret)),
+        "virtual of an external link": lambda f: (ways(("a", out("secret.h5", "/rf")))(f), f.create_virtual_dataset("rf", virtual(f.filename, "a"))),
+        "virtual of external data": lambda f: (stored(f, "a"), f.create_virtual_dataset("rf", virtual(f.filename, "a"))),
     }.items():
-        path = folder / "leads_out.h5"
-        with h5py.File(path, "w") as file:
-            for key, value in keys("rf").items():
-                file[key] = value
-            make(file)
-        outcome = run("info", path, limit=LIMIT)
-        check(outcome.returncode == 1 and "another file" in outcome.stderr, f"{name}: {status_of(outcome)}")
+        for libver in ("earliest", "latest"):
+            path = folder / "leads_out.h5"
+            with h5py.File(path, "w", libver=libver) as file:
+                for key, value in keys("rf").items():
+                    file[key] = value
+                make(file)
+            for command in (("info", path), ("convert", path, "-o", "led.npz"), ("beamform", path, "-o", "led.npz")):
+                outcome = run(*command, limit=LIMIT)
+                check(outcome.returncode == 1 and outcome.stderr.count("\n") == 1, f"{name}, {command[0]}: {status_of(outcome)}")
+            if "reference" not in name:
+                check("another file" in outcome.stderr, f"{name}: {status_of(outcome)}")
     # Groups within groups without end, and a name that is itself.
     path = folder / "loops.h5"
     with h5py.File(path, "w") as file:
@@ -1696,9 +1733,9 @@ def hostile():
     check(outcome.returncode == 1 and outcome.stderr.count("\n") == 1, f"bomb: {status_of(outcome)}")
 
 
-def virtual(path):
+def virtual(path, name="rf"):
     layout = h5py.VirtualLayout((3, 32, 900), "f4")
-    layout[:] = h5py.VirtualSource(path, "rf", (3, 32, 900))
+    layout[:] = h5py.VirtualSource(path, name, (3, 32, 900))
     return layout
 
 
