@@ -687,10 +687,16 @@ def unusual():
     dead[:, 7] = 0
     write_npz(path, "rf", dead)
     outcome = run("info", path)
-    check("1 of 32 elements recorded nothing but zeros: 7" in outcome.stdout + outcome.stderr, f"dead: {outcome.stdout}")
+    check("1 of 32 elements recorded nothing but a constant, such as 0: 7" in outcome.stdout + outcome.stderr, f"dead: {outcome.stdout}")
     write_npz(path, "rf", 0 * dead)
     outcome = run("info", path)
-    check("every sample of the first frame is 0" in outcome.stdout + outcome.stderr, f"zeros: {outcome.stdout}")
+    check("every record of the first frame is constant, such as 0" in outcome.stdout + outcome.stderr, f"zeros: {outcome.stdout}")
+    # Rounding of a constant has no echoes.
+    for value in (0, 0.3, 7, 1e5, -12):
+        write_npz(path, "rf", np.full_like(dead, value))
+        outcome = run("check", path)
+        check(outcome.returncode == 4 and "every record is constant" in outcome.stdout and "sound-speed" not in outcome.stdout, f"constant: {outcome.stdout}")
+        check("times more power" not in run("info", path).stdout, f"constant {value} as a harmonic")
     np.savez(path, rf=rf[0], **dict(keys("rf"), element_x=30 * X))
     outcome = run("info", path)
     check("32 elements over 227" in outcome.stdout + outcome.stderr, f"wide: {outcome.stdout}{outcome.stderr}")
@@ -1157,6 +1163,29 @@ def conformance_of_writers():
             path = folder / f"conformance.{ending}"
             write(path, values)
             judge(writer, kind, path)
+    # One record of one sender and one receiver after the other, in any order.
+    shuffle = np.random.default_rng(4).permutation(3 * ELEMENTS)
+    records = dict(rf=elements[0].reshape(-1, SAMPLES), tx_element=np.repeat(SINGLE, ELEMENTS), rx_element=np.tile(np.arange(ELEMENTS), 3), t0=np.repeat(single["t0"], ELEMENTS))
+    values = {**keys("rf"), **{name: value[shuffle] for name, value in records.items()}}
+    del values["tx_angle"]
+    for writer, (ending, write) in plain.items():
+        path = folder / f"conformance.{ending}"
+        write(path, values)
+        judge(writer, "list of acquisitions", path)
+    # A multiplexer: each plane wave with half of the elements, twice; other times of sample 0 are other transmits.
+    path = folder / "conformance.npz"
+    halves = np.stack([rf[0, :, ::2], rf[0, :, 1::2]], 1).reshape(6, ELEMENTS // 2, SAMPLES)
+    own = dict(keys("rf"), rf=halves, tx_angle=np.repeat(ANGLES, 2), rx_element=np.tile(np.arange(ELEMENTS).reshape(-1, 2).T, (3, 1)))
+    np.savez(path, **own)
+    held = converted(path)
+    check(held is not None and np.array_equal(held["rf"], rf[0]) and np.array_equal(held["tx_angle"], ANGLES), "a multiplexer")
+    judge("numpy .npz", "halves of the elements", path)
+    np.savez(path, **{**own, "t0": np.array([0, 1e-6, 0, 0, 0, 0])})
+    held = converted(path)
+    check(held is not None and held["rf"].shape == (4, ELEMENTS, SAMPLES) and not held["rf"][0, 1::2].any(), "a multiplexer of other times")
+    for rx, words in ((0.5 * np.ones((6, 16)), "is 0.5 at transmit 0, channel 0"), (np.zeros((6, 16)), "is 0 at transmit 0, channel 1"), (np.arange(6), "has shape [6]")):
+        np.savez(path, **{**own, "rx_element": rx})
+        says(["`rx_element`", words], "info", path, status=1)
     # zea's files: sources and foci are behind or before the origin of each transmit.
     path = folder / "conformance.hdf5"
     distance = lambda places: np.hypot(*places.T)
@@ -1409,9 +1438,9 @@ def scanner_lines():
     common = dict(fs=own["fs"], t0=own["t0"], c=own["c"], f0=F0)
     spacing = own["beam_x"][1] - own["beam_x"][0]
     z = own["z"]
-    # The analytic lines are RF in their real part; a scanner's counts have an offset.
-    counts = np.round(2000 * z.real + 300).astype(np.int16)
-    scale = 1 / 2000
+    # The analytic lines are RF in their real part; a scanner's counts have an offset; the base band, of PLUS, is in turns.
+    base = z * np.exp(-2j * np.pi * F0 * (own["t0"] + np.arange(z.shape[1]) / own["fs"]))
+    counts = np.round(20_000 / np.abs(z).max() * z.real + 300).astype(np.int16)
     for name, values, flags, near in (
         ("complex.npz", dict(lines=z, beam_x=own["beam_x"]), (), 1e-3),
         ("real.npz", dict(lines=z.real, pitch=spacing), (), 2.0),
@@ -1420,6 +1449,8 @@ def scanner_lines():
         ("named.mat", dict(RFlines=counts.T, pitch=spacing), ("--variable", "lines=RFlines"), 2.0),
         ("columns.h5", dict(lines=counts.T, pitch=spacing), ("--variable", "axes=sample,beam"), 2.0),
         ("left.npz", dict(lines=z.real[::-1], beam_x=own["beam_x"][::-1]), (), 2.0),
+        ("turns.npz", dict(lines=np.stack([base.real, base.imag], 1).reshape(-1, base.shape[1]), pitch=spacing), ("--variable", "axes=beam,iq,sample"), 1.0),
+        ("pairs.npz", dict(lines=np.stack([base.real, base.imag], 2).reshape(len(base), -1), pitch=spacing), ("--variable", "axes=beam,sample,iq"), 1.0),
     ):
         path = folder / name
         {".npz": lambda: np.savez(path, **values, **common), ".mat": lambda: scipy.io.savemat(path, {**values, **common}), ".h5": lambda: write_keyed(path, {**values, **common})}[path.suffix]()
@@ -1432,10 +1463,11 @@ def scanner_lines():
         outcome = run("surface", path, *flags, "-o", "surface.csv", "--image", "surface.png")
         check(outcome.returncode == 0, f"{name}: surface: {status_of(outcome)}")
         says(["holds      lines: 1 frame"], "info", path, *flags)
-    says(["--method has no effect", "holds lines"], "beamform", folder / "own.npz", "--method", "mv", "--image", "picture.npy", status=1)
-    says(["no output is asked for"], "beamform", folder / "own.npz", status=1)
+    says(["--method has no effect", "holds lines"], "beamform", folder / "own.npz", "--method", "mv", "--image", "picture.npy", status=2)
+    says(["no output is asked for"], "beamform", folder / "own.npz", status=2)
     np.savez(folder / "envelopes.npz", lines=np.abs(z), pitch=spacing, **common)
     says(["like envelopes"], "info", folder / "envelopes.npz", status=1)
+    says(["axes=beam,iq,sample", "axes=beam,sample,iq"], "info", folder / "turns.npz", status=1)
     np.savez(folder / "short.npz", lines=z.real, fs=FS)
     says(["`beam_x` or `pitch`"], "info", folder / "short.npz", status=1)
 
@@ -1506,6 +1538,8 @@ def zea_kinds():
     kind("time of the peak (`t_peak`)", put(track + "t_peak", np.full(3, 1 / F0, np.float32)))
     kind("two-way waveforms", put(track + "waveforms_two_way", np.tile(np.hanning(120) * np.cos(2 * np.pi * F0 * np.arange(120) / 250e6), (3, 1)).astype(np.float32)))
     kind("harmonic", put(track + "demodulation_frequency", np.float32(1.5 * F0)), words=["received frequency"])
+    poses = {"translation": np.zeros((4, 3)), "rotation": np.tile([1.0, 0, 0, 0], (4, 1)), "rotation_representation": "quaternion_wxyz", "sampling_frequency": 20.0}
+    kind("poses of the probe (`probe_pose`)", lambda file: [file.__setitem__(f"metadata/probe_pose/{name}", value) for name, value in poses.items()], words=["poses of the probe", "not used"])
     kind("gain over depth (`tgc_gain_curve`)", put(track + "tgc_gain_curve", np.ones(9, np.float32)), words=["not used", "keep the gain"])
     kind("speed of sound missing", lambda file: file.__delitem__(track + "sound_speed") if track + "sound_speed" in file else None)
 

@@ -131,15 +131,13 @@ fn hdf5_files_that_lead_out_of_the_file() {
     hdf5(&secret, small_rf);
     // Soft links, and the last link with its target; `x` is a group, `y` is `x`.
     type Links = [[&'static str; 2]];
-    let ways: [(&Links, [&str; 2]); 9] = [
+    let ways: [(&Links, [&str; 2]); 7] = [
         (&[], ["rf", "/rf"]),
         (&[["rf", "/out"]], ["out", "/rf"]),
-        (&[["rf", "out"]], ["out", "/rf"]),
         (&[["rf", "/a"], ["a", "./b"], ["b", "/out"]], ["out", "/rf"]),
         (&[["rf", "/out/rf"]], ["out", "/"]),
         (&[["rf", "a/rf"], ["a", "/out"]], ["out", "/"]),
         (&[["rf", "/x/out/rf"]], ["x/out", "/"]),
-        (&[["rf", "/y/out"]], ["x/out", "/rf"]),
         (&[["rf", "/y/a"], ["x/a", "/y/out/rf"]], ["x/out", "/"]),
     ];
     for (links, [out, end]) in ways {
