@@ -225,10 +225,7 @@ fn a_small_stack_is_enough_and_little_memory_is_one_line() {
             let message = message_of(&output);
             assert_eq!(output.status.code(), Some(DATA), "{script}: {message}");
             assert_eq!(message.lines().count(), 1, "{script}: {message}");
-            assert!(
-                message.contains("the record needs"),
-                "{script}: {message}"
-            );
+            assert!(message.contains("the record needs"), "{script}: {message}");
         }
     }
 }
