@@ -3,9 +3,9 @@
 use std::f64::consts::PI;
 
 use bonebeam_files::{BeamRays, BeamformedLines};
-use bonebeam_report::measure::point::LateralProfile;
-use bonebeam_report::measure::profile::{largest, width};
-use bonebeam_report::measure::signed_distance::{Region, distribution, measure, uniform_baseline};
+use bonebeam_measure::point::LateralProfile;
+use bonebeam_measure::profile::{largest, width};
+use bonebeam_measure::signed_distance::{Region, distribution, measure, uniform_baseline};
 use ndarray::Array2;
 use num_complex::Complex;
 
