@@ -162,21 +162,8 @@ fn a_limit_of_file_size_is_an_error() {
 fn leftovers_of_processes_that_are_gone_are_removed() {
     let folder = folder_with_channel_data();
     let left = |name: &String| name.starts_with(".host-sim");
-    // A run that ends before the kill leaves nothing.
-    let killed_in_time = || {
-        let mut gone = with_temporary_file(&folder);
-        gone.kill().unwrap();
-        gone.wait().unwrap();
-        names(folder.path()).iter().any(left)
-    };
-    assert!((0..20).any(|_| killed_in_time()));
+    fs::write(folder.path().join(".host-sim-1-7"), "of a killed run").unwrap();
     // The temporary file of another run that goes on, and files with similar names.
-    let other = tempdir().unwrap();
-    fs::copy(
-        folder.path().join("data.npz"),
-        other.path().join("data.npz"),
-    )
-    .unwrap();
     let held = fs::File::create(folder.path().join(".host-sim-1-0")).unwrap();
     held.lock().unwrap();
     fs::write(folder.path().join(".host-sim-notes"), "mine").unwrap();
@@ -207,26 +194,6 @@ fn names_are_reported_without_escape_sequences() {
             first.contains("[31mb\\nc") && first.contains(".npz"),
             "{command}: {first}"
         );
-    }
-}
-
-#[cfg(target_os = "linux")]
-#[test]
-fn a_small_stack_is_enough_and_little_memory_is_one_line() {
-    let folder = folder_with_channel_data();
-    let script = format!("ulimit -s 64; exec \"$0\" {BEAMFORM}");
-    let output = shell(&folder, &script).output().unwrap();
-    assert!(output.status.success(), "{}", message_of(&output));
-    for kind in ["vertebra-3d", "laminae", "vertebra"] {
-        for kilobytes in [70_000, 100_000, 140_000, 180_000, 220_000] {
-            let script =
-                format!("ulimit -v {kilobytes}; exec \"$0\" simulate {kind} -o a.npz --threads 1");
-            let output = shell(&folder, &script).output().unwrap();
-            let message = message_of(&output);
-            assert_eq!(output.status.code(), Some(DATA), "{script}: {message}");
-            assert_eq!(message.lines().count(), 1, "{script}: {message}");
-            assert!(message.contains("the record needs"), "{script}: {message}");
-        }
     }
 }
 
