@@ -300,8 +300,9 @@ class Run:
             raise Failure(f"status {status}: {message[:300]}")
         if any(self.out.iterdir()):
             raise Failure(f"left {[p.name for p in self.out.iterdir()]}: {message}")
-        if re.match(r"host-sim: o\.\w+: `", last):
-            raise Failure(f"refused after its work: {last}")
+        # All numbers of the input are finite.
+        if re.match(r"host-sim: o\.\w+: `", last) or "NaN" in last or "infinite" in last:
+            raise Failure(f"refused after its work: {' '.join(self.words)}: {last}")
 
 
 class Harness:
