@@ -186,6 +186,32 @@ pub mod prelude {
     pub use crate::memory::{Need, Scratch};
     pub use crate::pipeline::{DepthGate, Input, IqInput};
     pub use crate::{Complex, Error, Frame, Memory, Parameters, Pipeline, Record};
+
+    /// Those names, and the stages' own, for tools that run a stage alone.
+    pub mod stages {
+        pub use super::*;
+        pub use crate::beamform::{
+            AlignedLine, Apodization, Beamformer, Postfilter, Segment, ShortLagCoherence,
+            SteeredSegments, Workspace,
+        };
+        pub use crate::delay::{
+            Compounding, Contribution, Delay, DelayParameters, IqDelay, IqParameters, ScanLine,
+            Stage, Upsampled,
+        };
+        pub use crate::geometry::{Active, Element, Ray, Scan, Steering};
+        pub use crate::image::{
+            BMode, BModeParameters, DepthInterpolation, Fan, Logarithm, Pooling,
+        };
+        pub use crate::phase_symmetry::{
+            External, GainTables, Gains, LaneFft, LogGabor, LogGaborTables, Microfft,
+            PhaseSymmetry, StripSlices,
+        };
+        pub use crate::pipeline::LinePipeline;
+        #[cfg(feature = "simd")]
+        pub use crate::simd::InstructionSet;
+        pub use crate::simd::Vector;
+        pub use crate::surface::{Detector, Ramp};
+    }
 }
 
 /// The code of the package's README must run.

@@ -395,11 +395,10 @@ fn lines_do_not_depend_on_the_order_of_transmits() {
             ..data.clone()
         }
     };
-    let focused = Transmits::Focused {
-        x: (0..24).map(|k| (f64::from(k) - 11.5) * 0.5e-3).collect(),
-        focus: vec![25e-3; 24],
-        f_number: None,
-    };
+    let focused = Transmits::focused(
+        (0..24).map(|k| (f64::from(k) - 11.5) * 0.5e-3).collect(),
+        25e-3,
+    );
     let [.., foci, _, _, _] = scenes();
     for (probe, transmits, is_iq) in [(straight(0.3e-3), focused, false), (foci.1, foci.3, true)] {
         let count = transmits.len();

@@ -29,18 +29,12 @@ fn point(f0: f64, rate: f64) -> ChannelData {
         let u = n as f64 / fs - (depth + depth.hypot(element_x[m])) / C;
         ((-a * u * u).exp() * (TAU * f0 * u).cos()) as f32
     });
-    ChannelData {
-        samples: rf.into(),
-        fs,
-        t0: vec![0.0],
+    ChannelData::linear(
+        rf,
         element_x,
-        element_z: None,
-        element_angle: None,
-        c: C,
-        f0,
-        transmits: Transmits::Plane { angle: vec![0.0] },
-        lens_delay: 0.0,
-    }
+        Transmits::Plane { angle: vec![0.0] },
+        ([fs, f0], C),
+    )
 }
 
 /// Runs the program in the folder; returns its output and its warnings.

@@ -220,18 +220,12 @@ fn counts_have_the_lines_of_their_values() {
     let angle = x.iter().map(|x| 100.0 * x).collect();
     for transmits in [focused, Transmits::Plane { angle }] {
         let counts = samples(0, [TRANSMITS, 8, 512]).insert_axis(Axis(0));
-        let mut data = ChannelData {
-            samples: Samples::Counts(counts),
-            fs: 40e6,
-            t0: vec![0.0; TRANSMITS],
-            element_x: element_x.clone(),
-            element_z: None,
-            element_angle: None,
-            c: 1540.0,
-            f0: 5e6,
+        let mut data = ChannelData::linear(
+            Samples::Counts(counts),
+            element_x.clone(),
             transmits,
-            lens_delay: 0.0,
-        };
+            ([40e6, 5e6], 1540.0),
+        );
         let lines = |data: &ChannelData| {
             beamform_channel_data(data, &Beamform::default(), &|_| {}).unwrap()
         };

@@ -2,10 +2,9 @@
 //!
 //! The frame has 24 lines of 384 samples of noise, a bright layer, and bone that slopes, jumps and has a gap.
 
-use bonebeam::Error;
-use bonebeam::geometry::Axis;
-use bonebeam::memory::{self, Need};
-use bonebeam::surface::{Detector, Parameters, Point, Ramp, Settings};
+use bonebeam::memory;
+use bonebeam::prelude::stages::*;
+use bonebeam::surface::{Parameters, Point, Settings};
 
 use crate::{arrays, hash};
 

@@ -2,10 +2,8 @@
 
 use crate::common;
 use crate::common::changed;
-use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Segment, Sizes, Workspace};
-use bonebeam::covariance::Covariance;
-use bonebeam::geometry::Active;
-use bonebeam::memory::{Need, Scratch};
+use bonebeam::beamform::{Parameters, Sizes};
+use bonebeam::prelude::stages::*;
 use bonebeam_drive::beamform::Memory;
 use common::lines::COVARIANCES;
 use common::refused::assert_refused;

@@ -5,8 +5,8 @@
 use crate::common;
 use crate::common::changed;
 
-use bonebeam::beamform::{Method, Parameters};
-use bonebeam::geometry::Active;
+use bonebeam::beamform::Parameters;
+use bonebeam::prelude::stages::*;
 use bonebeam_oracle::reference::f64::beamform::Sample;
 use bonebeam_oracle::verify::beamform::{AlignedFrame, Exemption, Judgement};
 use bonebeam_oracle::verify::tolerances::ROUNDING;
@@ -279,9 +279,8 @@ fn a_hundred_thousand_samples_of_undecided_ranks_and_split_clusters() {
         for covariance in COVARIANCES {
             let z = methods.map(|method| {
                 let parameters = Parameters {
-                    method,
                     covariance,
-                    ..Parameters::default()
+                    ..Parameters::of(method)
                 };
                 (frame(&lines, parameters), parameters)
             });

@@ -3,8 +3,8 @@
 use crate::common;
 use crate::common::changed;
 
-use bonebeam::Error;
-use bonebeam::beamform::{AlignedLine, Apodization, Method, Parameters, Postfilter};
+use bonebeam::beamform::Parameters;
+use bonebeam::prelude::stages::*;
 use bonebeam_oracle::reference::f64::beamform::Sample;
 use common::lines::{COVARIANCES, Gaussian, Line, METHODS, core, core_weights, widen};
 use common::tolerances::{
@@ -46,7 +46,6 @@ fn parameters(samples: usize, largest_ratio: f64) -> impl Strategy<Value = Param
 
 const SAMPLES: usize = 6;
 
-/// Noise.
 fn noise() -> impl Strategy<Value = Line> {
     (any::<u64>(), 2_usize..=24).prop_map(|(seed, elements)| Line::noise(seed, SAMPLES, elements))
 }

@@ -2,11 +2,8 @@
 //!
 //! `kernels.rs` has the reference of short-lag coherence.
 
-use bonebeam::Complex;
 use bonebeam::beamform::Parameters;
-use bonebeam::covariance::Covariance;
-use bonebeam::geometry::Active;
-use bonebeam::simd::InstructionSet;
+use bonebeam::prelude::stages::*;
 use bonebeam_oracle::reference::f64::beamform::Sample;
 use bonebeam_tests::kernel::judge;
 use bonebeam_tests::kernels::{beamform::Lines, coherence::Shares};

@@ -3,10 +3,10 @@
 use crate::common;
 use crate::common::refused::{assert_refused, refused};
 
-use bonebeam::Complex;
 use bonebeam::beamform::Parameters;
-use bonebeam::image::{DepthInterpolation, Pooling, envelope};
-use bonebeam::pipeline::{self, Input, Pipeline};
+use bonebeam::image::envelope;
+use bonebeam::pipeline;
+use bonebeam::prelude::stages::*;
 use bonebeam_oracle::reference::f64::depth_interpolation as exact;
 use bonebeam_tests::kernel::bits;
 use common::frames::PARAMETERS;

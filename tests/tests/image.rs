@@ -2,9 +2,8 @@
 
 use crate::common;
 
-use bonebeam::geometry::Axis;
 use bonebeam::image::{envelope, largest, log_compression, median, resample};
-use bonebeam::{Complex, Error};
+use bonebeam::prelude::stages::*;
 use bonebeam_drive::image::{PixelGrid, b_mode, grid_of_lines, resize};
 use bonebeam_files::BeamformedLines;
 use bonebeam_oracle::reference;

@@ -1,10 +1,6 @@
 //! Every kernel on many plans: the bits of the f32 reference, in every way that the catalogue knows.
 
-use bonebeam::Complex;
-use bonebeam::delay::Stage;
-use bonebeam::image::Pooling;
-use bonebeam::pipeline::Pipeline;
-use bonebeam::simd::InstructionSet;
+use bonebeam::prelude::stages::*;
 use bonebeam_drive::beamform::Plan;
 use bonebeam_drive::pipeline::Frames;
 use bonebeam_drive::source::{LineSource, Recorded};

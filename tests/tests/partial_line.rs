@@ -2,8 +2,8 @@
 
 use crate::common::lines::{Line, core};
 use crate::common::refused::{assert_refused, refused};
-use bonebeam::Complex;
-use bonebeam::beamform::{AlignedLine, Beamformer, Parameters};
+use bonebeam::beamform::Parameters;
+use bonebeam::prelude::stages::*;
 use bonebeam_drive::beamform::Memory;
 use bonebeam_tests::kernel::bits;
 

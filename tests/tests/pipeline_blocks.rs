@@ -4,15 +4,7 @@ use crate::common;
 use crate::common::changed;
 use crate::common::refused::assert_refused;
 
-use bonebeam::Complex;
-use bonebeam::beamform::{Beamformer, Workspace};
-use bonebeam::delay::{
-    Compounding, Delay, DelayParameters, IqDelay, IqLayout, IqParameters, IqSamples, Record,
-    ScanLine, Stage,
-};
-use bonebeam::geometry::{Depth, Scan};
-use bonebeam::memory::Scratch;
-use bonebeam::pipeline::LinePipeline;
+use bonebeam::prelude::stages::*;
 use bonebeam_tests::kernel::bits;
 use common::frames::{
     DEMODULATION, ELEMENTS, PARAMETERS, counted, counts, focused, iq_input, iq_parameters, record,

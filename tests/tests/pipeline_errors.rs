@@ -4,11 +4,7 @@ use crate::common;
 use crate::common::changed;
 use crate::common::refused::{assert_refused, name};
 
-use bonebeam::Complex;
-use bonebeam::delay::Record;
-use bonebeam::geometry::{Depth, Lines, Scan};
-use bonebeam::memory::Scratch;
-use bonebeam::pipeline::{DepthGate, Frame, Parameters, Pipeline};
+use bonebeam::prelude::stages::*;
 use common::frames::{ELEMENTS, LINES, NEED, PARAMETERS, focused, record};
 
 #[test]

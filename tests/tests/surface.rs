@@ -2,10 +2,8 @@
 
 use crate::common::changed;
 use crate::common::refused::{assert_refused, name};
-use bonebeam::Error;
-use bonebeam::geometry::Axis;
-use bonebeam::memory::Scratch;
-use bonebeam::surface::{Detector, Levels, Parameters, Point, Ramp, Settings, Survey, Tracker};
+use bonebeam::prelude::stages::*;
+use bonebeam::surface::{Levels, Parameters, Point, Settings, Survey, Tracker};
 use bonebeam_oracle::reference;
 use bonebeam_tests::draw::Seed;
 use bonebeam_tests::kernels::surface::settings as any_settings;

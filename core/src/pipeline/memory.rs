@@ -21,7 +21,6 @@ pub(crate) struct FrameLayout {
     pub(super) line_samples: usize,
     /// Memory of the image's interpolation of lines.
     pub(super) interpolation: Need,
-    /// Sub-lines of a line.
     pub(super) sub_lines: usize,
     /// The directions of all sub-lines, if there are any.
     pub(super) steering: usize,
@@ -29,7 +28,6 @@ pub(crate) struct FrameLayout {
     pub(super) envelopes: usize,
     /// The delay stage and the aligned samples of a line.
     pub(super) line: Need,
-    /// The beamformer.
     pub(super) beamformer: beamform::Sizes,
     /// Grey levels of all lines, and the pixels before the median.
     pub(super) b_mode: usize,
@@ -138,11 +136,7 @@ impl Parameters<'_> {
 
     /// The image's size and the strip height, as phase symmetry has them.
     pub(super) const fn strips(&self) -> phase_symmetry::Sizes {
-        phase_symmetry::Sizes {
-            rows: self.rows,
-            columns: self.columns,
-            strip: self.strip,
-        }
+        phase_symmetry::Sizes::new(self.rows, self.columns, self.strip)
     }
 }
 

@@ -3,12 +3,7 @@
 //! 16 elements, 24 lines of 256 samples, subapertures of 8. [`echoes`] replaces a recording: firmware/build.rs
 //! computes the blocks that are compiled in.
 
-use bonebeam::Error;
-use bonebeam::beamform::{self, Method};
-use bonebeam::delay::{IqDelay, IqInterpolation, IqLayout, IqSamples, Record};
-use bonebeam::geometry::{Array, Axis, Depth, Lines, Scan, ScanParameters, Transmit, TransmitLaw};
-use bonebeam::memory::{Memory, Need};
-use bonebeam::pipeline::{Input, IqInput, Parameters, Pipeline};
+use bonebeam::prelude::stages::*;
 
 use crate::{Block, Probe};
 
@@ -41,9 +36,8 @@ pub const PARAMETERS: Parameters<'static> = Parameters {
         min_elements: 8,
     },
     beamformer: beamform::Parameters {
-        method: Method::Mv,
         temporal_half_window: 0,
-        ..beamform::Parameters::DEFAULT
+        ..beamform::Parameters::of(Method::Mv)
     },
     rows: 64,
     columns: 64,

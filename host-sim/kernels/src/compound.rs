@@ -2,12 +2,9 @@
 
 use std::ops::Range;
 
-use bonebeam::beamform::AlignedLine;
-use bonebeam::delay::{Compounding, Contribution, Delay, ScanLine, Upsampled};
 use bonebeam::dispatch;
-use bonebeam::geometry::{Active, Scan, Transmit};
 use bonebeam::pipeline::Block;
-use bonebeam::simd::{InstructionSet, Vector};
+use bonebeam::prelude::stages::*;
 use num_complex::Complex;
 use rayon::prelude::*;
 

@@ -1,10 +1,8 @@
 //! Memory of a thread for the core's beamformer, for sizes known at run time.
 
-use bonebeam::beamform::{AlignedLine, Beamformer, Segment, Sizes, SteeredSegments, Workspace};
+use bonebeam::beamform::Sizes;
 use bonebeam::dispatch;
-use bonebeam::geometry::Active;
-use bonebeam::memory::Scratch;
-use bonebeam::simd::{InstructionSet, Vector};
+use bonebeam::prelude::stages::*;
 use num_complex::Complex;
 
 use crate::{Error, Result};

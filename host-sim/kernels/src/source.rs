@@ -2,12 +2,9 @@
 
 use std::ops::Range;
 
-use bonebeam::beamform::AlignedLine;
-use bonebeam::delay::{Delay, IqDelay, Record, Stage};
 use bonebeam::dispatch;
-use bonebeam::geometry::{Scan, Transmit};
-use bonebeam::pipeline::{Block, LinePipeline};
-use bonebeam::simd::{InstructionSet, Vector};
+use bonebeam::pipeline::Block;
+use bonebeam::prelude::stages::*;
 use num_complex::Complex;
 use rayon::prelude::*;
 

@@ -61,16 +61,8 @@ fn point(transmits: Transmits) -> ChannelData {
     });
     let t0 = vec![T0; transmits.len()];
     ChannelData {
-        samples: rf.into(),
-        fs: FS,
         t0,
-        element_x,
-        element_z: None,
-        element_angle: None,
-        c: C,
-        f0: F0,
-        transmits,
-        lens_delay: 0.0,
+        ..ChannelData::linear(rf, element_x, transmits, ([FS, F0], C))
     }
 }
 
@@ -87,11 +79,7 @@ fn folder_of_a_point() -> TempDir {
 fn laws() -> [Transmits; 3] {
     let axes: Vec<f64> = (0..ELEMENTS).map(|m| (m as f64 - 15.5) * PITCH).collect();
     [
-        Transmits::Focused {
-            focus: vec![11e-3; axes.len()],
-            x: axes,
-            f_number: None,
-        },
+        Transmits::focused(axes, 11e-3),
         Transmits::Plane {
             angle: ANGLES.to_vec(),
         },

@@ -1,10 +1,7 @@
 //! The scan, the records and the lines of a small frame, by RF and by I/Q.
 
-use bonebeam::beamform::{self, Method};
-use bonebeam::delay::{IqInterpolation, IqLayout, IqSamples, Record};
-use bonebeam::geometry::{Array, Axis as Positions, Lines, ScanParameters, Transmit, TransmitLaw};
-use bonebeam::memory::Need;
-use bonebeam::pipeline::{Input, IqInput, Parameters};
+use bonebeam::geometry::Axis as Positions;
+use bonebeam::prelude::stages::*;
 
 pub const ELEMENTS: usize = 16;
 pub const LINES: usize = 40;
@@ -17,9 +14,8 @@ pub const PARAMETERS: Parameters = Parameters {
         ..ScanParameters::EXAMPLE
     },
     beamformer: beamform::Parameters {
-        method: Method::EsmvRank1,
         temporal_half_window: 1,
-        ..beamform::Parameters::DEFAULT
+        ..beamform::Parameters::of(Method::EsmvRank1)
     },
     scales: &[1.0 / 8.0, 1.0 / 16.0, 1.0 / 32.0],
     block: usize::MAX,

@@ -1,11 +1,7 @@
 //! Aligned lines for tests of beamformers, and the core's results for them.
 
-use bonebeam::beamform::{
-    AlignedLine, Apodization, Beamformer, Method, Parameter, Parameters, Postfilter, Segment,
-};
-use bonebeam::covariance::Covariance;
-use bonebeam::geometry::Active;
-use bonebeam::simd::Vector;
+use bonebeam::beamform::{Parameter, Parameters};
+use bonebeam::prelude::stages::*;
 use bonebeam_drive::beamform::Memory;
 use ndarray::{Array2, Array3};
 use num_complex::Complex;

@@ -7,9 +7,8 @@ mod map;
 mod memory;
 
 use crate::common;
-use bonebeam::dispatch;
-use bonebeam::phase_symmetry as core;
-use bonebeam::simd::{InstructionSet, Vector};
+use bonebeam::prelude::stages::*;
+use bonebeam::{dispatch, phase_symmetry as core};
 use bonebeam_drive::phase_symmetry::{Parameters, Plan, phase_symmetry};
 use bonebeam_oracle::reference;
 use common::tolerances;
@@ -84,11 +83,7 @@ fn bank(
     strip: usize,
 ) -> Result<core::PhaseSymmetry, bonebeam::Error> {
     core::PhaseSymmetry::new(&core::Parameters {
-        sizes: core::Sizes {
-            rows,
-            columns,
-            strip,
-        },
+        sizes: core::Sizes::new(rows, columns, strip),
         scales,
         threshold,
     })

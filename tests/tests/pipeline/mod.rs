@@ -9,15 +9,10 @@ mod iq;
 use crate::common;
 use crate::common::changed;
 use crate::common::refused::assert_refused;
-use bonebeam::Complex;
-use bonebeam::beamform::{AlignedLine, Segment, constant_segments};
-use bonebeam::delay::{
-    Compounding, Delay, DelayParameters, IqInterpolation, IqParameters, Record, ScanLine, Stage,
-};
-use bonebeam::geometry::{Scan, ScanParameters, Transmit, TransmitLaw};
-use bonebeam::memory::{Memory, Need, Scratch};
-use bonebeam::pipeline::{Block, Frame, Input, IqInput, LinePipeline, Parameters, Pipeline};
-use bonebeam::surface::{Detector, Point, Ramp, Settings};
+use bonebeam::beamform::constant_segments;
+use bonebeam::pipeline::Block;
+use bonebeam::prelude::stages::*;
+use bonebeam::surface::{Point, Settings};
 use bonebeam_drive::beamform::{Memory as LaneMemory, beamform};
 use bonebeam_drive::config;
 use bonebeam_drive::delay::DelayStage;
@@ -57,24 +52,12 @@ fn a_frame_has_the_bits_of_the_hosts_drive() {
     let (z, image, map) = frame(PARAMETERS);
     let p = PARAMETERS.scan;
     let rf: Vec<f32> = (0..LINES).flat_map(record).collect();
-    let data = ChannelData {
-        samples: Array3::from_shape_vec((LINES, ELEMENTS, p.record_samples), rf)
-            .unwrap()
-            .into(),
-        fs: p.sampling_rate,
-        t0: vec![0.0; LINES],
-        element_x: (0..ELEMENTS).map(|m| p.array.x(m)).collect(),
-        element_z: None,
-        element_angle: None,
-        c: p.sound_speed,
-        f0: p.centre_frequency,
-        transmits: Transmits::Focused {
-            x: (0..LINES).map(|line| p.lines.x(line)).collect(),
-            focus: vec![8e-3; LINES],
-            f_number: None,
-        },
-        lens_delay: 0.0,
-    };
+    let data = ChannelData::linear(
+        Array3::from_shape_vec((LINES, ELEMENTS, p.record_samples), rf).unwrap(),
+        (0..ELEMENTS).map(|m| p.array.x(m)).collect(),
+        Transmits::focused((0..LINES).map(|line| p.lines.x(line)).collect(), 8e-3),
+        ([p.sampling_rate, p.centre_frequency], p.sound_speed),
+    );
     let settings = config::Beamform {
         depth_start: Some(4e-3),
         depth_end: Some(12e-3),

@@ -3,7 +3,8 @@
 use super::{PITCH, parameters};
 use crate::common;
 
-use bonebeam::geometry::{Array, Axis, Element, Lines, Ray, Scan, SteeringTable};
+use bonebeam::geometry::SteeringTable;
+use bonebeam::prelude::stages::*;
 use bonebeam_oracle::reference::f64::steering::direction;
 use common::lines::widen;
 use num_complex::Complex;

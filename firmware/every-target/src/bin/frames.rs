@@ -12,11 +12,10 @@ mod example;
 #[path = "../start.rs"]
 mod start;
 
-use bonebeam::beamform::{self, Workspace};
-use bonebeam::phase_symmetry::{GainTables, Kernels, LaneFft, LogGabor, Sizes, StripSlices};
+use bonebeam::dispatch;
+use bonebeam::phase_symmetry::{Kernels, Sizes};
+use bonebeam::prelude::stages::*;
 use bonebeam::prelude::*;
-use bonebeam::simd::{InstructionSet, Vector};
-use bonebeam::{Error, dispatch};
 use bonebeam_tests::arrays;
 use semihosting::{eprintln, println, process};
 use static_cell::ConstStaticCell;

@@ -4,8 +4,7 @@
 
 use core::hint::black_box;
 
-use bonebeam::Error;
-use bonebeam::delay::{Delay, DelayParameters, IqDelay};
+use bonebeam::prelude::stages::*;
 use static_cell::ConstStaticCell;
 
 use crate::counter::Counter;

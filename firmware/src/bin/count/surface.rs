@@ -1,9 +1,7 @@
 //! The bone surface of grey levels, line by line.
 
-use bonebeam::Error;
-use bonebeam::geometry::Axis;
-use bonebeam::memory::{Memory, Need};
-use bonebeam::surface::{Detector, Levels, Parameters, Settings, Survey, Tracker};
+use bonebeam::prelude::stages::*;
+use bonebeam::surface::{Levels, Parameters, Settings, Survey, Tracker};
 use firmware::arrays;
 use static_cell::ConstStaticCell;
 

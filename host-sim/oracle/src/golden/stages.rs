@@ -2,11 +2,10 @@
 //!
 //! The reference gives values that the core does not expose; its bits are the same.
 
-use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Segment};
-use bonebeam::covariance::Covariance;
-use bonebeam::delay::{Compounding, Delay, Record, ScanLine, Stage as _};
-use bonebeam::geometry::{Active, Array, Axis, Ray, Transmit, TransmitLaw};
+use bonebeam::beamform::Parameters;
+use bonebeam::delay::Stage as _;
 use bonebeam::image::{envelope, largest, log_compression, resample};
+use bonebeam::prelude::stages::*;
 use ndarray::ArrayView2;
 use num_complex::Complex;
 
@@ -137,13 +136,11 @@ fn focus(stages: &mut Stages) -> Result<Vec<Complex<f32>>> {
 
     let mut focused = vec![Complex::ZERO; LINES * SAMPLES * ELEMENTS];
     for (record, out) in records.iter().zip(focused.chunks_mut(SAMPLES * ELEMENTS)) {
-        let line = ScanLine {
-            transmit: Transmit::new(TransmitLaw::Focused, record.t0),
-            ray: Ray::down(record.x),
-            array: Array::LinearAt(&record.element_x),
-            active: ALL,
-            compounding: Compounding::Replace,
-        };
+        let line = ScanLine::new(
+            Transmit::new(TransmitLaw::Focused, record.t0),
+            Ray::down(record.x),
+            Array::LinearAt(&record.element_x),
+        );
         let rf = Record::new(&record.rf, ELEMENTS)?;
         delay.line(0.0f32, &line, &rf, &mut scratch, out)?;
     }

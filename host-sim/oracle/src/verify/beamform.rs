@@ -1,7 +1,7 @@
 //! Beamformed lines against both references, with the exemptions of the f64 one.
 
-use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Segment};
-use bonebeam::geometry::Active;
+use bonebeam::beamform::Parameters;
+use bonebeam::prelude::stages::*;
 use nalgebra::DVector;
 use ndarray::{Array2, Array3, Axis};
 use num_complex::Complex;
@@ -233,9 +233,6 @@ impl<A: Fn(usize, usize) -> Active + Sync> AlignedFrame<'_, A> {
 }
 
 /// The core's weights of one sample.
-///
-/// # Errors
-/// The errors of the core.
 pub fn core_weights(
     line: AlignedLine<'_>,
     active: Active,

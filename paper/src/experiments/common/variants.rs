@@ -58,7 +58,6 @@ pub struct Scene {
     pub data: ChannelData,
     /// The beamformers.
     pub variants: Vec<Variant>,
-    /// The lines of each.
     pub lines: Vec<BeamformedLines>,
 }
 
