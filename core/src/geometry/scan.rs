@@ -70,17 +70,11 @@ impl<'a> Scan<'a> {
     /// use bonebeam::geometry::{Array, Axis, Depth, Lines, Scan, ScanParameters};
     ///
     /// const SCAN: Scan = match Scan::new(ScanParameters {
-    ///     array: Array::Linear { elements: 64, pitch: 0.3e-3 },
+    ///     array: Array::linear(64, 0.3e-3),
     ///     lines: Lines::Even(Axis::centred(64, 0.3e-3)),
-    ///     sound_speed: 1540.0,
-    ///     centre_frequency: 5e6,
-    ///     sampling_rate: 40e6,
-    ///     record_samples: 2048,
-    ///     output_rate: 20e6,
     ///     start: Depth::Metres(5e-3),
     ///     end: Depth::Metres(35e-3),
-    ///     f_number: 1.5,
-    ///     min_elements: 8,
+    ///     ..ScanParameters::EXAMPLE
     /// }) {
     ///     Ok(scan) => scan,
     ///     Err(_) => panic!("the scan is not valid"),

@@ -39,8 +39,7 @@ impl Parameters<'_> {
     /// Memory of a [`Frame`](super::Frame) with lines by vectors of `lanes` lanes, for a `static`:
     ///
     /// ```
-    /// use bonebeam::memory::{Memory, Need};
-    /// use bonebeam::pipeline::{Input, Parameters};
+    /// use bonebeam::prelude::*;
     ///
     /// const PARAMETERS: Parameters = Parameters::EXAMPLE;
     /// const NEED: Need = match PARAMETERS.need(Input::Rf, 1) {

@@ -196,10 +196,7 @@ const fn within_limits(size: usize) -> usize {
 /// [`TransmitLaw::Element`](crate::geometry::TransmitLaw::Element). RAM: the stage, the scratch, and 5 KiB of stack.
 ///
 /// ```
-/// # use bonebeam::geometry::ScanParameters;
-/// use bonebeam::Complex;
-/// use bonebeam::delay::{Compounding, Delay, DelayParameters, Record, ScanLine, Stage};
-/// use bonebeam::geometry::{Ray, Scan, Transmit, TransmitLaw};
+/// use bonebeam::prelude::stages::*;
 ///
 /// # const PARAMETERS: ScanParameters = ScanParameters::EXAMPLE;
 /// let scan = Scan::new(PARAMETERS)?;

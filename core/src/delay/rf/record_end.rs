@@ -18,8 +18,7 @@ impl Delay {
     /// Cost: two positions in f64 for each output sample, so compute it with the plan.
     ///
     /// ```
-    /// use bonebeam::delay::{Compounding, Delay, DelayParameters, ScanLine};
-    /// use bonebeam::geometry::{Scan, ScanParameters, Transmit, TransmitLaw};
+    /// use bonebeam::prelude::stages::*;
     ///
     /// let scan = Scan::new(ScanParameters::EXAMPLE)?;
     /// let delay = Delay::new(DelayParameters::of(&scan))?;
