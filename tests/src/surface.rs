@@ -90,10 +90,7 @@ pub const CASES: [(&str, Parameters); 5] = [
 ];
 
 const fn need(parameters: Parameters) -> Need {
-    match parameters.need() {
-        Ok(need) => need,
-        Err(_) => panic!("the parameters are not valid"),
-    }
+    valid!(parameters.need())
 }
 const NEED: Need = need(WHOLE)
     .or(need(LATE))

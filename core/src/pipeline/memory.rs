@@ -42,10 +42,7 @@ impl Parameters<'_> {
     /// use bonebeam::prelude::*;
     ///
     /// const PARAMETERS: Parameters = Parameters::EXAMPLE;
-    /// const NEED: Need = match PARAMETERS.need(Input::Rf, 1) {
-    ///     Ok(need) => need,
-    ///     Err(error) => panic!("{}", error.words().as_str()),
-    /// };
+    /// const NEED: Need = valid!(PARAMETERS.need(Input::Rf, 1));
     /// static MEMORY: Memory<{ NEED.real }, { NEED.complex }> = Memory::new();
     /// ```
     ///

@@ -198,14 +198,8 @@ impl<'a> Pipeline<'a, &'a Delay> {
     /// use bonebeam::prelude::stages::*;
     ///
     /// const PARAMETERS: Parameters = Parameters::EXAMPLE;
-    /// const SCAN: Scan = match Scan::new(PARAMETERS.scan) {
-    ///     Ok(scan) => scan,
-    ///     Err(_) => panic!("the scan is not valid"),
-    /// };
-    /// static DELAY: Delay = match Delay::new(DelayParameters::of(&SCAN)) {
-    ///     Ok(delay) => delay,
-    ///     Err(_) => panic!("the scan is not valid"),
-    /// };
+    /// const SCAN: Scan = valid!(Scan::new(PARAMETERS.scan));
+    /// static DELAY: Delay = valid!(Delay::new(DelayParameters::of(&SCAN)));
     /// let pipeline = Pipeline::by(&DELAY, PARAMETERS)?;
     /// assert!(size_of_val(&pipeline) < 2000 && size_of_val(&DELAY) > 10_000);
     /// # Ok::<(), bonebeam::Error>(())

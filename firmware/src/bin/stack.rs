@@ -177,10 +177,7 @@ fn line() -> ScanLine<'static> {
 
 #[inline(never)]
 fn delay(arrays: &mut Arrays) -> Result<(), Error> {
-    static DELAY: ConstStaticCell<Delay> = ConstStaticCell::new(match Delay::new(RF) {
-        Ok(delay) => delay,
-        Err(_) => panic!("the parameters are not valid"),
-    });
+    static DELAY: ConstStaticCell<Delay> = ConstStaticCell::new(valid!(Delay::new(RF)));
     let delay = DELAY.take();
     let (scratch, out) = (&mut arrays.scratch, &mut arrays.aligned);
     of("Scan::new", || {
@@ -389,15 +386,9 @@ fn map(
     })
 }
 
-const SCAN: Scan = match Scan::new(example::PARAMETERS.scan) {
-    Ok(scan) => scan,
-    Err(_) => panic!("the scan is not valid"),
-};
+const SCAN: Scan = valid!(Scan::new(example::PARAMETERS.scan));
 /// The delay stage of the pipeline's scan: a constant.
-static DELAY: Delay = match Delay::new(DelayParameters::of(&SCAN)) {
-    Ok(delay) => delay,
-    Err(_) => panic!("the scan is not valid"),
-};
+static DELAY: Delay = valid!(Delay::new(DelayParameters::of(&SCAN)));
 
 #[inline(never)]
 fn pipeline(arrays: &mut Arrays) -> Result<(), Error> {

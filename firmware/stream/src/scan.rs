@@ -58,10 +58,7 @@ pub const INPUT: IqInput = IqInput {
 };
 
 /// Geometry of the scan.
-pub const SCAN: Scan<'static> = match Scan::of_iq(PARAMETERS.scan) {
-    Ok(scan) => scan,
-    Err(error) => panic!("{}", error.words().as_str()),
-};
+pub const SCAN: Scan<'static> = valid!(Scan::of_iq(PARAMETERS.scan));
 const _: () = assert!(SCAN.samples() == LENGTH);
 
 /// Transmit of a beam, focused on its axis. The record begins 5 µs later.
@@ -77,10 +74,7 @@ pub enum Reference {}
 impl Probe for Reference {
     type Stage = IqDelay;
     const PARAMETERS: Parameters<'static> = PARAMETERS;
-    const NEED: Need = match PARAMETERS.need(Input::Iq, 1) {
-        Ok(need) => need,
-        Err(error) => panic!("{}", error.words().as_str()),
-    };
+    const NEED: Need = valid!(PARAMETERS.need(Input::Iq, 1));
     const TRANSMIT: Transmit<'static> = TRANSMIT;
 
     fn pipeline() -> Result<Pipeline<'static, IqDelay>, Error> {
@@ -102,10 +96,7 @@ impl Probe for Shallow {
         block: LENGTH / 2,
         ..PARAMETERS
     };
-    const NEED: Need = match Self::PARAMETERS.need(Input::Iq, 1) {
-        Ok(need) => need,
-        Err(error) => panic!("{}", error.words().as_str()),
-    };
+    const NEED: Need = valid!(Self::PARAMETERS.need(Input::Iq, 1));
     const TRANSMIT: Transmit<'static> = TRANSMIT;
 
     fn pipeline() -> Result<Pipeline<'static, IqDelay>, Error> {

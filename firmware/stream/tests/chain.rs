@@ -181,10 +181,7 @@ impl Probe for Rf {
         beamformer: beamform::Parameters::DEFAULT,
         ..scan::PARAMETERS
     };
-    const NEED: Need = match Self::PARAMETERS.need(Input::Rf, 1) {
-        Ok(need) => need,
-        Err(error) => panic!("{}", error.words().as_str()),
-    };
+    const NEED: Need = valid!(Self::PARAMETERS.need(Input::Rf, 1));
     const TRANSMIT: Transmit<'static> = Transmit::new(TransmitLaw::Focused, 0.0);
 
     fn pipeline() -> Result<Pipeline<'static, Delay>, Error> {

@@ -22,10 +22,7 @@ pub const PARAMETERS: Parameters = Parameters {
     ..Parameters::EXAMPLE
 };
 /// Its memory.
-pub const NEED: Need = match PARAMETERS.need(Input::Rf, 1) {
-    Ok(need) => need,
-    Err(_) => panic!("the scan is not valid"),
-};
+pub const NEED: Need = valid!(PARAMETERS.need(Input::Rf, 1));
 
 /// Depth of the surface at a lateral position, m.
 pub fn surface(x: f64) -> f64 {

@@ -317,14 +317,8 @@ fn segments_of_a_block_have_the_lines_bits_and_stay_within_it() {
 
 #[test]
 fn a_plan_by_a_constant_delay_stage_makes_the_same_lines() {
-    const SCAN: Scan = match Scan::new(PARAMETERS.scan) {
-        Ok(scan) => scan,
-        Err(_) => panic!("the scan is not valid"),
-    };
-    static DELAY: Delay = match Delay::new(DelayParameters::of(&SCAN)) {
-        Ok(delay) => delay,
-        Err(_) => panic!("the scan is not valid"),
-    };
+    const SCAN: Scan = valid!(Scan::new(PARAMETERS.scan));
+    static DELAY: Delay = valid!(Delay::new(DelayParameters::of(&SCAN)));
     let (own, by) = (
         Pipeline::new(PARAMETERS).unwrap(),
         Pipeline::by(&DELAY, PARAMETERS).unwrap(),

@@ -241,12 +241,10 @@ impl Delay {
     /// hardware.
     ///
     /// ```
+    /// use bonebeam::valid;
     /// use bonebeam::delay::{Delay, DelayParameters};
     ///
-    /// static DELAY: Delay = match Delay::new(DelayParameters::EXAMPLE) {
-    ///     Ok(delay) => delay,
-    ///     Err(_) => panic!("the parameters are not valid"),
-    /// };
+    /// static DELAY: Delay = valid!(Delay::new(DelayParameters::EXAMPLE));
     /// # assert_eq!(DELAY.parameters().elements, 8);
     /// ```
     ///

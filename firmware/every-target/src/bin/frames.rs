@@ -30,10 +30,7 @@ const PARAMETERS: Parameters = Parameters {
 };
 /// Lanes of the widest vector.
 const LANES: usize = 4;
-const NEED: Need = match PARAMETERS.need(Input::Rf, LANES) {
-    Ok(need) => need,
-    Err(_) => panic!("the scan is not valid"),
-};
+const NEED: Need = valid!(PARAMETERS.need(Input::Rf, LANES));
 
 const SIZES: Sizes = Sizes::new(PARAMETERS.rows, PARAMETERS.columns, PARAMETERS.strip);
 

@@ -18,10 +18,7 @@ const PARAMETERS: Parameters = Parameters {
     settings: Settings::DEFAULT,
     latency: 9,
 };
-const NEED: Need = match PARAMETERS.need() {
-    Ok(need) => need,
-    Err(_) => panic!("the parameters are not valid"),
-};
+const NEED: Need = valid!(PARAMETERS.need());
 
 /// The bounds on the instructions per sample (see `beamform.rs`).
 const BOUND: u32 = 62;

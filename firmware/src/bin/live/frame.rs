@@ -63,10 +63,7 @@ impl Case {
     }
 
     const fn need(&self) -> Need {
-        match self.parameters().need(Input::Iq, 1) {
-            Ok(need) => need,
-            Err(_) => panic!("the scan is not valid"),
-        }
+        valid!(self.parameters().need(Input::Iq, 1))
     }
 }
 
