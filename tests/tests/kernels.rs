@@ -75,57 +75,29 @@ fn check<K: Plain>(plans: u64, exact: impl Fn(&K, &[K::Number])) {
     });
 }
 
-#[test]
-fn delayed_lines() {
-    check::<delay::Lines>(6000, |_, _| {});
+/// A test a row: the plans of each kernel, and what else is asserted of a result.
+macro_rules! judged {
+    ($($test:ident { $($kernel:ty: $plans:literal $($exact:ident)?),* })*) => {$(
+        #[test]
+        fn $test() {
+            $(judged!(@of $kernel, $plans $(, $exact)?);)*
+        }
+    )*};
+    (@of $kernel:ty, $plans:literal) => { check::<$kernel>($plans, |_, _| {}) };
+    (@of $kernel:ty, $plans:literal, $exact:ident) => { check::<$kernel>($plans, $exact) };
 }
 
-#[test]
-fn upsampled_lines() {
-    check::<upsampled::Waves>(1000, |_, _| {});
-}
-
-#[test]
-fn beamformed_lines() {
-    check::<beamform::Lines>(6000, |_, _| {});
-}
-
-#[test]
-fn coherence_of_lines() {
-    check::<coherence::Shares>(1000, |_, _| {});
-    check::<coherence::ShortLag>(1000, short_lag);
-}
-
-#[test]
-fn images() {
-    check::<image::Image>(3000, |_, _| {});
-    check::<depth_interpolation::Envelopes>(1000, |_, _| {});
-}
-
-#[test]
-fn bone_maps() {
-    check::<phase_symmetry::Map>(60, |_, _| {});
-}
-
-#[test]
-fn surfaces() {
-    check::<surface::Frame>(200, |_, _| {});
-}
-
-#[test]
-fn lines_of_a_pipeline() {
-    check::<pipeline::Line>(2000, |_, _| {});
-}
-
-/// Over the host's threads, too: their lines, image and map.
-#[test]
-fn frames_of_a_pipeline() {
-    check::<frame::Frame>(150, by_the_host);
-}
-
-#[test]
-fn apertures_of_scans() {
-    check::<scan::Apertures>(4000, |_, _| {});
+judged! {
+    delayed_lines { delay::Lines: 6000 }
+    upsampled_lines { upsampled::Waves: 1000 }
+    beamformed_lines { beamform::Lines: 6000 }
+    coherence_of_lines { coherence::Shares: 1000, coherence::ShortLag: 1000 short_lag }
+    images { image::Image: 3000, depth_interpolation::Envelopes: 1000 }
+    bone_maps { phase_symmetry::Map: 60 }
+    surfaces { surface::Frame: 200 }
+    lines_of_a_pipeline { pipeline::Line: 2000 }
+    frames_of_a_pipeline { frame::Frame: 150 by_the_host }
+    apertures_of_scans { scan::Apertures: 4000 }
 }
 
 /// Lines, image and map of the host's threads.
