@@ -1,11 +1,9 @@
 //! Cases that only a few methods meet.
 
 use crate::common;
-
+use crate::common::kit::*;
 use bonebeam::beamform::{Method, Parameters};
-use bonebeam_tests::kernel::bits;
-use common::lines::{COVARIANCES, Line, core};
-use num_complex::Complex;
+use common::lines::core;
 
 /// Two subapertures of seven elements without loading are of rank 2.
 ///

@@ -1,14 +1,8 @@
 //! The errors of the beamformer in words, before anything is put out, and its memory.
 
-use crate::common;
-use crate::common::changed;
+use crate::common::kit::*;
 use bonebeam::beamform::{Parameters, Sizes};
-use bonebeam::prelude::stages::*;
 use bonebeam_drive::beamform::Memory;
-use common::lines::COVARIANCES;
-use common::refused::assert_refused;
-use ndarray::Array3;
-use num_complex::Complex;
 
 /// Five samples of eight elements.
 fn line() -> AlignedLine<'static> {

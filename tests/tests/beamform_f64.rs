@@ -3,17 +3,13 @@
 //! The oracle of `host-sim` judges them, without the exemption for changes by rounding alone.
 
 use crate::common;
-use crate::common::changed;
-
+use crate::common::kit::*;
 use bonebeam::beamform::Parameters;
-use bonebeam::prelude::stages::*;
-use bonebeam_oracle::reference::f64::beamform::Sample;
 use bonebeam_oracle::verify::beamform::{AlignedFrame, Exemption, Judgement};
 use bonebeam_oracle::verify::tolerances::ROUNDING;
-use common::lines::{COVARIANCES, Gaussian, Line, METHODS, core, frame, stacked, variants, widen};
+use common::lines::{core, frame};
 use common::tolerances::{BEAMFORMED, BEYOND_ROUNDING};
-use ndarray::{Array2, Axis};
-use num_complex::Complex;
+use ndarray::Axis;
 use rayon::prelude::*;
 use std::f32::consts::TAU;
 use std::ops::Range;

@@ -1,17 +1,13 @@
 //! Properties of the core's beamformers for any data.
 
 use crate::common;
-use crate::common::changed;
-
+use crate::common::kit::*;
 use bonebeam::beamform::Parameters;
-use bonebeam::prelude::stages::*;
-use bonebeam_oracle::reference::f64::beamform::Sample;
-use common::lines::{COVARIANCES, Gaussian, Line, METHODS, core, core_weights, widen};
+use common::lines::core;
 use common::tolerances::{
     BEAMFORMED, BEAMFORMED_TWICE, HEAVY_LOADING, OUTPUT_POWER, SIGNAL_SUBSPACE, UNIT_RESPONSE,
 };
 use nalgebra::DVector;
-use num_complex::Complex;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 

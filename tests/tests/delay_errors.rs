@@ -1,9 +1,7 @@
 //! The delay stage names the wrong parameter before it writes anything.
 
-use crate::common::changed;
-use crate::common::refused::refused;
+use crate::common::kit::*;
 use bonebeam::delay::MAX_SAMPLES;
-use bonebeam::prelude::stages::*;
 
 const GOOD: DelayParameters = DelayParameters {
     output_samples: 50,

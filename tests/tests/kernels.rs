@@ -1,6 +1,6 @@
 //! Every kernel on many plans: the bits of the f32 reference, in every way that the catalogue knows.
 
-use bonebeam::prelude::stages::*;
+use crate::common::kit::*;
 use bonebeam_drive::beamform::Plan;
 use bonebeam_drive::pipeline::Frames;
 use bonebeam_drive::source::{LineSource, Recorded};
@@ -8,12 +8,11 @@ use bonebeam_drive::threads::pool;
 use bonebeam_oracle::reference::f64::coherence::short_lag_coherence;
 use bonebeam_oracle::reference::plain::Plain;
 use bonebeam_tests::draw::Seed;
-use bonebeam_tests::kernel::{Kernel, bits, judge, judge_seeds};
+use bonebeam_tests::kernel::{Kernel, judge, judge_seeds};
 use bonebeam_tests::kernels::{
     beamform, coherence, delay, depth_interpolation, frame, image, phase_symmetry, pipeline, scan,
     surface, upsampled,
 };
-use ndarray::{Array2, Array3};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Frames of the host's driver have the bits of single lines, by any number of threads.

@@ -3,12 +3,9 @@
 //! The delay stage interpolates in another way.
 
 use crate::common::delays::{C, F0, line_up, noise, pulse};
+use crate::common::kit::*;
 use crate::delay::frames::assert_frames_alike;
-use bonebeam::prelude::stages::*;
-use bonebeam_drive::config::{Beamform, RfInterpolation};
-use bonebeam_drive::delay::DelayStage;
-use bonebeam_files::{ChannelData, Transmits};
-use ndarray::Array3;
+use bonebeam_drive::config::RfInterpolation;
 
 /// Error of linear interpolation between 16 samples a recorded one.
 ///

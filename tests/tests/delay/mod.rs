@@ -6,15 +6,10 @@ pub mod frames;
 mod limits;
 
 use crate::common;
-use bonebeam::prelude::stages::*;
-use bonebeam_drive::config::Beamform;
-use bonebeam_drive::delay::DelayStage;
-use bonebeam_files::{ChannelData, Transmits};
-use bonebeam_oracle::reference;
-use common::assert_same_bits;
+use crate::common::kit::*;
 use common::delays::{C, F0, aligned, line_up, noise, rf_line};
 use common::tolerances::DELAY_SHIFT;
-use ndarray::{Array3, Axis};
+use ndarray::Axis;
 
 const PITCH: f64 = 0.308e-3;
 const HILBERT_TAPS: usize = 8;

@@ -6,16 +6,10 @@ mod fixed_point;
 mod refused;
 
 use crate::common;
-
+use crate::common::kit::*;
 use bonebeam::delay::{MAX_SAMPLES, hilbert_taps};
-use bonebeam::prelude::stages::*;
-use bonebeam_oracle::reference;
-use common::assert_same_bits;
 use common::delays::{self, C, F0, aligned, arrival, convex, envelope, rf_line};
 use common::tolerances::{DELAYED_PULSE_20_MHZ, DELAYED_PULSE_40_MHZ};
-use rand::rngs::ChaCha8Rng;
-use rand::{RngExt, SeedableRng};
-use std::f64::consts::TAU;
 
 const ELEMENTS: usize = 21;
 const PITCH: f64 = 0.3e-3;

@@ -7,23 +7,18 @@ mod coherence;
 mod iq;
 
 use crate::common;
-use crate::common::changed;
-use crate::common::refused::assert_refused;
+use crate::common::kit::*;
 use bonebeam::beamform::constant_segments;
 use bonebeam::pipeline::Block;
-use bonebeam::prelude::stages::*;
 use bonebeam::surface::{Point, Settings};
 use bonebeam_drive::beamform::{Memory as LaneMemory, beamform};
 use bonebeam_drive::config;
-use bonebeam_drive::delay::DelayStage;
 use bonebeam_drive::image::{b_mode, grid_of_lines};
 use bonebeam_drive::phase_symmetry::{self, phase_symmetry};
-use bonebeam_files::{BeamformedLines, ChannelData, Transmits};
 use common::frames::{
     ELEMENTS, LINES, NEED, PARAMETERS, counted, counts, focused, iq_input, iq_parameters, record,
     surface,
 };
-use ndarray::Array3;
 
 /// The lines, the image and the map of a frame.
 fn frame(parameters: Parameters) -> (Vec<Complex<f32>>, Vec<f32>, Vec<f32>) {

@@ -2,16 +2,11 @@
 
 mod tables;
 
-use crate::common::changed;
-use bonebeam_drive::config::{Beamform, LineKind};
+use crate::common::kit::*;
+use bonebeam_drive::config::LineKind;
 use bonebeam_drive::frame::beamform_channel_data;
-use bonebeam_drive::methods::MethodName;
-use bonebeam_files::{BeamformedLines, ChannelData, Samples, Transmits};
-use ndarray::{Array3, Axis};
-use num_complex::Complex;
-use rand::rngs::ChaCha8Rng;
-use rand::{RngExt, SeedableRng};
-use std::f64::consts::{PI, TAU};
+use bonebeam_files::Samples;
+use ndarray::Axis;
 
 const C: f64 = 1540.0;
 const ELEMENTS: usize = 64;

@@ -1,19 +1,13 @@
 //! Tables and a picture of points between lines, for the documents.
 
 use super::{C, DEPTH, ELEMENTS, Geometry, Point, section};
-
+use crate::common::kit::*;
 use bonebeam::image::{Pooling, pooled_envelope};
 use bonebeam_drive::config::Image;
 use bonebeam_drive::image::{image_of, pooled as pooled_lines};
-use bonebeam_drive::methods::MethodName;
 use bonebeam_files::document::rewritten;
-use bonebeam_files::{BeamformedLines, ChannelData, image};
-use ndarray::{Array2, Axis, concatenate};
-use num_complex::Complex;
-use rand::rngs::ChaCha8Rng;
-use rand::{RngExt, SeedableRng};
-use std::fs;
-use std::path::Path;
+use bonebeam_files::image;
+use ndarray::{Axis, concatenate};
 
 /// The largest losses of a point at three distances from a line, by MV and by rank 1, dB.
 ///

@@ -5,16 +5,10 @@
 mod directions;
 
 use crate::common;
-use crate::common::changed;
-
+use crate::common::kit::*;
 use bonebeam::beamform::Parameters;
-use bonebeam::prelude::stages::*;
 use bonebeam_drive::beamform::Memory;
-use bonebeam_oracle::reference::f64::beamform::Sample;
-use bonebeam_tests::kernel::bits;
-use common::lines::{COVARIANCES, Line, METHODS, core, widen};
-use common::refused::{assert_refused, refused};
-use num_complex::Complex;
+use common::lines::core;
 
 const PITCH: f64 = 0.3e-3;
 
