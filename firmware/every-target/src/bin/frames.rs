@@ -15,7 +15,6 @@ mod start;
 use bonebeam::dispatch;
 use bonebeam::phase_symmetry::{Kernels, Sizes};
 use bonebeam::prelude::stages::*;
-use bonebeam::prelude::*;
 use bonebeam_tests::arrays;
 use semihosting::{eprintln, println, process};
 use static_cell::ConstStaticCell;

@@ -29,7 +29,11 @@ fn rf(scan: &Scan) -> Result<(), Error> {
     take(delay.set_in_f32(opaque(parameters)));
     take(delay.parameters());
     let ray = Ray::down(opaque(1.0));
-    take(ScanLine::new(transmit(), ray, opaque(scan.parameters().array)));
+    take(ScanLine::new(
+        transmit(),
+        ray,
+        opaque(scan.parameters().array),
+    ));
     take(delay.record_end(&opaque(line(scan)), opaque(0..1)));
     let rf = [0.0; 100];
     let record = Record::new(opaque(&rf[..]), opaque(1))?;
