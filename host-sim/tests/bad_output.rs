@@ -2,9 +2,7 @@
 
 use crate::common;
 
-use std::process::Command;
-
-use common::program::{BEAMFORM, DATA, folder_with_channel_data, names, run};
+use common::program::{BEAMFORM, DATA, ended, folder_with_channel_data, names, run, shell};
 
 /// The shell's limit on the size of a file stands in for a full disk.
 #[cfg(unix)]
@@ -16,22 +14,16 @@ fn an_output_that_does_not_fit_leaves_nothing() {
         "simulate point --beams 3 -o big.npz",
         "beamform data.npz -o lines.npz --image big.npy",
     ] {
-        let program = env!("CARGO_BIN_EXE_host-sim");
         // 64 blocks of 512 or 1024 bytes; ignoring the signal makes the write fail instead.
-        let script = format!("trap '' XFSZ; ulimit -f 64; exec '{program}' {arguments}");
-        let output = Command::new("sh")
-            .args(["-c", &script])
-            .current_dir(folder.path())
-            .output()
-            .unwrap();
-        let message = String::from_utf8(output.stderr).unwrap();
+        let script = format!("trap '' XFSZ; ulimit -f 64; exec \"$0\" {arguments}");
+        let (status, _, message) = ended(&mut shell(&folder, &script));
         assert!(message.starts_with("host-sim: "), "{message}");
         assert_eq!(message.trim_end().lines().count(), 1, "{message}");
         assert!(
             message.contains("big.np") && message.contains("cannot be written"),
             "{message}"
         );
-        assert_eq!(output.status.code(), Some(DATA));
+        assert_eq!(status, DATA);
         assert_eq!(names(folder.path()), before);
     }
 }
