@@ -5,8 +5,7 @@
 use crate::common;
 use crate::common::kit::*;
 use bonebeam::beamform::Parameters;
-use bonebeam_oracle::verify::beamform::{AlignedFrame, Exemption, Judgement};
-use bonebeam_oracle::verify::tolerances::ROUNDING;
+use bonebeam_oracle::verify::beamform::{AlignedFrame, Exemption, Judgement, rounded};
 use common::lines::{core, frame};
 use common::tolerances::{BEAMFORMED, BEYOND_ROUNDING};
 use ndarray::Axis;
@@ -348,20 +347,9 @@ impl Tally {
 fn moved_by_rounding(sample: &Sample, method: Method, bound: f64) -> bool {
     const TRIALS: u64 = 256;
     let exact = sample.answers(&sample.eigenspace(), method, 0.0)[0].z;
-    let size = sample.covariance.nrows();
-    let step = ROUNDING * sample.covariance.trace().re / size as f64;
     (0..TRIALS).any(|trial| {
         let mut gaussian = Gaussian::new(trial);
-        let mut off = || gaussian.next().re.signum() as f64 * step;
-        let mut covariance = sample.covariance.clone();
-        for i in 0..size {
-            covariance[(i, i)] += off();
-            for j in 0..i {
-                covariance[(i, j)] += Complex::new(off(), off());
-                covariance[(j, i)] = covariance[(i, j)].conj();
-            }
-        }
-        let moved = sample.with_covariance(covariance).expect("Δ > 0");
+        let moved = rounded(sample, || gaussian.next().re.signum().into()).expect("Δ > 0");
         let z = moved.answers(&moved.eigenspace(), method, 0.0)[0].z;
         (z - exact).norm() > bound
     })

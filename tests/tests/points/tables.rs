@@ -63,9 +63,8 @@ fn write_points() {
                         geometry,
                         f0,
                         snr,
-                        lines: 2 * ELEMENTS - 1,
                         beside,
-                        iq: false,
+                        ..POINT
                     };
                     let record = point.record();
                     (point, record)
@@ -145,12 +144,9 @@ fn gcnr(inside: &[f64], outside: &[f64]) -> f64 {
 #[ignore = "prints a table"]
 fn table_of_poolings() {
     let at = |beside| Point {
-        geometry: Geometry::Linear,
-        f0: 5e6,
-        snr: 40.0,
         lines: ELEMENTS,
         beside,
-        iq: false,
+        ..POINT
     };
     let tissue = at(0.0);
     let wave = tissue.wavelength();
@@ -218,14 +214,7 @@ fn table_of_poolings() {
 #[test]
 #[ignore = "writes docs/between-lines.png"]
 fn write_the_picture_between_lines() {
-    let scene = Point {
-        geometry: Geometry::Linear,
-        f0: 5e6,
-        snr: 40.0,
-        lines: 2 * ELEMENTS - 1,
-        beside: 0.0,
-        iq: false,
-    };
+    let scene = POINT;
     let wave = scene.wavelength();
     // Each point is ten pitches and an eighth of a line's spacing further.
     let points: Vec<_> = (-2..=2)

@@ -16,6 +16,7 @@ use super::scene::{
 use crate::Result;
 use crate::reference::f32 as reference;
 use crate::reference::f32::beamform::{Intermediates, intermediates};
+use crate::verify::beamform::core_weights;
 use bonebeam_drive::beamform::Memory;
 use bonebeam_drive::phase_symmetry;
 
@@ -348,17 +349,10 @@ fn ridges(stages: &mut Stages, image: &[f32]) -> Result<()> {
 
 /// The weights of every sample of a line.
 fn line_weights(x: &[Complex<f32>], parameters: Parameters) -> Result<Vec<Complex<f32>>> {
-    let beamformer = Beamformer::new(parameters)?;
-    let mut memory = Memory::new(0.0, beamformer.sizes(ELEMENTS))?;
     let line = AlignedLine::new(x, ELEMENTS)?;
-    let mut all = Vec::new();
-    for sample in 0..SAMPLES {
-        let mut weights = [Complex::ZERO; SUBAPERTURE];
-        let segment = Segment::new(line, ALL.first, sample);
-        beamformer.weights(&mut memory.view(), &segment, ALL.count, &mut weights)?;
-        all.extend(weights);
-    }
-    Ok(all)
+    let of_sample = |sample| core_weights(line, ALL, sample, parameters);
+    let all: Result<Vec<_>> = (0..SAMPLES).map(of_sample).collect();
+    Ok(all?.concat())
 }
 
 /// A line with all elements active.
