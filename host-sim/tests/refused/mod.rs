@@ -13,7 +13,7 @@ use ndarray::{Array2, ArrayD};
 use ndarray_npy::write_npy;
 use num_complex::Complex;
 use serde::Deserialize;
-use tempfile::{TempDir, tempdir};
+use tempfile::tempdir;
 use toml::Value;
 
 use super::common::program::{judged, names};

@@ -1,6 +1,6 @@
 //! Tables and a picture of points between lines, for the documents.
 
-use super::{C, DEPTH, ELEMENTS, Geometry, Point, section};
+use super::{C, DEPTH, ELEMENTS, Geometry, POINT, Point, section};
 use crate::common::kit::*;
 use bonebeam::image::{Pooling, pooled_envelope};
 use bonebeam_drive::config::Image;
