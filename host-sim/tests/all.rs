@@ -3,7 +3,6 @@
 mod agreement;
 mod arrays;
 mod bad_numbers;
-mod bad_output;
 #[cfg(feature = "bench")]
 mod bench;
 mod commands;

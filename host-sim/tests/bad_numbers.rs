@@ -4,7 +4,7 @@ use crate::common;
 
 use std::fs;
 
-use common::program::{USAGE, folder_with_channel_data, names, run};
+use common::program::{BEAMFORM, USAGE, folder_with_channel_data, names, run};
 use common::{Npz, scalar};
 use ndarray::{Array2, Array3};
 use ndarray_npy::write_npy;
@@ -85,4 +85,34 @@ fn absurd_numbers_are_reported_by_their_parameter() {
             }
         }
     }
+}
+
+#[test]
+fn the_data_of_these_tests_are_good_where_they_are_not_spoilt() {
+    let folder = folder_with_channel_data();
+    for method in [
+        "das",
+        "mv",
+        "esmv --rank 1",
+        "esmv --beta 0.1",
+        "esmv-rank1",
+    ] {
+        let (code, message) = run(&folder, &format!("{BEAMFORM} --method {method}"));
+        assert_eq!((code, message.as_str()), (0, ""));
+    }
+    assert_eq!(
+        names(folder.path()),
+        [
+            "data.npz",
+            "lines.npz",
+            "lines.npz.config.toml",
+            "lines.png"
+        ]
+    );
+    let (code, message) = run(
+        &folder,
+        "phase-symmetry lines.png --pad -o ps.npy --image ps.png",
+    );
+    assert_eq!((code, message.as_str()), (0, ""));
+    assert!(folder.path().join("ps.npy.config.toml").exists());
 }

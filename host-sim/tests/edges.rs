@@ -9,8 +9,8 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 use tempfile::{TempDir, tempdir};
 
-/// Whether a run succeeded, or was refused in one line and left nothing.
-fn whole_or_refused(folder: &TempDir, script: &str) -> bool {
+/// The message of a run that was refused in one line and left nothing; `None` if it succeeded.
+fn refusal(folder: &TempDir, script: &str) -> Option<String> {
     let before = names(folder.path());
     let (status, _, message) = ended(&mut shell(folder, script));
     if status == 0 {
@@ -19,12 +19,13 @@ fn whole_or_refused(folder: &TempDir, script: &str) -> bool {
                 fs::remove_file(folder.path().join(name)).unwrap();
             }
         }
-        return true;
+        return None;
     }
+    assert!(message.starts_with("host-sim: "), "{script}: {message}");
     assert_eq!(status, DATA, "{script}: {message}");
     assert_eq!(message.lines().count(), 1, "{script}: {message}");
     assert_eq!(names(folder.path()), before, "{script}: {message}");
-    false
+    Some(message)
 }
 
 /// Any limit of address space: a run succeeds, or fails in one line.
@@ -43,10 +44,8 @@ fn any_limit_of_memory_is_one_line_and_leaves_nothing() {
     ] {
         let run = |mb: u64| {
             let beamform = format!("beamform data.npz -o lines.npz {arguments}");
-            whole_or_refused(
-                &folder,
-                &format!("ulimit -v {}; exec \"$0\" {beamform}", mb << 10),
-            )
+            let script = format!("ulimit -v {}; exec \"$0\" {beamform}", mb << 10);
+            refusal(&folder, &script).is_none()
         };
         let outcomes: Vec<bool> = (40..most).step_by(71).map(run).collect();
         assert!(
@@ -132,14 +131,24 @@ fn every_signal_that_ends_the_program_leaves_nothing() {
     succeeded(&mut shell(&folder, &script));
 }
 
-/// The program itself ignores the signal of a file too large, without the shell.
+/// An output that does not fit. The program itself ignores the signal of a file too large, without the shell.
+///
+/// The shell's limit on the size of a file stands in for a full disk: 64 blocks of 512 or 1024 bytes.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_limit_of_file_size_is_an_error() {
     let folder = folder_with_channel_data();
-    let script =
-        "ulimit -f 64; exec \"$0\" beamform data.npz -o lines.npz --image big.npy --rows 512";
-    assert!(!whole_or_refused(&folder, script));
+    for arguments in [
+        "simulate point --beams 3 -o big.npz",
+        "beamform data.npz -o lines.npz --image big.npy --rows 512",
+    ] {
+        for ignored in ["", "trap '' XFSZ; "] {
+            let script = format!("{ignored}ulimit -f 64; exec \"$0\" {arguments}");
+            let message = refusal(&folder, &script).expect("a refusal");
+            let named = message.contains("big.np") && message.contains("cannot be written");
+            assert!(named, "{message}");
+        }
+    }
 }
 
 #[cfg(target_os = "linux")]

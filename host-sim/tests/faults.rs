@@ -92,12 +92,23 @@ impl Runs {
         runs
     }
 
+    /// Of a folder without earlier outputs.
+    fn fresh() -> Self {
+        Runs {
+            old: Files::new(),
+            ..Runs::new()
+        }
+    }
+
     fn path(&self) -> &Path {
         self.folder.path()
     }
 
     /// The folder after the earlier run.
     fn reset(&self) {
+        for (name, _) in files(self.path()) {
+            fs::remove_file(self.path().join(name)).unwrap();
+        }
         for (name, bytes) in &self.old {
             fs::write(self.path().join(name), bytes).unwrap();
         }
@@ -136,8 +147,13 @@ impl Runs {
 
 #[test]
 fn a_signal_at_any_moment() {
-    let runs = Runs::new();
-    for (signal, status) in [("INT", 130), ("TERM", 143)] {
+    let (over, fresh) = (Runs::new(), Runs::fresh());
+    for (runs, signal, status) in [
+        (&over, "INT", 130),
+        (&over, "TERM", 143),
+        (&fresh, "INT", 130),
+        (&fresh, "TERM", 143),
+    ] {
         let mut caught = 0;
         for moment in 0..MOMENTS {
             runs.reset();

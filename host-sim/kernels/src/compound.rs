@@ -35,9 +35,6 @@ impl<'a> Compounded<'a> {
     /// The lines `lines` of `scan`.
     ///
     /// The samples were checked, as `[transmit, element, sample]`.
-    ///
-    /// # Errors
-    /// Errors of the core.
     pub fn new(
         set: InstructionSet,
         (delay, scan): (&'a Delay, Scan<'a>),
@@ -67,9 +64,6 @@ impl<'a> Compounded<'a> {
     }
 
     /// A block of aligned samples of one of the lines.
-    ///
-    /// # Errors
-    /// Errors of the core.
     pub fn align<'x>(
         &self,
         set: InstructionSet,

@@ -73,9 +73,6 @@ pub trait AnyMemory: Send {
     fn lanes(&self) -> usize;
 
     /// See [`Beamformer::segments`].
-    ///
-    /// # Errors
-    /// Errors of the core.
     fn segments(
         &mut self,
         beamformer: &Beamformer,
@@ -85,9 +82,6 @@ pub trait AnyMemory: Send {
     ) -> std::result::Result<(), bonebeam::Error>;
 
     /// See [`Beamformer::sub_line_segments`].
-    ///
-    /// # Errors
-    /// Errors of the core.
     fn sub_lines(
         &mut self,
         beamformer: &Beamformer,
@@ -97,9 +91,6 @@ pub trait AnyMemory: Send {
     ) -> std::result::Result<(), bonebeam::Error>;
 
     /// See [`Beamformer::eigenvalue_shares`].
-    ///
-    /// # Errors
-    /// Errors of the core.
     fn eigenvalue_shares(
         &mut self,
         beamformer: &Beamformer,

@@ -13,8 +13,7 @@ use common::{channel_data_with, channel_data_without, npy};
 use std::fs;
 use std::io::Write;
 use std::path::Path;
-use std::process::{Command, Stdio};
-use std::time::Duration;
+use std::process::Stdio;
 use tempfile::{TempDir, tempdir};
 use zip::CompressionMethod;
 

@@ -80,9 +80,6 @@ impl Plan {
     }
 
     /// From a plan of the core.
-    ///
-    /// # Errors
-    /// Errors of the core.
     pub fn of(bank: PhaseSymmetry) -> Result<Self> {
         let sizes = bank.sizes();
         let mut filters = LogGaborTables::new();
