@@ -26,3 +26,5 @@ mod register;
 mod resumed;
 mod surface;
 mod sweep;
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_host-sim");

@@ -2,6 +2,7 @@
 
 mod pages;
 pub mod program;
+mod runs;
 
 use bonebeam_files::Recording;
 use bonebeam_formats::Variables;
