@@ -6,10 +6,8 @@ mod containers;
 mod outputs;
 
 use crate::common;
-use common::program::{
-    DATA, ended, folder_with_channel_data, names, program, refused, shell, succeeded,
-};
-use common::{channel_data_with, channel_data_without, npy};
+use common::program::{DATA, ended, folder_with_channel_data, program, refused, shell, succeeded};
+use common::{channel_data_with, npy};
 use std::fs;
 use std::io::Write;
 use std::path::Path;
