@@ -719,7 +719,7 @@ static void stretches(void) {
             /* Aligned samples above the time window of `done` are not read again. */
             const size_t kept = done < 2 ? 0 : done - 2;
             const bonebeam_range so_far = {kept, block.first - kept};
-            check(bonebeam_beamformer_partial_line(windows, aligned + kept * M, so_far, OUT, M, active, NULL, &done, z_windows),
+            check(bonebeam_beamformer_partial_line(windows, aligned + kept * M, so_far, OUT, M, 0.0f, active, NULL, &done, z_windows),
                   "partial line");
             faults += done > block.first || done + 3 * 2 < block.first;
             if (block.first + BLOCK > OUT) block.count = OUT - block.first;
@@ -732,9 +732,9 @@ static void stretches(void) {
     const bonebeam_range beyond = {1, OUT}, outside = {1, RECORD}, one = {0, 1};
     size_t end = 40;
     const bonebeam_range late = {40, 10};
-    faults += bonebeam_beamformer_partial_line(windows, aligned, late, OUT, M, active, NULL, &end, z) != BONEBEAM_STATUS_PARAMETER;
-    faults += bonebeam_beamformer_partial_line(windows, aligned, beyond, OUT, M, active, NULL, &end, z) != BONEBEAM_STATUS_CAPACITY;
-    faults += bonebeam_beamformer_partial_line(windows, aligned, late, OUT, M, active, NULL, NULL, z) != BONEBEAM_STATUS_POINTER;
+    faults += bonebeam_beamformer_partial_line(windows, aligned, late, OUT, M, 0.0f, active, NULL, &end, z) != BONEBEAM_STATUS_PARAMETER;
+    faults += bonebeam_beamformer_partial_line(windows, aligned, beyond, OUT, M, 0.0f, active, NULL, &end, z) != BONEBEAM_STATUS_CAPACITY;
+    faults += bonebeam_beamformer_partial_line(windows, aligned, late, OUT, M, 0.0f, active, NULL, NULL, z) != BONEBEAM_STATUS_POINTER;
     faults += end != 40;
     faults += bonebeam_delay_block(delay, &focused, record, beyond, aligned) != BONEBEAM_STATUS_CAPACITY;
     faults += bonebeam_delay_block(delay, &focused, rf, one, (bonebeam_complex *)rf) != BONEBEAM_STATUS_POINTER;

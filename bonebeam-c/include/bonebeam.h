@@ -477,7 +477,9 @@ bonebeam_status bonebeam_beamformer_line(bonebeam_beamformer *beamformer,
 /// Beamforms the samples of a line that are aligned so far.
 ///
 /// The bits are those of `bonebeam_beamformer_line` for the whole line of `samples` samples. `x` has only the samples
-/// `aligned`: sample n begins at `x[(n - aligned.first)·elements]`. `active` and `z` are those of the whole line.
+/// `aligned`: sample n begins at `x[(n - aligned.first)·elements]`. `largest` is the largest magnitude of a real or
+/// imaginary part of the whole line, which sets its working scale. With 0 it is that of `x`: bits may then differ for
+/// samples 300 dB below it. `active` and `z` are those of the whole line.
 /// Output is written to `z` from sample `*done` on, and `*done` becomes the first sample without output. Set `*done` to
 /// 0 before the first call. With a `temporal_half_window` of K, `aligned` begins K samples before `*done` or earlier,
 /// and a call leaves up to 3·K aligned samples for the next. In the last call, `aligned` ends with the line.
@@ -486,6 +488,7 @@ bonebeam_status bonebeam_beamformer_partial_line(bonebeam_beamformer *beamformer
                                                  bonebeam_range aligned,
                                                  size_t samples,
                                                  size_t elements,
+                                                 float largest,
                                                  const bonebeam_range *active,
                                                  const bonebeam_range *adaptive,
                                                  size_t *done,

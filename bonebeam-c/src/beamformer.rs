@@ -280,7 +280,7 @@ pub unsafe extern "C" fn bonebeam_beamformer_line(
     // SAFETY: by the caller's promise.
     unsafe {
         bonebeam_beamformer_partial_line(
-            beamformer, x, aligned, samples, elements, active, adaptive, &mut done, z,
+            beamformer, x, aligned, samples, elements, 0.0, active, adaptive, &mut done, z,
         )
     }
 }
@@ -288,7 +288,9 @@ pub unsafe extern "C" fn bonebeam_beamformer_line(
 /// Beamforms the samples of a line that are aligned so far.
 ///
 /// The bits are those of `bonebeam_beamformer_line` for the whole line of `samples` samples. `x` has only the samples
-/// `aligned`: sample n begins at `x[(n - aligned.first)·elements]`. `active` and `z` are those of the whole line.
+/// `aligned`: sample n begins at `x[(n - aligned.first)·elements]`. `largest` is the largest magnitude of a real or
+/// imaginary part of the whole line, which sets its working scale. With 0 it is that of `x`: bits may then differ for
+/// samples 300 dB below it. `active` and `z` are those of the whole line.
 /// Output is written to `z` from sample `*done` on, and `*done` becomes the first sample without output. Set `*done` to
 /// 0 before the first call. With a `temporal_half_window` of K, `aligned` begins K samples before `*done` or earlier,
 /// and a call leaves up to 3·K aligned samples for the next. In the last call, `aligned` ends with the line.
@@ -299,6 +301,7 @@ pub unsafe extern "C" fn bonebeam_beamformer_partial_line(
     aligned: Range,
     samples: usize,
     elements: usize,
+    largest: f32,
     active: *const Range,
     adaptive: *const Range,
     done: *mut usize,
@@ -313,7 +316,7 @@ pub unsafe extern "C" fn bonebeam_beamformer_partial_line(
         } = one_mut(beamformer)?;
         let z = Output::complex(z, by.line_samples(samples))?;
         let x = AlignedLine::new(z.apart(complex(x, length)?)?, elements)?;
-        let x = x.of_line(aligned.first, samples)?;
+        let x = x.of_line(aligned.first, samples)?.of_largest(largest)?;
         let active = z.apart(array(active, samples)?)?;
         let none = geometry::Active::new(0, 0);
         let active = |n: usize| active.get(n).map_or(none, Range::active);

@@ -9,7 +9,6 @@ use crate::scan_line::ScanLine;
 use crate::status::{Refused, Status, status};
 use crate::vectors::{LANES, zero};
 use crate::{Complex, Range};
-use bonebeam::Error;
 use bonebeam::delay::{
     Delay, DelayParameters as Rf, IqLayout, IqParameters as Iq, Record, Stage, hilbert_taps,
 };
@@ -48,9 +47,62 @@ pub struct DelayParameters {
     pub interpolation: i32,
 }
 
+/// Accepted values in SI units, as of the command and of files: field, largest and smallest magnitude, words.
+type Bound = (
+    &'static str,
+    fn(&DelayParameters) -> f64,
+    [f64; 2],
+    &'static str,
+);
+const BOUNDS: [Bound; 5] = [
+    (
+        "sound_speed",
+        |p| p.sound_speed,
+        [100.0, 20e3],
+        "100 to 20000 m/s",
+    ),
+    (
+        "sampling_rate",
+        |p| p.sampling_rate,
+        [1e3, 10e9],
+        "1e3 to 10e9 Hz",
+    ),
+    (
+        "output_rate",
+        |p| p.output_rate,
+        [1e3, 10e9],
+        "1e3 to 10e9 Hz",
+    ),
+    (
+        "frequency",
+        |p| p.frequency.abs(),
+        [0.0, 10e9],
+        "at most 10e9 Hz",
+    ),
+    (
+        "output_start",
+        |p| p.output_start.abs(),
+        [0.0, 1.0],
+        "at most 1 s",
+    ),
+];
+
 impl DelayParameters {
-    pub(crate) fn rf(&self) -> Rf {
-        Rf {
+    /// Refuses values that no scanner and no medium has.
+    pub(crate) fn check(&self) -> Result<(), Refused> {
+        let outside = |(_, value, [least, most], _): &&Bound| {
+            let value = value(self);
+            !(*least <= value && value <= *most)
+        };
+        match BOUNDS.iter().find(outside) {
+            None => Ok(()),
+            Some((name, value, _, expected)) => Err(Refused::field(name, value(self), expected)),
+        }
+    }
+
+    pub(crate) fn rf(&self) -> Result<Rf, Refused> {
+        self.check()?;
+        Ok(Rf {
             sound_speed: self.sound_speed,
             sampling_rate: self.sampling_rate,
             centre_frequency: self.frequency,
@@ -63,15 +115,16 @@ impl DelayParameters {
                 0 => hilbert_taps(self.output_rate, self.frequency),
                 taps => taps,
             },
-        }
+        })
     }
 
     /// Sets a stage in place.
-    pub(crate) fn set(&self, stage: &mut Delay) -> Result<(), Error> {
+    pub(crate) fn set(&self, stage: &mut Delay) -> Result<(), Refused> {
         match self.single_precision {
-            0 => stage.set(self.rf()),
-            _ => stage.set_in_f32(self.rf()),
+            0 => stage.set(self.rf()?)?,
+            _ => stage.set_in_f32(self.rf()?)?,
         }
+        Ok(())
     }
 
     pub(crate) fn iq_input(&self) -> Result<IqInput, Refused> {
@@ -82,6 +135,7 @@ impl DelayParameters {
     }
 
     pub(crate) fn iq(&self) -> Result<Iq, Refused> {
+        self.check()?;
         Ok(Iq {
             sound_speed: self.sound_speed,
             sampling_rate: self.sampling_rate,
@@ -122,10 +176,10 @@ pub(crate) static ANY: Delay = match Delay::new(Rf {
 
 impl DelayStage {
     fn set(&mut self, parameters: &DelayParameters) -> Result<(), Refused> {
-        if parameters.rf().need(LANES).real > self.scratch.len() {
+        if parameters.rf()?.need(LANES).real > self.scratch.len() {
             return Err(Status::Storage.into());
         }
-        Ok(parameters.set(self.stage)?)
+        parameters.set(self.stage)
     }
 
     /// # Safety
@@ -160,7 +214,7 @@ impl DelayStage {
 pub unsafe extern "C" fn bonebeam_delay_bytes(parameters: *const DelayParameters) -> usize {
     // SAFETY: by the caller's promise.
     let bytes = || unsafe {
-        let parameters = one(parameters)?.rf();
+        let parameters = one(parameters)?.rf()?;
         parameters.check()?;
         possible(sum(&[
             bytes_of::<DelayStage>(1),

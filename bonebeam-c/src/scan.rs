@@ -58,6 +58,7 @@ impl Scan {
     /// The core's scan, of a pulse with this centre frequency.
     pub(crate) fn core(&self, centre_frequency: f64) -> Result<ScanParameters<'static>, Refused> {
         let delay = &self.delay;
+        delay.check()?;
         if self.aperture.elements != delay.elements {
             let elements = self.aperture.elements as f64;
             return Err(Refused::field(

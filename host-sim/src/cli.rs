@@ -1,7 +1,10 @@
 //! The command line: arguments, dispatch and exit status.
 
+use std::fs;
 use std::num::NonZeroUsize;
+use std::panic::resume_unwind;
 use std::process::ExitCode;
+use std::thread;
 
 use clap::{CommandFactory, Parser, Subcommand};
 
@@ -90,8 +93,34 @@ pub fn run() -> ExitCode {
     run_as(dispatch)
 }
 
+/// Bytes of stack that are enough for every command.
+const STACK: usize = 1 << 20;
+
+/// Whether the process has less stack, as far as the system tells.
+fn has_little_stack() -> bool {
+    let limits = fs::read_to_string("/proc/self/limits").unwrap_or_default();
+    let stack = limits
+        .lines()
+        .find_map(|line| line.strip_prefix("Max stack size"));
+    let bytes = stack.and_then(|limits| limits.split_whitespace().next()?.parse().ok());
+    bytes.is_some_and(|bytes: usize| bytes < STACK)
+}
+
 /// Runs `work` on the parsed arguments of the process; an error is one line.
-pub fn run_as<C: Parser>(work: impl FnOnce(C) -> Result<()>) -> ExitCode {
+pub fn run_as<C: Parser>(work: impl FnOnce(C) -> Result<()> + Send) -> ExitCode {
+    if !has_little_stack() {
+        return parse_and_run(work);
+    }
+    thread::scope(|scope| {
+        let main = thread::Builder::new().stack_size(STACK);
+        match main.spawn_scoped(scope, || parse_and_run(work)) {
+            Ok(main) => main.join().unwrap_or_else(|panic| resume_unwind(panic)),
+            Err(e) => finish(Err(Error::Data(format!("cannot start a thread: {e}")))),
+        }
+    })
+}
+
+fn parse_and_run<C: Parser>(work: impl FnOnce(C) -> Result<()>) -> ExitCode {
     let cli = match C::try_parse() {
         Ok(cli) => cli,
         Err(e) if !e.use_stderr() => {

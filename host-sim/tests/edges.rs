@@ -199,6 +199,22 @@ fn names_are_reported_without_escape_sequences() {
     }
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_small_stack_is_enough_and_little_memory_is_one_line() {
+    let folder = folder_with_channel_data();
+    let script = format!("ulimit -s 64; exec \"$0\" {BEAMFORM}");
+    succeeded(&mut shell(&folder, &script));
+    for kind in ["vertebra-3d", "laminae", "vertebra"] {
+        for kilobytes in [70_000, 100_000, 140_000, 180_000, 220_000] {
+            let script =
+                format!("ulimit -v {kilobytes}; exec \"$0\" simulate {kind} -o a.npz --threads 1");
+            let message = refusal(&folder, &script).expect("a refusal");
+            assert!(message.contains("the simulation needs"), "{message}");
+        }
+    }
+}
+
 #[test]
 fn environment_variables_of_threads_are_checked() {
     let folder = folder_with_channel_data();

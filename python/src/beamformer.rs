@@ -1,6 +1,5 @@
 //! Aligned samples → lines.
 
-use std::num::NonZeroUsize;
 use std::process;
 
 use bonebeam::geometry::Active;
@@ -15,7 +14,7 @@ use rayon::ThreadPool;
 
 use crate::error::refused;
 use crate::parameters::BeamformParameters;
-use crate::threads::threads;
+use crate::threads::{Threads, threads};
 
 /// Threads and their memory, made once for many frames.
 #[pyclass(frozen, module = "bonebeam._native")]
@@ -33,9 +32,12 @@ impl Beamformer {
     fn new(
         py: Python<'_>,
         parameters: &BeamformParameters,
-        elements: usize,
-        threads: Option<NonZeroUsize>,
+        elements: i64,
+        threads: Option<Threads>,
     ) -> PyResult<Self> {
+        let elements = usize::try_from(elements);
+        let elements =
+            elements.map_err(|_| refused("`elements` is below 0; expected at least 1"))?;
         let pool = self::threads(threads)?;
         let section = &parameters.0;
         let plan = py.detach(|| {

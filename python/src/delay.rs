@@ -1,7 +1,5 @@
 //! Channel data → aligned samples, and on to lines.
 
-use std::num::NonZeroUsize;
-
 use bonebeam_drive::coherence;
 use bonebeam_drive::config::Beamform;
 use bonebeam_drive::delay::DelayStage;
@@ -18,7 +16,7 @@ use pyo3::prelude::*;
 
 use crate::error::refused;
 use crate::parameters::BeamformParameters;
-use crate::threads::threads;
+use crate::threads::{Threads, threads};
 use crate::words::in_python;
 
 /// A frame of channel data from Python; its fields are the keys of a recording.
@@ -163,7 +161,7 @@ pub fn delay<'py>(
     data: FrameArrays<'py>,
     parameters: &BeamformParameters,
     out: Option<Bound<'py, PyArray3<Complex32>>>,
-    threads: Option<NonZeroUsize>,
+    threads: Option<Threads>,
 ) -> PyResult<Aligned> {
     let pool = self::threads(threads)?;
     let frame = data.frame()?;
@@ -224,7 +222,7 @@ pub fn beamform_channel_data<'py>(
     data: FrameArrays<'py>,
     parameters: &BeamformParameters,
     out: Option<Bound<'py, PyArray2<Complex32>>>,
-    threads: Option<NonZeroUsize>,
+    threads: Option<Threads>,
 ) -> PyResult<BeamformedLines> {
     let pool = self::threads(threads)?;
     let frame = data.frame()?;
@@ -270,7 +268,7 @@ pub fn coherence_of_channel_data<'py>(
     py: Python<'py>,
     data: FrameArrays<'py>,
     parameters: &BeamformParameters,
-    threads: Option<NonZeroUsize>,
+    threads: Option<Threads>,
 ) -> PyResult<Bound<'py, PyArray2<f32>>> {
     let pool = self::threads(threads)?;
     let frame = data.frame()?;

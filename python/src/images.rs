@@ -1,7 +1,5 @@
 //! Lines → image → map.
 
-use std::num::NonZeroUsize;
-
 use bonebeam_drive::image::image_of;
 use bonebeam_drive::phase_symmetry::of_image;
 use bonebeam_files::{BeamRays, BeamformedLines};
@@ -10,7 +8,7 @@ use pyo3::prelude::*;
 
 use crate::error::refused;
 use crate::parameters;
-use crate::threads::threads;
+use crate::threads::{Threads, threads};
 
 /// Pixels with their positions: `(pixels, x0, z0, pixel, angles)`.
 type Pixels<'py> = (
@@ -33,7 +31,7 @@ pub fn bmode<'py>(
     sub_lines: usize,
     c: f64,
     section: &str,
-    threads: Option<NonZeroUsize>,
+    threads: Option<Threads>,
 ) -> PyResult<Pixels<'py>> {
     let section = parameters::image(section)?;
     let pool = self::threads(threads)?;
@@ -67,7 +65,7 @@ pub fn phase_symmetry(
     pixel: Option<[f64; 2]>,
     section: &str,
     mut out: PyReadwriteArray2<'_, f32>,
-    threads: Option<NonZeroUsize>,
+    threads: Option<Threads>,
 ) -> PyResult<()> {
     let section = parameters::phase_symmetry(section)?;
     let pool = self::threads(threads)?;

@@ -1,14 +1,12 @@
 //! Phantom → channel data.
 
-use std::num::NonZeroUsize;
-
 use bonebeam_simulate::Simulate;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::error::refused;
 use crate::files::channel_data;
-use crate::threads::threads;
+use crate::threads::{Threads, interruptible, threads};
 
 /// Simulates channel data from section `[simulate]`, given as JSON.
 ///
@@ -17,11 +15,11 @@ use crate::threads::threads;
 pub fn simulate<'py>(
     py: Python<'py>,
     section: &str,
-    threads: Option<NonZeroUsize>,
+    threads: Option<Threads>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let pool = self::threads(threads)?;
     let mut section: Simulate = serde_json::from_str(section).map_err(refused)?;
     section.validate().map_err(refused)?;
-    let data = py.detach(|| pool.install(|| section.recorded(&|_| {})));
+    let data = interruptible(py, &pool, move |progress| section.recorded(progress))?;
     channel_data(py, data.map_err(refused)?)
 }

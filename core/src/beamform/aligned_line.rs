@@ -1,7 +1,7 @@
 //! Aligned samples of one beam.
 
 use crate::Error;
-use crate::error::none;
+use crate::error::{none, not_negative};
 use crate::magnitude::largest_part;
 use core::num::NonZeroUsize;
 use core::ops::Range;
@@ -76,6 +76,19 @@ impl<'a> AlignedLine<'a> {
             samples,
             ..self
         })
+    }
+
+    /// The same samples at the working scale of a line whose largest component is `largest`.
+    ///
+    /// A part of a line has its own scale otherwise, and so other bits in samples 300 dB below the rest. A `largest`
+    /// below that of the samples has no effect.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] unless `largest` is finite and at least 0.
+    pub fn of_largest(self, largest: f32) -> Result<Self, Error> {
+        not_negative("largest", largest)?;
+        let exponent = exponent(largest.to_bits()).max(self.exponent);
+        Ok(AlignedLine { exponent, ..self })
     }
 
     /// A block of a line of `samples` samples: whole snapshots from sample `first` on. `largest` bounds the magnitudes

@@ -74,8 +74,10 @@ impl Window {
     pub(super) fn weight(&self, index: usize, count: usize) -> f32 {
         let middle = index.saturating_mul(2).saturating_add(1);
         let from_middle = middle.abs_diff(count) as f32 / count as f32;
-        let u = (from_middle - (1.0 - self.taper)) / self.taper;
-        if u > 0.0 {
+        // 0 without a taper, whatever its sign.
+        let within = from_middle - (1.0 - self.taper);
+        if within > 0.0 {
+            let u = within / self.taper;
             let u = if u < 1.0 { u } else { 1.0 };
             self.edge + (1.0 - self.edge) * (0.5 + 0.5 * libm::cosf(PI * u))
         } else {
@@ -182,6 +184,7 @@ mod tests {
             (Apodization::Tukey, 0.5, [0.5, 1.0, 1.0, 0.5]),
             (Apodization::Tukey, 1.0, [outer, inner, inner, outer]),
             (Apodization::Tukey, 0.0, [1.0; 4]),
+            (Apodization::Tukey, -0.0, [1.0; 4]),
         ] {
             let window = window(apodization, taper);
             for (index, expected) in expected.into_iter().enumerate() {

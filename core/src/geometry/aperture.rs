@@ -51,7 +51,7 @@ pub struct ApertureParameters {
     pub f_number: f64,
     /// Minimum number of active elements at any depth.
     ///
-    /// If it exceeds M, all elements are always active.
+    /// Above M it counts as M: M elements around the beam, cut at the ends of the array.
     pub min_elements: usize,
 }
 

@@ -25,7 +25,16 @@ pub use pooling::{Pooling, pooled_envelope};
 pub use resample::resample;
 pub use scan_conversion::{Fan, scan_convert};
 
-use crate::Error;
+use crate::{Error, magnitude};
+
+/// The largest magnitude of values that are all finite.
+fn finite_largest(name: &'static str, values: &[f32]) -> Result<f32, Error> {
+    let largest = f32::from_bits(magnitude::largest(values));
+    if !largest.is_finite() {
+        check_finite(name, values)?;
+    }
+    Ok(largest)
+}
 
 fn check_finite(name: &'static str, values: &[f32]) -> Result<(), Error> {
     match values.iter().position(|value| !value.is_finite()) {

@@ -1,6 +1,6 @@
 //! Bilinear resampling of lines to isotropic pixels.
 
-use super::check_finite;
+use super::finite_largest;
 use crate::Error;
 use crate::error::{attempt, check_length};
 use crate::geometry::Axis;
@@ -14,7 +14,7 @@ use crate::memory::STEP;
 /// data are 0. A pixel beyond the first or last position by at most 10⁻⁶ of a step counts as on it, so that rounding
 /// cannot blank an edge. With the fractions `p` along the beams and `q` along the samples, the value is
 /// `(1−p)·((1−q)·d₀₀ + q·d₀₁) + p·((1−q)·d₁₀ + q·d₁₁)`, where `p` and `q` are rounded to f32 once from an f64 position.
-/// At a data point the result is that point, exactly.
+/// At a data point the result is that point, exactly. Rounding beyond the largest magnitude of the data is clipped.
 ///
 /// RAM: 1.5 KiB of stack. Cost: 6 f32 multiplications per pixel; an f64 division and a rounding per column, and per row
 /// for each 64 columns.
@@ -61,7 +61,7 @@ pub(super) fn resample_in_steps(
         out.len(),
         rows.count.saturating_mul(columns.count),
     )?;
-    check_finite("lines to resample", data)?;
+    let most = finite_largest("lines to resample", data)?;
     if rows.count == 0 || columns.count == 0 {
         return Ok(());
     }
@@ -80,7 +80,7 @@ pub(super) fn resample_in_steps(
             for (pixel, position) in pixels.iter_mut().zip(positions) {
                 *pixel = 0.0;
                 if let (Some(beam), Some(sample)) = (position, along_samples)
-                    && let Some(value) = interpolate(data, samples.count, beam, sample)
+                    && let Some(value) = interpolate((data, most), samples.count, beam, sample)
                 {
                     *pixel = value;
                 }
@@ -126,17 +126,18 @@ pub(super) const fn check_axes(
     Ok(())
 }
 
-/// The value at `p` of the way from one line to the next and `q` from one sample to the next.
+/// The value at `p` of the way from one line to the next and `q` from one sample to the next, at most `most`.
 #[inline]
 pub(super) fn interpolate(
-    data: &[f32],
+    (data, most): (&[f32], f32),
     samples: usize,
     (line, p): (usize, f32),
     (sample, q): (usize, f32),
 ) -> Option<f32> {
     let corner = line * samples + sample;
     let ([a, b], [c, d]) = (pair(data, corner)?, pair(data, corner + samples)?);
-    Some(between(between(*a, *b, q), between(*c, *d, q), p))
+    let value = between(between(*a, *b, q), between(*c, *d, q), p);
+    Some(if value > most { most } else { value })
 }
 
 /// The values at an index and the next one.

@@ -1,6 +1,6 @@
 //! Bilinear scan conversion: lines of a fan to isotropic pixels.
 
-use super::check_finite;
+use super::finite_largest;
 use super::resample::{check_axes, interpolate};
 use crate::Error;
 use crate::error::{check_length, finite};
@@ -76,7 +76,7 @@ pub fn scan_convert(
     check_length("lines to convert", data.len(), lines)?;
     let pixels = rows.count.saturating_mul(columns.count);
     check_length("converted image", out.len(), pixels)?;
-    check_finite("lines to convert", data)?;
+    let most = finite_largest("lines to convert", data)?;
     for (row, pixels) in out.chunks_exact_mut(columns.count.max(1)).enumerate() {
         let v = rows.position(row) - fan.z;
         for (column, pixel) in pixels.iter_mut().enumerate() {
@@ -85,7 +85,7 @@ pub fn scan_convert(
             let distance = libm::sqrt(u * u + v * v) - fan.radius;
             let value = position
                 .zip(samples.locate(distance))
-                .and_then(|(line, sample)| interpolate(data, samples.count, line, sample));
+                .and_then(|(line, sample)| interpolate((data, most), samples.count, line, sample));
             *pixel = value.unwrap_or(0.0);
         }
     }

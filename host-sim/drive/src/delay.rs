@@ -1,5 +1,6 @@
 //! The delay stage of a recording: its lines, its depths and their input.
 
+use std::f64::consts::FRAC_PI_2;
 use std::ops::Range;
 
 use bonebeam::beamform::Parameters;
@@ -22,6 +23,7 @@ use super::limits::{check_depths, check_rate, check_upsampling, record_times};
 use super::sub_lines::SubLines;
 use crate::config::{Beamform, RfInterpolation};
 use crate::{Error, Result};
+use bonebeam_files::terminal::digits;
 use bonebeam_files::{BeamRays, BeamformedLines, ChannelData, FrameSamples, Samples, Transmits};
 
 /// Number of lines whose records are upsampled at a time; limited by memory.
@@ -153,6 +155,13 @@ impl<'a> DelayStage<'a> {
             None => (0..transmits).map(transmit).collect(),
         };
         let sub_lines = SubLines::new(data, &beams, parameters);
+        let angles = || sub_lines.rays.iter().map(Ray::angle);
+        if let Some(beyond) = angles().find(|angle| angle.abs() >= FRAC_PI_2) {
+            return Err(Error::Usage(format!(
+                "the lines and --sub-lines have a direction of {} rad; expected less than pi/2 to either side",
+                digits(beyond)
+            )));
+        }
         Ok(Self {
             beam_x: sub_lines.rays.iter().map(Ray::x).collect(),
             sub_lines,
@@ -401,6 +410,8 @@ impl<'a> DelayStage<'a> {
                 if self.upsampled {
                     let rf = rf.as_slice().expect("a standard layout is contiguous");
                     let by = (&**delay, scan);
+                    let largest = records.iter().map(Record::largest_aligned);
+                    let rf = (rf, largest.fold(0.0, f32::max));
                     let compounded = Compounded::new(self.set, by, transmits, rf, lines)?;
                     return work(&LineSource::Upsampled(Box::new(compounded)));
                 }

@@ -23,6 +23,8 @@ pub struct Compounded<'a> {
     scan: Scan<'a>,
     transmits: &'a [Transmit<'a>],
     lines: Range<usize>,
+    /// Bound of the parts of all aligned samples, whose working scale is that of the frame.
+    largest: f32,
     /// Position at which each line leaves the array, in elements.
     centres: Vec<f64>,
     /// Values, `[element, line, value]`.
@@ -34,12 +36,12 @@ pub struct Compounded<'a> {
 impl<'a> Compounded<'a> {
     /// The lines `lines` of `scan`.
     ///
-    /// The samples were checked, as `[transmit, element, sample]`.
+    /// The samples were checked, as `[transmit, element, sample]`, with a bound of their aligned samples.
     pub fn new(
         set: InstructionSet,
         (delay, scan): (&'a Delay, Scan<'a>),
         transmits: &'a [Transmit<'a>],
-        rf: &[f32],
+        (rf, largest): (&[f32], f32),
         lines: Range<usize>,
     ) -> Result<Self> {
         let mut compounded = Compounded {
@@ -52,6 +54,7 @@ impl<'a> Compounded<'a> {
                 .map(|line| scan.aperture_centre(line))
                 .collect(),
             lines,
+            largest,
             values: Vec::new(),
         };
         compounded.values = dispatch!(set, zero => compounded.values(zero, rf))?;
@@ -73,7 +76,8 @@ impl<'a> Compounded<'a> {
     ) -> Result<AlignedLine<'x>> {
         dispatch!(set, zero => self.analytic(zero, block, scratch, x))?;
         let line = AlignedLine::new(x, self.scan.elements())?;
-        Ok(line.of_line(block.first, self.scan.samples())?)
+        let line = line.of_line(block.first, self.scan.samples())?;
+        Ok(line.of_largest(self.largest)?)
     }
 
     fn active(&self, line: usize, sample: usize) -> Range<usize> {

@@ -15,6 +15,8 @@ use crate::{
 
 const SECTION: &str = "simulate";
 /// Range of positions, m.
+/// Bytes that a bone in space takes while it is made.
+const BONE: usize = 256 << 20;
 const POSITIONS: [f64; 2] = [-LENGTHS[1], LENGTHS[1]];
 
 section! {
@@ -175,6 +177,11 @@ impl Simulate {
     /// # Errors
     /// A mesh that cannot be read, a slice that does not cut the bone, or a phantom outside the record.
     pub fn build(&self, scanner: &Settings) -> Result<Built> {
+        let bone = match self.phantom {
+            Kind::Point | Kind::Vertebra | Kind::DynamicRange => 0,
+            _ => BONE,
+        };
+        scanner.check_memory(bone)?;
         let mut warnings = Vec::new();
         let thickness = self.thickness + self.sweep_length();
         let rough = self.bone.as_ref().map(|bone| (bone, scanner.seed));

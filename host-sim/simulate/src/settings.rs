@@ -1,7 +1,7 @@
 //! Settings of the simulated scanner: array, pulse, beams, record, noise.
 
 use crate::{Error, Result};
-use bonebeam_files::memory::product;
+use bonebeam_files::memory::{self, product};
 use bonebeam_files::section::{Section, row};
 use bonebeam_files::terminal::short;
 use bonebeam_files::{choice, section};
@@ -230,16 +230,31 @@ impl Settings {
         product(&[self.beams, self.elements, samples, size_of::<f32>()])
     }
 
-    /// Checks the memory of the record and of its echoes.
-    ///
-    /// # Errors
-    /// More memory than the limit.
-    fn check_bytes(&self) -> Result<()> {
+    /// The window of the transforms, and the bytes of the record and of its echoes.
+    fn bytes(&self) -> (Window, usize) {
         let pulse = self.pulse();
         let band = pulse.band(FLOOR);
         // About twice what an echo is long.
         let margin = 4.0 * pulse.half_length(FLOOR);
         let window = self.window(band, row_rate(self.fs, band), margin);
+        let pairs = product(&[self.elements, self.elements.div_ceil(2) + 1, window.row, 8]);
+        (window, self.record_bytes().saturating_add(pairs))
+    }
+
+    /// Checks that the memory of the record, of its echoes and of `more` bytes is available.
+    ///
+    /// # Errors
+    /// [`Error::Data`] with the size.
+    pub(super) fn check_memory(&self, more: usize) -> Result<()> {
+        memory::check(self.bytes().1.saturating_add(more), "the simulation")
+    }
+
+    /// Checks the memory of the record and of its echoes.
+    ///
+    /// # Errors
+    /// More memory than the limit.
+    fn check_bytes(&self) -> Result<()> {
+        let (window, bytes) = self.bytes();
         let samples = self.time_axis().samples;
         if window.samples > MAX_WINDOW {
             return usage(format!(
@@ -248,8 +263,6 @@ impl Settings {
                 window.samples
             ));
         }
-        let pairs = product(&[self.elements, self.elements.div_ceil(2) + 1, window.row, 8]);
-        let bytes = self.record_bytes().saturating_add(pairs);
         if bytes <= MAX_BYTES {
             return Ok(());
         }

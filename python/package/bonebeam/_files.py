@@ -47,11 +47,16 @@ def read(
     file = opened(path, variables)
     if frames is None:
         return recording(file.read(0, file.frames))
+    wanted = consecutive(frames, file.frames)
+    return recording(file.read(wanted.start, wanted.stop), not isinstance(frames, range))
+
+
+def consecutive(frames: int | range, count: int) -> range:
+    """The frames as a range, checked to be consecutive ones of ``count``."""
     wanted = range(frames, frames + 1) if isinstance(frames, int) else frames
-    if wanted.step != 1 or not 0 <= wanted.start < wanted.stop <= file.frames:
-        raise ValueError(f"frames is {frames}; expected consecutive frames of 0 to {file.frames - 1}")
-    one = isinstance(frames, int)
-    return recording(file.read(wanted.start, wanted.stop), one)
+    if not isinstance(wanted, range) or wanted.step != 1 or not 0 <= wanted.start < wanted.stop <= count:
+        raise ValueError(f"frames is {frames!r}; expected consecutive frames of 0 to {count - 1}")
+    return wanted
 
 
 def frames(

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from . import _native, _parameters
 from ._arrays import taken
+from ._files import consecutive
 
 Pixel = float | tuple[float, float] | None
 
@@ -118,9 +119,7 @@ def read_sequence(
     """
     columns = None if pose_columns is None else list(pose_columns)
     file = _native.TrackedSequence(path, poses, columns, euler, pose_unit, angle_unit)
-    wanted = range(file.frames) if frames is None else frames
-    if wanted.step != 1 or not 0 <= wanted.start < wanted.stop <= file.frames:
-        raise ValueError(f"frames is {frames}; expected consecutive frames of 0 to {file.frames - 1}")
+    wanted = consecutive(range(file.frames) if frames is None else frames, file.frames)
     part = slice(wanted.start, wanted.stop)
     transforms = file.transforms()
     return TrackedSequence(

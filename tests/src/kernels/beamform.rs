@@ -199,11 +199,15 @@ impl Lines {
                 (0, 1) => beamformer.line_within(&mut workspace, x, active, within(), z)?,
                 (0, _) => beamformer.sub_lines(&mut workspace, (x, steering[line]), active, z)?,
                 (block, _) => {
+                    let all = &self.lines[line].0;
+                    let parts = all.iter().map(|x| x.re.abs().max(x.im.abs()));
+                    let largest = parts.fold(0.0, f32::max);
                     let (mut done, half_window) = (0, self.parameters.temporal_half_window);
                     for end in (block..samples + block).step_by(block) {
                         let (first, end) = (done - half_window.min(done), end.min(samples));
-                        let x = &self.lines[line].0[first * self.elements..end * self.elements];
+                        let x = &all[first * self.elements..end * self.elements];
                         let x = AlignedLine::new(x, self.elements)?.of_line(first, samples)?;
+                        let x = x.of_largest(largest)?;
                         done = beamformer.partial_line(
                             &mut workspace,
                             x,
@@ -263,19 +267,6 @@ impl Lines {
         }
         Ok(())
     }
-
-    /// Whether no part of a sample is next to nothing beside others.
-    ///
-    /// Each block of a line that still comes has its own working scale.
-    fn is_even(&self) -> bool {
-        self.lines.iter().all(|(x, _)| {
-            let parts = || x.iter().flat_map(|x| [x.re.abs(), x.im.abs()]);
-            let largest = parts().fold(0.0, f32::max);
-            let moderate = largest == 0.0 || (1e-15..1e15).contains(&largest);
-            moderate && parts().all(|part| part == 0.0 || part > 1e-12 * largest)
-        })
-    }
-
     /// The sizes for the largest adaptive aperture.
     fn sizes(&self) -> bonebeam::beamform::Sizes {
         let adaptive = self
@@ -372,7 +363,7 @@ impl Kernel for Lines {
         if !gated {
             ways.push(SEGMENTS);
         }
-        if self.parameters.sub_lines == 1 && self.is_even() {
+        if self.parameters.sub_lines == 1 {
             ways.push(self.block);
         }
         ways

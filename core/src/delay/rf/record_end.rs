@@ -57,6 +57,9 @@ impl Delay {
             for receive in &receive {
                 let position =
                     centre - f64::from(receive.ahead()) + f64::from(receive.samples(z as f32));
+                if position.is_nan() {
+                    return Ok(p.record_samples);
+                }
                 if z > 0.0 && position < FAR && position > last {
                     last = position;
                 }
@@ -187,6 +190,15 @@ mod tests {
         };
         assert_eq!(delay.record_end(&line(0, 0.0), 0..9), Ok(0));
         assert_eq!(delay.record_end(&line(6, 0.0), 9..9), Ok(0));
+        // At no speed of a medium there is no number of positions.
+        let sound_speed = 1e300;
+        let parameters = DelayParameters {
+            sound_speed,
+            ..*delay.parameters()
+        };
+        let fast = Delay::new(parameters).unwrap();
+        let record = parameters.record_samples;
+        assert_eq!(fast.record_end(&line(6, 0.0), 0..9), Ok(record));
         // Before the record, and behind it.
         assert_eq!(delay.record_end(&line(6, 1.0), 0..9), Ok(0));
         assert_eq!(delay.record_end(&line(6, -0.1), 0..9), Ok(100));

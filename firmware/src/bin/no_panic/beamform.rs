@@ -49,7 +49,9 @@ fn coherence() -> Result<(), Error> {
 fn one(method: Method) -> Result<(), Error> {
     let x = [Complex::ZERO; 100];
     let line = AlignedLine::new(opaque(&x[..]), opaque(1))?;
-    let line = line.of_line(opaque(1), opaque(100))?;
+    let line = line
+        .of_line(opaque(1), opaque(100))?
+        .of_largest(opaque(1.0))?;
     take((line.elements(), line.samples()));
     let beamformer = Beamformer::new(parameters(method))?;
     take((

@@ -150,7 +150,8 @@ impl Lattice {
             let corner = beam * self.samples.count + sample as usize;
             (1.0 - q) * levels[corner] + q * levels[corner + 1]
         };
-        (1.0 - p) * along(beam) + p * along(beam + 1)
+        // Rounding beyond white is clipped.
+        ((1.0 - p) * along(beam) + p * along(beam + 1)).min(255.0)
     }
 }
 

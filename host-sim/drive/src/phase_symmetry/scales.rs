@@ -44,7 +44,7 @@ pub fn with_scales(image: ArrayView2<f32>, section: &PhaseSymmetry) -> Result<Ph
     };
     let deviation = ridge_deviation(resized.as_ref().map_or(image, |image| image.view()));
     let deviation = deviation.ok_or_else(|| {
-        let message = "the image has no bright ridge to choose scales by; give --scales";
+        let message = "the image has no bright ridge, or a side below 20 pixels, to choose scales by; give --scales";
         Error::Data(message.into())
     })?;
     let centre = 1.0 / (WAVELENGTHS * deviation);
@@ -65,6 +65,9 @@ fn ridge_deviation(image: ArrayView2<f32>) -> Option<f64> {
     let coarsest = COARSEST * rows.min(columns) as f64;
     let deviations = (0..).map(|k| FINEST * (f64::from(k) / f64::from(AN_OCTAVE)).exp2());
     let deviations: Vec<f64> = deviations.take_while(|sigma| *sigma <= coarsest).collect();
+    if deviations.is_empty() {
+        return None;
+    }
     let mut best = vec![(0f32, 0u8); rows * columns];
     for (k, sigma) in (0u8..).zip(&deviations) {
         let curvature = curvature(image, *sigma);

@@ -10,10 +10,11 @@ use bonebeam_simulate::{Checkpoint, Phantom, Settings, Summation, resumed_channe
 
 /// Reads the recording of a phantom from the folder of kept ones, or simulates it.
 ///
-/// `file` begins its file's name; `step` is its name in the progress. An interrupted simulation resumes.
+/// `file` begins its file's name; `step` is its name in the progress. An interrupted simulation resumes. A damaged file is
+/// replaced.
 ///
 /// # Errors
-/// A phantom that cannot be simulated, or a kept file that is damaged.
+/// A phantom that cannot be simulated, or a file that cannot be written.
 pub fn recording(
     context: &Context<'_>,
     [file, step]: [&str; 2],
@@ -26,8 +27,8 @@ pub fn recording(
         let key = Checkpoint::key(settings, phantom);
         folder.join(format!("{file}-{key:016x}.npz"))
     });
-    if let Some(path) = file.as_deref().filter(|path| path.exists()) {
-        return ChannelData::read(path);
+    if let Some(Ok(data)) = file.as_deref().map(ChannelData::read) {
+        return Ok(data);
     }
     let mut checkpoint = match &file {
         Some(path) => Checkpoint::new(&path.with_extension("partial"), settings, phantom)?,

@@ -218,9 +218,9 @@ pub(super) fn apodization(count: usize, parameters: &Parameters) -> Vec<f32> {
     };
     let weight = |index: usize| {
         let from_middle = (2 * index + 1).abs_diff(count) as f32 / count as f32;
-        let u: f32 = (from_middle - (1.0 - taper)) / taper;
-        if u > 0.0 {
-            let cosine = libm::cosf(std::f32::consts::PI * u);
+        let beyond: f32 = from_middle - (1.0 - taper);
+        if beyond > 0.0 {
+            let cosine = libm::cosf(std::f32::consts::PI * (beyond / taper));
             edge + (1.0 - edge) * (0.5 + 0.5 * cosine)
         } else {
             1.0

@@ -61,6 +61,9 @@ pub fn resample(
     columns: Positions,
 ) -> Vec<f32> {
     let mut out = Vec::new();
+    let most = data
+        .iter()
+        .fold(0.0, |most: f32, value| most.max(value.abs()));
     for row in 0..rows.count {
         for column in 0..columns.count {
             let z = rows.first + row as f64 * rows.step;
@@ -74,7 +77,7 @@ pub fn resample(
                 let d = |beam: usize, sample: usize| data[beam * samples.count + sample];
                 let near = (1.0 - q) * d(b, s) + q * d(b, s + 1);
                 let far = (1.0 - q) * d(b + 1, s) + q * d(b + 1, s + 1);
-                value = (1.0 - p) * near + p * far;
+                value = ((1.0 - p) * near + p * far).min(most);
             }
             out.push(value);
         }
