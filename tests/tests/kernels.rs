@@ -76,9 +76,9 @@ fn check<K: Plain>(plans: u64, exact: impl Fn(&K, &[K::Number])) {
 
 /// A test a row: the plans of each kernel, and what else is asserted of a result.
 macro_rules! judged {
-    ($($test:ident { $($kernel:ty: $plans:literal $($exact:ident)?),* })*) => {$(
-        #[test]
-        fn $test() {
+    ($(#[$test:meta] fn $name:ident() { $($kernel:ty: $plans:literal $($exact:ident)?),* })*) => {$(
+        #[$test]
+        fn $name() {
             $(judged!(@of $kernel, $plans $(, $exact)?);)*
         }
     )*};
@@ -87,16 +87,16 @@ macro_rules! judged {
 }
 
 judged! {
-    delayed_lines { delay::Lines: 6000 }
-    upsampled_lines { upsampled::Waves: 1000 }
-    beamformed_lines { beamform::Lines: 6000 }
-    coherence_of_lines { coherence::Shares: 1000, coherence::ShortLag: 1000 short_lag }
-    images { image::Image: 3000, depth_interpolation::Envelopes: 1000 }
-    bone_maps { phase_symmetry::Map: 60 }
-    surfaces { surface::Frame: 200 }
-    lines_of_a_pipeline { pipeline::Line: 2000 }
-    frames_of_a_pipeline { frame::Frame: 150 by_the_host }
-    apertures_of_scans { scan::Apertures: 4000 }
+    #[test] fn delayed_lines() { delay::Lines: 6000 }
+    #[test] fn upsampled_lines() { upsampled::Waves: 1000 }
+    #[test] fn beamformed_lines() { beamform::Lines: 6000 }
+    #[test] fn coherence_of_lines() { coherence::Shares: 1000, coherence::ShortLag: 1000 short_lag }
+    #[test] fn images() { image::Image: 3000, depth_interpolation::Envelopes: 1000 }
+    #[test] fn bone_maps() { phase_symmetry::Map: 60 }
+    #[test] fn surfaces() { surface::Frame: 200 }
+    #[test] fn lines_of_a_pipeline() { pipeline::Line: 2000 }
+    #[test] fn frames_of_a_pipeline() { frame::Frame: 150 by_the_host }
+    #[test] fn apertures_of_scans() { scan::Apertures: 4000 }
 }
 
 /// Lines, image and map of the host's threads.

@@ -78,7 +78,7 @@ const MANY: usize = 1024;
 const MAX_LENS_DELAY: f64 = 100e-6;
 
 impl ChannelData {
-    /// A recording of a linear array without a lens; records begin with their transmits.
+    /// A recording of a linear array without a lens, from the transmits on.
     ///
     /// `element_x` has the elements' lateral positions, m. `rates` are the sampling rate and the centre frequency, Hz,
     /// and `c` is the speed of sound, m/s.

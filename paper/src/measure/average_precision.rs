@@ -7,6 +7,7 @@
 
 use ndarray::ArrayView2;
 
+/// A detection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Detection {
     /// The map's value.

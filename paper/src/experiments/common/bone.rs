@@ -17,6 +17,7 @@ pub const FOUND: f32 = 64.0;
 
 /// A bone and the pixels of its image.
 pub struct View {
+    /// The pixels.
     pub grid: PixelGrid,
     /// Signed distance to the outer surface, inside positive, m.
     pub distance: Array2<f64>,

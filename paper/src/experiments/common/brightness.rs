@@ -18,6 +18,7 @@ const RANGE: f64 = 160.0;
 /// The echo is the largest envelope within 0.5 mm of the surface. Speckle alone gives 3 to 5 dB.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Brightness {
+    /// The median.
     pub median_db: f64,
     /// The 10th and the 90th percentile.
     pub tenths_db: [f64; 2],

@@ -58,6 +58,7 @@ pub struct Scene {
     pub data: ChannelData,
     /// The beamformers.
     pub variants: Vec<Variant>,
+    /// The lines of each.
     pub lines: Vec<BeamformedLines>,
 }
 

@@ -43,6 +43,7 @@ pub struct Tune {
     pub seed: u64,
     /// Start of the search, and values that are not tuned.
     pub sections: Sections,
+    /// The scenes.
     pub scenes: Scenes,
 }
 

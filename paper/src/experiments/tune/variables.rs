@@ -204,6 +204,7 @@ impl Sections {
         start
     }
 
+    /// The values of variables.
     pub fn values(&self, variables: &[Variable]) -> Result<Vec<f64>> {
         let table = Table::try_from(self).map_err(cannot_be_written)?;
         Ok(variables.iter().map(|v| v.read(&table)).collect())
