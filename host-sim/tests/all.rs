@@ -2,7 +2,6 @@
 
 mod agreement;
 mod arrays;
-mod bad_numbers;
 #[cfg(feature = "bench")]
 mod bench;
 mod commands;

@@ -687,10 +687,16 @@ def unusual():
     dead[:, 7] = 0
     write_npz(path, "rf", dead)
     outcome = run("info", path)
-    check("1 of 32 elements recorded nothing but zeros: 7" in outcome.stdout + outcome.stderr, f"dead: {outcome.stdout}")
+    check("1 of 32 elements recorded nothing but a constant, such as 0: 7" in outcome.stdout + outcome.stderr, f"dead: {outcome.stdout}")
     write_npz(path, "rf", 0 * dead)
     outcome = run("info", path)
-    check("every sample of the first frame is 0" in outcome.stdout + outcome.stderr, f"zeros: {outcome.stdout}")
+    check("every record of the first frame is constant, such as 0" in outcome.stdout + outcome.stderr, f"zeros: {outcome.stdout}")
+    # Rounding of a constant has no echoes.
+    for value in (0, 0.3, 7, 1e5, -12):
+        write_npz(path, "rf", np.full_like(dead, value))
+        outcome = run("check", path)
+        check(outcome.returncode == 4 and "every record is constant" in outcome.stdout and "sound-speed" not in outcome.stdout, f"constant: {outcome.stdout}")
+        check("times more power" not in run("info", path).stdout, f"constant {value} as a harmonic")
     np.savez(path, rf=rf[0], **dict(keys("rf"), element_x=30 * X))
     outcome = run("info", path)
     check("32 elements over 227" in outcome.stdout + outcome.stderr, f"wide: {outcome.stdout}{outcome.stderr}")
@@ -1157,6 +1163,29 @@ def conformance_of_writers():
             path = folder / f"conformance.{ending}"
             write(path, values)
             judge(writer, kind, path)
+    # One record of one sender and one receiver after the other, in any order.
+    shuffle = np.random.default_rng(4).permutation(3 * ELEMENTS)
+    records = dict(rf=elements[0].reshape(-1, SAMPLES), tx_element=np.repeat(SINGLE, ELEMENTS), rx_element=np.tile(np.arange(ELEMENTS), 3), t0=np.repeat(single["t0"], ELEMENTS))
+    values = {**keys("rf"), **{name: value[shuffle] for name, value in records.items()}}
+    del values["tx_angle"]
+    for writer, (ending, write) in plain.items():
+        path = folder / f"conformance.{ending}"
+        write(path, values)
+        judge(writer, "list of acquisitions", path)
+    # A multiplexer: each plane wave with half of the elements, twice; other times of sample 0 are other transmits.
+    path = folder / "conformance.npz"
+    halves = np.stack([rf[0, :, ::2], rf[0, :, 1::2]], 1).reshape(6, ELEMENTS // 2, SAMPLES)
+    own = dict(keys("rf"), rf=halves, tx_angle=np.repeat(ANGLES, 2), rx_element=np.tile(np.arange(ELEMENTS).reshape(-1, 2).T, (3, 1)))
+    np.savez(path, **own)
+    held = converted(path)
+    check(held is not None and np.array_equal(held["rf"], rf[0]) and np.array_equal(held["tx_angle"], ANGLES), "a multiplexer")
+    judge("numpy .npz", "halves of the elements", path)
+    np.savez(path, **{**own, "t0": np.array([0, 1e-6, 0, 0, 0, 0])})
+    held = converted(path)
+    check(held is not None and held["rf"].shape == (4, ELEMENTS, SAMPLES) and not held["rf"][0, 1::2].any(), "a multiplexer of other times")
+    for rx, words in ((0.5 * np.ones((6, 16)), "is 0.5 at transmit 0, channel 0"), (np.zeros((6, 16)), "is 0 at transmit 0, channel 1"), (np.arange(6), "has shape [6]")):
+        np.savez(path, **{**own, "rx_element": rx})
+        says(["`rx_element`", words], "info", path, status=1)
     # zea's files: sources and foci are behind or before the origin of each transmit.
     path = folder / "conformance.hdf5"
     distance = lambda places: np.hypot(*places.T)
@@ -1355,6 +1384,14 @@ def containers():
     says(["is of type f128", "floats of 2, 4 or 8 bytes"], "info", path, status=1)
     octave(path, {"rf": rf[0], **keys("rf")})
     read_alike(path, "rf", rf)
+    # Truth values as h5py and numpy write them.
+    delays = dict(keys("rf"), tx_delay=np.tile(1e-8 * np.arange(ELEMENTS), (3, 1)), tx_active=np.arange(ELEMENTS) % 2 == np.zeros((3, 1)))
+    del delays["tx_angle"]
+    write_keyed(path, {"rf": rf[0], **delays})
+    np.savez(folder / "flags.npz", rf=rf[0], **delays)
+    ours, failed = lines(path)
+    theirs, refused = lines(folder / "flags.npz")
+    check(ours and theirs and np.array_equal(ours["z"], theirs["z"]), f"truth values: {failed} {refused}")
     octave(path, {"iq": iq[0], **keys("iq")})
     read_alike(path, "iq", iq)
     # Compressed more than 100 times: a point without noise.
@@ -1401,9 +1438,9 @@ def scanner_lines():
     common = dict(fs=own["fs"], t0=own["t0"], c=own["c"], f0=F0)
     spacing = own["beam_x"][1] - own["beam_x"][0]
     z = own["z"]
-    # The analytic lines are RF in their real part; a scanner's counts have an offset.
-    counts = np.round(2000 * z.real + 300).astype(np.int16)
-    scale = 1 / 2000
+    # The analytic lines are RF in their real part; a scanner's counts have an offset; the base band, of PLUS, is in turns.
+    base = z * np.exp(-2j * np.pi * F0 * (own["t0"] + np.arange(z.shape[1]) / own["fs"]))
+    counts = np.round(20_000 / np.abs(z).max() * z.real + 300).astype(np.int16)
     for name, values, flags, near in (
         ("complex.npz", dict(lines=z, beam_x=own["beam_x"]), (), 1e-3),
         ("real.npz", dict(lines=z.real, pitch=spacing), (), 2.0),
@@ -1412,6 +1449,8 @@ def scanner_lines():
         ("named.mat", dict(RFlines=counts.T, pitch=spacing), ("--variable", "lines=RFlines"), 2.0),
         ("columns.h5", dict(lines=counts.T, pitch=spacing), ("--variable", "axes=sample,beam"), 2.0),
         ("left.npz", dict(lines=z.real[::-1], beam_x=own["beam_x"][::-1]), (), 2.0),
+        ("turns.npz", dict(lines=np.stack([base.real, base.imag], 1).reshape(-1, base.shape[1]), pitch=spacing), ("--variable", "axes=beam,iq,sample"), 1.0),
+        ("pairs.npz", dict(lines=np.stack([base.real, base.imag], 2).reshape(len(base), -1), pitch=spacing), ("--variable", "axes=beam,sample,iq"), 1.0),
     ):
         path = folder / name
         {".npz": lambda: np.savez(path, **values, **common), ".mat": lambda: scipy.io.savemat(path, {**values, **common}), ".h5": lambda: write_keyed(path, {**values, **common})}[path.suffix]()
@@ -1424,10 +1463,11 @@ def scanner_lines():
         outcome = run("surface", path, *flags, "-o", "surface.csv", "--image", "surface.png")
         check(outcome.returncode == 0, f"{name}: surface: {status_of(outcome)}")
         says(["holds      lines: 1 frame"], "info", path, *flags)
-    says(["--method has no effect", "holds lines"], "beamform", folder / "own.npz", "--method", "mv", "--image", "picture.npy", status=1)
-    says(["no output is asked for"], "beamform", folder / "own.npz", status=1)
+    says(["--method has no effect", "holds lines"], "beamform", folder / "own.npz", "--method", "mv", "--image", "picture.npy", status=2)
+    says(["no output is asked for"], "beamform", folder / "own.npz", status=2)
     np.savez(folder / "envelopes.npz", lines=np.abs(z), pitch=spacing, **common)
     says(["like envelopes"], "info", folder / "envelopes.npz", status=1)
+    says(["axes=beam,iq,sample", "axes=beam,sample,iq"], "info", folder / "turns.npz", status=1)
     np.savez(folder / "short.npz", lines=z.real, fs=FS)
     says(["`beam_x` or `pitch`"], "info", folder / "short.npz", status=1)
 
@@ -1498,6 +1538,8 @@ def zea_kinds():
     kind("time of the peak (`t_peak`)", put(track + "t_peak", np.full(3, 1 / F0, np.float32)))
     kind("two-way waveforms", put(track + "waveforms_two_way", np.tile(np.hanning(120) * np.cos(2 * np.pi * F0 * np.arange(120) / 250e6), (3, 1)).astype(np.float32)))
     kind("harmonic", put(track + "demodulation_frequency", np.float32(1.5 * F0)), words=["received frequency"])
+    poses = {"translation": np.zeros((4, 3)), "rotation": np.tile([1.0, 0, 0, 0], (4, 1)), "rotation_representation": "quaternion_wxyz", "sampling_frequency": 20.0}
+    kind("poses of the probe (`probe_pose`)", lambda file: [file.__setitem__(f"metadata/probe_pose/{name}", value) for name, value in poses.items()], words=["poses of the probe", "not used"])
     kind("gain over depth (`tgc_gain_curve`)", put(track + "tgc_gain_curve", np.ones(9, np.float32)), words=["not used", "keep the gain"])
     kind("speed of sound missing", lambda file: file.__delitem__(track + "sound_speed") if track + "sound_speed" in file else None)
 
@@ -1656,21 +1698,50 @@ def hostile():
             check(clean, f"{name}, case {n}: {status_of(outcome)}")
             refused += outcome.returncode
         print(f"{name}: {len(cases)} changed files, {refused} refused")
-    # Names that lead out of the file.
+    # Ways out of the file: none is taken, and no way within the file hides them.
     secret = folder / "secret.h5"
     write_h5(secret, "rf", scene("rf")[0])
+    out, own = h5py.ExternalLink, h5py.SoftLink
+    references = h5py.special_dtype(ref=h5py.Reference)
+
+    def stored(file, name):
+        return file.create_dataset(name, (3, 32, 900), "f4", external=[("secret.h5", 0, h5py.h5f.UNLIMITED)])
+
+    def ways(*links):
+        def make(file):
+            file["y"] = file.create_group("x")
+            for name, link in links:
+                file[name] = link
+
+        return make
+
+    def refers(file):
+        data = stored(file, "a")
+        file.create_dataset("rf", (1,), dtype=references)[0] = data.ref
+
     for name, make in {
-        "external link": lambda f: f.__setitem__("rf", h5py.ExternalLink("secret.h5", "/rf")),
-        "external data": lambda f: f.create_dataset("rf", (3, 32, 900), "f4", external=[("secret.h5", 0, h5py.h5f.UNLIMITED)]),
+        "external link": ways(("rf", out("secret.h5", "/rf"))),
+        "soft to external": ways(("a", out("secret.h5", "/rf")), ("b", own("/a")), ("rf", own("b"))),
+        "into an external group": ways(("a", out("secret.h5", "/")), ("rf", own("/a/rf"))),
+        "by another name of a group": ways(("x/a", out("secret.h5", "/")), ("rf", own("/y/a/rf"))),
+        "external data": lambda f: stored(f, "rf"),
+        "soft to external data": lambda f: (stored(f, "a"), ways(("rf", own("/a")))(f)),
+        "reference to external data": refers,
         "virtual": lambda f: f.create_virtual_dataset("rf", virtual(secret)),
+        "virtual of an external link": lambda f: (ways(("a", out("secret.h5", "/rf")))(f), f.create_virtual_dataset("rf", virtual(f.filename, "a"))),
+        "virtual of external data": lambda f: (stored(f, "a"), f.create_virtual_dataset("rf", virtual(f.filename, "a"))),
     }.items():
-        path = folder / "leads_out.h5"
-        with h5py.File(path, "w") as file:
-            for key, value in keys("rf").items():
-                file[key] = value
-            make(file)
-        outcome = run("info", path, limit=LIMIT)
-        check(outcome.returncode == 1 and "another file" in outcome.stderr, f"{name}: {status_of(outcome)}")
+        for libver in ("earliest", "latest"):
+            path = folder / "leads_out.h5"
+            with h5py.File(path, "w", libver=libver) as file:
+                for key, value in keys("rf").items():
+                    file[key] = value
+                make(file)
+            for command in (("info", path), ("convert", path, "-o", "led.npz"), ("beamform", path, "-o", "led.npz")):
+                outcome = run(*command, limit=LIMIT)
+                check(outcome.returncode == 1 and outcome.stderr.count("\n") == 1, f"{name}, {command[0]}: {status_of(outcome)}")
+            if "reference" not in name:
+                check("another file" in outcome.stderr, f"{name}: {status_of(outcome)}")
     # Groups within groups without end, and a name that is itself.
     path = folder / "loops.h5"
     with h5py.File(path, "w") as file:
@@ -1696,9 +1767,9 @@ def hostile():
     check(outcome.returncode == 1 and outcome.stderr.count("\n") == 1, f"bomb: {status_of(outcome)}")
 
 
-def virtual(path):
+def virtual(path, name="rf"):
     layout = h5py.VirtualLayout((3, 32, 900), "f4")
-    layout[:] = h5py.VirtualSource(path, "rf", (3, 32, 900))
+    layout[:] = h5py.VirtualSource(path, name, (3, 32, 900))
     return layout
 
 

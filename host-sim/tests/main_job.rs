@@ -55,6 +55,8 @@ fn of<'a>(list: &'a Value, beamformer: &str) -> &'a Value {
 fn the_quick_main_job_leaves_a_whole_folder() {
     let folder = tempdir().unwrap();
     let out = folder.path().join("deep/out");
+    fs::create_dir_all(&out).unwrap();
+    fs::write(out.join(".host-sim-1-7"), "left by a killed run").unwrap();
     // Four gigabytes of address space are enough.
     let script = "ulimit -v 4000000 2>/dev/null; exec \"$0\" --quick --out deep/out";
     let [text, _] = succeeded(&mut shell(&folder, script));

@@ -19,13 +19,17 @@ const COMMAND: &str = "beamform data.npz -o lines.npz --method mv --line-count 4
 /// A folder with plane-wave frames, each with different numbers.
 fn folder_with_frames() -> TempDir {
     let folder = tempdir().unwrap();
+    write_frames(&folder, 999.0);
+    folder
+}
+
+fn write_frames(folder: &TempDir, offset: f32) {
     let rf = Array4::from_shape_fn((FRAMES, 2, 4, 2000), |(frame, t, m, n)| {
-        (((n + 7 * m + 3 * t) * (2 * frame + 3)) % 1999) as f32 - 999.0
+        (((n + 7 * m + 3 * t) * (2 * frame + 3)) % 1999) as f32 - offset
     });
     channel_data_without(&folder.path().join("data.npz"), &["rf"])
         .with("rf", rf.into_dyn())
         .finish();
-    folder
 }
 
 /// Runs the command and returns its JSON and its standard error.
@@ -107,6 +111,19 @@ fn frames_that_were_done_are_not_made_again() {
     assert!(message.contains("belongs to another run"), "{message}");
     assert_eq!(json["resumed_frames"].as_u64(), Some(0));
     assert_eq!(names(folder.path()), expected);
+
+    // Nor those of a file that was replaced by one of equal length and time.
+    fs::remove_file(folder.path().join("lines.npz")).unwrap();
+    killed(&folder, 5 * frame as u64);
+    let path = folder.path().join("data.npz");
+    let before = fs::metadata(&path).unwrap();
+    write_frames(&folder, 998.0);
+    let data = File::options().append(true).open(&path).unwrap();
+    data.set_modified(before.modified().unwrap()).unwrap();
+    assert_eq!(fs::metadata(&path).unwrap().len(), before.len());
+    let (json, message) = finished(&folder);
+    assert!(message.contains("belongs to another run"), "{message}");
+    assert_eq!(json["resumed_frames"].as_u64(), Some(0));
 }
 
 /// A run that fails or is stopped early leaves nothing.

@@ -50,8 +50,19 @@ fn a_run_that_was_killed_goes_on_to_the_same_bytes() {
     let mut command = tune(&folder, &arguments("killed"));
     kill_after(&mut command, scores, 4);
     assert!(!at("killed/report.json").exists());
+    // Damaged recordings are made again, and what else is left is removed.
+    for entry in fs::read_dir(&kept).unwrap().flatten() {
+        if entry.path().extension().is_some_and(|end| end == "npz") {
+            fs::write(entry.path(), "damaged").unwrap();
+        }
+    }
+    let left = at("killed/.host-sim-1-7");
+    fs::write(&left, "left by a killed run").unwrap();
     let [table, _] = succeeded(&mut tune(&folder, &arguments("killed")));
-    assert!(!kept.exists(), "what was kept goes when the run is done");
+    assert!(
+        !kept.exists() && !left.exists(),
+        "what was kept goes when the run is done"
+    );
     assert!(table.contains("mv, tuned together"), "{table}");
     succeeded(&mut tune(&folder, &arguments("whole")));
     for file in ["tuned.toml", "report.json", "evaluations.csv"] {

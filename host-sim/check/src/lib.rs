@@ -34,6 +34,11 @@ pub fn check(data: &ChannelData) -> Vec<Finding> {
         .collect();
     let offset = data.offset().into_iter();
     findings.extend(offset.map(|text| Finding::new("offset-binary", Severity::Warning, text)));
+    if data.samples.dead().len() == data.element_x.len() {
+        let text = "every record is constant: nothing was received";
+        findings.push(Finding::new("dead", Severity::Error, text));
+        return findings;
+    }
     findings.extend(samples::check(data));
     let (base, view, found) = order::band(data, &chosen, &view);
     findings.extend(found);

@@ -422,13 +422,13 @@ impl ChannelData {
     fn silent(&self) -> Option<String> {
         let dead = self.samples.dead();
         if dead.len() == self.element_x.len() {
-            return Some("every sample of the first frame is 0".into());
+            return Some("every record of the first frame is constant, such as 0".into());
         }
         let first: Vec<String> = dead.iter().take(5).map(usize::to_string).collect();
         let more = if dead.len() > 5 { ", …" } else { "" };
         (!dead.is_empty()).then(|| {
             format!(
-                "{} of {} elements recorded nothing but zeros: {}{more}",
+                "{} of {} elements recorded nothing but a constant, such as 0: {}{more}",
                 dead.len(),
                 self.element_x.len(),
                 first.join(", ")

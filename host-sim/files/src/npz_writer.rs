@@ -1,6 +1,6 @@
 //! `.npz` archives written array by array.
 
-use std::io::{Seek, Write};
+use std::io::{self, Seek, Write};
 
 use ndarray::{ArrayRef, Dimension};
 use zip::result::ZipError;
@@ -17,7 +17,15 @@ pub struct Writer<W: Write + Seek> {
 }
 
 /// Result of writing.
-pub type Written<T = ()> = std::result::Result<T, ZipError>;
+pub type Written = io::Result<()>;
+
+/// The error of the sink, which the library's own message leaves out.
+fn reason(error: ZipError) -> io::Error {
+    match error {
+        ZipError::Io(error) => error,
+        other => other.into(),
+    }
+}
 
 impl<W: Write + Seek> Writer<W> {
     /// An archive whose largest array has `bytes` bytes.
@@ -30,32 +38,36 @@ impl<W: Write + Seek> Writer<W> {
 
     /// Adds an array.
     pub fn add<T: Element, D: Dimension>(&mut self, key: &str, array: &ArrayRef<T, D>) -> Written {
-        self.zip.start_file(format!("{key}.npy"), self.options)?;
-        Ok(npy::write(array, &mut self.zip)?)
+        self.start(key)?;
+        npy::write(array, &mut self.zip)
     }
 
     /// Begins an array of this shape; [`Writer::append`] adds its numbers.
     pub fn begin<T: Element>(&mut self, key: &str, shape: &[usize]) -> Written {
-        self.zip.start_file(format!("{key}.npy"), self.options)?;
+        self.start(key)?;
         let header = Header {
             descr: T::NAME.into(),
             in_columns: false,
             shape: shape.to_vec(),
         };
-        Ok(self.zip.write_all(&header.bytes())?)
+        self.zip.write_all(&header.bytes())
+    }
+
+    fn start(&mut self, key: &str) -> Written {
+        let started = self.zip.start_file(format!("{key}.npy"), self.options);
+        started.map_err(reason)
     }
 
     /// Appends numbers to the array that was begun.
     pub fn append<T: Element, D: Dimension>(&mut self, array: &ArrayRef<T, D>) -> Written {
         let array = array.as_standard_layout();
         let numbers = array.as_slice().unwrap_or_default();
-        Ok(T::encode(numbers, &mut self.zip)?)
+        T::encode(numbers, &mut self.zip)
     }
 
     /// Ends the archive.
     pub fn finish(self) -> Written {
-        self.zip.finish()?.flush().map_err(ZipError::from)?;
-        Ok(())
+        self.zip.finish().map_err(reason)?.flush()
     }
 }
 

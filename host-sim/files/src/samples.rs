@@ -355,21 +355,23 @@ impl Samples {
         }
     }
 
-    /// Elements of the first frame with only zeros.
-    pub(super) fn dead(&self) -> Vec<usize> {
-        let elements = 0..self.dim().2;
-        let is_dead = |m: &usize| match self.frame(0) {
-            Some(FrameSamples::Rf(rf)) => rf.index_axis(Axis(1), *m).iter().all(|&v| v == 0.0),
-            Some(FrameSamples::Counts(counts)) => {
-                counts.index_axis(Axis(1), *m).iter().all(|&v| v == 0)
-            }
-            Some(FrameSamples::Iq { iq, .. }) => {
-                let zero = Complex::new(0.0, 0.0);
-                iq.index_axis(Axis(1), *m).iter().all(|&z| z == zero)
-            }
-            None => false,
-        };
-        elements.filter(is_dead).collect()
+    /// Elements of the first frame whose records are constant.
+    pub fn dead(&self) -> Vec<usize> {
+        fn of<T: Copy + PartialEq>(frame: ArrayView3<'_, T>) -> Vec<usize> {
+            let is_constant = |record: ndarray::ArrayView1<'_, T>| {
+                let first = record.first().copied();
+                record.iter().all(|&value| Some(value) == first)
+            };
+            let elements = frame.axis_iter(Axis(1)).enumerate();
+            let dead = elements.filter(|(_, records)| records.outer_iter().all(is_constant));
+            dead.map(|(m, _)| m).collect()
+        }
+        match self.frame(0) {
+            Some(FrameSamples::Rf(rf)) => of(rf),
+            Some(FrameSamples::Counts(counts)) => of(counts),
+            Some(FrameSamples::Iq { iq, .. }) => of(iq),
+            None => Vec::new(),
+        }
     }
 
     /// Mean frequency of the first frame of I/Q, Hz.

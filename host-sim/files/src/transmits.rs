@@ -75,6 +75,30 @@ impl Transmits {
         self.len() == 0
     }
 
+    /// The law of some transmits.
+    ///
+    /// # Panics
+    /// If a transmit does not exist.
+    #[must_use]
+    pub fn only(&self, transmits: &[usize]) -> Self {
+        let of = |values: &[f64]| transmits.iter().map(|&k| values[k]).collect();
+        match self {
+            Transmits::Focused { x, focus, f_number } => Transmits::Focused {
+                x: of(x),
+                focus: of(focus),
+                f_number: *f_number,
+            },
+            Transmits::Plane { angle } => Transmits::Plane { angle: of(angle) },
+            Transmits::Element { index } => Transmits::Element {
+                index: transmits.iter().map(|&k| index[k]).collect(),
+            },
+            Transmits::VirtualSource { x, z } => Transmits::VirtualSource { x: of(x), z: of(z) },
+            Transmits::Delays { delay } => Transmits::Delays {
+                delay: delay.select(Axis(0), transmits),
+            },
+        }
+    }
+
     /// The same law for elements in reverse order.
     pub(super) fn flip(&mut self, elements: usize) {
         match self {

@@ -9,8 +9,9 @@ use std::ops::Range;
 use ndarray::{ArrayD, IxDyn};
 
 use crate::aliases::{is_given, listed};
+use crate::receivers::{channels as channels_of, merged, of_elements};
 use crate::values::{NamedArrays, Values};
-use crate::variables::{AXES, Given, LAWS, LINE_KEYS, ORIGIN, TIMES, Variables};
+use crate::variables::{AXES, Given, LAWS, LINE_KEYS, ORIGIN, RX_ELEMENT, TIMES, Variables};
 use crate::waves::{Law, first_fires};
 pub(crate) use axes::Axes;
 use axes::ORDER;
@@ -60,8 +61,54 @@ impl Keyed<'_> {
     pub fn channel_data(&self, frames: Range<usize>) -> Result<(ChannelData, usize)> {
         self.check_that_all_is_given(Some(SAMPLES))?;
         let (samples, held) = self.samples(frames)?;
-        let (_, transmits, elements, _) = samples.dim();
-        Ok((self.with_samples(samples, transmits, elements)?, held))
+        let (_, transmits, channels, _) = samples.dim();
+        let data = match self.optional_numbers(RX_ELEMENT)? {
+            Some(indices) => self.with_receivers(samples, indices)?,
+            None => self.with_samples(samples, transmits, channels)?,
+        };
+        Ok((data, held))
+    }
+
+    /// Channel data of acquisitions, each by the elements of `indices` [acquisition, channel].
+    ///
+    /// Acquisitions of one wave by several elements become one transmit.
+    fn with_receivers(&self, samples: Samples, indices: ArrayD<f64>) -> Result<ChannelData> {
+        self.check_that_all_is_given(None)?;
+        let (_, acquisitions, channels, _) = samples.dim();
+        let wrong = |message: String| self.source.error(format!("`{RX_ELEMENT}` {message}"));
+        let shape = indices.shape().to_vec();
+        let indices = indices.into_shape_with_order(IxDyn(&[acquisitions, channels]));
+        let indices = indices.map_err(|_| {
+            wrong(format!(
+                "has shape {shape:?}; expected that of the samples, {acquisitions} transmits of {channels} channels"
+            ))
+        })?;
+        let is_spread = |key: &str| self.variables.get(key).is_some_and(Given::is_spread);
+        let elements = match is_spread("element_x") {
+            false => self.optional("element_x")?.map(|x| x.len()),
+            true => None,
+        };
+        let elements = match elements {
+            Some(elements) => elements,
+            None => {
+                let sent = self.optional("tx_element")?.unwrap_or_default();
+                let last = indices.iter().chain(&sent).copied().fold(0.0, f64::max);
+                (last as usize).saturating_add(1)
+            }
+        };
+        let channels = channels_of(&indices, elements).map_err(wrong)?;
+        let variables = self.variables.spread(acquisitions, elements);
+        let keyed = |law| Keyed {
+            source: self.source,
+            variables: &variables,
+            law,
+        };
+        let own = keyed(self.law.clone());
+        let law = own.law_of(acquisitions, &own.positions(elements)?)?;
+        let (law, of) = merged(&law, &channels);
+        let samples = of_elements(samples, &channels, &of).map_err(wrong)?;
+        let transmits = of.iter().max().map_or(0, |last| last + 1);
+        keyed(Some(law)).of_all(samples, transmits, elements)
     }
 
     /// Channel data with samples from elsewhere.
@@ -89,55 +136,18 @@ impl Keyed<'_> {
         if let Some(y) = self.optional("element_y")? {
             check_plane(&y).map_err(|message| self.source.error(message))?;
         }
-        let element_x = match self.optional("element_x")? {
-            Some(x) => x,
-            None => self.centred(elements)?,
-        };
-        let (law, t0) = match &self.law {
-            Some(law) => law.clone(),
-            None => (self.transmits(transmits)?, self.vector("t0")?),
-        };
-        for (key, count, expected, of) in [
-            ("element_x", element_x.len(), elements, "element"),
-            ("the delay law", law.len(), transmits, "transmit"),
-        ] {
-            if count != expected {
-                return Err(self.source.error(format!(
-                    "{key} has length {count}; expected {expected}, one for each {of} of the samples; \
-                     perhaps their axes are not in the order {}; --variable axes=… gives another order",
-                    ORDER[1..].join(", ")
-                )));
-            }
-        }
-        let mut t0 = match t0.as_slice() {
-            [one] => vec![*one; transmits],
-            _ => t0,
-        };
-        let (element_z, c) = (self.optional("element_z")?, self.scalar("c")?);
-        let is_first =
-            matches!(self.variables.get(TIMES), Some(Given::Name(from)) if from != ORIGIN);
-        if is_first && self.law.is_none() {
-            let z = element_z
-                .iter()
-                .flatten()
-                .copied()
-                .chain(std::iter::repeat(0.0));
-            let positions: Vec<[f64; 2]> =
-                element_x.iter().copied().zip(z).map(Into::into).collect();
-            for (transmit, t0) in t0.iter_mut().enumerate() {
-                *t0 += first_fires(&law, transmit, &positions, c);
-            }
-        }
+        let positions = self.positions(elements)?;
+        let (transmits, t0) = self.law_of(transmits, &positions)?;
         let data = ChannelData {
             samples,
             fs: self.scalar("fs")?,
             t0,
-            element_x,
-            element_z,
+            element_x: positions.iter().map(|[x, _]| *x).collect(),
+            element_z: self.optional("element_z")?,
             element_angle: self.optional("element_angle")?,
-            c,
+            c: self.scalar("c")?,
             f0: self.scalar("f0")?,
-            transmits: law,
+            transmits,
             lens_delay: match self.optional("lens_delay")? {
                 Some(_) => self.scalar("lens_delay")?,
                 None => 0.0,
@@ -146,6 +156,51 @@ impl Keyed<'_> {
         let data = data.normalised();
         data.check().map_err(|message| self.source.error(message))?;
         Ok(data)
+    }
+
+    fn check_count(&self, key: &str, count: usize, expected: usize, of: &str) -> Result<()> {
+        if count == expected {
+            return Ok(());
+        }
+        Err(self.source.error(format!(
+            "{key} has length {count}; expected {expected}, one for each {of} of the samples; \
+             perhaps their axes are not in the order {}; --variable axes=… gives another order",
+            ORDER[1..].join(", ")
+        )))
+    }
+
+    /// The positions (x, z) of the elements, m.
+    fn positions(&self, elements: usize) -> Result<Vec<[f64; 2]>> {
+        let x = match self.optional("element_x")? {
+            Some(x) => x,
+            None => self.centred(elements)?,
+        };
+        self.check_count("element_x", x.len(), elements, "element")?;
+        let z = self.optional("element_z")?.into_iter().flatten();
+        let z = z.chain(std::iter::repeat(0.0));
+        Ok(x.into_iter().zip(z).map(Into::into).collect())
+    }
+
+    /// The delay law, and the times of sample 0 from its origin, one for each transmit.
+    fn law_of(&self, transmits: usize, positions: &[[f64; 2]]) -> Result<Law> {
+        let (law, mut t0) = match &self.law {
+            Some(law) => law.clone(),
+            None => (self.transmits(transmits)?, self.vector("t0")?),
+        };
+        self.check_count("the delay law", law.len(), transmits, "transmit")?;
+        if let [one] = t0[..] {
+            t0 = vec![one; transmits];
+        }
+        self.check_count("t0", t0.len(), transmits, "transmit")?;
+        let is_first =
+            matches!(self.variables.get(TIMES), Some(Given::Name(from)) if from != ORIGIN);
+        if is_first && self.law.is_none() {
+            let c = self.scalar("c")?;
+            for (transmit, t0) in t0.iter_mut().enumerate() {
+                *t0 += first_fires(&law, transmit, positions, c);
+            }
+        }
+        Ok((law, t0))
     }
 
     /// Number of transmits of the delay law.
@@ -393,9 +448,12 @@ impl Keyed<'_> {
             (None, None) => return Err(self.missing("rf")),
         };
         let sides = self.source.sides(name);
-        let given = self.variables.get(AXES);
+        let list = Given::Names(["transmit", "sample"].map(str::to_owned).into());
+        let is_list = self.optional_numbers(RX_ELEMENT)?.is_some()
+            && sides.as_ref().is_some_and(|sides| sides.len() == 2);
+        let given = self.variables.get(AXES).or(is_list.then_some(&list));
         let transmits = self.transmits_of_law()?;
-        let axes = Axes::new(given, sides.as_deref(), transmits)?;
+        let axes = Axes::new(given, sides.as_deref(), transmits, is_list)?;
         let shape = self.source.shape_for_parts(name)?;
         let along = shape.and_then(|shape| {
             let axis = axes.of_frames(shape.len())?;

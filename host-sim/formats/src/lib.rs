@@ -15,6 +15,7 @@ mod lines;
 mod mat5;
 mod npz;
 mod picmus;
+mod receivers;
 mod recording_file;
 mod sonix;
 mod uff;
@@ -39,7 +40,7 @@ use bonebeam_files::{
 use hdf5::Store;
 use mat5::Mat5;
 use values::NamedArrays;
-use variables::{IQ_CONJUGATE, TRACK};
+use variables::{IQ_CONJUGATE, RX_ELEMENT, TRACK};
 
 choice! {
     /// A format of recordings, by its name in messages.
@@ -203,8 +204,9 @@ fn read_as_written(path: &Path, variables: &Variables, frames: Range<usize>) -> 
 
 fn npz_archive(path: &Path, variables: &Variables, frames: Range<usize>) -> Result<Found> {
     let source = npz::Archive::open(path)?;
-    let own =
-        ["rf", "iq", "x", "z"].iter().any(|key| source.has(key)) && !lines::is(&source, variables);
+    let own = ["rf", "iq", "x", "z"].iter().any(|key| source.has(key))
+        && !source.has(RX_ELEMENT)
+        && !lines::is(&source, variables);
     if !own {
         let (completed, _) = aliases::complete(&source, variables);
         let named = |key: &&str| aliases::is_given(&source, &completed, key);
@@ -266,6 +268,7 @@ fn read_hdf5(
         let (data, held, assumed) = zea::read(&store, variables, frames)?;
         ((data, held), Format::Zea, assumed)
     } else {
+        uff::refuse_other_version(&store, variables)?;
         return keyed(&store, variables, frames, Format::Hdf5);
     };
     let unread = store.unread();

@@ -1,6 +1,6 @@
 //! Lines of a scanner: real (RF) or complex, by the key `lines`.
 
-use ndarray::{Array3, Array4, Axis};
+use ndarray::{Array3, Array4, ArrayD, Axis};
 use num_complex::Complex;
 
 use crate::aliases::{complete, is_given};
@@ -10,6 +10,8 @@ use crate::variables::{AXES, Given, LINE_KEYS, Variables};
 use bonebeam_files::terminal::digits;
 use bonebeam_files::{BeamRays, BeamformedLines, LineFrames, Result};
 
+/// Axis of real lines along which I and Q are, or the second of two axes that are one.
+const IQ: &str = "iq";
 /// Half the number of taps of the Hilbert transformer.
 const REACH: usize = 63;
 /// Keys of lines, besides those of their own.
@@ -119,7 +121,8 @@ fn samples(keyed: &Keyed<'_>, fs: f64, assumed: &mut Vec<String>) -> Result<Arra
     let wrong = |message: String| source.error(format!("`{name}` {message}"));
     let values = source.samples(name, None)?;
     let shape = values.shape();
-    let order: Vec<String> = match keyed.variables.get(AXES) {
+    let given = keyed.variables.get(AXES);
+    let order: Vec<String> = match given {
         Some(Given::Names(names)) => names.clone(),
         _ => {
             let beams = keyed.optional("beam_x")?.map(|x| x.len());
@@ -142,10 +145,14 @@ fn samples(keyed: &Keyed<'_>, fs: f64, assumed: &mut Vec<String>) -> Result<Arra
                 .collect()
         }
     };
-    // A beam has one record.
-    let element = |axis: &String| if axis == "beam" { "element" } else { axis }.to_owned();
-    let given = Given::Names(order.iter().map(element).collect());
-    let axes = Axes::new(Some(&given), None, None).ok().filter(|_| {
+    // A beam has one record, or one of I and one of Q.
+    let role = |axis: &String| match axis.as_str() {
+        "beam" => "element".to_owned(),
+        IQ => "transmit".to_owned(),
+        axis => axis.to_owned(),
+    };
+    let roles = Given::Names(order.iter().map(role).collect());
+    let axes = Axes::new(Some(&roles), None, None, false).ok().filter(|_| {
         !order
             .iter()
             .any(|axis| ["element", "transmit"].contains(&axis.as_str()))
@@ -153,10 +160,21 @@ fn samples(keyed: &Keyed<'_>, fs: f64, assumed: &mut Vec<String>) -> Result<Arra
     let axes = axes.ok_or_else(|| {
         let order = order.join(", ");
         wrong(format!(
-            "has axes {order}; expected beam, sample, and frame if there are several"
+            "has axes {order}; expected beam, sample, frame if there are several, and iq after beam or sample if I and Q \
+             take turns there"
         ))
     })?;
+    let in_turn = order.iter().position(|axis| axis == IQ);
     let z = match values {
+        Values::Real(parts) if in_turn.is_some() => {
+            let parts = in_pairs(parts, order.len(), in_turn.unwrap_or(0)).map_err(wrong)?;
+            let parts = axes.arranged(parts).map_err(wrong)?;
+            let [i, q] = [0, 1].map(|part| parts.index_axis(Axis(1), part));
+            let z = ndarray::Zip::from(i)
+                .and(q)
+                .map_collect(|&i, &q| Complex::new(i, q));
+            z.insert_axis(Axis(1))
+        }
         Values::Complex(z) => axes.arranged(z).map_err(wrong)?,
         Values::Real(rf) => {
             if let Some(f0) = keyed
@@ -171,10 +189,74 @@ fn samples(keyed: &Keyed<'_>, fs: f64, assumed: &mut Vec<String>) -> Result<Arra
                     digits(fs)
                 )));
             }
-            analytic(&axes.arranged(rf).map_err(wrong)?).map_err(wrong)?
+            let rf = axes.arranged(rf).map_err(wrong)?;
+            let z = analytic(&rf).map_err(wrong)?;
+            let share = share_below(&rf);
+            if given.is_none() && share > BASE_BAND {
+                let order = order.join(",");
+                return Err(wrong(format!(
+                    "is real, and {:.0} % of its power lie below half its mean frequency, as of I and Q in the base band; \
+                     give --variable axes={} if lines of I and of Q take turns, axes={} if samples do, axes={order} if it is RF",
+                    100.0 * share,
+                    order.replace("beam", "beam,iq"),
+                    order.replace("sample", "sample,iq"),
+                )));
+            }
+            z
         }
     };
     Ok(z.index_axis_move(Axis(1), 0))
+}
+
+/// An array in which the axis of I and Q, of length 2, is an axis of its own at `axis`.
+fn in_pairs(
+    parts: ArrayD<f32>,
+    rank: usize,
+    axis: usize,
+) -> std::result::Result<ArrayD<f32>, String> {
+    let mut shape = parts.shape().to_vec();
+    if shape.len() + 1 == rank && axis > 0 && shape[axis - 1].is_multiple_of(2) {
+        shape[axis - 1] /= 2;
+        shape.insert(axis, 2);
+    }
+    let parts = parts.as_standard_layout().into_owned();
+    match shape.get(axis) {
+        Some(2) => parts
+            .into_shape_with_order(shape)
+            .map_err(|e| e.to_string()),
+        _ => Err(format!(
+            "has shape {shape:?}, which is not one of pairs of I and Q"
+        )),
+    }
+}
+
+/// [`share_below`] above which lines are no RF.
+const BASE_BAND: f64 = 0.32;
+/// Lags of the correlation for [`share_below`], samples.
+const LAGS: usize = 128;
+
+/// The share of the power of real lines below half their mean frequency.
+///
+/// Less than 0.1 for RF, 0.25 for noise, 0.38 for either part of I/Q with a Gaussian spectrum.
+fn share_below(rf: &Array4<f32>) -> f64 {
+    let (frames, _, beams, samples) = rf.dim();
+    let step = (frames * beams).div_ceil(64).max(1);
+    let mut correlation = [0.0; LAGS];
+    for line in rf.rows().into_iter().step_by(step) {
+        let mean = line.iter().copied().map(f64::from).sum::<f64>() / samples.max(1) as f64;
+        let line: Vec<f64> = line.iter().map(|&v| f64::from(v) - mean).collect();
+        for (lag, sum) in correlation.iter_mut().enumerate() {
+            let later = line.iter().skip(lag);
+            *sum += line.iter().zip(later).map(|(a, b)| a * b).sum::<f64>();
+        }
+    }
+    let at = |lag: usize| correlation[lag] / correlation[0];
+    let edge = 0.5 * at(1).clamp(-1.0, 1.0).acos();
+    let term = |lag: usize| {
+        let (k, window) = (lag as f64, std::f64::consts::PI * lag as f64 / LAGS as f64);
+        at(lag) * (0.5 + 0.5 * window.cos()) * (k * edge).sin() / k
+    };
+    (edge + 2.0 * (1..LAGS).map(term).sum::<f64>()) / std::f64::consts::PI
 }
 
 /// Analytic lines of RF, without its mean.
@@ -290,6 +372,38 @@ mod tests {
                 None => !assumed.contains("deeper"),
             };
             assert!(fits, "{shift}: {assumed}");
+        }
+    }
+
+    /// As of PLUS.
+    #[test]
+    fn i_and_q_in_turn_are_lines_or_refused() {
+        let z = |beam: usize, n: usize| {
+            let u = (n as f64 - 300.0) / FS;
+            Complex::from_polar((-(u * 2e6).powi(2)).exp(), 0.9 * beam as f64 + 1e6 * u)
+        };
+        let mut file = file();
+        let part = |(line, n)| {
+            if line % 2 == 1 {
+                z(line / 2, n).im
+            } else {
+                z(line / 2, n).re
+            }
+        };
+        let all = Array2::from_shape_fn((24, 800), part);
+        file.set("lines", &[24, 800], &all.into_raw_vec_and_offset().0);
+        let mut variables = Variables::default();
+        let refused = read(&file, &variables).unwrap_err().to_string();
+        assert!(
+            refused.contains("axes=beam,iq,sample if lines"),
+            "{refused}"
+        );
+        variables.take("axes=beam,iq,sample").unwrap();
+        let lines = read(&file, &variables).unwrap().0;
+        assert_eq!(lines.z.dim(), (1, 12, 800));
+        for ((_, beam, n), found) in lines.z.indexed_iter() {
+            let z = z(beam, n);
+            assert!((found - Complex::new(z.re as f32, z.im as f32)).norm() < 1e-6);
         }
     }
 

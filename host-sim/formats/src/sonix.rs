@@ -13,7 +13,7 @@ use ndarray::{Array4, ArrayD};
 use crate::aliases::is_given;
 use crate::keyed::Keyed;
 use crate::values::{AxisRange, NamedArrays, Values};
-use crate::variables::{AXES, BUFFER, CHANNELS, Given, LAWS, LAYOUT, TRACK, Variables};
+use crate::variables::{AXES, BUFFER, CHANNELS, Given, LAWS, LAYOUT, RX_ELEMENT, TRACK, Variables};
 use bonebeam_files::memory::{self, product};
 use bonebeam_files::{ChannelData, Error, Result, Samples, cannot_be_opened, file_error, input};
 
@@ -128,7 +128,10 @@ pub fn read(
         variables: &all,
         law: None,
     };
-    keyed.check_that_all_has_effect(variables, &["rf", "iq", AXES, BUFFER, LAYOUT, TRACK])?;
+    keyed.check_that_all_has_effect(
+        variables,
+        &["rf", "iq", AXES, BUFFER, LAYOUT, RX_ELEMENT, TRACK],
+    )?;
     let transmits = keyed.transmits_given()?;
     let element = order(&folder, channels, &all)?;
     if transmits == 0 || records % transmits != 0 {

@@ -47,6 +47,28 @@ pub fn is(store: &Store) -> bool {
         .any(|class| class.starts_with("uff."))
 }
 
+/// Refuses files of version 0.3, whose objects and references are others.
+///
+/// # Errors
+/// The file is one of them; the message has the arrays to name.
+pub fn refuse_other_version(store: &Store, variables: &Variables) -> Result<()> {
+    let groups = ["uff.channel_data", "channel_data"].into_iter();
+    let mut others = groups.filter(|group| {
+        store.has(&format!("{group}/data_real"))
+            && store.has_group(&format!("{group}/unique_events"))
+    });
+    match others.next() {
+        Some(group) if variables.is_empty() => Err(store.error(format!(
+            "is UFF of version 0.3, whose events and waves are not read; name its samples and give the rest: --variable \
+             rf={group}/data_real --variable axes=frame,transmit,element,sample --variable \
+             fs={group}/unique_events/00000001/receive_setup/sampling_frequency --variable \
+             c={group}/sound_speed --variable f0=HZ --variable pitch=METRES --variable t0=SECONDS --variable \
+             tx_angle=RADIANS, or write it anew by pyuff_ustb"
+        ))),
+        _ => Ok(()),
+    }
+}
+
 /// Channel data of some frames, and the number of all frames.
 ///
 /// # Errors

@@ -44,10 +44,17 @@ impl Reads {
         self.0.borrow_mut().insert(plain(name));
     }
 
-    /// The names of which no array was read.
+    /// The names of which no array was read, without the entries of an array of structs or a cell.
     pub fn without(&self, mut names: Vec<String>) -> Vec<String> {
         let read = self.0.borrow();
         names.retain(|name| !read.contains(&plain(name)));
+        for name in &mut names {
+            if steps(name).iter().any(|(_, entry)| entry.is_some()) {
+                *name = plain(name).replace('/', ".");
+            }
+        }
+        let mut known = BTreeSet::new();
+        names.retain(|name| known.insert(name.clone()));
         names
     }
 }

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::layout::Layout;
 
 /// Keys that stand for arrays.
-pub const KEYS: [&str; 22] = [
+pub const KEYS: [&str; 23] = [
     "rf",
     "iq",
     "f_demod",
@@ -31,9 +31,12 @@ pub const KEYS: [&str; 22] = [
     "tx_source_z",
     "tx_delay",
     "tx_active",
+    RX_ELEMENT,
     // The distance between neighbouring elements, m, where there is no `element_x`: centred on 0.
     "pitch",
 ];
+/// Elements that recorded each transmit, one for each channel.
+pub const RX_ELEMENT: &str = "rx_element";
 /// Keys of lines.
 pub const LINE_KEYS: [&str; 4] = ["lines", "beam_x", "beam_z", "beam_angle"];
 /// Keys of which one gives the delay law.

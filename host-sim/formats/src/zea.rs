@@ -8,6 +8,7 @@ use ndarray::{Array2, Array4, Axis, Ix5};
 use num_complex::Complex;
 
 use crate::hdf5::Store;
+use crate::receivers::{self, NONE, merged, of_elements};
 use crate::values::{NamedArrays, Values};
 use crate::variables::{Given, TRACK, Variables};
 use crate::waves::{Fired, Wave, inverted, silence};
@@ -162,19 +163,17 @@ pub fn read(
     let (law, t0) = fired.law(&waves(store, &scan, transmits)?);
     let f_demod = received.unwrap_or(f0);
     let name = format!("{folder}data/raw_data");
-    let receivers = receivers(
-        store,
-        &scan("rx_aperture_indices"),
-        [transmits, elements.len()],
-    )?;
-    if let Some(receivers) = &receivers {
-        let recorded = receivers
-            .row(0)
-            .iter()
-            .filter(|channel| **channel != NONE)
-            .count();
+    let receivers = scan("rx_aperture_indices");
+    let channels = match store.has(&receivers) {
+        true => Some(channels(store, &receivers, [transmits, elements.len()])?),
+        false => None,
+    };
+    if let Some(channels) = &channels {
+        let first = channels.row(0);
+        let recorded = first.iter().filter(|channel| **channel != NONE);
         assumed.push(format!(
-            "of each transmit {recorded} of {} elements were recorded, by rx_aperture_indices; the others are 0",
+            "of each transmit {} of {} elements were recorded, by rx_aperture_indices; the others are 0",
+            recorded.count(),
             elements.len()
         ));
     }
@@ -182,7 +181,17 @@ pub fn read(
         let why = "the samples keep the gain over depth that was applied to them, tgc_gain_curve";
         assumed.push(why.into());
     }
-    let (samples, held) = samples(store, &name, frames, f_demod, (&t0, receivers))?;
+    if store.has("metadata/probe_pose/translation") {
+        let why = "the file has poses of the probe, metadata/probe_pose: of tracked sweeps, which `sweep` takes as a table";
+        assumed.push(why.into());
+    }
+    let (mut samples, held) = samples(store, &name, frames, f_demod, &t0)?;
+    let (mut law, mut t0) = (law, t0);
+    if let Some(channels) = channels {
+        let (of_waves, of) = merged(&(law, t0), &channels);
+        (law, t0) = of_waves;
+        samples = of_elements(samples, &channels, &of).map_err(|e| store.error(e))?;
+    }
     let data = ChannelData {
         samples,
         fs,
@@ -375,16 +384,9 @@ fn waves(store: &Store, scan: &dyn Fn(&str) -> String, transmits: usize) -> Resu
         .collect())
 }
 
-/// Channel of an element that was not recorded.
-const NONE: usize = usize::MAX;
-
 /// The receive channel of each element, [transmit, element], of a walking or multiplexed aperture.
-fn receivers(store: &Store, name: &str, sides: [usize; 2]) -> Result<Option<Array2<usize>>> {
-    if !store.has(name) {
-        return Ok(None);
-    }
+fn channels(store: &Store, name: &str, sides: [usize; 2]) -> Result<Array2<usize>> {
     let indices = store.numbers(name)?;
-    let mut receivers = Array2::from_elem(sides, NONE);
     if indices.ndim() != 2 || indices.shape()[0] != sides[0] {
         return Err(store.error(format!(
             "`{name}` has shape {:?}; expected [{} transmits, channel]",
@@ -392,25 +394,11 @@ fn receivers(store: &Store, name: &str, sides: [usize; 2]) -> Result<Option<Arra
             sides[0]
         )));
     }
-    for (transmit, row) in indices.outer_iter().enumerate() {
-        for (channel, &element) in row.iter().enumerate() {
-            // The cast saturates; NaN is 0.
-            match receivers.get_mut([transmit, element as usize]) {
-                Some(own) if element >= 0.0 && *own == NONE => *own = channel,
-                _ => {
-                    return Err(store.error(format!(
-                        "`{name}` is {element} at transmit {transmit}, channel {channel}; expected each index of the {} \
-                         elements at most once",
-                        sides[1]
-                    )));
-                }
-            }
-        }
-    }
-    Ok(Some(receivers))
+    let channels = receivers::channels(&indices, sides[1]);
+    channels.map_err(|message| store.error(format!("`{name}` {message}")))
 }
 
-/// The samples, from [frame, transmit, sample, element, channel]; with receivers, from those of their channels.
+/// The samples, from [frame, transmit, sample, element, channel].
 ///
 /// The carrier phase of zea's I/Q counts from sample 0 of each transmit, that of channel data from the wave's origin.
 fn samples(
@@ -418,7 +406,7 @@ fn samples(
     name: &str,
     frames: Range<usize>,
     f_demod: f64,
-    (t0, receivers): (&[f64], Option<Array2<usize>>),
+    t0: &[f64],
 ) -> Result<(Samples, usize)> {
     let shape = store.shape(name)?;
     let part = (shape.len() == 5).then_some((0, frames));
@@ -434,11 +422,10 @@ fn samples(
         ))
     };
     let values = values.ok_or_else(wrong)?;
-    let (frames, transmits, samples, channels, parts) = values.dim();
+    let (frames, transmits, samples, elements, parts) = values.dim();
     if transmits != t0.len() || !(1..=2).contains(&parts) {
         return Err(wrong());
     }
-    let elements = receivers.as_ref().map_or(channels, Array2::ncols);
     let order = (frames, transmits, elements, samples);
     let bytes = product(&[
         frames,
@@ -448,12 +435,8 @@ fn samples(
         parts * size_of::<f32>(),
     ]);
     memory::check(bytes, "the samples").map_err(|e| store.error(e.to_string()))?;
-    let value = |f: usize, t: usize, n: usize, e: usize, part: usize| {
-        let channel = receivers.as_ref().map_or(e, |receivers| receivers[(t, e)]);
-        values.get((f, t, n, channel, part)).copied().unwrap_or(0.0)
-    };
     if parts == 1 {
-        let rf = Array4::from_shape_fn(order, |(f, t, e, n)| value(f, t, n, e, 0));
+        let rf = Array4::from_shape_fn(order, |(f, t, e, n)| values[(f, t, n, e, 0)]);
         return Ok((Samples::Rf(rf), shape[0]));
     }
     let phasors: Vec<Complex<f64>> = t0
@@ -461,7 +444,7 @@ fn samples(
         .map(|t0| Complex::from_polar(1.0, -std::f64::consts::TAU * f_demod * t0))
         .collect();
     let iq = Array4::from_shape_fn(order, |(f, t, e, n)| {
-        let [re, im] = [0, 1].map(|part| f64::from(value(f, t, n, e, part)));
+        let [re, im] = [0, 1].map(|part| f64::from(values[(f, t, n, e, part)]));
         let rotated = Complex::new(re, im) * phasors[t];
         Complex::new(rotated.re as f32, rotated.im as f32)
     });

@@ -268,24 +268,6 @@ fn the_written_configuration_repeats_the_run() {
 }
 
 #[test]
-fn the_number_of_threads_changes_no_byte() {
-    let folder = tempdir().unwrap();
-    let [_, _, element] = laws();
-    point(element)
-        .write(&folder.path().join("data.npz"))
-        .unwrap();
-    for threads in [1, 2, 5] {
-        folder.works(&format!(
-            "--threads {threads} beamform data.npz -o {threads}.npz"
-        ));
-        assert_eq!(
-            folder.bytes("1.npz"),
-            folder.bytes(&format!("{threads}.npz")),
-        );
-    }
-}
-
-#[test]
 fn sixteen_bit_samples_give_the_lines_of_the_same_numbers_in_f32() {
     let folder = tempdir().unwrap();
     let [_, plane, _] = laws();

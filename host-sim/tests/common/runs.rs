@@ -45,8 +45,21 @@ pub fn succeeded(command: &mut Command) -> [String; 2] {
 }
 
 /// Runs the program in a folder; returns its status and its standard error.
+///
+/// What a killed run left beside its output is removed.
 pub fn run(folder: &TempDir, arguments: &str) -> (i32, String) {
+    let left = folder.path().join(".host-sim-1-7");
+    let output = arguments.split_once(" -o ").map(|(_, after)| after);
+    let beside = output.is_some_and(|after| !after.split(' ').next().unwrap_or("/").contains('/'));
+    if beside {
+        fs::write(&left, "left").unwrap();
+    }
     let (status, _, message) = ended(&mut program(folder, arguments));
+    assert!(
+        !(status == 0 && left.exists()),
+        "{arguments}: a file of a killed run stays"
+    );
+    let _ = fs::remove_file(&left);
     (status, message)
 }
 

@@ -120,15 +120,86 @@ fn hdf5_files_that_claim_more_than_they_hold() {
         file.create_soft_link("rf", "/rf").unwrap();
     });
     refused(&folder, beamform, DATA, &["data.h5", "rf"]);
-    hdf5(&path, |file| {
-        file.create_external_link("rf", "/etc/other.h5", "/rf")
-            .unwrap();
-    });
+}
+
+/// Whatever leads out of the file is refused, by any way within the file.
+#[test]
+fn hdf5_files_that_lead_out_of_the_file() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("data.h5");
+    let secret = folder.path().join("secret.h5");
+    hdf5(&secret, small_rf);
+    // Soft links, and the last link with its target; `x` is a group, `y` is `x`.
+    type Links = [[&'static str; 2]];
+    let ways: [(&Links, [&str; 2]); 7] = [
+        (&[], ["rf", "/rf"]),
+        (&[["rf", "/out"]], ["out", "/rf"]),
+        (&[["rf", "/a"], ["a", "./b"], ["b", "/out"]], ["out", "/rf"]),
+        (&[["rf", "/out/rf"]], ["out", "/"]),
+        (&[["rf", "a/rf"], ["a", "/out"]], ["out", "/"]),
+        (&[["rf", "/x/out/rf"]], ["x/out", "/"]),
+        (&[["rf", "/y/a"], ["x/a", "/y/out/rf"]], ["x/out", "/"]),
+    ];
+    for (links, [out, end]) in ways {
+        hdf5(&path, |file| {
+            file.create_group("x").unwrap();
+            file.root_group().link("y", "/x").unwrap();
+            let at = |name: &str| match name.strip_prefix("x/") {
+                Some(name) => (file.root_group().group("x").unwrap(), name.to_owned()),
+                None => (file.root_group(), name.to_owned()),
+            };
+            for [name, to] in links {
+                let (group, name) = at(name);
+                group.create_soft_link(&name, to).unwrap();
+            }
+            let (group, name) = at(out);
+            group.create_external_link(&name, "secret.h5", end).unwrap();
+        });
+        for command in [
+            "info data.h5",
+            "convert data.h5 -o data.npz",
+            "beamform data.h5 -o lines.npz",
+        ] {
+            refused(&folder, command, DATA, &["data.h5", "`rf`", "another file"]);
+        }
+    }
+    // Links within the file are followed, but not in circles.
+    for (to, is_read) in [("/own", true), ("/y/own", true), ("/z", false)] {
+        hdf5(&path, |file| {
+            small_rf(file);
+            file.root_group().link("own", "/rf").unwrap();
+            let group = file.create_group("x").unwrap();
+            group.link("own", "/rf").unwrap();
+            file.root_group().link("y", "/x").unwrap();
+            file.create_soft_link("z", "/w").unwrap();
+            file.create_soft_link("w", "z").unwrap();
+            file.create_soft_link("way", to).unwrap();
+        });
+        let arguments = "info data.h5 --variable rf=way";
+        match is_read {
+            true => assert_eq!(common::program::run(&folder, arguments).0, 0, "{to}"),
+            false => refused(
+                &folder,
+                arguments,
+                DATA,
+                &["data.h5", "`way`", "not followed"],
+            ),
+        }
+    }
+}
+
+/// A large file without a table of contents at its end is refused at once.
+#[test]
+fn a_large_file_that_is_no_archive() {
+    let folder = tempdir().unwrap();
+    let mut file = fs::File::create(folder.path().join("data.npz")).unwrap();
+    file.write_all(b"PK\x03\x04").unwrap();
+    file.set_len(20 << 30).unwrap();
     refused(
         &folder,
-        beamform,
+        "info data.npz",
         DATA,
-        &["data.h5", "`rf`", "another file"],
+        &["data.npz", "not an .npz archive", "at its end"],
     );
 }
 

@@ -2,8 +2,9 @@
 
 mod frames;
 
+use std::fmt::Display;
 use std::fs::File;
-use std::io::{BufReader, ErrorKind, Read};
+use std::io::{BufReader, ErrorKind, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use ndarray::{Array, Array2, ArrayD, Dimension};
@@ -47,14 +48,32 @@ pub struct Spare {
     pub complex: Vec<Complex<f32>>,
 }
 
+/// Whether a file has the last record of an archive, a comment of at most 64 KiB before its end.
+///
+/// The library looks for it in the whole file.
+fn ends_as_archive(file: &mut (impl Read + Seek)) -> std::io::Result<bool> {
+    const RECORD: u64 = 22;
+    let length = file.seek(SeekFrom::End(0))?;
+    let tail = length.min(RECORD + u64::from(u16::MAX));
+    let mut end = Vec::new();
+    file.seek(SeekFrom::Start(length - tail))?;
+    file.take(tail).read_to_end(&mut end)?;
+    Ok(end.windows(4).any(|bytes| bytes == b"PK\x05\x06"))
+}
+
 impl Reader {
     /// Opens the archive and reads its table of contents.
     pub fn open(path: &Path) -> Result<Self> {
         let file =
             input::open(path).map_err(|e| super::file_error(path, super::cannot_be_opened(&e)))?;
-        let archive = ZipArchive::new(BufReader::new(file)).map_err(|e| {
+        let wrong = |e: &dyn Display| {
             super::file_error(path, format!("is truncated or not an .npz archive ({e})"))
-        })?;
+        };
+        let mut file = BufReader::new(file);
+        if !ends_as_archive(&mut file).map_err(|e| wrong(&e))? {
+            return Err(wrong(&"no table of contents at its end"));
+        }
+        let archive = ZipArchive::new(file).map_err(|e| wrong(&e))?;
         Ok(Self {
             path: path.to_path_buf(),
             archive,

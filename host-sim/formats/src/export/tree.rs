@@ -1,6 +1,8 @@
 //! Writes groups, arrays and attributes of an HDF5 file.
 
-use std::path::Path;
+use std::fs::OpenOptions;
+use std::io::Write;
+use std::path::{Path, PathBuf};
 
 use rust_hdf5::types::H5Type;
 use rust_hdf5::{H5Dataset, H5File, H5Group, VarLenUnicode};
@@ -8,9 +10,13 @@ use rust_hdf5::{H5Dataset, H5File, H5Group, VarLenUnicode};
 use crate::guard::guarded;
 use bonebeam_files::{Error, Result};
 
+/// Bytes that the library may write when it closes a file.
+const CLOSING: usize = 1 << 18;
+
 /// A file that is being written.
 pub struct Tree {
     file: H5File,
+    path: PathBuf,
 }
 
 /// Numerical attributes: name and list each.
@@ -29,7 +35,12 @@ impl Tree {
     /// Creates a file in place of an empty one.
     pub fn create(path: &Path) -> Result<Self> {
         let file = written(|| H5File::options().no_locking().create(path))?;
-        Ok(Tree { file })
+        // A file that is dropped is written again, and the library prints that it failed, too.
+        std::mem::forget(file.root_group());
+        Ok(Tree {
+            file,
+            path: path.to_path_buf(),
+        })
     }
 
     /// The root group.
@@ -38,7 +49,13 @@ impl Tree {
     }
 
     /// Closes the file.
+    ///
+    /// The disk has room for it beforehand; the library cuts off the rest.
     pub fn close(self) -> Result<()> {
+        written(|| self.file.flush())?;
+        let file = OpenOptions::new().append(true).open(&self.path);
+        let reserved = file.and_then(|mut file| file.write_all(&vec![0; CLOSING]));
+        reserved.map_err(|e| Error::Data(failed(e)))?;
         written(|| self.file.close())
     }
 }

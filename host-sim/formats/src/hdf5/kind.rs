@@ -10,6 +10,8 @@ pub(super) enum Kind {
     Single,
     Double,
     Unsigned8,
+    /// Truth values of h5py, a byte each.
+    Flags,
     /// Integers that fit in i32.
     Short,
     Long,
@@ -85,6 +87,7 @@ pub(super) fn kind(datatype: &DatatypeMessage) -> ReadResult<Kind> {
             (1 | 2, _) | (4, true) => Kind::Short,
             _ => Kind::Long,
         }),
+        DatatypeMessage::Enum { base, .. } if base.element_size() == 1 => Ok(Kind::Flags),
         DatatypeMessage::Compound { size, members } => {
             let [real, imaginary] = members.as_slice() else {
                 return Err("is a compound of other than two numbers".into());

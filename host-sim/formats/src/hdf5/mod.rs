@@ -1,7 +1,7 @@
 //! Reads the arrays of an HDF5 file: zea, UFF, PICMUS, MATLAB 7.3 and others.
 //!
-//! `rust-hdf5` reads them, without a C library. Links out of the file and raw data in another file are refused: a
-//! recording is one file.
+//! `rust-hdf5` reads them, without a C library. It follows links into other files by itself, so it is given paths of
+//! hard links only: a recording is one file, and links out of it and raw data in another file are refused.
 
 mod kind;
 
@@ -11,8 +11,8 @@ use std::path::{Path, PathBuf};
 use ndarray::ArrayD;
 use num_complex::Complex;
 use rust_hdf5::{
-    Complex32, Complex64, DatatypeMessage, H5Dataset, H5File, Hdf5Error, LinkClass, ReadNumeric,
-    Reference, StorageLayout,
+    Complex32, Complex64, DatatypeMessage, H5Dataset, H5File, H5Group, Hdf5Error, LinkClass,
+    ReadNumeric, Reference, StorageLayout,
 };
 
 use crate::guard::{ReadResult, claim, claim_in_memory, guarded};
@@ -22,6 +22,8 @@ use kind::{Kind, Part, damaged, kind};
 
 /// Offset at which an HDF5 file may begin within one of MATLAB's.
 const USER_BLOCK: u64 = 512;
+/// Largest number of soft links on a path.
+const MAX_LINKS: usize = 16;
 
 /// An open file.
 pub struct Store {
@@ -87,31 +89,123 @@ impl Store {
         }
     }
 
-    /// Whether there is a group or a dataset at this path.
+    /// Whether there is a group at this path.
     pub fn has_group(&self, path: &str) -> bool {
-        guarded(|| Ok(self.file.root_group().group(path).is_ok())).unwrap_or(false)
+        guarded(|| Ok(self.group(path)?.is_some())).unwrap_or(false)
     }
 
     /// The names of the groups in a group, in order.
     pub fn groups(&self, path: &str) -> Vec<String> {
         let names = guarded(|| {
-            let group = self.file.root_group().group(path);
-            group.and_then(|g| g.group_names()).map_err(|e| damaged(&e))
+            let names = self.group(path)?.map(|group| group.group_names());
+            names.transpose().map_err(|e| damaged(&e))
         });
-        names.unwrap_or_default()
+        names.ok().flatten().unwrap_or_default()
     }
 
     /// A text attribute of a group.
     pub fn mark(&self, group: &str, name: &str) -> Option<String> {
         let read = || {
-            let root = self.file.root_group();
-            let text = match group {
-                "" => root.attr_string(name),
-                _ => root.group(group).and_then(|g| g.attr_string(name)),
-            };
-            text.map_err(|e| damaged(&e))
+            Ok(self
+                .group(group)?
+                .and_then(|group| group.attr_string(name).ok()))
         };
-        guarded(read).ok()
+        guarded(read).ok().flatten()
+    }
+
+    /// Path of hard links to an object; `None` if there is none.
+    ///
+    /// # Errors
+    /// A link into another file on the way, or too many soft links.
+    fn within(&self, path: &str) -> ReadResult<Option<String>> {
+        let reversed = |path: &str| {
+            let steps = path.split('/').filter(|step| !["", "."].contains(step));
+            steps.rev().map(str::to_owned).collect::<Vec<_>>()
+        };
+        let (mut group, mut ahead, mut links) = (self.file.root_group(), reversed(path), 0);
+        while let Some(step) = ahead.pop() {
+            match group.link_class(&step) {
+                Ok(LinkClass::External { .. } | LinkClass::UserDefined { .. }) => {
+                    return Err("is a link into another file, which is not followed".into());
+                }
+                Ok(LinkClass::Soft { path }) => {
+                    links += 1;
+                    if links > MAX_LINKS || path.contains("..") {
+                        return Err("is a link that is not followed".into());
+                    }
+                    if path.starts_with('/') {
+                        group = self.file.root_group();
+                    }
+                    ahead.extend(reversed(&path));
+                }
+                Ok(LinkClass::Hard) if ahead.is_empty() => {
+                    return Ok(Some(format!("{}/{step}", group.name())));
+                }
+                // Its name is its path by hard links, also if the step is a second one to it.
+                Ok(LinkClass::Hard) => match group.group(&step) {
+                    Ok(next) => group = next,
+                    Err(_) => return Ok(None),
+                },
+                Err(_) => return Ok(None),
+            }
+        }
+        Ok(Some(group.name().to_owned()))
+    }
+
+    /// The group at a path, if there is one.
+    fn group(&self, path: &str) -> ReadResult<Option<H5Group>> {
+        let root = self.file.root_group();
+        let path = self.within(path)?;
+        Ok(match path.as_deref() {
+            Some("/") => Some(root),
+            Some(path) => root.group(path).ok(),
+            None => None,
+        })
+    }
+
+    /// The dataset at a path, if there is one.
+    ///
+    /// # Errors
+    /// It is not in this file, or not readable.
+    fn at(&self, path: &str) -> ReadResult<Option<H5Dataset>> {
+        let Some(path) = self.within(path)? else {
+            return Ok(None);
+        };
+        let dataset = match self.file.dataset(&path) {
+            Ok(dataset) => dataset,
+            Err(Hdf5Error::NotFound(_)) => return Ok(None),
+            Err(other) => return Err(damaged(&other)),
+        };
+        let files = dataset.external_files().map_err(|e| damaged(&e))?;
+        match files.is_empty() {
+            true => Ok(Some(dataset)),
+            false => Err("is in another file, which is not read".into()),
+        }
+    }
+
+    /// Checks that the sources of a virtual dataset are in this file, and are not virtual.
+    fn check_sources(&self, dataset: &H5Dataset) -> ReadResult<()> {
+        let is_virtual = |dataset: &H5Dataset| {
+            let layout = dataset.storage_layout().map_err(|e| damaged(&e))?;
+            Ok::<_, String>(layout == StorageLayout::Virtual)
+        };
+        if !is_virtual(dataset)? {
+            return Ok(());
+        }
+        for mapping in dataset.virtual_mappings().map_err(|e| damaged(&e))? {
+            let source = &mapping.source_dset_name;
+            // A percent sign stands for a number.
+            if mapping.source_file_name != "." || source.contains('%') {
+                return Err("is in another file, which is not read".into());
+            }
+            let of_source = |e: String| format!("is made of `{source}`, which {e}");
+            if let Some(own) = self.at(source).map_err(of_source)?
+                && is_virtual(&own)?
+            {
+                return Err(of_source("is virtual, too, and is not read".into()));
+            }
+        }
+        Ok(())
     }
 
     /// The shape of a dataset, in the file's order of axes.
@@ -127,7 +221,6 @@ impl Store {
     /// They are its own, those that MATLAB's cells refer to, or those of a field of all structs of an array, whose
     /// group has references as its members.
     fn paths(&self, name: &str) -> ReadResult<Vec<String>> {
-        self.check_links(name)?;
         let mut paths = vec![String::new()];
         // The entry of an array of structs, until a field is reached.
         let mut chosen = None;
@@ -150,15 +243,19 @@ impl Store {
             paths = next;
         }
         // One that was chosen of what has no entries is not there.
-        paths.retain(|path| chosen.is_none_or(|k| k == 1) && self.file.dataset(path).is_ok());
-        Ok(paths)
+        paths.retain(|_| chosen.is_none_or(|k| k == 1));
+        let found = paths.into_iter().filter_map(|path| match self.at(&path) {
+            Ok(dataset) => dataset.map(|_| Ok(path)),
+            Err(message) => Some(Err(message)),
+        });
+        found.collect()
     }
 
     /// Targets of a dataset's references.
     ///
     /// `None` if it has other elements, or is not a dataset.
     fn references(&self, path: &str) -> ReadResult<Option<Vec<Option<String>>>> {
-        let Ok(dataset) = self.file.dataset(path) else {
+        let Some(dataset) = self.at(path)? else {
             return Ok(None);
         };
         let datatype = dataset.datatype().map_err(|e| damaged(&e))?;
@@ -177,12 +274,11 @@ impl Store {
         Ok(Some(references.iter().map(path).collect()))
     }
 
-    /// A dataset of this file.
+    /// The dataset that a name stands for.
     fn dataset(&self, name: &str) -> ReadResult<H5Dataset> {
         let name = &*self.own(name);
-        self.check_links(name)?;
-        let mut path = name.to_owned();
-        if self.file.dataset(name).is_err() || self.references(name)?.is_some() {
+        let mut dataset = self.at(name)?;
+        if dataset.is_none() || self.references(name)?.is_some() {
             let mut paths = self.paths(name)?;
             if paths.len() > 1 {
                 return Err(format!(
@@ -190,51 +286,13 @@ impl Store {
                     paths.len()
                 ));
             }
-            path = paths.pop().unwrap_or(path);
-            self.check_links(&path)?;
+            if let Some(path) = paths.pop() {
+                dataset = self.at(&path)?;
+            }
         }
-        let dataset = self.file.dataset(&path).map_err(|e| match e {
-            Hdf5Error::NotFound(_) => "is missing".to_owned(),
-            other => damaged(&other),
-        })?;
-        let elsewhere = dataset.external_files().map_err(|e| damaged(&e))?;
-        let layout = dataset.storage_layout().map_err(|e| damaged(&e))?;
-        let mut virtual_elsewhere = false;
-        if layout == StorageLayout::Virtual {
-            let mappings = dataset.virtual_mappings().map_err(|e| damaged(&e))?;
-            virtual_elsewhere = mappings
-                .iter()
-                .any(|mapping| mapping.source_file_name != ".");
-        }
-        if !elsewhere.is_empty() || virtual_elsewhere {
-            return Err("is in another file, which is not read".into());
-        }
+        let dataset = dataset.ok_or("is missing")?;
+        self.check_sources(&dataset)?;
         Ok(dataset)
-    }
-
-    /// Checks that no step of the path leads out of the file.
-    fn check_links(&self, name: &str) -> ReadResult<()> {
-        let mut group = self.file.root_group();
-        let mut steps = name.split('/').filter(|step| !step.is_empty()).peekable();
-        while let Some(step) = steps.next() {
-            match group.link_class(step) {
-                Ok(LinkClass::External { .. } | LinkClass::UserDefined { .. }) => {
-                    return Err("is a link into another file, which is not followed".into());
-                }
-                Ok(LinkClass::Soft { path }) if path.contains("..") => {
-                    return Err("is a link that is not followed".into());
-                }
-                Ok(_) => {}
-                Err(_) => return Ok(()),
-            }
-            if steps.peek().is_some() {
-                let Ok(next) = group.group(step) else {
-                    return Ok(());
-                };
-                group = next;
-            }
-        }
-        Ok(())
     }
 
     fn about<T>(&self, name: &str, outcome: ReadResult<T>) -> Result<T> {
@@ -293,6 +351,9 @@ impl Store {
             Kind::Unsigned8 | Kind::Short | Kind::Long => dataset
                 .read_numeric_as::<i64>()
                 .map(|values| values.into_iter().map(|v| v as f64).collect()),
+            Kind::Flags => dataset
+                .read_raw_bytes()
+                .map(|bytes| bytes.into_iter().map(f64::from).collect()),
             Kind::Complex { .. } => return Err("is complex; expected real numbers".into()),
         };
         self.ordered(&slice.shape, values.map_err(|e| damaged(&e))?)
@@ -341,6 +402,7 @@ impl Store {
                 let long = slice.read::<i64>(&dataset).map_err(failed)?;
                 long.into_iter().map(|v| v as f32).collect()
             }
+            Kind::Flags => return Err("has truth values; expected samples".into()),
             Kind::Complex {
                 part: Part { bytes: 4, .. },
                 ..
@@ -469,7 +531,7 @@ impl NamedArrays for Store {
     ///
     /// One that leads out of the file exists, and is refused when it is read.
     fn has(&self, name: &str) -> bool {
-        let leads_out = || guarded(|| self.check_links(&self.own(name))).is_err();
+        let leads_out = || guarded(|| self.at(&self.own(name))).is_err();
         self.names().iter().any(|known| known == name)
             || leads_out()
             || !self.entries(name).is_empty()

@@ -23,7 +23,7 @@ pub(crate) struct Axes {
 impl Axes {
     /// The given axes for an array of these sides.
     ///
-    /// Transmits may be concatenated along the axis of the samples.
+    /// Transmits may be concatenated along the axis of the samples. A list of single records has no axis of elements.
     ///
     /// # Errors
     /// Names that are not axes, or missing axes.
@@ -31,6 +31,7 @@ impl Axes {
         given: Option<&Given>,
         sides: Option<&[usize]>,
         transmits: Option<usize>,
+        is_list: bool,
     ) -> Result<Self> {
         let Some(Given::Names(names)) = given else {
             return Ok(Self {
@@ -41,7 +42,7 @@ impl Axes {
         let role = |name: &String| ORDER.iter().position(|known| known == name);
         let roles: Option<Vec<usize>> = names.iter().map(role).collect();
         let once = |roles: &Vec<usize>| {
-            let needed = [ELEMENT, SAMPLE].iter().all(|axis| roles.contains(axis));
+            let needed = (is_list || roles.contains(&ELEMENT)) && roles.contains(&SAMPLE);
             needed && (0..4).all(|axis| roles.iter().filter(|&&p| p == axis).count() <= 1)
         };
         let roles = roles.filter(once).ok_or_else(|| {
@@ -109,7 +110,7 @@ impl Axes {
                  before them; give another order by --variable axes=sample,element,transmit"
             ));
         }
-        for axis in [FRAME, TRANSMIT] {
+        for axis in [FRAME, TRANSMIT, ELEMENT] {
             if !roles.contains(&axis) {
                 roles.push(axis);
                 let end = Axis(values.ndim());
@@ -147,7 +148,13 @@ mod tests {
 
     fn axes(names: &[&str], sides: &[usize], transmits: usize) -> Axes {
         let names = names.iter().map(|&name| name.to_owned()).collect();
-        Axes::new(Some(&Given::Names(names)), Some(sides), Some(transmits)).unwrap()
+        Axes::new(
+            Some(&Given::Names(names)),
+            Some(sides),
+            Some(transmits),
+            false,
+        )
+        .unwrap()
     }
 
     /// Two transmits of three elements and four samples, of which each tells its own place.

@@ -369,3 +369,39 @@ fn a_radius_of_must_curves_the_array() {
         "{assumed:?}"
     );
 }
+
+/// A list of single acquisitions: equal waves are one transmit.
+#[test]
+fn acquisitions_of_some_elements_become_transmits_of_all() {
+    let mut file = Arrays::default();
+    for (key, number) in [("fs", 20e6), ("f0", F0), ("c", C), ("t0", 0.0)] {
+        file.set(key, &[], &[number]);
+    }
+    file.set("element_x", &[4], &X);
+    // Senders 2 and 0 in turn; element 3 never records 0, and records 2 twice.
+    let tx = [2.0, 0.0, 2.0, 0.0, 2.0, 2.0, 0.0, 2.0];
+    let rx = [1.0, 0.0, 3.0, 2.0, 0.0, 2.0, 1.0, 3.0];
+    let data: Vec<f64> = (0..160)
+        .map(|k| 10.0 * tx[k / 20] + rx[k / 20] + 1.0)
+        .collect();
+    file.set("tx", &[8], &tx);
+    file.set("rx", &[8], &rx);
+    file.set("data", &[8, 20], &data);
+    let given = ["rf=data", "tx_element=tx", "rx_element=rx", "times=first"];
+    let data = read(&file, &given).unwrap().0;
+    let index = vec![2, 0, 2];
+    assert_eq!(data.transmits, Transmits::Element { index });
+    assert_eq!(data.t0, [0.0; 3]);
+    let rf = data.samples.rf(0).unwrap();
+    let expected = [
+        21.0, 22.0, 23.0, 24.0, 1.0, 2.0, 3.0, 0.0, 0.0, 0.0, 0.0, 24.0,
+    ];
+    let first = rf.index_axis(ndarray::Axis(2), 5);
+    assert!(first.iter().eq(&expected), "{first}");
+    file.set("rx", &[8], &[0.0, 1.0, 2.0, 3.0, 4.0, 0.0, 1.0, 2.0]);
+    let message = refused(&file, &given);
+    assert!(
+        message.contains("`rx_element` is 4 at transmit 4, channel 0"),
+        "{message}"
+    );
+}
