@@ -380,6 +380,7 @@ fn first_paragraphs_fit_an_index() {
         "host-sim/files",
         "host-sim/formats",
         "host-sim/kernels",
+        "host-sim/measure",
         "host-sim/oracle",
         "host-sim/register",
         "host-sim/report",
