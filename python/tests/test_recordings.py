@@ -52,7 +52,7 @@ def test_frames_are_beamformed_one_after_another(plane):
     assert same_bits(z[0], bonebeam.beamform(plane, method="mv").z)
     assert same_bits(z[1], bonebeam.beamform(replace(plane, rf=second), method="mv").z)
     assert not same_bits(z[0], z[1])
-    with pytest.raises(ValueError, match="hold 2 frames; expected one"):
+    with pytest.raises(ValueError, match="hold 2 frames; give one"):
         bonebeam.delay(frames)
 
 

@@ -78,7 +78,8 @@ use Group::{Emulated, EmulatedAll, Host, HostAll, Named};
 use Run::{Call, Lines};
 
 /// Python's packages for the tests of ours.
-const OF_TESTS: &str = "numpy>=1.23 pytest scipy mypy matplotlib xarray h5py dask[array]";
+const OF_TESTS: &str = "numpy>=1.23 pytest scipy mypy pyright[nodejs] matplotlib xarray h5py dask[array] nbconvert \
+    ipykernel";
 
 /// All steps, in the order in which they run.
 #[rustfmt::skip]
