@@ -1272,6 +1272,10 @@ def conformance_of_writers():
     ):
         mat5(path, values)
         judge("Verasonics", kind, path, *(["--variable", "buffer=2"] if values is two else []))
+    bare = workspace(rf[:1], delay, passes, TX=steer)
+    del bare["RcvData"]
+    mat5(path, bare)
+    says(["without `RcvData`", "rf=NAME"], "info", path, status=1)
     param = {"fs": FS, "fc": F0, "pitch": PITCH, "c": C}
     of_matlab = lambda samples: samples[0].transpose(2, 1, 0)
     scipy.io.savemat(path, {"RF": of_matlab(rf), "param": dict(param, t0=passes, TXdelay=delay)})
@@ -1538,6 +1542,13 @@ def zea_kinds():
     kind("time of the peak (`t_peak`)", put(track + "t_peak", np.full(3, 1 / F0, np.float32)))
     kind("two-way waveforms", put(track + "waveforms_two_way", np.tile(np.hanning(120) * np.cos(2 * np.pi * F0 * np.arange(120) / 250e6), (3, 1)).astype(np.float32)))
     kind("harmonic", put(track + "demodulation_frequency", np.float32(1.5 * F0)), words=["received frequency"])
+    def halved(file):
+        place = "tracks/track_0/data/raw_data"
+        data = file[place][...]
+        del file[place]
+        file[place] = data[..., 8:24, :]
+
+    kind("fewer channels than elements, without `rx_aperture_indices`", halved, status=1, words=["16 channels of 32 elements"])
     poses = {"translation": np.zeros((4, 3)), "rotation": np.tile([1.0, 0, 0, 0], (4, 1)), "rotation_representation": "quaternion_wxyz", "sampling_frequency": 20.0}
     kind("poses of the probe (`probe_pose`)", lambda file: [file.__setitem__(f"metadata/probe_pose/{name}", value) for name, value in poses.items()], words=["poses of the probe", "not used"])
     kind("gain over depth (`tgc_gain_curve`)", put(track + "tgc_gain_curve", np.ones(9, np.float32)), words=["not used", "keep the gain"])
