@@ -1079,7 +1079,7 @@ def judge(writer, kind, path, *flags, peak=100, least=-0.7):
     check(off < 0.1 and least < level < 0.7, f"{writer}, {kind}: {off:.3f} mm off, {level:.2f} dB")
     named = [re.sub("=.*", "", str(flag)) for flag in flags if flag != "--variable"]
     flags = f" ({' '.join(named)})" if flags else ""
-    conformance.setdefault(kind, {})[writer] = f"{off:.2f}{f', {level + 0.0:.1f}' if peak else ''}{flags}"
+    conformance.setdefault(kind, {})[writer] = f"{off:.2f}{f', {round(level, 1) + 0.0:.1f}' if peak else ''}{flags}"
 
 
 def steered(positions, angles=ANGLES):
@@ -1386,6 +1386,10 @@ def containers():
         says([name, "h5repack -f GZIP=1"], "info", path, status=1)
     within(lambda file: file.create_dataset("rf", data=rf[0].astype(np.longdouble)))
     says(["is of type f128", "floats of 2, 4 or 8 bytes"], "info", path, status=1)
+    if hasattr(h5py.h5t, "COMPLEX_IEEE_F32LE"):
+        complex_type = h5py.h5t.COMPLEX_IEEE_F32LE
+        within(lambda file: h5py.h5d.create(file.id, b"iq", complex_type, h5py.h5s.create_simple(iq[0].shape)), "iq", libver="latest")
+        says(["HDF5 2.0's own complex type", "pairs of `r` and `i`"], "info", path, status=1)
     octave(path, {"rf": rf[0], **keys("rf")})
     read_alike(path, "rf", rf)
     # Truth values as h5py and numpy write them.
@@ -1803,6 +1807,7 @@ def messages():
     (folder / "text.mat").write_text("x = 3;\n")
     (folder / "text.uff").write_text("not HDF5\n")
     (folder / "empty.hdf5").write_bytes(b"")
+    (folder / "lines.igs.mha").write_text("ObjectType = Image\nNDims = 3\n")
     scipy.io.savemat(folder / "struct.mat", {"rf": {"data": np.zeros(3)}, **keys("rf")})
     np.save(folder / "array.npy", np.zeros(3))
     with h5py.File(folder / "other.h5", "w") as file:
@@ -1811,6 +1816,7 @@ def messages():
         "missing.mat": "no such file",
         "text.mat": "not the MATLAB file",
         "text.uff": "not the HDF5 file",
+        "lines.igs.mha": "for `sweep` and `info`",
         "empty.hdf5": "HDF5",
         "struct.mat": "rf.data",
         "array.npy": "a single .npy array",
