@@ -4,12 +4,14 @@ import csv
 import json
 import os
 import pathlib
+import re
 
 import numpy as np
 
 
 def parameters(path):
-    return dict(part.split("=") for part in pathlib.Path(path).stem.split("_"))
+    names = (part for name in path.removesuffix(".npy").split("/")[2:] for part in re.split(r",(?=[a-z_.]+=)", name))
+    return dict(part.split("=", 1) for part in names if part != "all")
 
 
 def flat(measures, prefix=""):
@@ -21,10 +23,10 @@ def flat(measures, prefix=""):
 
 
 def rows(lines, maps):
-    measured = {pathlib.Path(path).stem: json.loads(pathlib.Path(path).read_text()) for path in lines}
+    measured = {path.split("/", 2)[2].removesuffix(".json"): json.loads(pathlib.Path(path).read_text()) for path in lines}
     for path in maps:
         bones = np.load(path)
-        told = measured[pathlib.Path(path).stem.rsplit("_threshold=", 1)[0]]
+        told = measured[path.split("/", 2)[2].rsplit("/", 1)[0]]
         measures = {key: told[key] for key in ("lines", "point", "image")}
         made_by = {"version": told["version"], "commit": told["commit"], "recording.xxh128": told["input_xxh128"]}
         shown = {"bone.share": float((bones > 0).mean()), "bone.largest": float(bones.max())}

@@ -8,7 +8,6 @@ import json
 import os
 import pathlib
 import re
-import shutil
 import signal
 import subprocess
 import time
@@ -17,11 +16,12 @@ import numpy as np
 import pytest
 
 HERE = pathlib.Path(__file__).parent
-SWEEP = {"seed": [1, 2], "beta": [0.1], "K": [1], "L": [0.5], "loading": [0.05], "threshold": [5, 15]}
+SWEEP = {"seed": [1, 2], "beta": [0.1], "temporal_half_window": [1], "threshold": [5, 15]}
+LINES = "out/lines/seed=1/beta=0.1,temporal_half_window=1"
 CONFIG = {
     "host_sim": os.environ["HOST_SIM"],
     "simulate": "point --beams 8 --first-beam 60 --noise -40",
-    "beamform": "--depth-start 0.013 --depth-end 0.017 --rows 64 --columns 64",
+    "beamform": "--method esmv --depth-start 0.013 --depth-end 0.017 --rows 64 --columns 64",
     "phase_symmetry": "--scales 2^-4",
     "sweep": SWEEP,
 }
@@ -41,10 +41,9 @@ def where():
 
 def command(folder, *arguments, config=CONFIG):
     """What the document says, with another configuration and another folder."""
-    shutil.copy(HERE / "config.yaml", folder / "config.yaml")
     (folder / "small.json").write_text(json.dumps(config))
     words = ["snakemake", "--snakefile", HERE / "Snakefile", "--directory", folder]
-    words += ["--configfile", folder / "config.yaml", folder / "small.json", *where(), *arguments]
+    words += ["--configfile", folder / "small.json", *where(), *arguments]
     return [str(word) for word in words]
 
 
@@ -76,7 +75,7 @@ def outputs(folder):
 
 def test_a_campaign_runs_goes_on_and_then_has_nothing_to_do(tmp_path):
     # Stopped after the lines of one seed …
-    status, text = snakemake(tmp_path, "out/lines/K=1_L=0.5_loading=0.05_beta=0.1_seed=1.json")
+    status, text = snakemake(tmp_path, f"{LINES}.json")
     assert status == 0, text
     before = outputs(tmp_path)
     assert len(before) == 3
@@ -134,7 +133,7 @@ def test_a_campaign_that_was_killed_goes_on_by_the_same_command(tmp_path):
     # While lines are made, then while maps are; the second time Snakemake alone, whose steps go on without it.
     killed(folder, lambda: list(folder.glob(".snakemake/incomplete/*")) and list(folder.glob("out/recordings/*.npz")))
     assert not (folder / "out/table.csv").exists()
-    pid = killed(folder, lambda: list(folder.glob("out/lines/*.json")), alone=True)
+    pid = killed(folder, lambda: list(folder.glob("out/lines/*/*.json")), alone=True)
     status, text = snakemake(folder)
     try:
         os.killpg(pid, signal.SIGKILL)
@@ -173,10 +172,10 @@ def test_frames_that_were_done_are_not_made_again(tmp_path):
     element_x = (np.arange(elements) - (elements - 1) / 2) * 0.3e-3
     common = dict(fs=40e6, f0=5e6, c=1540.0, t0=0.0, element_x=element_x, tx_angle=np.zeros(1))
     np.savez(recordings / "seed=1.npz", rf=rf, **common)
-    config = CONFIG | {"beamform": "--depth-start 0.005 --rows 64 --columns 64"}
+    config = CONFIG | {"beamform": "--method esmv --depth-start 0.005 --rows 64 --columns 64"}
     config["sweep"] = SWEEP | {"seed": [1], "threshold": [5]}
 
-    partial = tmp_path / "out/lines/K=1_L=0.5_loading=0.05_beta=0.1_seed=1.npz.partial"
+    partial = tmp_path / f"{LINES}.npz.partial"
     killed(tmp_path, lambda: partial.exists() and partial.stat().st_size > 1e6, config)
     status, text = snakemake(tmp_path, config=config)
     assert status == 0, text
@@ -198,7 +197,7 @@ def test_each_result_names_its_program_and_its_input(tmp_path):
         return xxhash.xxh3_128_hexdigest(path.read_bytes())
 
     for path in outputs(tmp_path):
-        if path.parent.name == "lines" and path.suffix == ".npy":
+        if path.parent.parent.name == "lines" and path.suffix == ".npy":
             continue
         written = path.with_name(path.name + ".config.toml").read_text()
         assert written.startswith(f"# {version}: "), path
@@ -217,4 +216,23 @@ def test_a_step_that_fails_is_told_and_leaves_no_output(tmp_path):
         pytest.skip("the same on a cluster, where it takes longer to be told")
     status, text = snakemake(tmp_path, "--config", "beamform=--method nonsense")
     assert status != 0 and "nonsense" in text
-    assert not list(tmp_path.glob("out/lines/*.json"))
+    assert not list(tmp_path.glob("out/lines/*/*.json"))
+
+
+@pytest.mark.skipif(ON_SLURM, reason="the same on a cluster, where it takes longer")
+def test_any_key_sweeps_and_an_unknown_one_is_an_error(tmp_path):
+    config = CONFIG | {"beamform": CONFIG["beamform"].replace("--method esmv ", "")}
+    swept = {"method": ["das", "mv"], "beamform.f_number": [1.5, 2.5], "scales_from_image": [True]}
+    config |= {"phase_symmetry": "", "sweep": swept}
+    status, text = snakemake(tmp_path, config=config)
+    assert status == 0, text
+    with open(tmp_path / "out/table.csv", newline="") as file:
+        table = list(csv.DictReader(file))
+    assert {(row["method"], row["beamform.f_number"]) for row in table} == {
+        (method, number) for method in ("das", "mv") for number in ("1.5", "2.5")
+    }
+    widths = {row["point.width_6db_m"] for row in table}
+    assert len(widths) == 4, table
+    for key, words in [("F", "`F` is no key"), ("f_number", "ambiguous; write simulate.f_number or beamform.f_number")]:
+        status, text = snakemake(tmp_path, config=config | {"sweep": {key: [1.5]}})
+        assert status != 0 and words in text, text

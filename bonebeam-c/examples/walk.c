@@ -173,6 +173,13 @@ static void stages(void) {
         first += count;
     }
     same(whole, parts, N * M * sizeof *whole, "blocks of aligned samples");
+    /* A block does not read what comes after the end of its part of the record. */
+    const bonebeam_range block = {below(N), 1};
+    size_t end;
+    if (!ok(bonebeam_delay_record_end(delay, &line, block, &end))) fail("the end of a record");
+    float *cut = take(M * p->record_samples * sizeof *cut);
+    for (size_t k = 0; k < M * p->record_samples; k++) cut[k] = k % p->record_samples < end ? rf[k] : 1;
+    if (ok(bonebeam_delay_block(delay, &line, cut, block, parts))) same(parts, whole + block.first * M, M * sizeof *whole, "what comes later is read");
 
     const bonebeam_beamform_parameters by = beamformer();
     const size_t own = bonebeam_beamformer_bytes(&by, M);

@@ -1,5 +1,6 @@
 //! The command line: arguments, dispatch and exit status.
 
+use std::ffi::OsString;
 use std::fs;
 use std::num::NonZeroUsize;
 use std::panic::resume_unwind;
@@ -8,6 +9,7 @@ use std::thread;
 
 use clap::{CommandFactory, Parser, Subcommand};
 
+use crate::arguments;
 #[cfg(feature = "bench")]
 use crate::commands::bench;
 #[cfg(not(feature = "bench"))]
@@ -93,6 +95,14 @@ pub fn run() -> ExitCode {
     run_as(dispatch)
 }
 
+/// Runs the program within another process; returns its exit status.
+///
+/// The first argument is the program's name.
+pub fn run_within(own: Vec<OsString>) -> u8 {
+    arguments::set(own);
+    status_of(dispatch)
+}
+
 /// Bytes of stack that are enough for every command.
 const STACK: usize = 1 << 20;
 
@@ -108,6 +118,10 @@ fn has_little_stack() -> bool {
 
 /// Runs `work` on the parsed arguments of the process; an error is one line.
 pub fn run_as<C: Parser>(work: impl FnOnce(C) -> Result<()> + Send) -> ExitCode {
+    ExitCode::from(status_of(work))
+}
+
+fn status_of<C: Parser>(work: impl FnOnce(C) -> Result<()> + Send) -> u8 {
     if !has_little_stack() {
         return parse_and_run(work);
     }
@@ -120,8 +134,8 @@ pub fn run_as<C: Parser>(work: impl FnOnce(C) -> Result<()> + Send) -> ExitCode 
     })
 }
 
-fn parse_and_run<C: Parser>(work: impl FnOnce(C) -> Result<()>) -> ExitCode {
-    let cli = match C::try_parse() {
+fn parse_and_run<C: Parser>(work: impl FnOnce(C) -> Result<()>) -> u8 {
+    let cli = match C::try_parse_from(arguments::all()) {
         Ok(cli) => cli,
         Err(e) if !e.use_stderr() => {
             // Help and version are not errors.
@@ -177,12 +191,12 @@ fn dispatch(cli: Cli) -> Result<()> {
     }
 }
 
-fn finish(outcome: Result<()>) -> ExitCode {
+fn finish(outcome: Result<()>) -> u8 {
     match outcome {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => 0,
         Err(error) => {
             complain(&error);
-            ExitCode::from(error.exit_status())
+            error.exit_status()
         }
     }
 }

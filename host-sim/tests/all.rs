@@ -2,8 +2,6 @@
 
 mod agreement;
 mod arrays;
-mod bad_numbers;
-mod bad_output;
 #[cfg(feature = "bench")]
 mod bench;
 mod commands;
@@ -27,3 +25,5 @@ mod register;
 mod resumed;
 mod surface;
 mod sweep;
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_host-sim");

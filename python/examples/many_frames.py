@@ -27,7 +27,7 @@ def write(path):
         bonebeam.simulate("point", offset=offset, scanner=scanner)
         for offset in np.linspace(-1e-3, 1e-3, FRAMES)
     ]
-    rf = np.stack([frame.rf for frame in frames])
+    rf = np.stack([frame.samples for frame in frames])
     np.savez(path, **replace(frames[0], rf=rf).keys())
 
 

@@ -67,17 +67,19 @@ with tempfile.TemporaryDirectory() as folder:
 print(data)
 
 # %% Compounded into lines straight down; beside each other with the same 50 dB.
-methods = {
+methods: dict[str, bonebeam.ChannelDataParameters] = {
     "Delay and sum": {"method": "das"},
     "Minimum variance": {"method": "mv", "temporal_half_window": 1},
 }
 figure, axes = plt.subplots(1, 2, figsize=(8, 5.2), layout="constrained", sharey=True)
 for ax, (name, method) in zip(axes, methods.items()):
-    lines = bonebeam.beamform(data, depth_start=6e-3, depth_end=28e-3, **method)
+    method |= {"depth_start": 6e-3, "depth_end": 28e-3}
+    lines = bonebeam.beamform(data, **method)
     image = bonebeam.bmode(lines, dynamic_range=50)
     image.plot(ax, colour_bar=ax is axes[-1])
     ax.set_title(name)
-    cyst = np.hypot(image.x - 2e-3, image.z[:, None] - 18e-3) < 2e-3
-    print(f"{name}: mean grey levels {image.pixels[cyst].mean():.0f} in the cyst, {image.pixels.mean():.0f} in all")
+    inside = bonebeam.measure.region(lines, (2e-3, 18e-3), 2e-3)
+    outside = bonebeam.measure.region(lines, (2e-3, 18e-3), 5e-3, inner=3.5e-3)
+    print(f"{name}: gCNR of the cyst {bonebeam.measure.contrast(inside, outside).gcnr:.2f}")
 axes[1].set_ylabel("")
 figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "plane_waves.png", dpi=70)

@@ -26,17 +26,17 @@ data = bonebeam.simulate("point", scanner=scanner)
 
 # %% Delayed once, beamformed five times. The paper's figures take the forward covariance.
 aligned = bonebeam.delay(data, f_number=2.5, depth_start=12.5e-3, depth_end=17.5e-3)
-methods = {
+methods: dict[str, bonebeam.BeamformerParameters] = {
     "DAS": {"method": "das"},
     "MV": {"method": "mv"},
     "ESMV, β = 10 %": {"method": "esmv", "beta": 0.1},
     "ESMV, β = 1 %": {"method": "esmv", "beta": 0.01},
     "ESMV, rank 1": {"method": "esmv-rank1"},
 }
-lines = {
-    name: bonebeam.beamform(aligned, covariance="forward", **method)
-    for name, method in methods.items()
-}
+lines = {}
+for name, method in methods.items():
+    method |= {"covariance": "forward"}
+    lines[name] = bonebeam.beamform(aligned, **method)
 
 # %% Pictures of both ends, and the largest envelope of every beam.
 figure, axes = plt.subplot_mosaic([["DAS", "ESMV, rank 1"], ["profile", "profile"]], figsize=(7, 7))
@@ -49,8 +49,8 @@ for name, beamformed in lines.items():
     level = 20 * np.log10(largest / largest.max())
     x = 1e3 * beamformed.beam_x
     axes["profile"].plot(x - x[level.argmax()], level, label=name)
-    wide = x[level >= -12]
-    print(f"{name}: {wide[-1] - wide[0]:.2f} mm wide at -12 dB")
+    width = bonebeam.measure.point(beamformed).lateral_12db or np.nan
+    print(f"{name}: {1e3 * width:.2f} mm wide at -12 dB")
 axes["profile"].set(xlabel="mm", ylabel="dB", ylim=(-100, 3))
 axes["profile"].legend()
 figure.tight_layout()

@@ -2,11 +2,11 @@
 
 use bonebeam_drive::image::image_of;
 use bonebeam_drive::phase_symmetry::of_image;
-use bonebeam_files::{BeamRays, BeamformedLines};
-use numpy::{Complex32, IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2, PyReadwriteArray2};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2, PyReadwriteArray2};
 use pyo3::prelude::*;
 
 use crate::error::refused;
+use crate::lines::LinesArrays;
 use crate::parameters;
 use crate::threads::{Threads, threads};
 
@@ -23,29 +23,15 @@ type Pixels<'py> = (
 #[pyfunction]
 pub fn bmode<'py>(
     py: Python<'py>,
-    z: PyReadonlyArray2<'py, Complex32>,
-    fs: f64,
-    t0: f64,
-    beam_x: Vec<f64>,
-    rays: Option<(Vec<f64>, Vec<f64>)>,
-    sub_lines: usize,
-    c: f64,
+    lines: LinesArrays<'py>,
     section: &str,
     threads: Option<Threads>,
 ) -> PyResult<Pixels<'py>> {
     let section = parameters::image(section)?;
     let pool = self::threads(threads)?;
-    let lines = BeamformedLines {
-        z: z.as_array(),
-        fs,
-        t0,
-        beam_x,
-        rays: rays.map(|(z, angle)| BeamRays { z, angle }),
-        sub_lines,
-        c,
-    };
+    let lines = lines.checked()?;
     let image = py
-        .detach(|| pool.install(|| image_of(&lines.checked()?, &section)))
+        .detach(|| pool.install(|| image_of(&lines, &section)))
         .map_err(refused)?;
     let pixels = image.pixels.into_pyarray(py);
     let angles = image.angles.map(|angles| {

@@ -8,6 +8,8 @@ mod delay;
 mod error;
 mod files;
 mod images;
+mod lines;
+mod measure;
 mod parameters;
 mod register;
 mod simulate;
@@ -29,17 +31,25 @@ mod _native {
     #[pymodule_export]
     use crate::images::{bmode, phase_symmetry};
     #[pymodule_export]
+    use crate::measure::{contrast, point_spread, speckle, surface_scores};
+    #[pymodule_export]
     use crate::parameters::{BeamformParameters, defaults, tables};
     #[pymodule_export]
     use crate::register::register_points;
     #[pymodule_export]
     use crate::simulate::simulate;
     #[pymodule_export]
-    use crate::surface::{surface_of_lines, surface_of_picture};
+    use crate::surface::{save_surface, surface_of_lines, surface_of_picture};
     #[pymodule_export]
     use crate::threads::{default_threads, processors, share_processors};
     #[pymodule_export]
     use crate::tracked::{TrackedSequence, sweep_of_pictures};
+
+    /// Runs the program `host-sim` on its name and arguments; returns its exit status.
+    #[pyfunction]
+    fn main(py: Python<'_>, arguments: Vec<std::ffi::OsString>) -> u8 {
+        py.detach(|| host_sim::run_within(arguments))
+    }
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

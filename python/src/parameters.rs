@@ -1,5 +1,7 @@
 //! Sections of the command's configuration from Python's arguments.
 
+use std::collections::HashMap;
+
 use bonebeam::beamform::{Apodization, Method, Parameters, Postfilter};
 use bonebeam_drive::config::{Beamform, Image, PhaseSymmetry, Surface};
 use bonebeam_files::section::{Key, Section};
@@ -84,13 +86,10 @@ pub fn defaults() -> PyResult<String> {
 
 /// Tables for tests of the package's lists, as JSON.
 ///
-/// They hold the keys of the section, and an example of every method, postfilter, apodization and parameter of the core.
+/// They hold the keys of each section, and an example of every method, postfilter, apodization and parameter of the core.
 #[pyfunction]
 pub fn tables() -> PyResult<String> {
-    let methods = Method::EXAMPLES.map(|method| Parameters {
-        method,
-        ..Parameters::DEFAULT
-    });
+    let methods = Method::EXAMPLES.map(Parameters::of);
     let postfilters = Postfilter::EXAMPLES.map(|postfilter| Parameters {
         postfilter,
         ..Parameters::DEFAULT
@@ -107,11 +106,18 @@ pub fn tables() -> PyResult<String> {
     let examples = methods.into_iter().chain(postfilters).chain(apodizations);
     let examples = examples.chain(rows);
     let examples: Vec<_> = examples.map(Beamform::of).collect();
-    let tables = json!({
-        "keys": Beamform::keys().iter().map(keyword).collect::<Vec<_>>(),
-        "examples": examples,
-    });
-    Ok(tables.to_string())
+    fn keys<S: Section>() -> (&'static str, Vec<Value>) {
+        (S::NAME, S::keys().iter().map(keyword).collect())
+    }
+    let sections = [
+        keys::<Simulate>(),
+        keys::<Beamform>(),
+        keys::<Image>(),
+        keys::<PhaseSymmetry>(),
+        keys::<Surface>(),
+    ];
+    let sections: HashMap<_, _> = sections.into();
+    Ok(json!({ "sections": sections, "examples": examples }).to_string())
 }
 
 /// A key as Python's keyword.
@@ -120,6 +126,7 @@ fn keyword(key: &Key) -> Value {
         "name": key.name,
         "heading": key.heading,
         "help": format!("{}. {}", key.help, key.more).trim(),
+        "choices": key.choices,
         "type": key.python,
     })
 }

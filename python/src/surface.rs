@@ -1,14 +1,18 @@
 //! Lines or a picture → the bone surface.
 
+use std::path::PathBuf;
+
 use bonebeam_drive::config::Surface;
 use bonebeam_drive::surface::{
-    Picture, PictureFan, SurfacePoint, of_lines, of_lines_with_coherence, of_picture,
+    FrameSurface, Picture, PictureFan, SurfacePoint, add_surfaces_to, of_lines,
+    of_lines_with_coherence, of_picture,
 };
-use bonebeam_files::{BeamRays, BeamformedLines};
-use numpy::{Complex32, IntoPyArray, PyArray1, PyReadonlyArray2};
+use bonebeam_files::atomic::Outputs;
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
 use crate::error::refused;
+use crate::lines::LinesArrays;
 use crate::parameters;
 
 /// Points from the first line to the last: `(line, x, z, confidence, piece)`, lengths in m.
@@ -27,30 +31,16 @@ type Fan = (f64, f64, f64, f64, f64, f64);
 #[pyfunction]
 pub fn surface_of_lines<'py>(
     py: Python<'py>,
-    z: PyReadonlyArray2<'py, Complex32>,
-    fs: f64,
-    t0: f64,
-    beam_x: Vec<f64>,
-    rays: Option<(Vec<f64>, Vec<f64>)>,
-    sub_lines: usize,
-    c: f64,
+    lines: LinesArrays<'py>,
     coherence: Option<PyReadonlyArray2<'py, f32>>,
     section: &str,
 ) -> PyResult<Points<'py>> {
     let section = parameters::surface(section)?;
-    let lines = BeamformedLines {
-        z: z.as_array(),
-        fs,
-        t0,
-        beam_x,
-        rays: rays.map(|(z, angle)| BeamRays { z, angle }),
-        sub_lines,
-        c,
-    };
+    let lines = lines.checked()?;
     let coherence = coherence.as_ref().map(|map| map.as_array());
     let found = py.detach(|| match coherence {
-        Some(map) => of_lines_with_coherence(&lines.checked()?, map, &section),
-        None => of_lines(&lines.checked()?, &section),
+        Some(map) => of_lines_with_coherence(&lines, map, &section),
+        None => of_lines(&lines, &section),
     });
     Ok(arrays(py, &found.map_err(refused)?))
 }
@@ -95,6 +85,36 @@ pub fn surface_of_picture<'py>(
     });
     let verdict = found.verdict.to_string();
     Ok((arrays(py, &found.points), found.lines, fan, verdict))
+}
+
+/// Writes points as the command does; the file's ending sets the format.
+///
+/// Indices are [line, piece], values [x, z, confidence].
+#[pyfunction]
+pub fn save_surface(
+    path: PathBuf,
+    indices: Vec<[usize; 2]>,
+    values: Vec<[f64; 3]>,
+    lines: usize,
+    verdict: Option<String>,
+) -> PyResult<()> {
+    let points = indices.iter().zip(&values);
+    let points = points.map(|(&[line, piece], &[x, z, confidence])| SurfacePoint {
+        line,
+        x,
+        z,
+        confidence: confidence as f32,
+        piece,
+    });
+    let frame = FrameSurface {
+        frame: 0,
+        points: points.collect(),
+        verdict,
+    };
+    let mut outputs = Outputs::new();
+    add_surfaces_to(&[frame], lines, None, &path, &mut outputs)
+        .and_then(|()| outputs.commit())
+        .map_err(refused)
 }
 
 fn arrays<'py>(py: Python<'py>, points: &[SurfacePoint]) -> Points<'py> {

@@ -37,7 +37,7 @@ impl<'a, 'py> FromPyObject<'a, 'py> for Threads {
     }
 }
 
-/// Runs `work` with a pool's threads until it ends or the interpreter has a signal, such as Ctrl-C.
+/// Runs `work` on a pool's threads until it ends, or a signal such as Ctrl-C.
 ///
 /// `work` calls its argument now and then, which ends it.
 pub fn interruptible<T: Send>(

@@ -1,6 +1,9 @@
 """What comes in, where results go, and what is refused."""
 
 import multiprocessing
+import signal
+import subprocess
+import sys
 import threading
 import time
 import tracemalloc
@@ -193,9 +196,11 @@ def test_arguments_without_effect_are_refused(aligned, point):
 
 
 def test_wrong_counts_are_value_errors(aligned):
-    for arguments in [{"rank": -1, "method": "esmv"}, {"threads": 0}, {"temporal_half_window": 2**70}]:
-        with pytest.raises(ValueError):
+    for arguments in [{"rank": -1, "method": "esmv"}, {"threads": 0}, {"threads": -1}, {"threads": 2**70}, {"temporal_half_window": 2**70}]:
+        with pytest.raises(ValueError, match=next(iter(arguments))):
             bonebeam.beamform(aligned, **arguments)
+    with pytest.raises(ValueError, match="elements"):
+        bonebeam.Beamformer(-1)
     with pytest.raises(ValueError, match="unknown variant `mvdr`, expected one of `das`, `mv`"):
         bonebeam.beamform(aligned, method="mvdr")
     for wrong in [{"diagonal_loading": "much"}, {"subaperture_ratio": True}, {"method": 1}, {"exclude_first": "no"}]:
@@ -331,3 +336,12 @@ def test_a_preset_is_its_depth_step():
         ({"depth_step": 8}, 2),
     ]:
         assert bonebeam.beamform(x, preset="live", **keywords).shape == (2, samples)
+
+
+def test_ctrl_c_ends_a_simulation():
+    code = "import bonebeam; print(1, flush=True); bonebeam.simulate('vertebra-3d', tissue=True)"
+    child = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    child.stdout.readline()
+    time.sleep(2)
+    child.send_signal(signal.SIGINT)
+    assert "KeyboardInterrupt" in child.communicate(timeout=30)[1]

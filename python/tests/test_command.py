@@ -4,7 +4,8 @@ import json
 import os
 import pathlib
 import re
-import textwrap
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -197,38 +198,59 @@ def test_a_simulation_is_that_of_the_command(command, folder):
         assert same_bits(np.asarray(getattr(point, key)), expected[key]), key
 
 
+# Keys that Python has in another form: arguments of their own, and sweeps, whose frames come one by one.
+EXCLUDED = {"phantom", "fan", "sweep", "sweep_step"}
+
+
 def keywords():
     """The text of ``_keywords.py`` from the command's keys."""
-    keys = {key["name"]: key for key in TABLES["keys"]}
+    sections = {name: {key["name"]: key for key in keys} for name, keys in TABLES["sections"].items()}
+    keys = sections["beamform"]
     both = ["adaptive_depth_start", "adaptive_depth_end", "sub_lines"]
     aligned = ["sound_speed", "beam_spacing"]
     beamformer, delay = (
-        [name for name, key in keys.items() if key["heading"] == heading and name not in both]
+        [keys[name] for name, key in keys.items() if key["heading"] == heading and name not in both]
         for heading in ["Beamformer", "Delay (channel data only)"]
     )
+
+    def of(names):
+        return [keys[name] for name in names]
+
+    def all_of(section, inner=""):
+        of = [key | {"name": name.removeprefix(inner)} for name, key in sections[section].items() if name.startswith(inner)]
+        return [key for key in of if key["name"] not in EXCLUDED and "." not in key["name"]]
+
+    phantom = sections["simulate"]["phantom"]
+    inner = {name: f"{name.title()}Parameters" for name in ("scanner", "bone", "clutter")}
+    parts = [{"name": key, "type": f"{of} | Mapping[str, Any]"} for key, of in inner.items()]
     classes = [
         ("BeamformerParameters", "", "Keywords of the beamformer.", beamformer),
-        ("DelayParameters", "", "Keywords of the delay stage.", [*delay, "sound_speed"]),
-        ("ChannelDataParameters", "BeamformerParameters, DelayParameters, ", "Keywords for channel data.", both),
-        ("AlignedDataParameters", "BeamformerParameters, ", "Keywords for aligned data.", aligned),
+        ("DelayParameters", "", "Keywords of the delay stage.", [*delay, *of(["sound_speed"])]),
+        ("ChannelDataParameters", "BeamformerParameters, DelayParameters, ", "Keywords for channel data.", of(both)),
+        ("AlignedDataParameters", "BeamformerParameters, ", "Keywords for aligned data.", of(aligned)),
+        ("ImageParameters", "", "Keywords of an image.", all_of("image")),
+        ("PhaseSymmetryParameters", "", "Keywords of phase symmetry.", all_of("phase_symmetry")),
+        ("SurfaceParameters", "", "Keywords of the bone surface.", all_of("surface")),
+        ("RecordingSurfaceParameters", "SurfaceParameters, ChannelDataParameters, ", "Keywords for recordings.", []),
+        *((name, "", f"Keywords of the {key}.", all_of("simulate", f"{key}.")) for key, name in inner.items()),
+        ("SimulateParameters", "", "Keywords of a simulation.", [*all_of("simulate"), *parts]),
     ]
     lines = [
         '"""Keywords, written by `KEYWORDS=write pytest tests/test_command.py` from the keys of the command."""',
         "",
         "from __future__ import annotations",
         "",
-        "from collections.abc import Sequence",
-        "from typing import Literal, TypedDict",
+        "from collections.abc import Mapping, Sequence",
+        "from os import PathLike",
+        "from typing import Any, Literal, TypedDict",
+        "",
+        f"Phantom = {phantom['type']}",
     ]
     for name, bases, about, members in classes:
-        lines += ["", "", f"class {name}({bases or 'TypedDict, '}total=False):", f'    """{about}', ""]
+        lines += ["", "", f"class {name}({bases or 'TypedDict, '}total=False):", f'    """{about}"""']
+        lines += [""] if members else []
         for member in members:
-            help = re.sub(r"--([a-z-]+)", lambda flag: f"``{flag[1].replace('-', '_')}``", keys[member]["help"])
-            help = re.sub(r"(?<!`)`(?!`)", "``", help).replace("\\", "\\\\")
-            lines += textwrap.wrap(f"{member}: {help}", 118, initial_indent="    ", subsequent_indent="        ")
-        lines += ['    """', ""]
-        for member in members:
-            lines.append(f"    {member}: {keys[member]['type'].removesuffix(' | None')} | None")
+            lines.append(f"    {member['name']}: {member['type'].removesuffix(' | None')} | None")
     return "\n".join(lines) + "\n"
 
 
@@ -238,26 +260,28 @@ def test_the_keywords_are_the_keys_of_the_command():
         path.write_text(keywords())
     assert path.read_text() == keywords()
     ours = bonebeam.ChannelDataParameters, bonebeam.AlignedDataParameters
-    assert set().union(*map(_parameters.names, ours)) == {key["name"] for key in TABLES["keys"]}
+    assert set().union(*map(_parameters.names, ours)) == {key["name"] for key in TABLES["sections"]["beamform"]}
     for example in TABLES["examples"]:
         assert set(differing(example)) <= _parameters.names(bonebeam.BeamformerParameters)
     with pytest.raises(TypeError, match="unexpected keyword argument 'betta'"):
         bonebeam.beamform(np.ones((1, 1, 8), np.complex64), betta=0.1)
 
 
-def test_the_defaults_are_those_of_the_command():
-    result = json.loads(_native.defaults())
+def test_help_has_every_keyword_with_its_default_and_the_methods():
     for function, section in [
+        (bonebeam.beamform, "beamform"),
         (bonebeam.bmode, "image"),
         (bonebeam.phase_symmetry, "phase_symmetry"),
         (bonebeam.surface, "surface"),
         (bonebeam.simulate, "simulate"),
     ]:
-        ours = function.__kwdefaults__ | ({"phantom": "vertebra"} if section == "simulate" else {})
-        for key, value in result[section].items():
-            if ours.get(key) is not None:
-                ours[key] = list(ours[key]) if isinstance(ours[key], tuple) else ours[key]
-                assert ours[key] == value, f"{function.__name__}: {key}"
+        for key in TABLES["sections"][section]:
+            name = key["name"].rpartition(".")[2]
+            assert name in EXCLUDED - {"phantom"} or f"\n    {name}: " in function.__doc__, (function.__name__, name)
+            assert all(f"``{choice}``" in function.__doc__ for choice, _ in key["choices"])
+    text = " ".join(bonebeam.beamform.__doc__.split())
+    assert "``mv`` (minimum variance" in text and "[default: 0.05]" in text and "[default: esmv-rank1" in text
+    assert "``facet-joint`` (laminae" in bonebeam.simulate.__doc__
 
 
 @pytest.mark.parametrize(
@@ -376,3 +400,20 @@ def test_doubts_are_warnings(plane):
 def test_a_temporal_half_window_beyond_its_range_is_refused():
     with pytest.raises(ValueError, match=r"is 10000000; expected at least 0 and at most 4095"):
         bonebeam.Beamformer(32, method="mv", temporal_half_window=10_000_000)
+
+
+def test_the_package_holds_the_program(command, folder):
+    def ours(*words):
+        run = [sys.executable, "-m", "bonebeam", *map(str, words)]
+        return subprocess.run(run, capture_output=True, text=True)
+
+    words = ["simulate", "point", "--elements", 16, "--beams", 2, "--noise", -40, "-o"]
+    assert command(*words, folder / "theirs.npz") == ""
+    assert ours(*words, folder / "ours.npz").returncode == 0
+    theirs, written = (np.load(folder / f"{name}.npz") for name in ("theirs", "ours"))
+    assert same_bits(theirs["rf"], written["rf"])
+    named = (folder / "ours.npz.config.toml").read_text().splitlines()[0]
+    assert f"simulate point --elements 16 --beams 2 --noise -40 -o {folder / 'ours.npz'}" in named
+    refused = ours("beamform", "--nonsense")
+    assert refused.returncode == 2 and refused.stderr.startswith("host-sim: unexpected argument '--nonsense'")
+    assert ours("--version").stdout.startswith("host-sim ")

@@ -1,13 +1,17 @@
 """The examples run."""
 
+import json
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 
 import numpy as np
 import pytest
+
+from test_first_hour import LAWS, echoes_of
 
 EXAMPLES = pathlib.Path(__file__).parent.parent / "examples"
 
@@ -33,6 +37,34 @@ def test_an_example_runs(folder, name, needs):
     assert done.returncode == 0, done.stderr
     if "matplotlib" in needs:
         assert (folder / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_the_readme_runs_with_a_recording_of_each_kind(folder, monkeypatch, law):
+    pytest.importorskip("matplotlib").use("Agg")
+    text = (EXAMPLES.parent.parent / "README.md").read_text()
+    (block,) = re.findall(r"^```python\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
+    own = block.replace('simulate("vertebra")', 'read("recording.npz")')
+    assert own != block
+    np.savez(folder / "recording.npz", **echoes_of([(0.0, 15e-3)], elements=32, **law).keys())
+    monkeypatch.chdir(folder)
+    exec(own, names := {})
+    assert 0 < names["bones"].max() < 1
+    assert (folder / "surface.csv").read_text().startswith("line,x_m,z_m")
+
+
+def test_the_notebook_runs_from_top_to_bottom_within_two_minutes(folder):
+    pytest.importorskip("nbconvert"), pytest.importorskip("ipykernel"), pytest.importorskip("matplotlib")
+    pytest.importorskip("xarray")
+    for name in ("first_hour.ipynb", "echoes.py"):
+        shutil.copy(EXAMPLES / name, folder)
+    words = ["-m", "nbconvert", "--to", "notebook", "--execute", "--output", "done.ipynb", "first_hour.ipynb"]
+    done = subprocess.run([sys.executable, *words], cwd=folder, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    outputs = [of for cell in json.loads((folder / "done.ipynb").read_text())["cells"] for of in cell.get("outputs", [])]
+    assert sum("image/png" in of.get("data", {}) for of in outputs) == 4
+    assert not [of for of in outputs if of.get("name") == "stderr"]
+    assert (folder / "surface.csv").exists() and (folder / "vertebra.png").exists()
 
 
 def test_the_gallery_has_a_picture_of_every_example():

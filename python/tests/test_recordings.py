@@ -52,7 +52,7 @@ def test_frames_are_beamformed_one_after_another(plane):
     assert same_bits(z[0], bonebeam.beamform(plane, method="mv").z)
     assert same_bits(z[1], bonebeam.beamform(replace(plane, rf=second), method="mv").z)
     assert not same_bits(z[0], z[1])
-    with pytest.raises(ValueError, match="hold 2 frames; expected one"):
+    with pytest.raises(ValueError, match="hold 2 frames; give one"):
         bonebeam.delay(frames)
 
 
@@ -69,7 +69,7 @@ def test_some_frames_are_read(folder, plane):
     np.savez(path, **replace(plane, rf=np.asfortranarray(rf)).keys())
     assert same_bits(bonebeam.read(path, frames=1).rf, rf[1])
     assert same_bits(np.stack([frame.rf for frame in bonebeam.frames(path)]), rf)
-    for wrong in (3, -1, range(2, 4), range(1, 1), range(0, 3, 2)):
+    for wrong in (3, -1, range(2, 4), range(1, 1), range(0, 3, 2), "0..1"):
         with pytest.raises(ValueError, match="consecutive frames of 0 to 2"):
             bonebeam.read(path, frames=wrong)
 

@@ -26,6 +26,8 @@ use crate::{Error, Result};
 use bonebeam_files::terminal::digits;
 use bonebeam_files::{BeamRays, BeamformedLines, ChannelData, FrameSamples, Samples, Transmits};
 
+/// Number of transmits from which on upsampled records are the default: they then cost less than the filter.
+pub(crate) const UPSAMPLED_FROM: usize = 8;
 /// Number of lines whose records are upsampled at a time; limited by memory.
 pub(crate) const LINES_UPSAMPLED: usize = 128;
 /// Parts of a frame that are converted from counts to f32 in turn, if each line has its own transmit.
@@ -128,14 +130,17 @@ impl<'a> DelayStage<'a> {
                 Stage::Iq(iq)
             }
         };
-        let upsampled = parameters.rf_interpolation == Some(RfInterpolation::Upsampled);
-        if upsampled {
-            let delay = match &stage {
-                Stage::Rf(delay) => Some(&**delay),
-                Stage::Iq(_) => None,
-            };
-            check_upsampling(delay, beams.own)?;
-        }
+        let delay = match &stage {
+            Stage::Rf(delay) => Some(&**delay),
+            Stage::Iq(_) => None,
+        };
+        let upsampled = match parameters.rf_interpolation {
+            Some(RfInterpolation::Filtered) => false,
+            Some(RfInterpolation::Upsampled) => {
+                check_upsampling(delay, beams.own).map(|()| true)?
+            }
+            None => transmits >= UPSAMPLED_FROM && check_upsampling(delay, beams.own).is_ok(),
+        };
         let factors = match &parameters.transmit_weights {
             Some(_) if beams.own => {
                 let message =

@@ -9,7 +9,7 @@ use num_complex::Complex;
 
 use crate::beamform::TILE;
 use crate::config::{Beamform, Image, LONGER_SIDE, PhaseSymmetry, RfInterpolation};
-use crate::delay::LINES_UPSAMPLED;
+use crate::delay::{LINES_UPSAMPLED, UPSAMPLED_FROM};
 use crate::limits::depths_of;
 use crate::phase_symmetry::FROM_IMAGE;
 use crate::sub_lines;
@@ -118,7 +118,10 @@ pub fn working_memory(
             };
             // The real parts of every element, and where every transmit is read.
             let upsampled = match parameters.rf_interpolation {
-                Some(RfInterpolation::Upsampled) => {
+                choice
+                    if choice == Some(RfInterpolation::Upsampled)
+                        || choice.is_none() && transmits >= UPSAMPLED_FROM =>
+                {
                     let rows = elements.saturating_add(transmits);
                     let at_a_time = lines.min(LINES_UPSAMPLED);
                     product(&[rows, at_a_time, samples, size_of::<f32>()])

@@ -6,7 +6,8 @@ use std::path::PathBuf;
 use bonebeam::simd::InstructionSet;
 use bonebeam_files::section::{Section, row};
 use bonebeam_files::settings::{LENGTHS, LEVELS, out_of_range};
-use bonebeam_files::{ChannelData, choice, section};
+use bonebeam_files::{ChannelData, Truth, choice, section};
+use ndarray::{Array2, Array3};
 
 use crate::{
     Block, Bone, BoneSurface, Checkpoint, Clutter, DiffuseClutter, DynamicRange, Layers,
@@ -156,7 +157,6 @@ impl Kind {
 
 /// A phantom and the warnings about it.
 pub struct Built {
-    /// The phantom.
     pub phantom: Phantom,
     /// Warnings about values that are probably a mistake, one sentence each.
     pub warnings: Vec<String>,
@@ -289,16 +289,40 @@ impl Simulate {
         self.scanner.as_ref().map_or(Ok(()), Settings::validate)
     }
 
-    /// Channel data of the section; of a sweep, those of its first frame.
+    /// Channel data of the section with their truth.
+    ///
+    /// Of a sweep, those of its first frame.
     ///
     /// `progress` receives the fraction done, from any thread.
     ///
     /// # Errors
     /// A mesh that is not valid, a phantom outside the record, or a record that needs too much memory.
-    pub fn recorded(&mut self, progress: &(dyn Fn(f64) + Sync)) -> Result<ChannelData> {
+    pub fn recorded(&mut self, progress: &(dyn Fn(f64) + Sync)) -> Result<(ChannelData, Truth)> {
         let scanner = self.scanner().clone();
         let phantom = self.build(&scanner)?.phantom;
-        self.record(&scanner, &phantom, 0, progress, &mut Checkpoint::none())
+        let data = self.record(&scanner, &phantom, 0, progress, &mut Checkpoint::none())?;
+        Ok((data, self.truth(&phantom)))
+    }
+
+    /// The ground truth of recordings of `phantom`, which is the section's.
+    pub fn truth(&self, phantom: &Phantom) -> Truth {
+        let all = &phantom.scatterers;
+        let scatterers = Array2::from_shape_fn((all.len(), 4), |(k, column)| {
+            let s = &all[k];
+            [s.x, s.y, s.z, s.amplitude][column] as f32
+        });
+        let segments: Vec<_> = phantom.bone.iter().flat_map(|b| b.segments()).collect();
+        let outline = Array3::from_shape_fn((segments.len(), 2, 2), |(k, end, axis)| {
+            segments[k][end][axis]
+        });
+        let levels = (self.phantom == Kind::DynamicRange)
+            .then(|| (DynamicRange::levels(), [-18e-3, 5e-3, 1e-4]));
+        Truth {
+            scatterers,
+            on_bone: phantom.on_bone,
+            outline,
+            levels,
+        }
     }
 
     /// Channel data of a frame of `phantom` by `scanner`, which are the section's.

@@ -246,7 +246,7 @@ impl Settings {
     /// # Errors
     /// [`Error::Data`] with the size.
     pub(super) fn check_memory(&self, more: usize) -> Result<()> {
-        memory::check(self.bytes().1.saturating_add(more), "the simulation")
+        memory::check(self.bytes().1.saturating_add(more), "the record")
     }
 
     /// Checks the memory of the record and of its echoes.

@@ -7,6 +7,7 @@ use std::process::Command;
 
 use clap::Args;
 
+use crate::arguments;
 use crate::{Error, Result};
 
 /// The program, beside this one or in a folder of `PATH`.
@@ -31,7 +32,7 @@ pub struct Arguments {
 /// [`Error::Usage`] if it is not there, with `what` needs it.
 pub fn run(what: &str) -> Result<()> {
     let mut program = Command::new(found().ok_or_else(|| missing(what))?);
-    program.args(env::args_os().skip(1));
+    program.args(arguments::all().into_iter().skip(1));
     let error = replace(&mut program);
     Err(Error::Data(format!("{PROGRAM} cannot be run: {error}")))
 }

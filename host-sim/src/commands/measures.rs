@@ -8,7 +8,7 @@ use bonebeam_drive::config::{Beamform, PixelSize};
 use bonebeam_drive::image::BModeImage;
 use bonebeam_files::BeamformedLines;
 use bonebeam_formats::Format;
-use bonebeam_report::measure::point::LateralProfile;
+use bonebeam_measure::point::PointSpread;
 
 /// A beamforming run.
 #[derive(Serialize)]
@@ -42,13 +42,18 @@ struct LineMeasures {
     rms: f64,
 }
 
-/// Profile across the brightest point.
+/// Profiles through the largest envelope, as by [`PointSpread`].
 #[derive(Serialize)]
 struct PointMeasures {
     x_m: f64,
     z_m: f64,
+    /// Widths across the lines at its depth, interpolated linearly in dB between lines.
     width_6db_m: Option<f64>,
     width_12db_m: Option<f64>,
+    /// The same along its line.
+    axial_6db_m: Option<f64>,
+    /// Distance of the lines there; a width of `n` of them errs by up to 1/n².
+    spacing_m: Option<f64>,
     side_lobe_db: Option<f64>,
 }
 
@@ -89,15 +94,16 @@ impl Measures {
             .iter()
             .map(|z| f64::from(z.re).powi(2) + f64::from(z.im).powi(2));
         let sum: f64 = powers.clone().sum();
-        let point = LateralProfile::new(lines)
-            .ok()
-            .map(|profile| PointMeasures {
-                x_m: profile.x[profile.peak],
-                z_m: profile.peak_depth,
-                width_6db_m: profile.width(-6.0),
-                width_12db_m: profile.width(-12.0),
-                side_lobe_db: profile.side_lobe(),
-            });
+        let spread = PointSpread::new(lines, None, f64::INFINITY).ok();
+        let point = spread.map(|spread| PointMeasures {
+            x_m: spread.x,
+            z_m: spread.z,
+            width_6db_m: spread.lateral.width(-6.0),
+            width_12db_m: spread.lateral.width(-12.0),
+            axial_6db_m: spread.axial.width(-6.0),
+            spacing_m: spread.lateral.spacing(),
+            side_lobe_db: spread.lateral.side_lobe(),
+        });
         Measures {
             program: env!("CARGO_PKG_NAME"),
             version: VERSION,

@@ -20,12 +20,11 @@ pub mod simulate;
 pub mod surface;
 mod surface_files;
 mod surface_inputs;
-mod surface_mesh;
 pub mod sweep;
 
-use std::env;
 use std::path::{Path, PathBuf};
 
+use crate::arguments;
 use crate::config::Config;
 use crate::{Error, Result};
 use bonebeam_files::terminal::remark;
@@ -43,7 +42,8 @@ pub fn load_config(path: Option<&Path>) -> Result<Config> {
 
 /// The command line as it was typed, for the head of the written configuration.
 fn command_line() -> String {
-    let words = env::args_os()
+    let words = arguments::all()
+        .into_iter()
         .skip(1)
         .map(|word| word.to_string_lossy().into_owned());
     words.collect::<Vec<_>>().join(" ")

@@ -5,7 +5,6 @@ use std::iter::once;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use ndarray::{Array2, Array3};
 
 use super::{ConfigArgument, command_line, load_config};
 use crate::config::Config;
@@ -15,8 +14,8 @@ use crate::provenance::Snapshot;
 use crate::{Error, Result};
 use bonebeam_files::atomic::{Outputs, check_outputs};
 use bonebeam_files::terminal::warn;
-use bonebeam_files::{Recording, Truth, add_surface_to};
-use bonebeam_simulate::{Checkpoint, DynamicRange, Kind, Phantom};
+use bonebeam_files::{Recording, add_surface_to};
+use bonebeam_simulate::Checkpoint;
 
 /// Simulate channel data of a point, of bone in water or tissue, or known levels.
 ///
@@ -109,31 +108,14 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let inputs = snapshots.iter().map(|mesh| mesh.hashed(true));
     let inputs = inputs.collect::<Result<Vec<_>>>()?;
     config.add_to(&command_line(), &inputs, &config_path, &mut outputs)?;
-    let known = config.simulate.phantom == Kind::DynamicRange;
-    truth_of(&phantom, known).add_to(&truth, &mut outputs)?;
+    config
+        .simulate
+        .truth(&phantom)
+        .add_to(&truth, &mut outputs)?;
     if let Some(bone) = &phantom.surface {
         add_surface_to(&surface, bone.vertices(), bone.triangles(), &mut outputs)?;
     }
     outputs.commit()?;
     checkpoint.finish();
     Ok(())
-}
-
-/// The ground truth that is written beside a recording.
-fn truth_of(phantom: &Phantom, known_levels: bool) -> Truth {
-    let all = &phantom.scatterers;
-    let scatterers = Array2::from_shape_fn((all.len(), 4), |(k, column)| {
-        let s = &all[k];
-        [s.x, s.y, s.z, s.amplitude][column] as f32
-    });
-    let segments: Vec<_> = phantom.bone.iter().flat_map(|b| b.segments()).collect();
-    let outline = Array3::from_shape_fn((segments.len(), 2, 2), |(k, end, axis)| {
-        segments[k][end][axis]
-    });
-    Truth {
-        scatterers,
-        on_bone: phantom.on_bone,
-        outline,
-        levels: known_levels.then(|| (DynamicRange::levels(), [-18e-3, 5e-3, 1e-4])),
-    }
 }

@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::check::EstimateArgument;
 use super::frames::{FrameRange, parse_frames};
-use super::surface_files::{Kind, Overlay, add_surfaces_to};
+use super::surface_files::Overlay;
 use super::surface_inputs::{Crop, Found, Source, parse_crop};
 use super::{ConfigArgument, VariableArguments, command_line, load_config};
 use crate::config::Config;
@@ -15,6 +15,7 @@ use crate::provenance::Snapshot;
 use crate::{Error, Result};
 use bonebeam_drive::config::{Beamform, Grid, Image, Surface};
 use bonebeam_drive::methods::MethodName;
+use bonebeam_drive::surface::{Kind, add_surfaces_to};
 use bonebeam_files::atomic::{Outputs, check_outputs};
 use bonebeam_files::image;
 use bonebeam_files::terminal::print;

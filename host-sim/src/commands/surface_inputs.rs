@@ -5,7 +5,6 @@ use std::path::Path;
 
 use super::about;
 use super::frames::FrameRange;
-use super::surface_files::FrameSurface;
 use crate::config::Config;
 use crate::progress::Progress;
 use crate::provenance::Snapshot;
@@ -13,7 +12,7 @@ use crate::{Error, Result};
 use bonebeam_drive::frame::RecordingFrames;
 use bonebeam_drive::image::{BModeImage, image_of};
 use bonebeam_drive::policy::{Pictures, warnings, working_memory};
-use bonebeam_drive::surface::{self, Picture, PictureFan, of_picture};
+use bonebeam_drive::surface::{self, FrameSurface, Picture, PictureFan, of_picture};
 use bonebeam_files::terminal::warn;
 use bonebeam_files::{BeamformedLines, Recording, image, memory};
 use bonebeam_formats::RecordingFile;
@@ -172,7 +171,7 @@ fn of_file_of_picture(source: &Source<'_>, config: &Config) -> Result<Found> {
         frames: vec![FrameSurface {
             frame: 0,
             points: found.points,
-            verdict: Some(found.verdict),
+            verdict: Some(found.verdict.to_string()),
         }],
         lines: found.lines,
         picture: Some(BModeImage {

@@ -7,16 +7,16 @@ Arrays in, arrays out; the computation is compiled::
     image = bonebeam.bmode(lines, dynamic_range=60)          # grey levels, 0 to 255
     bones = bonebeam.phase_symmetry(image, pad=True)         # ridges, 0 to below 1
     bones.plot()                                             # axes in mm, by matplotlib
-    map = bonebeam.coherence(data)                           # coherence of the samples
-    bone = bonebeam.surface(lines, coherence=map)            # a depth in each line, or none
+    bone = bonebeam.surface(data)                            # a depth in each line, or none
 
 Names and defaults of parameters, and the bits of the results, are those of the command ``host-sim``. Invalid input
 raises a ``ValueError``. Units are metres, seconds and hertz. All CPU arrays with DLPack are accepted (PyTorch, JAX,
 CuPy on the host). An array of the expected type and order is not copied.
 """
 
+from . import measure
 from ._beamform import Beamformer, beamform, coherence, delay
-from ._data import AlignedData, ChannelData, Image, Lines
+from ._data import AlignedData, ChannelData, Image, Lines, Truth
 from ._dataset import Dataset
 from ._files import frames, read
 from ._images import bmode, phase_symmetry
@@ -25,6 +25,12 @@ from ._keywords import (
     BeamformerParameters,
     ChannelDataParameters,
     DelayParameters,
+    ImageParameters,
+    PhaseSymmetryParameters,
+    RecordingSurfaceParameters,
+    ScannerParameters,
+    SimulateParameters,
+    SurfaceParameters,
 )
 from ._native import __version__
 from ._register import Registration, register
@@ -44,16 +50,24 @@ __all__ = [
     "DelayParameters",
     "Fan",
     "Image",
+    "ImageParameters",
     "Lines",
+    "PhaseSymmetryParameters",
+    "RecordingSurfaceParameters",
     "Registration",
+    "ScannerParameters",
+    "SimulateParameters",
     "Surface",
+    "SurfaceParameters",
     "TrackedSequence",
+    "Truth",
     "__version__",
     "beamform",
     "bmode",
     "coherence",
     "delay",
     "frames",
+    "measure",
     "phase_symmetry",
     "read",
     "read_sequence",

@@ -2,13 +2,56 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
-from typing import Any, TypeVar
+from os import PathLike
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 Scalar = TypeVar("Scalar", bound=np.generic)
+
+
+# Types of real samples that files may have, too.
+REAL = ("float32", "float64", "float16", "int8", "int16", "int32", "int64", "uint16", "uint8")
+COMPLEX = ("complex64", "complex128")
+
+# What to do with an object in place of another.
+HINTS = {
+    "ChannelData": "beamform it first: bonebeam.beamform(data)",
+    "AlignedData": "beamform it first: bonebeam.beamform(data)",
+    "Lines": "an image of them is bonebeam.bmode(lines)",
+    "Image": "its grey levels are `image.pixels`",
+    "Surface": "its depths are `surface.z`",
+    "Dataset": "give one frame, such as dataset[0]",
+    "ndarray": "lines need their positions: bonebeam.Lines(z, fs=…, t0=…, beam_x=…, c=…)",
+    "dict": "make data of it: bonebeam.ChannelData(**keys)",
+    "DataArray": "make data of it: bonebeam.ChannelData.from_xarray(array) or bonebeam.Lines.from_xarray(array)",
+}
+
+
+class SupportsDLPack(Protocol):
+    """An array of another library."""
+
+    def __dlpack__(self, **options: Any) -> Any: ...
+
+
+def wrong(function: str, name: str, value: Any, expected: str) -> TypeError:
+    """The error for an object of another kind: what it is, what was expected, what to call."""
+    kind = type(value).__name__
+    hint = HINTS.get(kind)
+    if isinstance(value, (str, PathLike)):
+        kind, hint = f"the path {os.fspath(value)!r}", "read it first: bonebeam.read(path)"
+    return TypeError(f"{function}(): `{name}` is {kind}; expected {expected}" + (f"; {hint}" if hint else ""))
+
+
+def in_order(array: Any, axes: Sequence[str]) -> Any:
+    """An array of xarray with its dimensions in this order, if these are their names."""
+    names = getattr(array, "dims", None)
+    if not isinstance(names, tuple) or not set(names) <= set(axes):
+        return array
+    return array.transpose(*(axis for axis in axes if axis in names))
 
 
 def from_anywhere(name: str, array: Any) -> npt.NDArray[Any]:
@@ -30,7 +73,7 @@ def taken(
     accepted: Sequence[str],
 ) -> npt.NDArray[Scalar]:
     """The array in C order, copied only if its type or order differs."""
-    array = from_anywhere(name, array)
+    array = from_anywhere(name, in_order(array, axes))
     if array.dtype.name not in accepted:
         expected = " or ".join(accepted)
         raise ValueError(f"`{name}` has dtype {array.dtype}; expected {expected}")

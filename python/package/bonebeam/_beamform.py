@@ -5,13 +5,14 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator
 from dataclasses import replace
+from os import PathLike
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _native
-from ._arrays import from_anywhere, taken, written
+from ._arrays import COMPLEX, REAL, SupportsDLPack, from_anywhere, in_order, taken, written, wrong
 from ._data import AlignedData, ChannelData, Lines
 from ._keywords import (
     AlignedDataParameters,
@@ -19,22 +20,22 @@ from ._keywords import (
     ChannelDataParameters,
     DelayParameters,
 )
-from ._parameters import names, section
+from ._parameters import documented, names, refuse_unknown, section
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-COMPLEX = ("complex64", "complex128")
-REAL = ("float32", "float64", "int16", "int32", "uint8")
+    from ._files import Recording
 
 
+@documented("beamform", BeamformerParameters)
 class Beamformer:
     """A beamformer of aligned samples that keeps threads and memory between frames.
 
     Args:
         elements: Maximum number of active elements; the array's if all are active.
         threads: Number of threads; all processors by default. The result does not depend on it.
-        parameters: Keywords of :class:`BeamformerParameters`.
+        parameters: Keywords, below.
 
     >>> import numpy as np
     >>> mv = Beamformer(32, method="mv", temporal_half_window=2, threads=1)
@@ -62,7 +63,7 @@ class Beamformer:
 
     def __call__(
         self,
-        x: npt.ArrayLike | Any,
+        x: npt.ArrayLike | SupportsDLPack,
         *,
         active: npt.ArrayLike | None = None,
         out: npt.NDArray[np.complex64] | None = None,
@@ -121,7 +122,17 @@ def beamform(
 
 @overload
 def beamform(
-    x: npt.ArrayLike | Any,
+    x: Recording,
+    *,
+    threads: int | None = ...,
+    out: npt.NDArray[np.complex64] | None = ...,
+    **parameters: Unpack[ChannelDataParameters],
+) -> Lines: ...
+
+
+@overload
+def beamform(
+    x: npt.ArrayLike | SupportsDLPack,
     *,
     threads: int | None = ...,
     active: npt.ArrayLike | None = ...,
@@ -130,8 +141,9 @@ def beamform(
 ) -> npt.NDArray[np.complex64]: ...
 
 
+@documented("beamform", BeamformerParameters, DelayParameters, ChannelDataParameters, AlignedDataParameters)
 def beamform(
-    x: ChannelData | AlignedData | npt.ArrayLike | Any,
+    x: Recording | npt.ArrayLike | SupportsDLPack,
     *,
     threads: int | None = None,
     active: npt.ArrayLike | None = None,
@@ -147,8 +159,8 @@ def beamform(
         threads: See :class:`Beamformer`.
         active: For arrays only: see :class:`Beamformer`.
         out: Memory for the lines, complex64 [beam, sample], or with frames as the first axis.
-        parameters: Keywords of :class:`ChannelDataParameters`, of :class:`AlignedDataParameters`, or, for an
-            array, of :class:`BeamformerParameters`.
+        parameters: Keywords, below: for channel data all but ``beam_spacing``, for aligned data those of
+            :class:`AlignedDataParameters`, for an array those of :class:`BeamformerParameters`.
 
     Returns:
         For an array, the lines, complex64 [beam, sample]. For a recording, :class:`Lines` with their positions.
@@ -183,8 +195,11 @@ def beamform(
         # Without a carrier nothing is interpolated: lines have the beamformed samples.
         fs = x.fs / checked.depth_step
         return Lines(z, fs, x.t0, beam_x, c, x.beam_z, x.beam_angle)
+    dims = getattr(x, "dims", ())
+    if type(x).__module__.startswith("bonebeam") or isinstance(x, (str, PathLike, dict)) or "transmit" in dims:
+        raise wrong("beamform", "x", x, "channel data, aligned data or an array of aligned samples")
     _refuse("an array", BeamformerParameters, parameters)
-    samples = from_anywhere("x", x)
+    samples = from_anywhere("x", in_order(x, ("frame", "beam", "sample", "element")))
     elements = samples.shape[-1] if samples.ndim else 0
     return Beamformer(elements, **beamformer, threads=threads)(samples, active=active, out=out)
 
@@ -220,8 +235,9 @@ def _beamform_channel_data(
     return Lines(z, first.fs, first.t0, first.beam_x, first.c, *rays, first.sub_lines)
 
 
+@documented("beamform", DelayParameters)
 def delay(
-    data: ChannelData,
+    data: Recording,
     *,
     threads: int | None = None,
     out: npt.NDArray[np.complex64] | None = None,
@@ -236,7 +252,7 @@ def delay(
         data: Channel data of one frame. Samples are read without a copy; other types and orders are copied.
         threads: Number of threads; all processors by default. The result does not depend on it.
         out: Memory for the samples, complex64 [beam, sample, element].
-        parameters: Keywords of :class:`DelayParameters`.
+        parameters: Keywords, below.
 
     >>> scanner = {"elements": 32, "beams": 4, "first_beam": 14, "depth_start": 0.01, "depth_end": 0.02}
     >>> import bonebeam
@@ -247,7 +263,10 @@ def delay(
     >>> lines = beamform(aligned, method="das")
     """
     checked = section("delay", DelayParameters, parameters)
-    record = _one_frame(data)
+    if not isinstance(data, ChannelData):
+        raise wrong("delay", "data", data, "ChannelData")
+    data._one_frame("delay")
+    (record,) = _frames(data)
     memory = None if out is None else _memory(out, record.samples, 3)
     result = _native.delay(record, checked, memory, threads)
     _warn(result.warnings)
@@ -256,21 +275,22 @@ def delay(
     return AlignedData(x, result.fs, result.t0, result.beam_x, result.c, result.active, *rays)
 
 
+@documented("beamform", BeamformerParameters, DelayParameters, ChannelDataParameters)
 def coherence(
-    data: ChannelData,
+    data: Recording,
     *,
     threads: int | None = None,
     **parameters: Unpack[ChannelDataParameters],
 ) -> npt.NDArray[np.float32]:
-    """Short-lag coherence of channel data of one frame, float32 [beam, sample], -1 to 1.
+    """Short-lag coherence of channel data, float32 [beam, sample], -1 to 1; of several frames with an axis in front.
 
-    It is a mean over ±0.4 mm of depth. Clutter in a shadow has little coherence, tissue more. With the keywords of
-    :func:`beamform`, its axes are those of the lines.
+    It is a mean over ±0.4 mm of depth. Clutter in a shadow has little coherence, tissue more. Give it the keywords of
+    :func:`beamform`, also the method, on which the default lines depend: then its axes are those of the lines.
 
     Args:
-        data: Channel data of one frame.
+        data: Channel data.
         threads: Number of threads; all processors by default. The result does not depend on it.
-        parameters: Keywords of :class:`ChannelDataParameters`; the method has no effect.
+        parameters: Keywords, below.
 
     >>> import bonebeam
     >>> scanner = {"elements": 32, "beams": 4, "first_beam": 14, "depth_start": 0.01, "depth_end": 0.02}
@@ -279,7 +299,10 @@ def coherence(
     True
     """
     checked = section("coherence", ChannelDataParameters, parameters)
-    return _native.coherence_of_channel_data(_one_frame(data), checked, threads)
+    if not isinstance(data, ChannelData):
+        raise wrong("coherence", "data", data, "ChannelData")
+    maps = [_native.coherence_of_channel_data(frame, checked, threads) for frame in _frames(data)]
+    return maps[0] if _is_one_frame(data) else np.stack(maps)
 
 
 def _memory(out: Any, beside: npt.NDArray[Any], axes: int) -> npt.NDArray[np.complex64]:
@@ -297,16 +320,10 @@ def _is_one_frame(data: ChannelData) -> bool:
     return data.samples.ndim != 4
 
 
-def _one_frame(data: ChannelData) -> ChannelData:
-    if not _is_one_frame(data):
-        raise ValueError(f"the channel data hold {len(data.samples)} frames; expected one")
-    (frame,) = _frames(data)
-    return frame
-
-
 def _frames(data: ChannelData) -> Iterator[ChannelData]:
     """Frames with arrays in the types and orders of the native half."""
     samples = data.samples
+    _check_order("rf" if data.iq is None else "iq", samples.shape, len(np.atleast_1d(data.element_x)))
     transmits = samples.shape[-3] if samples.ndim >= 3 else 0
 
     def vector(value: Any) -> Any:
@@ -334,14 +351,28 @@ def _frames(data: ChannelData) -> Iterator[ChannelData]:
         yield replace(data, rf=rf, **others)
 
 
+def _check_order(name: str, shape: tuple[int, ...], elements: int) -> None:
+    """Refuses samples whose axes have the order of another package, with the way to ours."""
+    if len(shape) == 5 and shape[4] == 1 and shape[3] == elements:
+        raise ValueError(
+            f"`{name}` has shape {list(shape)}, zea's [frame, transmit, sample, element, 1]; expected [frame, transmit, "
+            f"element, sample]: {name}[..., 0].swapaxes(2, 3)"
+        )
+    if len(shape) in (3, 4) and shape[-2] != elements == shape[-1]:
+        raise ValueError(
+            f"`{name}` has shape {list(shape)} with {elements} elements on the last axis; expected [transmit, element, "
+            f"sample]: {name}.swapaxes(-1, -2)"
+        )
+
+
 def _refuse(what: str, known: type, parameters: dict[str, Any], **given: Any) -> None:
     """Refuses arguments that would have no effect."""
     elsewhere = names(ChannelDataParameters) | names(AlignedDataParameters)
     for name, value in {**parameters, **given}.items():
         if value is not None and (name in given or name in elsewhere - names(known)):
             raise ValueError(f"{name} has no effect on {what}")
-        if name not in given and name not in elsewhere:
-            raise TypeError(f"beamform() got an unexpected keyword argument '{name}'")
+        if name not in given:
+            refuse_unknown("beamform", name, elsewhere)
 
 
 def _warn(messages: list[str]) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _show
-from ._arrays import from_anywhere
+from ._arrays import COMPLEX, from_anywhere, in_order, taken
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -58,6 +58,36 @@ class Shown:
             return _show.page(type(self), self._facts(), self._repr_png_())
         except Exception:
             return None
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What a simulation imaged; lengths in m along the array's axes."""
+
+    scatterers: npt.NDArray[np.float32]
+    """x, y, z and amplitude, [scatterer, 4]; those on the bone first."""
+    on_bone: int
+    """Number of scatterers on the bone."""
+    outline: npt.NDArray[np.float64]
+    """The bone in the image plane, [segment, end, 2] with x and z."""
+    level_db: npt.NDArray[np.float32] | None = None
+    """Levels of the phantom ``dynamic-range``, dB, [row, column]."""
+    level_x0: float = 0.0
+    """Lateral position of their first column, m."""
+    level_z0: float = 0.0
+    """Depth of their first row, m."""
+    level_pixel: float = 0.0
+    """Distance of their pixels, m."""
+
+    def depth_at(self, x: npt.ArrayLike) -> Float64s:
+        """Depths at which lines straight down at ``x`` first meet the bone, m; NaN without bone."""
+        x = np.atleast_1d(np.asarray(x, np.float64))[:, None]
+        (x0, z0), (x1, z1) = (self.outline[:, end].T for end in (0, 1))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            depths = z0 + (x - x0) / (x1 - x0) * (z1 - z0)
+        depths = np.where((x0 <= x) != (x1 <= x), depths, np.inf)
+        nearest = depths.min(axis=1, initial=np.inf)
+        return np.where(np.isfinite(nearest), nearest, np.nan)
 
 
 @dataclass(repr=False)
@@ -131,10 +161,30 @@ class ChannelData(Shown):
 
     Not a key of ``.npz`` files.
     """
+    truth: Truth | None = None
+    """What :func:`simulate` imaged. Not a key of ``.npz`` files."""
 
     def keys(self) -> dict[str, Any]:
-        """The fields that have a value, by name, without ``assumed``."""
-        return {key: value for key, value in vars(self).items() if value is not None and key != "assumed"}
+        """The fields that have a value, by name, without ``assumed`` and ``truth``."""
+        others = ("assumed", "truth")
+        return {key: value for key, value in vars(self).items() if value is not None and key not in others}
+
+    def frame(self, index: int) -> ChannelData:
+        """Returns the data of one of several frames."""
+        return replace(self, **{"rf" if self.iq is None else "iq": self.samples[index]})
+
+    @classmethod
+    def from_xarray(cls, array: DataArray) -> ChannelData:
+        """Channel data from an array of :meth:`to_xarray`, its dimensions in any order."""
+        from . import _xarray
+
+        return cls(**_xarray.keys(array, cls, str(array.name)))
+
+    def _one_frame(self, function: str) -> None:
+        """Refuses several frames."""
+        if self.samples.ndim == 4:
+            count = len(self.samples)
+            raise ValueError(f"{function}(): the channel data hold {count} frames; give one, such as data.frame(0)")
 
     @property
     def samples(self) -> npt.NDArray[Any]:
@@ -144,7 +194,8 @@ class ChannelData(Shown):
         """
         if (self.rf is None) == (self.iq is None):
             raise ValueError("expected either `rf`, or `iq` and `f_demod`")
-        return from_anywhere("rf", self.rf) if self.iq is None else from_anywhere("iq", self.iq)
+        name, array = ("rf", self.rf) if self.iq is None else ("iq", self.iq)
+        return from_anywhere(name, in_order(array, ("frame", "transmit", "element", "sample")))
 
     def envelope(self, transmit: int | None = None, frame: int = 0) -> npt.NDArray[np.float64]:
         """The envelope of one transmit, [element, sample].
@@ -334,6 +385,14 @@ class Lines(Shown):
         image = self._image(frame, dynamic_range=dynamic_range, pixel_size=pixel_size, grid=grid)
         return image.plot(ax, colour_bar=colour_bar)
 
+    @classmethod
+    def from_xarray(cls, array: DataArray) -> Lines:
+        """Lines from an array of :meth:`to_xarray`, its dimensions in any order."""
+        from . import _xarray
+
+        ordered = in_order(array, ("frame", "beam", "sample"))
+        return cls(t0=float(array["time"][0]), **_xarray.keys(ordered, cls, "z"))
+
     def to_xarray(self) -> DataArray:
         """The lines as an ``xarray.DataArray`` over beams and samples.
 
@@ -343,15 +402,23 @@ class Lines(Shown):
 
         return _xarray.lines(self)
 
-    def _beams(self) -> tuple[Float64s, tuple[Float64s, Float64s] | None]:
-        """Lateral positions of the beams; depths and angles unless straight down."""
-        beam_x = np.asarray(self.beam_x, np.float64)
-        if self.beam_z is None and self.beam_angle is None:
-            return beam_x, None
-        none = np.zeros_like(beam_x)
-        places = (none if place is None else place for place in (self.beam_z, self.beam_angle))
-        beam_z, beam_angle = (np.asarray(place, np.float64) for place in places)
-        return beam_x, (beam_z, beam_angle)
+    def _frames(self) -> int | None:
+        """The number of frames, if there is an axis of frames."""
+        z = from_anywhere("z", self.z)
+        return len(z) if z.ndim == 3 else None
+
+    def _one_frame(self, function: str) -> Lines:
+        """The lines of one frame, with arrays in the types and orders of the native half."""
+        z = from_anywhere("z", in_order(self.z, ("frame", "beam", "sample")))
+        if z.ndim == 3:
+            raise ValueError(f"{function}(): the lines hold {len(z)} frames; give one, such as lines.frame(0)")
+        z = taken("z", z, np.complex64, ("beam", "sample"), COMPLEX)
+
+        def places(values: Any) -> Any:
+            return None if values is None else np.asarray(values, np.float64)
+
+        beam_x, beam_z, beam_angle = map(places, (self.beam_x, self.beam_z, self.beam_angle))
+        return replace(self, z=z, beam_x=beam_x, beam_z=beam_z, beam_angle=beam_angle)
 
     def _image(self, frame: int, **asked: Any) -> Image:
         from ._images import bmode
@@ -385,7 +452,7 @@ class Image(Shown):
     """
 
     pixels: npt.NDArray[np.float32]
-    """Grey levels 0 to 255, or phase symmetry 0 to below 1, [row, column].
+    """Grey levels 0 to 255, or phase symmetry 0 to below 1, [row, column], or with frames as the first axis.
 
     Row 0 is the shallowest.
     """
@@ -404,6 +471,10 @@ class Image(Shown):
     pixel_x: float | None = None
     """Distance between columns, m, if it differs from that between rows."""
 
+    def frame(self, index: int) -> Image:
+        """Returns the image of one of several frames."""
+        return replace(self, pixels=self.pixels[index])
+
     @property
     def _sides(self) -> list[float]:
         """Distances of columns and of rows, m."""
@@ -415,7 +486,7 @@ class Image(Shown):
 
         In mm; on a polar grid in degrees across.
         """
-        rows, columns = self.pixels.shape
+        rows, columns = self.pixels.shape[-2:]
         if self.angle is None:
             first, step = 1e3 * self.x0, 1e3 * self._sides[0]
         else:
@@ -429,12 +500,12 @@ class Image(Shown):
         """Lateral positions of the columns, m."""
         if self.angle is not None:
             raise ValueError("the image is on a polar grid: its columns are at `angle`, and `x` is not the same in all rows")
-        return np.asarray(self.x0 + self._sides[0] * np.arange(self.pixels.shape[1]), np.float64)
+        return np.asarray(self.x0 + self._sides[0] * np.arange(self.pixels.shape[-1]), np.float64)
 
     @property
     def z(self) -> npt.NDArray[np.float64]:
         """Depths of the rows, m; on a polar grid along the beams."""
-        return np.asarray(self.z0 + self.pixel * np.arange(self.pixels.shape[0]), np.float64)
+        return np.asarray(self.z0 + self.pixel * np.arange(self.pixels.shape[-2]), np.float64)
 
     def plot(self, ax: Axes | None = None, *, colour_bar: bool = True) -> Axes:
         """Draws the image with axes in mm; on a polar grid in degrees across.
@@ -463,7 +534,7 @@ class Image(Shown):
         """Writes a complete ``.png`` or ``.npy`` file, or none after an error.
 
         ``.png`` has the command's grey levels; the largest phase symmetry becomes 255. ``.npy`` has the pixels,
-        float32 [row, column].
+        float32. Of several frames, ``.png`` has the first.
         """
         path = Path(path)
         if path.suffix.lower() not in (".png", ".npy"):
@@ -480,7 +551,7 @@ class Image(Shown):
             temporary.unlink(missing_ok=True)
 
     def _facts(self) -> Mapping[str, str]:
-        rows, columns = self.pixels.shape
+        *frames, rows, columns = self.pixels.shape
         left, right, bottom, top = self.extent
         decibels = "" if self.dynamic_range is None else f" over {self.dynamic_range:g} dB"
         sides = [f"{1e3 * side:.3f}" for side in (self._sides[1:] if self.pixel_x is None else self._sides)]
@@ -488,7 +559,8 @@ class Image(Shown):
         if self.angle is not None:
             across = {"Angles": f"{left:.1f} to {right:.1f} degrees"}
         return {
-            "Pixels": f"{rows} x {columns} pixels of {' x '.join(sides)} mm",
+            "Pixels": " x ".join([*(_show.counted(frame, "frame") for frame in frames), f"{rows} x {columns} pixels"])
+            + f" of {' x '.join(sides)} mm",
             **across,
             "Depth": f"z {_show.range_in_mm(1e-3 * top, 1e-3 * bottom)}",
             "Quantity": f"{self.quantity}{decibels}",
@@ -496,4 +568,5 @@ class Image(Shown):
 
     def _picture(self) -> npt.NDArray[np.uint8]:
         is_grey = self.quantity == "grey level"
-        return _show.grey_levels(self.pixels, 255 if is_grey else float(self.pixels.max()))
+        pixels = self.pixels[0] if self.pixels.ndim == 3 else self.pixels
+        return _show.grey_levels(pixels, 255 if is_grey else float(pixels.max()))

@@ -2,37 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Literal, TypedDict
+from collections.abc import Mapping, Sequence
+from os import PathLike
+from typing import Any, Literal, TypedDict
+
+Phantom = Literal["point", "vertebra", "vertebra-3d", "spinous-processes", "laminae", "facet-joint", "dynamic-range"]
 
 
 class BeamformerParameters(TypedDict, total=False):
-    """Keywords of the beamformer.
-
-    preset: Preset of several values, which other flags override.
-    method: Beamformer [default: esmv-rank1; das for the command surface].
-    beta: Share of the power in the signal subspace of esmv (Eq. 8), above 0, at most 1 [default: 0.01].
-    rank: Fixed rank of the signal subspace of esmv, in place of ``beta``.
-    exclude_first: Use all eigenvectors but the first in esmv-rank1, as in Fig. 2c of the paper.
-    power_steps: Steps of power iteration for the eigenvector of esmv-rank1, 1 to 64 [default: Lanczos steps]. Power
-        iteration takes the same time for all data. Lanczos steps go on until they converge.
-    temporal_half_window: ``K``: the covariance is averaged over the samples ``n−K..=n+K``. The largest window, 8191
-        samples, is as long as a whole record: 315 mm at 20 MHz; at least 0 and at most 4095 [default: 0].
-    diagonal_loading: ``Δ``: ``Δ/L·tr(R)`` is added to the diagonal of the covariance ``R``. Below about 1e-4 the
-        rounding of f32 dominates. The full eigensolver serves a covariance that is singular in f32, with eigenvalues
-        of at least ``2⁻²⁴`` of the trace; 0 to 1e6 [default: 0.05].
-    subaperture_ratio: Length of the subapertures over the number of active elements. ``L = max(1, floor(ratio·active
-        elements))``; above 0, at most 1 [default: 0.5].
-    coherence_cutoff: ``M₀``: the highest coherent spatial frequency of the generalized coherence factor. In cycles
-        across the active aperture; at least 0 and at most 64 [default: 1].
-    tukey_taper: Share of the active aperture in the falling ends of a Tukey window. It counts both ends together: 1
-        gives a Hann window; 0 to 1 [default: 0.5].
-    depth_step: Distance of beamformed samples of a line, from the first on. Images interpolate between them. A
-        beamformed sample has the same value for every depth step; 1 to 8 [default: 1].
-    postfilter: Postfilter: a factor on the beamformer's output [default: none].
-    apodization: Receive weights of the elements of das, or of the subapertures of other methods [default: none].
-    covariance: Covariance estimate [default: forward-backward].
-    """
+    """Keywords of the beamformer."""
 
     preset: Literal["live"] | None
     method: Literal["das", "mv", "esmv", "esmv-rank1"] | None
@@ -52,30 +30,7 @@ class BeamformerParameters(TypedDict, total=False):
 
 
 class DelayParameters(TypedDict, total=False):
-    """Keywords of the delay stage.
-
-    f_number: Receive f-number: depth over aperture [default: 1.5].
-    min_elements: Minimum number of active elements [default: 8].
-    output_rate: Sampling rate of the lines, Hz [default: 4 x centre frequency]. The default does not exceed the
-        sampling rate of the recording.
-    lines: Direction of the lines of compounded transmits [default: by the array]. The default is straight down for
-        linear arrays, and radial for curved and phased arrays.
-    line_count: Number of lines of compounded transmits [default: two per element]. By default, lines of adaptive
-        methods, and of das with a depth step, are 0.1 mm, or a 400th of the depth, apart.
-    line_spacing: Spacing of parallel lines of compounded transmits, m [default: half the pitch].
-    lateral_start: Lateral position of the first parallel line, m [default: that of the first element].
-    lateral_end: Largest lateral position of a parallel line, m [default: that of the last element].
-    sector: Angle from the first to the last line of a sector, rad [default: 1.5708].
-    transmit_weights: Weights of compounded transmits: a number each, or a window [default: equal]. For example
-        0.5,1,0.5 or hann. Lines are the weighted sum, divided by the sum of the weights' magnitudes.
-    rf_interpolation: Interpolation of RF for compounded transmits [default: filtered]. ``upsampled`` is within 3e-3
-        of ``filtered``, and several times as fast for many transmits.
-    iq_interpolation: Interpolation of I/Q between its samples [default: by the sampling rate]. The default is the
-        cheapest one with errors within 1e-3 of a pulse's peak.
-    depth_start: Shallowest depth of the lines, m [default: the start of the recording].
-    depth_end: Greatest depth of the lines, m [default: the end of the recording].
-    sound_speed: Speed of sound, m/s [default: that of the file; 1540 for aligned data].
-    """
+    """Keywords of the delay stage."""
 
     f_number: float | None
     min_elements: int | None
@@ -95,16 +50,7 @@ class DelayParameters(TypedDict, total=False):
 
 
 class ChannelDataParameters(BeamformerParameters, DelayParameters, total=False):
-    """Keywords for channel data.
-
-    adaptive_depth_start: Depth above which delay and sum replaces the beamformer, m [default: none].
-    adaptive_depth_end: Depth below which delay and sum replaces the beamformer, m [default: none].
-    sub_lines: Sub-lines of each line: 1, 2, 4, 8, 16 or 32 [default: by the recording; 1 for das of all depths]. Sub-
-        lines are directions within the cell of a line, which reaches half way to its neighbours. They share the
-        covariance of the line. With this flag, each sub-line is written. By default their number keeps the loss of a
-        point between two within 2 dB, and the line written is the largest of its sub-lines. The focus of compounded
-        transmits stays at the line, which adds a loss: ``host-sim info`` states the sum.
-    """
+    """Keywords for channel data."""
 
     adaptive_depth_start: float | None
     adaptive_depth_end: float | None
@@ -112,11 +58,124 @@ class ChannelDataParameters(BeamformerParameters, DelayParameters, total=False):
 
 
 class AlignedDataParameters(BeamformerParameters, total=False):
-    """Keywords for aligned data.
-
-    sound_speed: Speed of sound, m/s [default: that of the file; 1540 for aligned data].
-    beam_spacing: Beam spacing of aligned data without ``beam_x``, m [default: 0.308e-3].
-    """
+    """Keywords for aligned data."""
 
     sound_speed: float | None
     beam_spacing: float | None
+
+
+class ImageParameters(TypedDict, total=False):
+    """Keywords of an image."""
+
+    dynamic_range: float | None
+    depth: float | None
+    width: float | None
+    rows: int | None
+    columns: int | None
+    pixel_size: float | tuple[float, float] | None
+    grid: Literal["cartesian", "polar"] | None
+    median: bool | None
+    pooling: Literal["largest", "rms", "each"] | None
+
+
+class PhaseSymmetryParameters(TypedDict, total=False):
+    """Keywords of phase symmetry."""
+
+    scales: Sequence[float] | None
+    wavelengths: Sequence[float] | None
+    scales_from_image: bool | None
+    threshold: float | None
+    noise_deviations: float | None
+    noise_by_direction: bool | None
+    strip: int | None
+    pad: bool | None
+    resize: tuple[int, int] | None
+
+
+class SurfaceParameters(TypedDict, total=False):
+    """Keywords of the bone surface."""
+
+    grey_range: float | None
+    search_start: float | None
+    search_end: float | None
+    absence: float | None
+    end_price: float | None
+    jump_price: float | None
+    slope_price: float | None
+    contrast: float | None
+    level: float | None
+    rest: float | None
+    shadow: float | None
+    margin: float | None
+    min_confidence: float | None
+    columns_as_lines: bool | None
+
+
+class RecordingSurfaceParameters(SurfaceParameters, ChannelDataParameters, total=False):
+    """Keywords for recordings."""
+
+
+class ScannerParameters(TypedDict, total=False):
+    """Keywords of the scanner."""
+
+    elements: int | None
+    pitch: float | None
+    kerf: float | None
+    f0: float | None
+    bandwidth: float | None
+    fs: float | None
+    c: float | None
+    focus: float | None
+    f_number: float | None
+    beams: int | None
+    first_beam: float | None
+    beam_step: float | None
+    depth_start: float | None
+    depth_end: float | None
+    receive_f_number: float | None
+    noise: float | None
+    noise_spectrum: Literal["transducer", "amplifier"] | None
+    noise_rise: float | None
+    adc_bits: int | None
+    element_height: float | None
+    elevation_focus: float | None
+    baffle: Literal["rigid", "soft"] | None
+    attenuation: float | None
+    seed: int | None
+
+
+class BoneParameters(TypedDict, total=False):
+    """Keywords of the bone."""
+
+    roughness: float | None
+    correlation: float | None
+    specular_to_diffuse: float | None
+    cortex: float | None
+    spongy_level: float | None
+
+
+class ClutterParameters(TypedDict, total=False):
+    """Keywords of the clutter."""
+
+    level: float | None
+    coherence: float | None
+    fall: float | None
+
+
+class SimulateParameters(TypedDict, total=False):
+    """Keywords of a simulation."""
+
+    offset: float | None
+    elevation: float | None
+    point_depth: float | None
+    mesh: str | None
+    slice: float | None
+    tissue: bool | None
+    depth: float | None
+    reverberation: float | None
+    thickness: float | None
+    tissue_density: float | None
+    iq: bool | None
+    scanner: ScannerParameters | Mapping[str, Any] | None
+    bone: BoneParameters | Mapping[str, Any] | None
+    clutter: ClutterParameters | Mapping[str, Any] | None

@@ -85,6 +85,7 @@ class BeamformedLines:
 
 __version__: str
 
+def main(arguments: list[str]) -> int: ...
 def processors() -> int: ...
 def default_threads() -> int: ...
 def share_processors(processes: int) -> None: ...
@@ -120,16 +121,19 @@ def even_beams(
     beams: int, parameters: BeamformParameters
 ) -> tuple[npt.NDArray[np.float64], float]: ...
 def bmode(
-    z: npt.NDArray[np.complex64],
-    fs: float,
-    t0: float,
-    beam_x: npt.NDArray[np.float64],
-    rays: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]] | None,
-    sub_lines: int,
-    c: float,
-    section: str,
-    threads: int | None,
+    lines: Any, section: str, threads: int | None
 ) -> tuple[npt.NDArray[np.float32], float, float, list[float], npt.NDArray[np.float64] | None]: ...
+def point_spread(lines: Any, near: tuple[float, float] | None, reach: float) -> dict[str, Any]: ...
+def contrast(inside: npt.NDArray[np.float64], outside: npt.NDArray[np.float64]) -> list[float | None]: ...
+def speckle_snr(envelope: npt.NDArray[np.float64]) -> float | None: ...
+def surface_scores(depths: npt.NDArray[np.float64], tolerance: float) -> dict[str, Any]: ...
+def save_surface(
+    path: str | PathLike[str],
+    indices: list[list[int]],
+    values: list[list[float]],
+    lines: int,
+    verdict: str | None,
+) -> None: ...
 def phase_symmetry(
     image: npt.NDArray[np.float32],
     pixel: list[float] | None,
@@ -147,15 +151,7 @@ Points = tuple[
 Fan = tuple[float, float, float, float, float, float]
 
 def surface_of_lines(
-    z: npt.NDArray[np.complex64],
-    fs: float,
-    t0: float,
-    beam_x: npt.NDArray[np.float64],
-    rays: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]] | None,
-    sub_lines: int,
-    c: float,
-    coherence: npt.NDArray[np.float32] | None,
-    section: str,
+    lines: Any, coherence: npt.NDArray[np.float32] | None, section: str
 ) -> Points: ...
 def surface_of_picture(
     pixels: npt.NDArray[np.float32],

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 def image(image: Image, ax: Axes | None, colour_bar: bool) -> Axes:
     """Draws pixels in mm; grey levels in decibels if the dynamic range is known."""
+    image = image.frame(0) if image.pixels.ndim == 3 else image
     pixels: Any = image.pixels
     limits, label = (0.0, 255.0), "Grey level"
     if image.quantity == "phase symmetry":

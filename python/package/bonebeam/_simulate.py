@@ -2,59 +2,48 @@
 
 from __future__ import annotations
 
-import json
-import math
-from collections.abc import Mapping
-from os import PathLike, fspath
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any
 
-from . import _native
-from ._data import ChannelData
+from . import _native, _parameters
+from ._data import ChannelData, Truth
 from ._files import channel_data
+from ._keywords import BoneParameters, ClutterParameters, Phantom, ScannerParameters, SimulateParameters
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 
+@_parameters.documented("simulate", SimulateParameters, ScannerParameters, BoneParameters, ClutterParameters)
 def simulate(
-    phantom: Literal["point", "vertebra"] = "vertebra",
+    phantom: Phantom = "vertebra",
     *,
-    offset: float = 0.0,
-    mesh: str | PathLike[str] | None = None,
-    slice: float = 0.0,
-    depth: float = 15e-3,
-    tissue: bool = False,
-    scanner: Mapping[str, Any] | None = None,
     threads: int | None = None,
+    **parameters: Unpack[SimulateParameters],
 ) -> ChannelData:
-    """Simulates channel data of a point or a vertebra, as ``host-sim simulate``.
+    """Simulates channel data of a phantom, as ``host-sim simulate``, with its truth.
 
     Args:
-        phantom: One scatterer at the transmit focus, or a slice of a lumbar vertebra from behind.
-        offset: Point: lateral distance from the middle element, m; positive to the right.
-        mesh: Vertebra: a closed surface (``.ply``, mm) instead of the built-in one.
-        slice: Vertebra: height of the slice, m.
-        depth: Vertebra: depth of the bone's shallowest point, m.
-        tissue: Vertebra: whether soft tissue surrounds the bone, instead of water.
-        scanner: Keys of ``[simulate.scanner]``. By default the paper's scanner for the phantom. Missing keys have
-            the paper's values, without noise.
+        phantom: See below.
         threads: Number of threads; all processors by default.
+        parameters: Keywords, below. ``scanner``, ``bone`` and ``clutter`` are dictionaries.
+
+    Without ``scanner``, the scanner is the paper's for the phantom. With it, missing keys have the paper's values,
+    without noise.
 
     >>> scanner = {"elements": 32, "beams": 4, "first_beam": 14, "depth_start": 0.01, "depth_end": 0.02}
     >>> data = simulate("point", scanner=scanner)
-    >>> data.rf.shape[:2]
-    (4, 32)
+    >>> data.rf.shape[:2], round(1e3 * float(data.truth.scatterers[0, 2]))
+    ((4, 32), 15)
     """
-    section: dict[str, Any] = {
-        "phantom": phantom,
-        "offset": offset,
-        "slice": slice,
-        "depth": depth,
-        "tissue": tissue,
-    }
-    if mesh is not None:
-        section["mesh"] = fspath(mesh)
-    if scanner is not None:
-        section["scanner"] = dict(scanner)
-    for key, value in {**section, **section.get("scanner", {})}.items():
-        # JSON has no such numbers.
-        if isinstance(value, float) and not math.isfinite(value):
-            raise ValueError(f"`{key}` is {value}; expected a finite number")
-    return channel_data(_native.simulate(json.dumps(section), threads))
+    known = _parameters.names(SimulateParameters)
+    given: dict[str, Any] = {"phantom": phantom, **parameters}
+    inner = {"scanner": ScannerParameters, "bone": BoneParameters, "clutter": ClutterParameters}
+    for name, of in inner.items():
+        for key in given.get(name) or ():
+            _parameters.refuse_unknown("simulate", key, _parameters.names(of))
+    text = _parameters.checked("simulate", {"phantom", *known}, given)
+    keys = _native.simulate(text, threads)
+    truth = Truth(**keys.pop("truth"))
+    data = channel_data(keys)
+    data.truth = truth
+    return data

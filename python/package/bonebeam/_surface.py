@@ -2,19 +2,32 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from os import PathLike
+from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _native, _parameters, _show
-from ._arrays import taken
-from ._data import Image, Lines, Shown
+from ._arrays import SupportsDLPack, taken, wrong
+from ._beamform import beamform, coherence as coherence_of
+from ._data import AlignedData, ChannelData, Image, Lines, Shown
+from ._keywords import (
+    AlignedDataParameters,
+    ChannelDataParameters,
+    RecordingSurfaceParameters,
+    SurfaceParameters,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from typing_extensions import Unpack
+    from xarray import DataArray
+
+    from ._files import Recording
 
 
 class Fan(NamedTuple):
@@ -80,6 +93,31 @@ class Surface(Shown):
         ax = self.source.plot() if ax is None else ax
         return _plot.surface(self, ax)
 
+    def save(self, path: str | PathLike[str]) -> None:
+        """Writes the points as the command does: ``.csv``, ``.json``, ``.ply`` or ``.vtp``, by the ending."""
+        indices = np.column_stack([self.line, self.piece]).tolist()
+        values = np.column_stack([self.x, self.z, self.confidence]).tolist()
+        _native.save_surface(path, indices, values, self.lines, self.verdict)
+
+    def to_xarray(self) -> DataArray:
+        """Depths as an ``xarray.DataArray`` over lines, NaN without a point; coordinates are positions and confidence.
+
+        Needs xarray: ``pip install 'bonebeam[xarray]'``.
+        """
+        from . import _xarray
+
+        return _xarray.surface(self)
+
+    def _by_line(self) -> tuple[int, npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+        """The number of lines, and x and z of each, NaN without a point; x of straight lines is known."""
+        x, z = np.full(self.lines, np.nan), np.full(self.lines, np.nan)
+        x[self.line], z[self.line] = self.x, self.z
+        if isinstance(self.source, Lines) and self.source.beam_angle is None:
+            x = np.array(self.source.beam_x, np.float64)
+        elif isinstance(self.source, Image) and self.fan is None:
+            x = self.source.x
+        return self.lines, x, z
+
     def _facts(self) -> Mapping[str, str]:
         points = len(self)
         facts = {"Points": f"{_show.counted(points, 'point')} in {_show.counted(self.lines, 'line')}"}
@@ -96,56 +134,53 @@ class Surface(Shown):
         return self.source._picture()
 
 
+@overload
 def surface(
-    source: Lines | Image | npt.ArrayLike | Any,
+    source: Recording,
+    *,
+    coherence: npt.ArrayLike | None = ...,
+    threads: int | None = ...,
+    **parameters: Unpack[RecordingSurfaceParameters],
+) -> Surface: ...
+
+
+@overload
+def surface(
+    source: Image | npt.ArrayLike | SupportsDLPack,
+    *,
+    pixel_size: float | tuple[float, float] | None = ...,
+    fan: Fan | tuple[float, float, float, float, float, float] | None = ...,
+    **parameters: Unpack[SurfaceParameters],
+) -> Surface: ...
+
+
+@_parameters.documented("surface", SurfaceParameters)
+def surface(
+    source: Recording | Image | npt.ArrayLike | SupportsDLPack,
     *,
     coherence: npt.ArrayLike | None = None,
+    threads: int | None = None,
     pixel_size: float | tuple[float, float] | None = None,
     fan: Fan | tuple[float, float, float, float, float, float] | None = None,
-    columns_as_lines: bool = False,
-    grey_range: float = 60.0,
-    search_start: float | None = None,
-    search_end: float | None = None,
-    absence: float | None = None,
-    end_price: float | None = None,
-    jump_price: float | None = None,
-    slope_price: float | None = None,
-    contrast: float | None = None,
-    level: float | None = None,
-    rest: float | None = None,
-    shadow: float | None = None,
-    margin: float | None = None,
-    min_confidence: float = 0.0,
+    **parameters: Any,
 ) -> Surface:
     """Finds the bone surface: a depth in each line, or none.
 
-    Bone is a bright echo with a shadow below it, continuous from line to line. Default weights and prices are the
-    core's. They differ between lines, lines with their coherence, and pictures (docs/numerics.md). Pictures have no weights of terms. The command uses
-    the coherence of channel data: ``surface(beamform(data, method="das"), coherence=coherence(data, method="das"))``.
+    Bone is a bright echo with a shadow below it, continuous from line to line. Channel data are beamformed by ``das``,
+    and searched with their coherence, as by ``host-sim surface``. Default weights and prices are the core's
+    (docs/numerics.md): those of lines, with and without coherence, are tuned on simulated vertebrae in water and
+    tissue, those of pictures on drawn pictures.
 
     Args:
-        source: :class:`Lines` of one frame, best by ``das``; or an :class:`Image` or a picture, grey levels 0 to 255,
-            [row, column]. A map of phase symmetry has no shadows, so it is refused.
+        source: A recording, :class:`Lines` of one frame, best by ``das``, an :class:`Image`, or a picture, grey levels
+            0 to 255, [row, column]. A map of phase symmetry has no shadows, so it is refused.
         coherence: For lines, the coherence of their samples, [beam, sample], by :func:`coherence`. It tells clutter in a
             shadow from tissue.
+        threads: For recordings, number of threads; all processors by default.
         pixel_size: Side of the pixels of a picture, m, or those across and down.
         fan: Geometry of the beams, for a picture of a curved array or a sector. By default it is found from black
             corners, if there are any.
-        columns_as_lines: Whether columns of a picture are lines even if the picture looks like a fan.
-        grey_range: For lines, level of black below the largest envelope, dB.
-        search_start: Least depth of the search, m; by default 5 mm, in a picture 2 mm.
-        search_end: Greatest depth of the search, m; by default 6 mm above the end of the lines, in a picture 1.5 mm.
-        absence: Score of a line without bone, nats; a larger score gives fewer points.
-        end_price: Price of each start and of each end of a surface, nats.
-        jump_price: Price of a jump to another depth, nats.
-        slope_price: Price of a move in depth from line to line, nats per mm.
-        contrast: Weight of the echo's contrast with the tissue above, nats.
-        level: Weight of the change of level from tissue above to shadow below, nats.
-        rest: Weight of the brightest level below, relative to the tissue above, nats.
-        shadow: Weight of the shadow down to the end of the line, nats.
-        margin: Reference of the shadow below an echo brighter than the tissue, as a share of white; 1 for the tissue
-            alone.
-        min_confidence: Least confidence of returned points, 0 to 1.
+        parameters: Keywords, below; for recordings also those of :func:`beamform`.
 
     >>> import numpy as np
     >>> picture = np.full((300, 40), 80.0, np.float32)
@@ -154,47 +189,49 @@ def surface(
     >>> len(found), round(1e3 * float(found.z[20]))
     (40, 12)
     """
-    section = {
-        "columns_as_lines": columns_as_lines,
-        "grey_range": grey_range,
-        "search_start": search_start,
-        "search_end": search_end,
-        "absence": absence,
-        "end_price": end_price,
-        "jump_price": jump_price,
-        "slope_price": slope_price,
-        "contrast": contrast,
-        "level": level,
-        "rest": rest,
-        "shadow": shadow,
-        "margin": margin,
-        "min_confidence": min_confidence,
-    }
-    keys = _parameters.as_json(section)
-    if isinstance(source, Lines):
-        if pixel_size is not None or fan is not None or columns_as_lines:
+    own = _parameters.names(SurfaceParameters)
+    known = _parameters.names(RecordingSurfaceParameters) | _parameters.names(AlignedDataParameters)
+    for key in parameters:
+        _parameters.refuse_unknown("surface", key, known)
+        if key not in own and not isinstance(source, (ChannelData, AlignedData)):
+            raise ValueError(f"`{key}` has no effect on {'lines' if isinstance(source, Lines) else 'a picture'}")
+    keys = _parameters.as_json({key: value for key, value in parameters.items() if key in own})
+    if isinstance(source, (ChannelData, AlignedData, Lines)):
+        if pixel_size is not None or fan is not None or parameters.get("columns_as_lines"):
             raise ValueError("`pixel_size`, `fan` and `columns_as_lines` have no effect on lines")
-        z = taken("z", source.z, np.complex64, ("beam", "sample"), ("complex64", "complex128"))
-        beam_x, rays = source._beams()
+        of_data = {"method": "das", **{key: value for key, value in parameters.items() if key not in own}}
+        if isinstance(source, ChannelData):
+            if coherence is not None:
+                raise ValueError("`coherence` has no effect on channel data, which have their own")
+            source._one_frame("surface")
+            coherence = coherence_of(source, threads=threads, **of_data)
+        if not isinstance(source, Lines):
+            source = beamform(source, threads=threads, **of_data)
+        lines = source._one_frame("surface")
         if coherence is not None:
             coherence = taken("coherence", coherence, np.float32, ("beam", "sample"), ("float32", "float64"))
-            if coherence.shape != z.shape:
-                raise ValueError(f"`coherence` has shape {list(coherence.shape)}; expected {list(z.shape)}")
-        points = _native.surface_of_lines(
-            z, source.fs, source.t0, beam_x, rays, source.sub_lines, source.c, coherence, keys
-        )
-        return Surface(*points, lines=len(beam_x), source=source)
-    if coherence is not None:
-        raise ValueError("`coherence` has no effect on a picture")
+            if coherence.shape != np.shape(lines.z):
+                raise ValueError(
+                    f"`coherence` has shape {list(coherence.shape)}; expected {list(np.shape(lines.z))}, by the keywords "
+                    "of the lines"
+                )
+        points = _native.surface_of_lines(lines, coherence, keys)
+        return Surface(*points, lines=len(lines.beam_x), source=source)
+    if coherence is not None or threads is not None:
+        raise ValueError("`coherence` and `threads` have no effect on a picture")
+    if isinstance(source, (str, PathLike, dict)) or type(source).__name__ in ("Dataset", "Surface"):
+        raise wrong("surface", "source", source, "a recording, Lines, an Image or a picture")
     image = _image(source, pixel_size)
     pixels = taken("source", image.pixels, np.float32, ("row", "column"), ("float32", "float64", "uint8"))
     # A picture from elsewhere begins at its top, an image of lines where they do.
     depth = image.z0 if isinstance(source, Image) else 0.0
-    points, lines, found, verdict = _native.surface_of_picture(
+    points, searched, found, verdict = _native.surface_of_picture(
         pixels, image._sides, image.x0, image.z0, depth, None if fan is None else Fan(*fan), keys
     )
+    if len(points[0]) == 0 and isinstance(source, Image):
+        warnings.warn(f"{verdict} in the image; its lines or channel data tell more: surface(lines)", stacklevel=2)
     fan = None if found is None else Fan(*found)
-    return Surface(*points, lines=lines, source=image, fan=fan, verdict=verdict)
+    return Surface(*points, lines=searched, source=image, fan=fan, verdict=verdict)
 
 
 def _image(source: Any, pixel_size: float | tuple[float, float] | None) -> Image:

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from xarray import DataArray
 
     from ._data import ChannelData, Image, Lines
+    from ._surface import Surface
 
 # Dimensions, unit and description of every field that becomes a coordinate.
 OF_TRANSMITS = ("transmit",)
@@ -34,6 +35,7 @@ FIELDS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "tx_source_x": (OF_TRANSMITS, "m", "Lateral position of the virtual source"),
     "tx_source_z": (OF_TRANSMITS, "m", "Depth of the virtual source"),
     "tx_delay": (("transmit", "element"), "s", "Firing time of the element"),
+    "sub_lines": ((), "1", "Consecutive beams that are the sub-lines of one line"),
     "beam_x": (("beam",), "m", "Lateral position of the beam"),
     "beam_z": (("beam",), "m", "Depth at which the beam begins"),
     "beam_angle": (("beam",), "rad", "Angle of the beam from the z axis"),
@@ -51,12 +53,12 @@ def image(image: Image) -> DataArray:
             "depth": _coordinate(("depth",), image.z, "m", "Depth along the beam"),
             "angle": _coordinate(("angle",), image.angle, "rad", "Angle of the beam from the z axis"),
         }
-        return _array(image.pixels, ("depth", "angle"), polar, name, attributes)
+        return _array(image.pixels, ("frame", "depth", "angle")[3 - image.pixels.ndim :], polar, name, attributes)
     coordinates = {
         "z": _coordinate(("z",), image.z, "m", "Depth"),
         "x": _coordinate(("x",), image.x, "m", "Lateral position"),
     }
-    return _array(image.pixels, ("z", "x"), coordinates, name, attributes)
+    return _array(image.pixels, ("frame", "z", "x")[3 - image.pixels.ndim :], coordinates, name, attributes)
 
 
 def lines(lines: Lines) -> DataArray:
@@ -66,7 +68,7 @@ def lines(lines: Lines) -> DataArray:
     coordinates = {
         "time": _coordinate(("sample",), time, "s", "Two-way time"),
         "depth": _coordinate(("sample",), lines.depth, "m", "Depth along the line"),
-        **_fields(lines, ("fs", "c", "beam_x", "beam_z", "beam_angle")),
+        **_fields(lines, ("fs", "c", "sub_lines", "beam_x", "beam_z", "beam_angle")),
     }
     dimensions = ("frame", "beam", "sample")[3 - z.ndim :]
     return _array(z, dimensions, coordinates, "lines", {"long_name": "Beamformed lines", "units": "1"})
@@ -79,13 +81,35 @@ def channel_data(data: ChannelData) -> DataArray:
     start = np.asarray(data.t0, np.float64)
     time = start[..., None] + np.arange(samples.shape[-1]) / data.fs
     of_time = ("transmit", "sample")[2 - time.ndim :]
-    fields = [key for key in data.keys() if key not in ("rf", "iq")]
+    fields = [key for key in data.keys() if key in FIELDS]
     coordinates = {
         "time": _coordinate(of_time, time, "s", "Time since the wave passed its origin"),
         **_fields(data, fields),
     }
     name = "rf" if data.iq is None else "iq"
     return _array(samples, dimensions, coordinates, name, {"long_name": "Channel data", "units": "1"})
+
+
+def surface(surface: Surface) -> DataArray:
+    """Depths over lines, NaN without a point."""
+    lines, x, z = surface._by_line()
+    sure, piece = np.full(lines, np.nan), np.full(lines, -1)
+    sure[surface.line], piece[surface.line] = surface.confidence, surface.piece
+    coordinates = {
+        "x": _coordinate(("line",), x, "m", "Lateral position"),
+        "confidence": _coordinate(("line",), sure, "1", "Confidence"),
+        "piece": _coordinate(("line",), piece, "1", "Number of the piece of surface"),
+    }
+    return _array(z, ("line",), coordinates, "surface", {"long_name": "Depth of the bone surface", "units": "m"})
+
+
+def keys(array: DataArray, cls: type, name: str) -> dict[str, Any]:
+    """The fields of data from their array: the values by this name, and the coordinates."""
+    fields = {key: array[key] for key in array.coords if key in FIELDS and key in cls.__annotations__}
+    if name not in cls.__annotations__:
+        raise ValueError(f"the array's name is {name!r}; expected that of the samples, rf or iq")
+    values = {str(key): of.item() if of.ndim == 0 else of.to_numpy() for key, of in fields.items()}
+    return {name: array.to_numpy(), **values}
 
 
 def _fields(data: Any, keys: Any) -> dict[str, Any]:

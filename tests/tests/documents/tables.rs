@@ -119,23 +119,56 @@ fn row(document: &str, name: &str) -> Vec<String> {
 /// Asserts that the README's results are in the tables that commands write.
 #[test]
 fn the_readme_has_the_figures_of_the_documents() {
-    let [readme, results, speed] =
-        ["README.md", "docs/results.md", "docs/benchmarks.md"].map(|path| read(&root().join(path)));
-    for (own, name) in [
-        ("point: −12 dB width", "-12 dB width, mm"),
+    let [readme, results, experiments, speed] = [
+        "README.md",
+        "docs/results.md",
+        "docs/reproduction.md",
+        "docs/benchmarks.md",
+    ]
+    .map(|path| read(&root().join(path)));
+    let below = |document: &str, title: &str, name: &str| {
+        let (_, table) = document.split_once(&format!("**{title}")).unwrap();
+        row(table, name)
+    };
+    let point = row(
+        &readme,
+        "point at 60 dB channel SNR, fine lines: −12 dB width",
+    );
+    for (cell, name) in point.iter().zip(["DAS", "MV", "ESMV rank 1"]) {
+        let name = format!("60 dB, {name}");
+        let found = below(&experiments, "Fine beams, by channel SNR", &name);
+        assert_eq!(Some(&cell[..]), found[0].split(' ').next(), "{name}");
+    }
+    let sampled = row(&readme, "… without noise, on a line; half way to the next");
+    let [on, between] = ["0.000", "0.154"].map(|off| {
+        let title = format!("Point scatterer (Fig. 2), beams 0.308 mm apart, point {off}");
+        below(&results, &title, "-12 dB width, mm")
+    });
+    for (cell, k) in [(&sampled[0], 0), (&sampled[2], 2)] {
+        assert_eq!(cell, &format!("{}; {}", on[k], between[k]));
+    }
+    assert_eq!(sampled[4], format!("{}; {}", on[1], on[3]));
+    let water = row(
+        &readme,
+        "vertebra in water: mean error of B-mode; phase symmetry",
+    );
+    let error = row(&results, "US: mean localization error, mm");
+    assert_eq!(water[4], format!("{}; {} (B-mode)", error[1], error[3]));
+    for (own, document, titles) in [
+        (water, &results, ["Vertebra, US", "Vertebra, PS"]),
         (
-            "vertebra, B-mode: mean error",
-            "US: mean localization error, mm",
-        ),
-        (
-            "vertebra, phase symmetry: mean error",
-            "PS: mean localization error, mm",
+            row(&readme, "… in tissue"),
+            &experiments,
+            ["B-mode (US)", "Phase symmetry (PS)"],
         ),
     ] {
-        let found = row(&results, name);
-        let paper = [&found[1], &found[3]].map(|cell| cell.replace(", ", " and "));
-        let expected = [found[0].clone(), found[2].clone(), paper.join("; ")];
-        assert_eq!(row(&readme, own), expected, "{own}");
+        for (cell, name) in own
+            .iter()
+            .zip(["DAS", "MV", "ESMV rank 1", "a uniform image"])
+        {
+            let found = titles.map(|title| below(document, title, name)[0].clone());
+            assert_eq!(cell, &found.join("; "), "{name}");
+        }
     }
     let (_, speed) = speed.split_once("<!-- speed, AVX-512 -->").unwrap();
     for (own, name) in [

@@ -105,6 +105,17 @@ pub(crate) fn c(here: &Here) -> Result<()> {
     archive(here, &compiler)
 }
 
+/// A random walk over the calls, between pages without access, with the compiler's sanitizers.
+pub(crate) fn walk(here: &Here) -> Result<()> {
+    let library = build(here, "", "--features sub-lines", "c-sub-lines")?;
+    let compiler = std::env::var("CC").unwrap_or_else(|_| "cc".to_owned());
+    let sanitizers = "-g -fsanitize=address,undefined -fno-sanitize-recover=all";
+    here.run(format!(
+        "{compiler} {C11} -Wall -Wextra -Werror {sanitizers} bonebeam-c/examples/walk.c {library} -o @target/walk-c -lm"
+    ))?;
+    here.run("@target/walk-c 60")
+}
+
 /// A frame in C has the bone map of the core's example.
 fn frame(here: &Here, compiler: &str, library: &str, runner: &str) -> Result<()> {
     let own = here.bone_map()?;

@@ -6,10 +6,11 @@ use anyhow::Result;
 
 use crate::here::Here;
 
-/// The Python package into an environment, as a user installs it, and its tests.
+/// The Python package with the program into an environment, as a user installs it, and its tests.
 pub(crate) const WHEEL: &[&str] = &[
     "CARGO_TARGET_DIR=@target MATURIN_PEP517_ARGS=--locked @venv/wheel/bin/python -m pip install \
      --quiet --disable-pip-version-check --force-reinstall --no-deps ./python",
+    "@venv/wheel/bin/host-sim --version",
     "python$ @venv/wheel/bin/python -m mypy package",
     "python$ @venv/wheel/bin/python -m pytest -q --doctest-modules --pyargs bonebeam tests",
 ];

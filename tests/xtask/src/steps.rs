@@ -78,7 +78,8 @@ use Group::{Emulated, EmulatedAll, Host, HostAll, Named};
 use Run::{Call, Lines};
 
 /// Python's packages for the tests of ours.
-const OF_TESTS: &str = "numpy>=1.23 pytest scipy mypy matplotlib xarray h5py dask[array]";
+const OF_TESTS: &str = "numpy>=1.23 pytest scipy mypy pyright[nodejs] matplotlib xarray h5py dask[array] nbconvert \
+    ipykernel";
 
 /// All steps, in the order in which they run.
 #[rustfmt::skip]
@@ -148,6 +149,10 @@ pub const STEPS: &[Step] = &[
     ]), "a small campaign by Snakemake, where Python and the network are there"),
     step(HostAll, "fpga", &[Tool::Debian(&["iverilog", "verilator", "yosys"], &["iverilog", "verilator", "yosys"]), Tool::Paper],
         Call(packages::fpga), "the cores in Verilog beside golden vectors, where Icarus Verilog can be had"),
+    step(HostAll, "metamorphic", &[Tool::Python("metamorphic", "numpy"), Tool::Command, USER],
+        Lines(&["@venv/metamorphic/bin/python tests/metamorphic.py @host-sim"]),
+        "a minute of random command lines, judged by scale, sign, mirror, threads, instruction sets, formats and more"),
+    step(HostAll, "c-walk", &[], Call(c::walk), "a random walk over the calls from C, between guard pages and with sanitizers"),
     step(HostAll, "deny", &[Tool::Crate("cargo-deny", "cargo-deny")], Call(packages::deny),
         "licences, duplicates, sources and advisories, by cargo-deny"),
     step(HostAll, "sbom", &[Tool::Crate("cargo-cyclonedx", "--version 0.5.9 cargo-cyclonedx")], Call(packages::sbom),

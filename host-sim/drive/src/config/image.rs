@@ -122,6 +122,13 @@ impl Image {
     pub fn sides(&self, width: f64, height: f64) -> Result<[usize; 2]> {
         if let Some(pixel) = self.pixel_size {
             let [across, down] = pixel.sides();
+            if down > height {
+                return Err(Error::Usage(format!(
+                    "--pixel-size is {} m, more than the image's height of {} m",
+                    short(down),
+                    short(height)
+                )));
+            }
             // The cast saturates.
             let count = |ratio: f64| ((ratio + 1e-6) as usize).saturating_add(1).max(2);
             let sides = [

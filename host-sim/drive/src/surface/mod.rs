@@ -1,6 +1,8 @@
 //! Lines or a picture → the bone surface, through the core.
 
 mod fan;
+mod files;
+mod mesh;
 mod picture;
 mod verdict;
 
@@ -20,6 +22,7 @@ use crate::frame::RecordingFrames;
 use crate::image::{Layout, layout, sample_axis};
 use crate::{Error, Result};
 pub use fan::PictureFan;
+pub use files::{FrameSurface, Kind, add_surfaces_to};
 pub use picture::{Picture, PictureSurface, of_picture};
 pub use verdict::Verdict;
 
@@ -104,7 +107,9 @@ fn of_lines_with<S: Data<Elem = Complex<f32>>>(
         Some(_) => Settings::COHERENCE,
         None => Settings::DEFAULT,
     });
-    let (points, _) = detect(&grey, coherence.as_deref(), samples, spacing, settings)?;
+    let (mut points, _) = detect(&grey, coherence.as_deref(), samples, spacing, settings)?;
+    let fall = (POINT_FALL / section.grey_range * 255.0) as u8;
+    doubt_points(&mut points, &grey, samples, spacing, fall);
     Ok(placed(points, section.min_confidence, |line, r| {
         let (z, angle) = match &lines.rays {
             None => (0.0, 0.0),
@@ -112,6 +117,55 @@ fn of_lines_with<S: Data<Elem = Complex<f32>>>(
         };
         [lines.beam_x[line] + r * angle.sin(), z + r * angle.cos()]
     }))
+}
+
+/// Level below its brightest echo down to which a piece of surface must be long, dB.
+const POINT_FALL: f64 = 20.0;
+/// Length below which a piece is an echo of a point with its side lobes, m.
+const POINT_LENGTH: f64 = 1.5e-3;
+/// Largest confidence of such a piece.
+const POINT_CONFIDENCE: f32 = 0.25;
+/// Distance of an echo from its point, m.
+const ECHO: f64 = 0.4e-3;
+
+/// Lowers the confidence of pieces that are as short as the echo of a point.
+///
+/// Their length counts down to `fall` grey levels below their brightest echo.
+/// In water a point has an echo and a shadow as bone has, and side lobes that go on from line to line.
+fn doubt_points(points: &mut [Option<Point>], grey: &[u8], samples: Axis, spacing: f64, fall: u8) {
+    let reach = (ECHO / samples.step) as usize;
+    let echo = |line: usize, point: &Point| {
+        // The cast saturates.
+        let at = ((f64::from(point.depth) - samples.first) / samples.step).round() as usize;
+        let levels = grey.get(line * samples.count..(line + 1) * samples.count)?;
+        let end = at.saturating_add(reach + 1).min(levels.len());
+        levels
+            .get(at.saturating_sub(reach)..end)?
+            .iter()
+            .copied()
+            .max()
+    };
+    let echoes: Vec<Option<u8>> = points
+        .iter()
+        .enumerate()
+        .map(|(line, point)| echo(line, point.as_ref()?))
+        .collect();
+    let mut first = 0;
+    while first < points.len() {
+        let goes_on = |point: &&Option<Point>| point.is_some_and(|point| !point.begins);
+        let end = first + 1 + points[first + 1..].iter().take_while(goes_on).count();
+        let of_piece = echoes[first..end].iter().flatten();
+        let brightest = of_piece.clone().copied().max().unwrap_or(0);
+        let bright = of_piece.filter(|echo| **echo >= brightest.saturating_sub(fall));
+        if (bright.count() as f64) * spacing < POINT_LENGTH {
+            for point in points[first..end].iter_mut().flatten() {
+                if point.confidence > POINT_CONFIDENCE {
+                    point.confidence = POINT_CONFIDENCE;
+                }
+            }
+        }
+        first = end;
+    }
 }
 
 /// Distance between neighbouring lines of a fan at half its depth, m.

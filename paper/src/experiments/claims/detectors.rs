@@ -24,7 +24,7 @@ pub fn by_condition(result: &ClaimsResult) -> Table {
     let present = |condition: &Condition| result.scenes.iter().any(|s| s.condition == *condition);
     let row = |condition: Condition| {
         let scenes = || result.scenes.iter().filter(|s| s.condition == condition);
-        let cell = |name| Interval::of(f1(name, scenes()));
+        let cell = |name| Interval::of_shares(f1(name, scenes()));
         (condition.title().to_owned(), DETECTORS.map(cell))
     };
     let conditions = Condition::ALL.into_iter().filter(present);
@@ -54,7 +54,7 @@ pub fn by_brightness(result: &ClaimsResult) -> Table {
                     all.filter(|s| s.condition.medium() == Medium::Tissue),
                 ))
             };
-            Interval::of(bones.iter().filter_map(of_bone))
+            Interval::of_shares(bones.iter().filter_map(of_bone))
         };
         let name = match range.end.is_finite() {
             true => format!("{} to {} dB", range.start, range.end),

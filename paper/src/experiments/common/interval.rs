@@ -45,6 +45,15 @@ impl Interval {
         })
     }
 
+    /// The mean of independent shares, with an interval cut to 0 to 1.
+    ///
+    /// A mean of shares lies there, so the cut leaves out no mean that is possible.
+    pub fn of_shares(values: impl IntoIterator<Item = f64>) -> Option<Self> {
+        let found = Self::of(values)?;
+        let ends = found.ends.map(|ends| ends.map(|end| end.clamp(0.0, 1.0)));
+        Some(Interval { ends, ..found })
+    }
+
     /// p-value of "below the bound"; 1 for a single scene.
     ///
     /// It is the probability of a mean as low as this, or lower, if the true mean is `bound`.
@@ -123,6 +132,10 @@ mod tests {
         assert_eq!(Interval::of([]), None);
         assert_eq!(Interval::of([2.0]).unwrap().ends, None);
         assert_eq!(Interval::of([2.0]).unwrap().chance_within(1e9), 1.0);
+        let shares = Interval::of_shares([1.0, 0.8, 1.0]).unwrap();
+        let [low, high] = Interval::of([1.0, 0.8, 1.0]).unwrap().ends.unwrap();
+        assert!(high > 1.0 && low > 0.0);
+        assert_eq!(shares.ends, Some([low, 1.0]));
     }
 
     #[test]

@@ -22,7 +22,6 @@ pub struct SceneResult {
     pub judged: Judged,
 }
 
-/// The outcome of all scenes.
 pub fn outcome(seeds: u64, results: &[SceneResult]) -> Result<Outcome> {
     let tables = Condition::ALL
         .map(|condition| table(condition, results))
@@ -82,8 +81,8 @@ fn table(condition: Condition, results: &[SceneResult]) -> Table {
     )
 }
 
-/// The mean of a measure over frames, with its interval.
+/// The mean of a share over frames, with its interval.
 pub fn interval(frames: &[&Judged], pick: fn(&Judged) -> Option<f64>) -> String {
     let values = frames.iter().filter_map(|judged| pick(judged));
-    Interval::of(values).map_or("–".into(), |interval| interval.text())
+    Interval::of_shares(values).map_or("–".into(), |interval| interval.text())
 }

@@ -1,6 +1,6 @@
 //! The mesh of a sweep: triangles between the surfaces of neighbouring frames.
 
-use bonebeam_drive::surface::SurfacePoint;
+use super::SurfacePoint;
 
 /// Largest slope in elevation that a triangle spans: depth over distance between frames.
 const STEEPEST: f64 = 2.0;

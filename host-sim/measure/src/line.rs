@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::mean;
 use super::profile::{largest, width};
-use bonebeam_drive::image::PixelGrid;
+use bonebeam::image::PixelGrid;
 
 /// Depths of the paper's noise measure, mm.
 const NOISE: [f64; 2] = [30.0, 40.0];
