@@ -18,6 +18,7 @@ A failure prints the commands and keeps their folder. --table writes the figures
 import argparse
 import collections
 import datetime
+import itertools
 import math
 import os
 import random
@@ -299,8 +300,9 @@ class Run:
             raise Failure(f"status {status}: {message[:300]}")
         if any(self.out.iterdir()):
             raise Failure(f"left {[p.name for p in self.out.iterdir()]}: {message}")
-        if re.match(r"host-sim: o\.\w+: `", last):
-            raise Failure(f"refused after its work: {last}")
+        # All numbers of the input are finite.
+        if re.match(r"host-sim: o\.\w+: `", last) or "NaN" in last or "infinite" in last:
+            raise Failure(f"refused after its work: {' '.join(self.words)}: {last}")
 
 
 class Harness:
@@ -553,8 +555,26 @@ class Harness:
         if not base.done.returncode and not light:
             self.again(words, base)
 
+    def limits(self):
+        """A small stack is enough; little memory is one line, counted before anything is made."""
+        Recording.drawn(random.Random(12)).save(self.folder / "r.npz")
+        run = Run(self, ["beamform", str(self.folder / "r.npz"), "-o", "o.npz"], ["sh", "-c", 'ulimit -s 64; exec "$0" "$@"'])
+        if run.done.returncode:
+            raise Failure(f"64 kB of stack: {run.done.stderr}")
+        for kind, kilobytes in itertools.product(["vertebra-3d", "laminae", "vertebra"], range(70_000, 230_000, 30_000)):
+            words = ["simulate", kind, "-o", "o.npz", "--threads=1"]
+            run = Run(self, words, ["sh", "-c", f'ulimit -v {kilobytes}; exec "$0" "$@"'])
+            run.judge_refusal()
+            if "the record needs" not in run.done.stderr:
+                raise Failure(f"{kind} in {kilobytes} kB: {run.done.stderr}")
+
     def run(self, seconds):
         begin = time.monotonic()
+        try:
+            self.limits()
+        except Failure as failure:
+            self.failures.append(str(failure))
+            print(failure)
         # Most are judged little, so that there are many.
         light = lambda way: lambda: way(light=True)
         ways = [self.beamform] * 4 + [self.phase_symmetry, self.surface, self.simulate, self.other]

@@ -3,6 +3,7 @@
 import json
 import math
 import re
+import warnings
 from pathlib import Path
 
 import numba
@@ -11,16 +12,22 @@ from PIL import Image
 
 BELOW = [(0.3, 0.6), (0.5, 1.0), (1.0, 2.0), (2.0, 4.0), (4.0, 8.0), (8.0, 16.0)]
 LEVELS = 20
-INPUTS = 2 * LEVELS + 2
+INPUTS = LEVELS + 2
 NAMES = (
     ["echo", "fine", "coarse"]
     + [f"below {far} mm" for _, far in BELOW]
     + [f"above {far} mm" for _, far in BELOW[:5]]
     + ["shadow", "top", "brightest block below", "brightest echo below", "brightest echo above", "brightest echo"]
 )
-NAMES = [f"logarithm: {name}" for name in NAMES] + [f"share: {name}" for name in NAMES] + ["dark", "tissue"]
+NAMES += ["dark", "tissue"]
 FAR = 1 << 20
 CELL = 0.1  # mm
+JOINED = 0.25  # mm: narrower lines are joined up to this, as in host-sim/drive/src/surface/picture.rs
+CURVES = 0.8, 2.4  # exponents of grey
+CUT = 0.4, 0.1  # share of displays that lose grey, and the most that they lose
+FALL = 0.3, 0.7, 0.6  # share that get darker with depth, the most over the picture, greatest depth at which that begins
+SCALE = 0.15  # logarithm of pixel sizes
+SEEN = 10, 0.3  # least difference of seen bone from the grey below: levels, and share of that grey
 START, END = 2.0, 1.5  # mm: depths that are not searched at the top and at the bottom
 MANTISSA = np.array([math.floor(1024 * math.log(1 + (k + 0.5) / 64) + 0.5) for k in range(64)], np.int64)
 
@@ -87,31 +94,29 @@ def echoes_of_line(sums, stride, search, dark, lengths, windows, means, cells):
 @numba.njit(cache=True)
 def inputs_of(means, dark, tissue, bright):
     """The inputs of the network, before they are scaled."""
-    out = np.zeros((len(means), 42), np.int32)
-    scale = max(bright - dark, 320)
+    out = np.zeros((len(means), 22), np.int32)
     white = ln(bright + 64)
     for row, level in zip(out, means):
         echo = ln(level[0] + 64)
         row[0] = echo - white
         for k in range(1, 20):
             row[k] = ln(level[k] + 64) - echo
-        for k in range(20):
-            row[20 + k] = min(max(level[k] - dark, 0) * 1024 // scale, 2048)
-        row[40] = ln(dark + 64) - white
-        row[41] = ln(tissue + 64) - white
+        row[20] = ln(dark + 64) - white
+        row[21] = ln(tissue + 64) - white
     return out
 
 
-def percentile(values, percent):
-    values = np.sort(values, axis=None)
-    return int(values[max(-(-len(values) * percent // 100), 1) - 1]) if len(values) else 0
+def percentile(levels, percent):
+    """The lowest of levels 0 to 255 that this share does not exceed."""
+    counts = np.cumsum(np.bincount(levels.ravel(), minlength=256))
+    return int(np.searchsorted(counts, max(-(-counts[-1] * percent // 100), 1)))
 
 
 class Frame:
     """The echoes of grey levels `[line][sample]`, for samples of a length in mm."""
 
     def __init__(self, grey, step, every=1):
-        """`every` is 1, or 4 for the lines of which the levels are computed."""
+        """`every` is 1, or 2 or 4 for that share of the lines; the levels are always of every fourth."""
         grey = grey[::every]
         self.stride = int(CELL * (1 - 1e-9) / step) + 1
         self.cell = self.stride * step
@@ -220,6 +225,62 @@ class Picture:
             return np.array(found).reshape(-1, len(lines))
 
         self.bone, self.maybe = depths("bone"), depths("maybe")
+
+    def joined(self):
+        """Means of neighbouring lines in place of narrow ones."""
+        lines, samples = self.grey.shape
+        number = min(int(JOINED / self.spacing + 1e-9), lines // 8)
+        if number > 1:
+            count = lines // number
+            sums = self.grey[: count * number].reshape(count, number, samples).astype(np.int64).sum(1)
+            self.grey = ((sums + number // 2) // number).astype(np.uint8)
+            self.spacing *= number
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # lines without bone
+                self.bone, self.maybe = (
+                    np.nanmean(depths[:, : count * number].reshape(-1, count, number), 2)
+                    for depths in (self.bone, self.maybe)
+                )
+        return self
+
+    def displayed(self, random):
+        """The picture on another display: another curve of grey, less of what is dark or deep. Bone is what is seen there."""
+        curve = np.arange(256) / 255
+        if random.random() < CUT[0]:
+            curve = np.maximum(curve - random.uniform(0, CUT[1]), 0) / (1 - CUT[1])
+        curve = 255 * np.minimum(curve, 1) ** np.exp(random.uniform(*np.log(CURVES)))
+        if random.random() < FALL[0]:
+            depth = np.linspace(0, 1, self.grey.shape[1]) - random.uniform(0, FALL[2])
+            fall = 255 * random.uniform(0, FALL[1]) * np.maximum(depth, 0)
+            self.grey = np.maximum(self.grey - fall.astype(np.int16), 0).astype(np.uint8)
+        self.grey = np.round(curve).astype(np.uint8)[self.grey]
+        self.sums = np.pad(np.cumsum(self.grey, 1, dtype=np.float32), ((0, 0), (1, 0)))
+        parts = [self.seen(depths) for depths in (*self.bone, *self.maybe)]
+        self.bone, self.maybe = (np.array([part[k] for part in parts]).reshape(-1, len(self.grey)) for k in (0, 1))
+        self.step *= np.exp(random.uniform(-SCALE, SCALE))
+        return self
+
+    def seen(self, depths):
+        """The depths of lines in which a crest differs from what is below it, and those of the others."""
+        both = np.full((2, len(self.grey)), np.nan)
+        lines = np.flatnonzero(~np.isnan(depths))
+        if not len(lines):
+            return both
+        rows = sum(self.sums[np.clip(lines + beside, 0, len(self.grey) - 1)] for beside in (-1, 0, 1)) / 3
+
+        def mean(start, end):
+            start, end = (np.clip(z.astype(int), 0, self.grey.shape[1])[:, None] for z in (start, end))
+            sums = np.take_along_axis(rows, end, 1) - np.take_along_axis(rows, start, 1)
+            return (sums / np.maximum(end - start, 1))[:, 0]
+
+        crest, half = depths[lines], max(0.15 / self.step, 0.6)
+        below = mean(crest + 1.5 / self.step, crest + 5 / self.step)
+        clear = mean(crest - half, crest + half + 1) - below > SEEN[0] + SEEN[1] * below
+        # The majority over 1.5 mm.
+        window = np.ones(2 * int(min(0.75 / self.spacing, (len(lines) - 1) / 2)) + 1)
+        share = np.convolve(clear, window, "same") / np.convolve(np.ones(len(lines)), window, "same")
+        both[(share <= 0.5).astype(int), lines] = crest
+        return both
 
     def labels(self, frame):
         """1 on bone, 0 elsewhere, -1 near bone or where nobody knows."""

@@ -15,7 +15,7 @@ TOLERANCE = 1.0  # mm
 class Prices:
     """As `Settings::LEARNT` of the core: nats, and nats per mm."""
 
-    absence: float = -1.0
+    absence: float = -1.5
     end: float = 10.0
     jump: float = 12.0
     slope: float = 1.5

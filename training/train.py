@@ -6,50 +6,64 @@
 """
 
 import argparse
+import copy
 import itertools
-import json
 import subprocess
 import tempfile
 from pathlib import Path
 
 import numpy as np
 
-from features import INPUTS, Frame, pictures
+from features import INPUTS, NAMES, Frame, pictures
 from path import judged, table
 
 ROOT = Path(__file__).resolve().parent.parent
-HIDDEN = 16
+HIDDEN = 24
 LIMIT = 3 * 64
 EVERY = 4  # lines that train
-CURVES = 0.8, 2.4  # exponents of grey
 PLAIN = 100  # pictures without speckle
-MOST = 700_000  # echoes that train
+ALONE = 0.3  # weight of the loss of echoes by themselves
 
 
 class Network:
-    """One hidden layer, rectified, by Adam on the logarithmic loss."""
+    """One hidden layer, rectified, by Adam.
 
-    def __init__(self, inputs, labels, weights, seed, epochs=12, rate=4e-3, decay=1e-3, batch=1024):
+    The loss is that of the choice among the echoes of a line and absence, of score 0, plus the logarithmic loss of each
+    echo. Echoes near bone may be chosen or not.
+    """
+
+    def __init__(self, inputs, labels, line, weights, seed, epochs=16, rate=4e-3, decay=1e-3, batch=64):
+        """`line` is that of each echo, ascending; `weights` are those of lines."""
         random = np.random.default_rng(seed)
         # Inputs are limited at three standard deviations, as integers of 1/64.
         self.centre = np.round(inputs.mean(0)).astype(np.int32)
-        self.gain = np.minimum(np.round(64 * 4096 / np.maximum(inputs.std(0), 8)), 32767).astype(np.int32)
-        x, y = self.scaled(inputs), labels.astype(np.float32)
-        count = INPUTS
+        deviation = inputs.std(0, dtype=np.float64)
+        self.gain = np.minimum(np.round(64 * 4096 / np.maximum(deviation, 8)), 32767).astype(np.int32)
+        x = self.scaled(inputs)
+        starts, ends = (np.searchsorted(line, np.arange(len(weights)), side) for side in ("left", "right"))
+        with_bone = np.zeros(len(weights), bool)
+        with_bone[line[labels == 1]] = True
         normal = lambda *shape: (random.normal(0, 1 / np.sqrt(shape[0]), shape)).astype(np.float32)
-        bias = np.log(np.average(y, weights=weights) / (1 - np.average(y, weights=weights)))
-        state = [normal(count, HIDDEN), np.zeros(HIDDEN, np.float32), normal(HIDDEN), np.full(1, bias, np.float32)]
+        state = [normal(INPUTS, HIDDEN), np.zeros(HIDDEN, np.float32), normal(HIDDEN), np.full(1, -2, np.float32)]
         first, second = [[np.zeros_like(part) for part in state] for _ in range(2)]
-        steps, step = epochs * (len(x) // batch), 0
+        steps, step = epochs * (len(weights) // batch), 0
         for _ in range(epochs):
-            order = random.permutation(len(x))
-            for start in range(0, len(x) - batch + 1, batch):
-                index = order[start : start + batch]
-                part = x[index].astype(np.float32) / 64
+            order = random.permutation(len(weights))
+            for start in range(0, len(weights) - batch + 1, batch):
+                lines = np.sort(order[start : start + batch])
+                count = ends[lines] - starts[lines]
+                of = np.repeat(np.arange(batch), count)
+                index = np.arange(count.sum()) + np.repeat(starts[lines] - np.cumsum(count) + count, count)
+                part, label = x[index].astype(np.float32) / 64, labels[index]
                 sums = part @ state[0] + state[1]
                 hidden = np.maximum(sums, 0)
-                odds = hidden @ state[2] + state[3]
-                error = (1 / (1 + np.exp(-np.clip(odds, -20, 20))) - y[index]) * weights[index] / batch
+                odds = np.exp(np.clip(hidden @ state[2] + state[3], -15, 15))
+                right = odds * (label != 0)
+                every = 1 + np.bincount(of, odds, batch)
+                rights = np.where(with_bone[lines], 1e-6, 1) + np.bincount(of, right, batch)
+                alone = np.where(label >= 0, odds / (1 + odds) - label, 0)
+                error = odds / every[of] - right / rights[of] + ALONE * alone
+                error = (error * weights[lines][of] / batch).astype(np.float32)
                 back = np.outer(error, state[2]) * (sums > 0)
                 slopes = [part.T @ back, back.sum(0), hidden.T @ error, error.sum(keepdims=True)]
                 step += 1
@@ -58,7 +72,7 @@ class Network:
                     first[k] = 0.9 * first[k] + 0.1 * slope
                     second[k] = 0.999 * second[k] + 0.001 * slope**2
                     move = first[k] / (1 - 0.9**step) / (np.sqrt(second[k] / (1 - 0.999**step)) + 1e-8)
-                    state[k] = state[k] - now * (move + (decay * state[k] if k in (0, 2) else 0))
+                    state[k] = state[k] - np.float32(now) * (move + (decay * state[k] if k in (0, 2) else 0))
         # Integers: weights in 1/1024, sums in 1/65536, the output in 1/1024 nat.
         self.weights = np.round(1024 * state[0].T).astype(np.int32)
         self.biases = np.round(65536 * state[1]).astype(np.int64)
@@ -103,31 +117,42 @@ class Plain:
         self.grey = np.clip(line + noise, 0, 255).astype(np.uint8)
         self.bone = bone
 
+    def joined(self):
+        return self
+
+    def displayed(self, random):
+        return self
+
     def labels(self, frame):
         near = np.abs(self.grey[frame.line, frame.samples().astype(int)].astype(int)) > 135
         return near * 1 if self.bone else np.zeros(len(near), int)
 
 
+def prepared(index, picture):
+    """The echoes of a picture that trains: inputs, labels, lines from 0."""
+    picture = picture.joined().displayed(np.random.default_rng([1, index]))
+    frame = Frame(picture.grey, picture.step, EVERY)
+    line = np.unique(frame.line, return_inverse=True)[1]
+    return frame.inputs.astype(np.int16), picture.labels(frame).astype(np.int8), line
+
+
 def data_of(folder):
-    """Inputs, labels and weights of nine pictures of ten, each with the same weight, and the tenth pictures."""
-    random = np.random.default_rng(1)
-    inputs, labels, weights, held = [], [], [], []
-    plain = [Plain(random) for _ in range(PLAIN)]
+    """Inputs, labels and lines of the echoes of nine pictures of ten, weights of lines, and the tenth pictures.
+
+    Each picture has the same weight.
+    """
+    parts, weights, held = [], [], []
+    plain = (Plain(np.random.default_rng([2, index])) for index in range(PLAIN))
     for index, picture in enumerate(itertools.chain(plain, pictures(folder))):
         if index >= PLAIN and index % 10 == 9:
-            held.append(picture)
+            held.append(picture.joined().displayed(np.random.default_rng([1, index])))
             continue
-        # Displays differ more in their curve than drawn ones do.
-        curve = 255 * (np.arange(256) / 255) ** np.exp(random.uniform(*np.log(CURVES)))
-        frame = Frame(np.round(curve).astype(np.uint8)[picture.grey], picture.step, EVERY)
-        label = picture.labels(frame)
-        known = label >= 0
-        if known.any():
-            inputs.append(frame.inputs[known])
-            labels.append(label[known])
-            weights.append(np.full(known.sum(), known.sum() ** -0.5, np.float32))
+        inputs, labels, line = prepared(index, picture)
+        if len(line):
+            parts.append((inputs, labels, line + sum(map(len, weights))))
+            weights.append(np.full(line[-1] + 1, (line[-1] + 1) ** -0.5))
     weights = np.concatenate(weights)
-    return (np.concatenate(inputs), np.concatenate(labels), weights / weights.mean()), held
+    return [*map(np.concatenate, zip(*parts)), weights / weights.mean()], held
 
 
 def confidence(rows):
@@ -138,6 +163,23 @@ def confidence(rows):
         p = 1 / (1 + np.exp(-x @ w))
         w += np.linalg.solve((x * (p * (1 - p))[:, None]).T @ x + 1e-6 * np.eye(2), x.T @ (hit - p))
     return w
+
+
+GROUPS = {
+    "echo": ("echo", "fine", "coarse", "top"),
+    "below": ("below",),
+    "above": ("above",),
+    "shadow to the end": ("shadow",),
+    "brightest": ("brightest",),
+    "levels of the frame": ("dark", "tissue"),
+}
+
+
+def without(network, words):
+    """The network with the inputs whose names begin with some words at their means."""
+    part = copy.copy(network)
+    part.gain = np.where([name.startswith(words) for name in NAMES], 0, network.gain)
+    return part
 
 
 def rust(network, note):
@@ -184,17 +226,20 @@ def main():
     arguments = arguments.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         data, held = data_of(arguments.drawn or drawn(folder, arguments.count, arguments.seed))
-    chosen = np.random.default_rng(0).permutation(len(data[1]))[:MOST]
-    inputs, labels, weights = (part[chosen] for part in data)
-    network = Network(inputs, labels, weights / weights.mean(), seed=1)
-    print(f"{len(data[1])} echoes, {100 * data[1].mean():.2f} % on bone")
+    network = Network(*data, seed=1)
+    labels = data[1]
+    print(f"{len(labels)} echoes, {100 * (labels == 1).mean():.2f} % on bone")
     note = f"{arguments.count} pictures of seed {arguments.seed} that `bonebeam-draw` draws at the commit that added these weights."
     results = [judged(network, picture) for picture in held]
     print("drawn, held out:", *table(results), sep="\n")
     a, b = confidence([row for result in results for row in result.margins])
     print(f"confidence: [{a:.2f}, {b:.2f}]")
     for folder in arguments.judge:
-        print(folder, *table([judged(network, picture) for picture in pictures(folder)]), sep="\n")
+        judge = [picture.joined() for picture in pictures(folder)]
+        print(folder, *table([judged(network, picture) for picture in judge]), sep="\n")
+        for name, words in GROUPS.items():
+            part = without(network, words)
+            print(f"without {name}:", *table([judged(part, picture) for picture in judge]), sep="\n  ")
     arguments.output.write_text(rust(network, note))
 
 

@@ -48,43 +48,15 @@ pub struct DelayParameters {
 }
 
 /// Accepted values in SI units, as of the command and of files: field, largest and smallest magnitude, words.
-type Bound = (
-    &'static str,
-    fn(&DelayParameters) -> f64,
-    [f64; 2],
-    &'static str,
-);
+#[rustfmt::skip]
+type Bound = (&'static str, fn(&DelayParameters) -> f64, [f64; 2], &'static str);
+#[rustfmt::skip]
 const BOUNDS: [Bound; 5] = [
-    (
-        "sound_speed",
-        |p| p.sound_speed,
-        [100.0, 20e3],
-        "100 to 20000 m/s",
-    ),
-    (
-        "sampling_rate",
-        |p| p.sampling_rate,
-        [1e3, 10e9],
-        "1e3 to 10e9 Hz",
-    ),
-    (
-        "output_rate",
-        |p| p.output_rate,
-        [1e3, 10e9],
-        "1e3 to 10e9 Hz",
-    ),
-    (
-        "frequency",
-        |p| p.frequency.abs(),
-        [0.0, 10e9],
-        "at most 10e9 Hz",
-    ),
-    (
-        "output_start",
-        |p| p.output_start.abs(),
-        [0.0, 1.0],
-        "at most 1 s",
-    ),
+    ("sound_speed", |p| p.sound_speed, [100.0, 20e3], "100 to 20000 m/s"),
+    ("sampling_rate", |p| p.sampling_rate, [1e3, 10e9], "1e3 to 10e9 Hz"),
+    ("output_rate", |p| p.output_rate, [1e3, 10e9], "1e3 to 10e9 Hz"),
+    ("frequency", |p| p.frequency.abs(), [0.0, 10e9], "at most 10e9 Hz"),
+    ("output_start", |p| p.output_start.abs(), [0.0, 1.0], "at most 1 s"),
 ];
 
 impl DelayParameters {

@@ -31,29 +31,17 @@ pub const PARAMETERS: Parameters = Parameters {
     strip: 8,
     block: 64,
 };
-const NEED: Need = match PARAMETERS.need(Input::Rf, 1) {
-    Ok(need) => need,
-    Err(_) => panic!("the scan is not valid"),
-};
+const NEED: Need = valid!(PARAMETERS.need(Input::Rf, 1));
 /// Coherence over ±0.4 mm, which tells bone's shadow from clutter, and its memory.
 const COHERENCE: ShortLagCoherence = ShortLagCoherence {
     temporal_half_window: 10,
 };
-const OF_COHERENCE: Need = match PARAMETERS.coherence_len(COHERENCE) {
-    Ok(length) => Need::real(length),
-    Err(_) => panic!("the scan is not valid"),
-};
-const SURFACE: surface::Parameters = match PARAMETERS.surface(Settings {
+const OF_COHERENCE: Need = Need::real(valid!(PARAMETERS.coherence_len(COHERENCE)));
+const SURFACE: surface::Parameters = valid!(PARAMETERS.surface(Settings {
     depths: [5e-3, f64::INFINITY],
     ..Settings::COHERENCE
-}) {
-    Ok(parameters) => parameters,
-    Err(_) => panic!("the scan is not valid"),
-};
-const OF_SURFACE: Need = match SURFACE.need() {
-    Ok(need) => need,
-    Err(_) => panic!("the lines are too short"),
-};
+}));
+const OF_SURFACE: Need = valid!(SURFACE.need());
 const ALL: Need = NEED.and(OF_COHERENCE).and(OF_SURFACE);
 /// All memory of a frame. It fits a `static`.
 pub type FrameMemory = Memory<{ ALL.real }, { ALL.complex }>;

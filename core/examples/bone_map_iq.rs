@@ -33,10 +33,7 @@ const INPUT: IqInput = IqInput {
     demodulation_frequency: 5e6,
     interpolation: None,
 };
-const NEED: Need = match PARAMETERS.need(Input::Iq, 1) {
-    Ok(need) => need,
-    Err(_) => panic!("the scan is not valid"),
-};
+const NEED: Need = valid!(PARAMETERS.need(Input::Iq, 1));
 type FrameMemory = Memory<{ NEED.real }, { NEED.complex }>;
 
 fn main() -> Result<(), Error> {

@@ -47,6 +47,24 @@ pub enum Error {
     Memory,
 }
 
+/// The value of a constant, or a compiler's error that says why it is not valid.
+///
+/// ```
+/// use bonebeam::prelude::*;
+///
+/// const NEED: Need = valid!(Parameters::EXAMPLE.need(Input::Rf, 1));
+/// static MEMORY: Memory<{ NEED.real }, { NEED.complex }> = Memory::new();
+/// ```
+#[macro_export]
+macro_rules! valid {
+    ($value:expr) => {
+        match $value {
+            Ok(value) => value,
+            Err(error) => panic!("{}", $crate::Error::words(&error).as_str()),
+        }
+    };
+}
+
 impl Error {
     /// A parameter outside its range.
     pub(crate) const fn parameter(name: &'static str, value: f64, expected: &'static str) -> Self {
@@ -78,14 +96,10 @@ impl Error {
     /// Name and accepted values, for a `const` that cannot format a number.
     ///
     /// ```compile_fail
-    /// use bonebeam::memory::Need;
-    /// use bonebeam::pipeline::{Input, Parameters};
+    /// use bonebeam::prelude::*;
     ///
-    /// const NEED: Need = match (Parameters { block: 0, ..Parameters::EXAMPLE }).need(Input::Rf, 1) {
-    ///     Ok(need) => need,
-    ///     // error: evaluation panicked: block: expected at least 1
-    ///     Err(error) => panic!("{}", error.words().as_str()),
-    /// };
+    /// // error: evaluation panicked: block: expected at least 1
+    /// const NEED: Need = valid!((Parameters { block: 0, ..Parameters::EXAMPLE }).need(Input::Rf, 1));
     /// static MEMORY: [f32; NEED.real] = [0.0; NEED.real];
     /// ```
     pub const fn words(&self) -> Words {

@@ -48,10 +48,7 @@
 //!     strip: 8,
 //!     block: 64,
 //! };
-//! const NEED: Need = match PARAMETERS.need(Input::Rf, 1) {
-//!     Ok(need) => need,
-//!     Err(_) => panic!("the parameters are not valid"),
-//! };
+//! const NEED: Need = valid!(PARAMETERS.need(Input::Rf, 1));
 //!
 //! fn main() -> Result<(), Error> {
 //!     // On a microcontroller, this is a `static`.
@@ -185,7 +182,33 @@ pub mod prelude {
     pub use crate::geometry::{Array, Axis, Depth, Lines, ScanParameters, Transmit, TransmitLaw};
     pub use crate::memory::{Need, Scratch};
     pub use crate::pipeline::{DepthGate, Input, IqInput};
-    pub use crate::{Complex, Error, Frame, Memory, Parameters, Pipeline, Record};
+    pub use crate::{Complex, Error, Frame, Memory, Parameters, Pipeline, Record, valid};
+
+    /// Those names, and the stages' own, for tools that run a stage alone.
+    pub mod stages {
+        pub use super::*;
+        pub use crate::beamform::{
+            AlignedLine, Apodization, Beamformer, Postfilter, Segment, ShortLagCoherence,
+            SteeredSegments, Workspace,
+        };
+        pub use crate::delay::{
+            Compounding, Contribution, Delay, DelayParameters, IqDelay, IqParameters, ScanLine,
+            Stage, Upsampled,
+        };
+        pub use crate::geometry::{Active, Element, Ray, Scan, Steering};
+        pub use crate::image::{
+            BMode, BModeParameters, DepthInterpolation, Fan, Logarithm, Pooling,
+        };
+        pub use crate::phase_symmetry::{
+            External, GainTables, Gains, LaneFft, LogGabor, LogGaborTables, Microfft,
+            PhaseSymmetry, StripSlices,
+        };
+        pub use crate::pipeline::LinePipeline;
+        #[cfg(feature = "simd")]
+        pub use crate::simd::InstructionSet;
+        pub use crate::simd::Vector;
+        pub use crate::surface::{Detector, Ramp};
+    }
 }
 
 /// The code of the package's README must run.

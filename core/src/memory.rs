@@ -20,9 +20,8 @@
 //! If the sizes are known only at run time, a `Scratch` borrows any two slices:
 //!
 //! ```
-//! # use bonebeam::beamform::Parameters;
-//! use bonebeam::Complex;
-//! use bonebeam::memory::Scratch;
+//! use bonebeam::prelude::*;
+//! use bonebeam::beamform::Parameters;
 //!
 //! # let sizes = Parameters::DEFAULT.sizes(48);
 //! let need = sizes.need();

@@ -3,7 +3,7 @@
 #![no_std]
 #![no_main]
 
-use bonebeam::delay::{Delay, IqDelay};
+use bonebeam::prelude::stages::*;
 use bonebeam_tests::Workspaces;
 use cortex_m_rt::entry;
 use cortex_m_semihosting::debug::{EXIT_FAILURE, EXIT_SUCCESS};

@@ -1,7 +1,6 @@
 //! Work of the main loop on a block, under either executor.
 
-use bonebeam::Error;
-use bonebeam::delay::IqDelay;
+use bonebeam::prelude::stages::*;
 use cortex_m_semihosting::hprintln;
 use stream::scan::{self, BEAMS, ScanBlock};
 use stream::{Chain, Probe, Received, Sequence, Stamp};

@@ -135,19 +135,15 @@ fn run(mut config: Config) {
 
 /// Two plane waves on four elements.
 static RECORDING: LazyLock<ChannelData> = LazyLock::new(|| ChannelData {
-    samples: Array3::from_shape_fn((2, 4, 40), |(t, m, n)| {
-        ((t * 31 + m * 17 + n * n) % 97) as f32 - 48.0
-    })
-    .into(),
-    fs: 40e6,
     t0: vec![1e-6, 1.2e-6],
-    element_x: (0..4).map(|m| (f64::from(m) - 1.5) * 0.3e-3).collect(),
-    element_z: None,
-    element_angle: None,
-    c: 1540.0,
-    f0: 5e6,
-    transmits: Transmits::Plane {
-        angle: vec![-0.1, 0.1],
-    },
-    lens_delay: 0.0,
+    ..ChannelData::linear(
+        Array3::from_shape_fn((2, 4, 40), |(t, m, n)| {
+            ((t * 31 + m * 17 + n * n) % 97) as f32 - 48.0
+        }),
+        (0..4).map(|m| (f64::from(m) - 1.5) * 0.3e-3).collect(),
+        Transmits::Plane {
+            angle: vec![-0.1, 0.1],
+        },
+        ([40e6, 5e6], 1540.0),
+    )
 });

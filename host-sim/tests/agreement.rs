@@ -3,9 +3,9 @@
 //! `tests/tests/kernels.rs` and `beamform_f64.rs` beside it compare the driver with the references.
 
 use crate::common::changed;
+use crate::common::program::{program, succeeded};
 use bonebeam::covariance::Covariance;
 use std::path::Path;
-use std::process::Command;
 
 use bonebeam::beamform::{Apodization, Method, Parameters, Postfilter};
 use bonebeam::geometry::Active;
@@ -44,21 +44,8 @@ fn flags(section: &Beamform) -> Vec<String> {
 
 fn beamform(folder: &Path, parameters: Parameters, covariance: Covariance) -> BeamformedLines {
     let section = changed(Beamform::of(parameters), |b| b.covariance = covariance);
-    let output = folder.join("lines.npz");
-    let run = Command::new(env!("CARGO_BIN_EXE_host-sim"))
-        .arg("beamform")
-        .arg(folder.join("delayed.npz"))
-        .args(flags(&section))
-        .arg("-o")
-        .arg(&output)
-        .output()
-        .expect("the program runs");
-    assert!(
-        run.status.success(),
-        "{}",
-        String::from_utf8_lossy(&run.stderr)
-    );
-    BeamformedLines::read(&output).expect("lines that were just written")
+    succeeded(program(folder, "beamform delayed.npz -o lines.npz").args(flags(&section)));
+    BeamformedLines::read(&folder.join("lines.npz")).expect("lines that were just written")
 }
 
 #[test]

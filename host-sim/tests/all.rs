@@ -2,7 +2,6 @@
 
 mod agreement;
 mod arrays;
-mod bad_output;
 #[cfg(feature = "bench")]
 mod bench;
 mod commands;
@@ -26,3 +25,5 @@ mod register;
 mod resumed;
 mod surface;
 mod sweep;
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_host-sim");

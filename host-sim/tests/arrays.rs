@@ -3,17 +3,17 @@
 //! A point appears at its position, and I/Q gives the lines of RF.
 
 use crate::common::changed;
+use crate::common::program::{Folder, USAGE, refused};
 use std::f64::consts::{PI, TAU};
-use std::process::Command;
 
 use bonebeam_drive::config::{Beamform, LineKind};
 use bonebeam_drive::frame::{RecordingFrames, beamform_channel_data};
 use bonebeam_drive::image::{b_mode, grid_of_lines};
 use bonebeam_drive::methods::MethodName;
 use bonebeam_files::{BeamformedLines, ChannelData, Recording, Samples, Transmits};
-use ndarray::{Array2, Array3, Array4, Axis};
+use ndarray::{Array2, Array3, Array4, Axis, Ix3};
 use num_complex::Complex;
-use tempfile::{TempDir, tempdir};
+use tempfile::tempdir;
 
 const C: f64 = 1540.0;
 const ELEMENTS: usize = 48;
@@ -395,11 +395,10 @@ fn lines_do_not_depend_on_the_order_of_transmits() {
             ..data.clone()
         }
     };
-    let focused = Transmits::Focused {
-        x: (0..24).map(|k| (f64::from(k) - 11.5) * 0.5e-3).collect(),
-        focus: vec![25e-3; 24],
-        f_number: None,
-    };
+    let focused = Transmits::focused(
+        (0..24).map(|k| (f64::from(k) - 11.5) * 0.5e-3).collect(),
+        25e-3,
+    );
     let [.., foci, _, _, _] = scenes();
     for (probe, transmits, is_iq) in [(straight(0.3e-3), focused, false), (foci.1, foci.3, true)] {
         let count = transmits.len();
@@ -446,19 +445,6 @@ fn a_fan_becomes_an_image_with_the_point_at_its_position() {
     }
 }
 
-/// Runs the program in a folder; returns its standard error if it fails.
-fn run(folder: &TempDir, arguments: &str) -> Result<(), String> {
-    let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
-        .args(arguments.split(' '))
-        .current_dir(folder.path())
-        .output()
-        .unwrap();
-    match output.status.success() {
-        true => Ok(()),
-        false => Err(String::from_utf8_lossy(&output.stderr).into_owned()),
-    }
-}
-
 #[test]
 fn frames_are_beamformed_each_by_itself() {
     let folder = tempdir().unwrap();
@@ -491,45 +477,35 @@ fn frames_are_beamformed_each_by_itself() {
     let flags = "--depth-start 0.024 --depth-end 0.033 -o lines.npz";
     for (frames, range) in [("", 0..3), ("--frames 1..3 ", 1..3), ("--frames 2 ", 2..3)] {
         let command = format!("beamform frames.npz {frames}{flags}");
-        run(&folder, &command).unwrap();
-        let file = std::fs::File::open(folder.path().join("lines.npz")).unwrap();
-        let mut npz = ndarray_npy::NpzReader::new(file).unwrap();
-        let z: Array3<Complex<f32>> = npz.by_name("z.npy").unwrap();
+        folder.works(&command);
+        let z = folder.frames().into_dimensionality::<Ix3>().unwrap();
         assert_eq!(z.dim().0, range.len());
         for (k, frame) in range.enumerate() {
             assert_eq!(z.index_axis(Axis(0), k), all[frame].z);
         }
     }
     for frames in ["3", "1..1", "2..4"] {
-        let message = run(
-            &folder,
-            &format!("beamform frames.npz --frames {frames} {flags}"),
-        );
-        assert!(message.unwrap_err().contains("frames 0 to 2"), "{frames}");
+        let command = format!("beamform frames.npz --frames {frames} {flags}");
+        refused(&folder, &command, USAGE, &["frames 0 to 2"]);
     }
-    let message = run(
-        &folder,
-        &format!("beamform frames.npz --frames a..b {flags}"),
-    );
-    assert!(message.unwrap_err().contains("such as 0..10"));
+    let command = format!("beamform frames.npz --frames a..b {flags}");
+    refused(&folder, &command, USAGE, &["such as 0..10"]);
 }
 
 #[test]
 fn a_simulated_scene_has_the_same_lines_as_iq() {
     let folder = tempdir().unwrap();
     let scene = "simulate point --beams 5 --first-beam 61 -o";
-    run(&folder, &format!("{scene} rf.npz")).unwrap();
-    run(&folder, &format!("{scene} iq.npz --iq")).unwrap();
+    folder.works(&format!("{scene} rf.npz"));
+    folder.works(&format!("{scene} iq.npz --iq"));
     let iq = ChannelData::read(&folder.path().join("iq.npz")).unwrap();
     assert!(matches!(iq.samples, Samples::Iq { f_demod: 5e6, .. }) && iq.fs == 10e6);
     let lines = ["rf", "iq"].map(|name| {
         let depths = "--depth-start 0.0135 --depth-end 0.0165";
-        run(
-            &folder,
-            &format!("beamform {name}.npz --method das {depths} -o lines.npz"),
-        )
-        .unwrap();
-        BeamformedLines::read(&folder.path().join("lines.npz")).unwrap()
+        folder.works(&format!(
+            "beamform {name}.npz --method das {depths} -o lines.npz"
+        ));
+        folder.lines("lines.npz")
     });
     let peak = lines[0].z.iter().fold(0.0f32, |peak, z| peak.max(z.norm()));
     for (a, b) in lines[0].z.iter().zip(&lines[1].z) {

@@ -1,27 +1,16 @@
 //! The benchmark's files and tables. Nothing here depends on how fast the machine is.
 
 use std::fs;
-use std::process::{Command, Output};
 
+use crate::common::program::{program, refused, succeeded};
 use bonebeam_bench::{Quantity, Report, Row, Table, Target, rewrite, vector_sets};
 use tempfile::{TempDir, tempdir};
 
-fn bench(folder: &TempDir, arguments: &str) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_host-sim"))
-        .arg("bench")
-        .args(arguments.split(' '))
-        .current_dir(folder.path())
-        .output()
-        .unwrap()
-}
-
 fn report(folder: &TempDir, arguments: &str) -> Report {
-    let output = bench(folder, &format!("{arguments} -o bench.json"));
-    let message = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{arguments}: {message}");
+    let arguments = format!("bench {arguments} -o bench.json");
+    let [printed, _] = succeeded(&mut program(folder, &arguments));
     let file = fs::read(folder.path().join("bench.json")).unwrap();
     let report: Report = serde_json::from_slice(&file).unwrap();
-    let printed = String::from_utf8_lossy(&output.stdout);
     for row in report.tables.iter().flat_map(|table| &table.rows) {
         assert!(printed.contains(&row.work), "{} in {printed}", row.work);
         assert!(row.here.value > 0.0 && row.here.value.is_finite());
@@ -141,13 +130,8 @@ fn what_cannot_be_measured_is_refused_in_one_line() {
         ("--docs missing.md", 1, "missing.md"),
         ("--only peak -o missing/bench.json", 1, "missing"),
     ] {
-        let output = bench(&folder, arguments);
-        let message = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(status), "{arguments}: {message}");
-        assert!(message.contains(named), "{arguments}: {message}");
-        assert_eq!(message.lines().count(), 1, "{arguments}: {message}");
+        refused(&folder, &format!("bench {arguments}"), status, &[named]);
     }
-    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 }
 
 /// One table of two rows, the second without a yardstick.

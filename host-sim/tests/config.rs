@@ -5,13 +5,12 @@ use bonebeam::beamform::{Apodization, Parameters, Postfilter};
 use bonebeam::covariance::Covariance;
 use std::fs;
 
-use bonebeam_drive::config::{Beamform, Image, PhaseSymmetry, Size, Surface};
-use bonebeam_drive::methods::MethodName;
+use bonebeam_drive::config::Size;
 use bonebeam_files::atomic::Outputs;
 use bonebeam_files::section::{Section, Value, number_or_power};
 use bonebeam_formats::Variables;
 use bonebeam_simulate::Settings;
-use bonebeam_simulate::{Kind, Simulate};
+use bonebeam_simulate::Simulate;
 use host_sim::Error;
 use host_sim::config::Config;
 use host_sim::provenance::Input;
@@ -100,47 +99,9 @@ fn the_written_configuration_is_read_back_as_it_was() {
     let path = folder.path().join("lines.npz.config.toml");
     let config = Config {
         simulate: Simulate {
-            phantom: Kind::Point,
             mesh: Some("bone 'a'.ply".into()),
-            slice: -8e-3,
-            sweep_step: 1e-3,
             scanner: Some(changed(Settings::default(), |s| s.noise = Some(-60.0))),
             ..Simulate::default()
-        },
-        beamform: Beamform {
-            method: MethodName::Esmv,
-            beta: Some(1e-5),
-            temporal_half_window: 10,
-            diagonal_loading: 0.1,
-            postfilter: Postfilter::CoherenceFactor,
-            apodization: Apodization::Tukey,
-            covariance: Covariance::Forward,
-            depth_start: Some(5e-3),
-            depth_end: Some(40e-3),
-            ..Beamform::default()
-        },
-        image: Image {
-            dynamic_range: 70.0,
-            median: true,
-            width: Some(0.02),
-            ..Image::default()
-        },
-        surface: Surface {
-            search_end: Some(0.04),
-            absence: Some(-2.0),
-            contrast: Some(0.5),
-            rest: Some(1.5),
-            sweep_step: Some(0.5e-3),
-            ..Surface::default()
-        },
-        phase_symmetry: PhaseSymmetry {
-            noise_deviations: Some(2.5),
-            noise_by_direction: true,
-            resize: Some(Size {
-                rows: 512,
-                columns: 256,
-            }),
-            ..PhaseSymmetry::default()
         },
         variables: {
             let mut variables = Variables::default();
@@ -154,6 +115,7 @@ fn the_written_configuration_is_read_back_as_it_was() {
             }
             variables
         },
+        ..Config::default()
     };
     for config in [config, Config::default()] {
         let mut outputs = Outputs::new();

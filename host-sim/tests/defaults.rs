@@ -1,9 +1,9 @@
 //! The defaults fit the probe: records of 3 to 15 MHz without a flag.
 
+use crate::common::program::{Folder, program, succeeded};
 use std::f64::consts::{PI, TAU};
-use std::process::Command;
 
-use bonebeam_files::{BeamformedLines, ChannelData, Transmits, image};
+use bonebeam_files::{ChannelData, Transmits};
 use ndarray::{Array3, Axis};
 use tempfile::{TempDir, tempdir};
 
@@ -29,36 +29,21 @@ fn point(f0: f64, rate: f64) -> ChannelData {
         let u = n as f64 / fs - (depth + depth.hypot(element_x[m])) / C;
         ((-a * u * u).exp() * (TAU * f0 * u).cos()) as f32
     });
-    ChannelData {
-        samples: rf.into(),
-        fs,
-        t0: vec![0.0],
+    ChannelData::linear(
+        rf,
         element_x,
-        element_z: None,
-        element_angle: None,
-        c: C,
-        f0,
-        transmits: Transmits::Plane { angle: vec![0.0] },
-        lens_delay: 0.0,
-    }
+        Transmits::Plane { angle: vec![0.0] },
+        ([fs, f0], C),
+    )
 }
 
-/// Runs the program in the folder; returns its output and its warnings.
-///
-/// It must succeed.
+/// The output and the warnings of the program in the folder.
 fn run(folder: &TempDir, arguments: &str) -> [String; 2] {
-    let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
-        .args(arguments.split(' '))
-        .current_dir(folder.path())
-        .output()
-        .unwrap();
-    let [out, err] = [output.stdout, output.stderr].map(|b| String::from_utf8(b).unwrap());
-    assert!(output.status.success(), "{arguments}: {err}");
-    [out, err]
+    succeeded(&mut program(folder, arguments))
 }
 
 fn peak(folder: &TempDir) -> f32 {
-    let lines = BeamformedLines::read(&folder.path().join("lines.npz")).unwrap();
+    let lines = folder.lines("lines.npz");
     lines.z.iter().map(|z| z.norm()).fold(0.0, f32::max)
 }
 
@@ -72,7 +57,7 @@ fn a_probe_of_any_frequency_keeps_its_band() {
         let das = "beamform data.npz -o lines.npz --method das";
         let [printed, warned] = run(&folder, das);
         assert_eq!(warned, "");
-        let lines = BeamformedLines::read(&folder.path().join("lines.npz")).unwrap();
+        let lines = folder.lines("lines.npz");
         assert_eq!(lines.fs, 4.0 * f0);
         let rate = format!("at {} MHz (4.000 f0)", 4.0 * f0 / 1e6);
         assert!(printed.contains(&rate), "{printed}");
@@ -110,7 +95,7 @@ fn a_record_of_few_samples_a_period_is_reported() {
             .write(&folder.path().join("data.npz"))
             .unwrap();
         let [_, warned] = run(&folder, "beamform data.npz -o lines.npz --method das");
-        let lines = BeamformedLines::read(&folder.path().join("lines.npz")).unwrap();
+        let lines = folder.lines("lines.npz");
         assert_eq!(lines.fs, rate * 6e6);
         assert_eq!(
             warned.contains("bandpass-sampled"),
@@ -150,9 +135,9 @@ fn images_have_square_pixels_and_no_margin() {
                         --dynamic-range 300";
         for (flags, longer) in [("", 512), (" --columns 101", 0), (" --rows 300", 0)] {
             run(&folder, &format!("{beamform}{flags}"));
-            let pixels = image::read(&folder.path().join("image.npy")).unwrap();
+            let pixels = folder.image("image.npy");
             let (rows, columns) = pixels.dim();
-            let lines = BeamformedLines::read(&folder.path().join("lines.npz")).unwrap();
+            let lines = folder.lines("lines.npz");
             let width = lines.beam_x[lines.beam_x.len() - 1] - lines.beam_x[0];
             let height = C * (lines.z.ncols() - 1) as f64 / lines.fs / 2.0;
             let expected = (columns - 1) as f64 * height / width;

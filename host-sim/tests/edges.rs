@@ -1,44 +1,32 @@
 //! Limits and signals of the system, special files, and the environment.
 
 use crate::common::channel_data_without;
-use crate::common::program::{BEAMFORM, DATA, USAGE, folder_with_channel_data, names};
+use crate::common::program::{
+    BEAMFORM, DATA, Folder, USAGE, ended, folder_with_channel_data, names, program, run, shell,
+    succeeded,
+};
 use std::fs;
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 use tempfile::{TempDir, tempdir};
 
-/// The program in a folder, by a line of the shell; `$0` is its name.
-fn shell(folder: &TempDir, script: &str) -> Command {
-    let mut command = Command::new("sh");
-    command
-        .args(["-c", script, env!("CARGO_BIN_EXE_host-sim")])
-        .current_dir(folder.path())
-        .env_remove("RUST_BACKTRACE")
-        .stdin(Stdio::null());
-    command
-}
-
-fn message_of(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).unwrap()
-}
-
-/// Whether a run succeeded, or was refused in one line and left nothing.
-fn whole_or_refused(folder: &TempDir, script: &str) -> bool {
+/// The message of a run that was refused in one line and left nothing; `None` if it succeeded.
+fn refusal(folder: &TempDir, script: &str) -> Option<String> {
     let before = names(folder.path());
-    let output = shell(folder, script).output().unwrap();
-    let message = message_of(&output);
-    if output.status.success() {
+    let (status, _, message) = ended(&mut shell(folder, script));
+    if status == 0 {
         for name in names(folder.path()) {
             if !before.contains(&name) {
                 fs::remove_file(folder.path().join(name)).unwrap();
             }
         }
-        return true;
+        return None;
     }
-    assert_eq!(output.status.code(), Some(DATA), "{script}: {message}");
+    assert!(message.starts_with("host-sim: "), "{script}: {message}");
+    assert_eq!(status, DATA, "{script}: {message}");
     assert_eq!(message.lines().count(), 1, "{script}: {message}");
     assert_eq!(names(folder.path()), before, "{script}: {message}");
-    false
+    Some(message)
 }
 
 /// Any limit of address space: a run succeeds, or fails in one line.
@@ -57,10 +45,8 @@ fn any_limit_of_memory_is_one_line_and_leaves_nothing() {
     ] {
         let run = |mb: u64| {
             let beamform = format!("beamform data.npz -o lines.npz {arguments}");
-            whole_or_refused(
-                &folder,
-                &format!("ulimit -v {}; exec \"$0\" {beamform}", mb << 10),
-            )
+            let script = format!("ulimit -v {}; exec \"$0\" {beamform}", mb << 10);
+            refusal(&folder, &script).is_none()
         };
         let outcomes: Vec<bool> = (40..most).step_by(71).map(run).collect();
         assert!(
@@ -143,18 +129,32 @@ fn every_signal_that_ends_the_program_leaves_nothing() {
     // The parent process may ignore a signal, as nohup does.
     let folder = folder_with_channel_data();
     let script = format!("trap '' HUP; \"$0\" {BEAMFORM} & sleep 0.01; kill -1 $!; wait $!");
-    let output = shell(&folder, &script).output().unwrap();
-    assert!(output.status.success(), "{}", message_of(&output));
+    succeeded(&mut shell(&folder, &script));
 }
 
-/// The program itself ignores the signal of a file too large, without the shell.
+/// An output that does not fit. The program itself ignores the signal of a file too large, without the shell.
+///
+/// The shell's limit on the size of a file stands in for a full disk: 64 blocks of 512 or 1024 bytes.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_limit_of_file_size_is_an_error() {
     let folder = folder_with_channel_data();
-    let script =
-        "ulimit -f 64; exec \"$0\" beamform data.npz -o lines.npz --image big.npy --rows 512";
-    assert!(!whole_or_refused(&folder, script));
+    folder.works("beamform data.npz -o lines.npz --line-count 1000");
+    for arguments in [
+        "simulate point --beams 3 -o big.npz",
+        "beamform data.npz -o other.npz --image big.npy --rows 512",
+        "convert lines.npz -o big.npz",
+        "convert lines.npz -o big.hdf5",
+        "convert lines.npz -o big.uff",
+    ] {
+        for ignored in ["", "trap '' XFSZ; "] {
+            let script = format!("{ignored}ulimit -f 64; exec \"$0\" {arguments}");
+            let message = refusal(&folder, &script).expect("a refusal");
+            for part in ["big.", "cannot be written", "File too large"] {
+                assert!(message.contains(part), "{message}");
+            }
+        }
+    }
 }
 
 #[cfg(target_os = "linux")]
@@ -162,28 +162,12 @@ fn a_limit_of_file_size_is_an_error() {
 fn leftovers_of_processes_that_are_gone_are_removed() {
     let folder = folder_with_channel_data();
     let left = |name: &String| name.starts_with(".host-sim");
-    // A run that ends before the kill leaves nothing.
-    let killed_in_time = || {
-        let mut gone = with_temporary_file(&folder);
-        gone.kill().unwrap();
-        gone.wait().unwrap();
-        names(folder.path()).iter().any(left)
-    };
-    assert!((0..20).any(|_| killed_in_time()));
+    fs::write(folder.path().join(".host-sim-1-7"), "of a killed run").unwrap();
     // The temporary file of another run that goes on, and files with similar names.
-    let other = tempdir().unwrap();
-    fs::copy(
-        folder.path().join("data.npz"),
-        other.path().join("data.npz"),
-    )
-    .unwrap();
     let held = fs::File::create(folder.path().join(".host-sim-1-0")).unwrap();
     held.lock().unwrap();
     fs::write(folder.path().join(".host-sim-notes"), "mine").unwrap();
-    let output = shell(&folder, &format!("exec \"$0\" {BEAMFORM}"))
-        .output()
-        .unwrap();
-    assert!(output.status.success(), "{}", message_of(&output));
+    succeeded(&mut program(&folder, BEAMFORM));
     let found: Vec<String> = names(folder.path()).into_iter().filter(left).collect();
     assert_eq!(found, [".host-sim-1-0", ".host-sim-notes"]);
 }
@@ -197,9 +181,7 @@ fn names_are_reported_without_escape_sequences() {
     fs::write(folder.path().join("list"), name).unwrap();
     for command in ["info \"$f\"", "beamform \"$f\" -o lines.npz --json"] {
         let script = format!("f=$(cat list); exec \"$0\" {command}");
-        let output = shell(&folder, &script).output().unwrap();
-        assert!(output.status.success(), "{}", message_of(&output));
-        let text = String::from_utf8(output.stdout).unwrap();
+        let [text, _] = succeeded(&mut shell(&folder, &script));
         let control = |c: char| c.is_control() && c != '\n';
         assert!(!text.contains(control), "{command}: {text:?}");
         let first = text.lines().next().unwrap();
@@ -207,26 +189,6 @@ fn names_are_reported_without_escape_sequences() {
             first.contains("[31mb\\nc") && first.contains(".npz"),
             "{command}: {first}"
         );
-    }
-}
-
-#[cfg(target_os = "linux")]
-#[test]
-fn a_small_stack_is_enough_and_little_memory_is_one_line() {
-    let folder = folder_with_channel_data();
-    let script = format!("ulimit -s 64; exec \"$0\" {BEAMFORM}");
-    let output = shell(&folder, &script).output().unwrap();
-    assert!(output.status.success(), "{}", message_of(&output));
-    for kind in ["vertebra-3d", "laminae", "vertebra"] {
-        for kilobytes in [70_000, 100_000, 140_000, 180_000, 220_000] {
-            let script =
-                format!("ulimit -v {kilobytes}; exec \"$0\" simulate {kind} -o a.npz --threads 1");
-            let output = shell(&folder, &script).output().unwrap();
-            let message = message_of(&output);
-            assert_eq!(output.status.code(), Some(DATA), "{script}: {message}");
-            assert_eq!(message.lines().count(), 1, "{script}: {message}");
-            assert!(message.contains("the record needs"), "{script}: {message}");
-        }
     }
 }
 
@@ -239,17 +201,15 @@ fn environment_variables_of_threads_are_checked() {
     ] {
         for value in values {
             let script = format!("{name}={value} exec \"$0\" {BEAMFORM}");
-            let output = shell(&folder, &script).output().unwrap();
-            let message = message_of(&output);
-            assert_eq!(output.status.code(), Some(USAGE), "{script}: {message}");
+            let (status, _, message) = ended(&mut shell(&folder, &script));
+            assert_eq!(status, USAGE, "{script}: {message}");
             let expected = format!("host-sim: {name} is {value}; expected ");
             assert!(message.starts_with(&expected), "{script}: {message}");
             assert_eq!(names(folder.path()), ["data.npz"]);
         }
     }
     let script = format!("RAYON_NUM_THREADS=3 RUST_MIN_STACK=4194304 exec \"$0\" {BEAMFORM}");
-    let output = shell(&folder, &script).output().unwrap();
-    assert!(output.status.success(), "{}", message_of(&output));
+    succeeded(&mut shell(&folder, &script));
 }
 
 /// SonixDAQ samples have 16 bits in files and 32 in memory: both are counted.
@@ -274,21 +234,41 @@ fn raw_bytes_of_a_sonix_daq_are_asked_for() {
                 --variable pitch=0.3e-3 --variable tx_angle=0";
     let refused_within = |mb: u64| {
         let script = format!("ulimit -v {}; exec \"$0\" {info} --threads 1", mb << 10);
-        let output = shell(&folder, &script).output().unwrap();
-        assert_eq!(
-            message_of(&output).lines().count(),
-            1,
-            "{}",
-            message_of(&output)
-        );
-        assert_eq!(
-            output.status.code(),
-            Some(DATA),
-            "{mb} MB: {}",
-            message_of(&output)
-        );
+        let (status, _, message) = ended(&mut shell(&folder, &script));
+        assert_eq!(message.lines().count(), 1, "{message}");
+        assert_eq!(status, DATA, "{mb} MB: {message}");
     };
     (40..460).step_by(20).for_each(refused_within);
+}
+
+#[test]
+fn the_data_of_these_tests_are_good_where_they_are_not_spoilt() {
+    let folder = folder_with_channel_data();
+    for method in [
+        "das",
+        "mv",
+        "esmv --rank 1",
+        "esmv --beta 0.1",
+        "esmv-rank1",
+    ] {
+        let (code, message) = run(&folder, &format!("{BEAMFORM} --method {method}"));
+        assert_eq!((code, message.as_str()), (0, ""));
+    }
+    assert_eq!(
+        names(folder.path()),
+        [
+            "data.npz",
+            "lines.npz",
+            "lines.npz.config.toml",
+            "lines.png"
+        ]
+    );
+    let (code, message) = run(
+        &folder,
+        "phase-symmetry lines.png --pad -o ps.npy --image ps.png",
+    );
+    assert_eq!((code, message.as_str()), (0, ""));
+    assert!(folder.path().join("ps.npy.config.toml").exists());
 }
 
 /// A workflow names each action by its commit, which cannot move.

@@ -14,10 +14,10 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use common::channel_data_without;
+use common::program::{DATA, program, shell};
 use ndarray::Array3;
 use tempfile::{TempDir, tempdir};
 
-const DATA: i32 = 1;
 /// The outputs of a run, in order.
 const OUTPUTS: [&str; 3] = ["image.npy", "lines.npz", "lines.npz.config.toml"];
 /// Number of moments of a run at which a fault is tried.
@@ -48,9 +48,7 @@ fn command(method: &str) -> String {
 }
 
 fn start(folder: &Path, method: &str) -> Child {
-    Command::new(env!("CARGO_BIN_EXE_host-sim"))
-        .args(command(method).split(' '))
-        .current_dir(folder)
+    program(folder, &command(method))
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
@@ -94,12 +92,23 @@ impl Runs {
         runs
     }
 
+    /// Of a folder without earlier outputs.
+    fn fresh() -> Self {
+        Runs {
+            old: Files::new(),
+            ..Runs::new()
+        }
+    }
+
     fn path(&self) -> &Path {
         self.folder.path()
     }
 
     /// The folder after the earlier run.
     fn reset(&self) {
+        for (name, _) in files(self.path()) {
+            fs::remove_file(self.path().join(name)).unwrap();
+        }
         for (name, bytes) in &self.old {
             fs::write(self.path().join(name), bytes).unwrap();
         }
@@ -138,8 +147,13 @@ impl Runs {
 
 #[test]
 fn a_signal_at_any_moment() {
-    let runs = Runs::new();
-    for (signal, status) in [("INT", 130), ("TERM", 143)] {
+    let (over, fresh) = (Runs::new(), Runs::fresh());
+    for (runs, signal, status) in [
+        (&over, "INT", 130),
+        (&over, "TERM", 143),
+        (&fresh, "INT", 130),
+        (&fresh, "TERM", 143),
+    ] {
         let mut caught = 0;
         for moment in 0..MOMENTS {
             runs.reset();
@@ -172,16 +186,9 @@ fn a_file_that_grows_no_further() {
     // The image has 7813 blocks of 512 bytes and the lines have a few.
     for blocks in [0, 1, 2, 3, 5, 8, 100, 1000, 7000, 7812, 20_000] {
         runs.reset();
-        let program = env!("CARGO_BIN_EXE_host-sim");
-        let script = format!(
-            "trap '' XFSZ; ulimit -f {blocks}; exec '{program}' {}",
-            command("mv")
-        );
-        let output = Command::new("sh")
-            .args(["-c", &script])
-            .current_dir(runs.path())
-            .output()
-            .unwrap();
+        let run = command("mv");
+        let script = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$0\" {run}");
+        let output = shell(runs.path(), &script).output().unwrap();
         let found = files(runs.path());
         let what = format!("{blocks} blocks");
         succeeded += usize::from(runs.check(&output, &found, &[DATA], &what));
@@ -304,9 +311,7 @@ fn a_folder_that_goes_away() {
     for moment in 0..MOMENTS {
         let gone = runs.path().join("gone");
         fs::create_dir_all(&gone).unwrap();
-        let child = Command::new(env!("CARGO_BIN_EXE_host-sim"))
-            .args(arguments.split(' '))
-            .current_dir(runs.path())
+        let child = program(runs.path(), arguments)
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();

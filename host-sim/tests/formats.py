@@ -1079,7 +1079,7 @@ def judge(writer, kind, path, *flags, peak=100, least=-0.7):
     check(off < 0.1 and least < level < 0.7, f"{writer}, {kind}: {off:.3f} mm off, {level:.2f} dB")
     named = [re.sub("=.*", "", str(flag)) for flag in flags if flag != "--variable"]
     flags = f" ({' '.join(named)})" if flags else ""
-    conformance.setdefault(kind, {})[writer] = f"{off:.2f}{f', {level + 0.0:.1f}' if peak else ''}{flags}"
+    conformance.setdefault(kind, {})[writer] = f"{off:.2f}{f', {round(level, 1) + 0.0:.1f}' if peak else ''}{flags}"
 
 
 def steered(positions, angles=ANGLES):
@@ -1272,6 +1272,10 @@ def conformance_of_writers():
     ):
         mat5(path, values)
         judge("Verasonics", kind, path, *(["--variable", "buffer=2"] if values is two else []))
+    bare = workspace(rf[:1], delay, passes, TX=steer)
+    del bare["RcvData"]
+    mat5(path, bare)
+    says(["without `RcvData`", "rf=NAME"], "info", path, status=1)
     param = {"fs": FS, "fc": F0, "pitch": PITCH, "c": C}
     of_matlab = lambda samples: samples[0].transpose(2, 1, 0)
     scipy.io.savemat(path, {"RF": of_matlab(rf), "param": dict(param, t0=passes, TXdelay=delay)})
@@ -1382,6 +1386,10 @@ def containers():
         says([name, "h5repack -f GZIP=1"], "info", path, status=1)
     within(lambda file: file.create_dataset("rf", data=rf[0].astype(np.longdouble)))
     says(["is of type f128", "floats of 2, 4 or 8 bytes"], "info", path, status=1)
+    if hasattr(h5py.h5t, "COMPLEX_IEEE_F32LE"):
+        complex_type = h5py.h5t.COMPLEX_IEEE_F32LE
+        within(lambda file: h5py.h5d.create(file.id, b"iq", complex_type, h5py.h5s.create_simple(iq[0].shape)), "iq", libver="latest")
+        says(["HDF5 2.0's own complex type", "pairs of `r` and `i`"], "info", path, status=1)
     octave(path, {"rf": rf[0], **keys("rf")})
     read_alike(path, "rf", rf)
     # Truth values as h5py and numpy write them.
@@ -1538,6 +1546,13 @@ def zea_kinds():
     kind("time of the peak (`t_peak`)", put(track + "t_peak", np.full(3, 1 / F0, np.float32)))
     kind("two-way waveforms", put(track + "waveforms_two_way", np.tile(np.hanning(120) * np.cos(2 * np.pi * F0 * np.arange(120) / 250e6), (3, 1)).astype(np.float32)))
     kind("harmonic", put(track + "demodulation_frequency", np.float32(1.5 * F0)), words=["received frequency"])
+    def halved(file):
+        place = "tracks/track_0/data/raw_data"
+        data = file[place][...]
+        del file[place]
+        file[place] = data[..., 8:24, :]
+
+    kind("fewer channels than elements, without `rx_aperture_indices`", halved, status=1, words=["16 channels of 32 elements"])
     poses = {"translation": np.zeros((4, 3)), "rotation": np.tile([1.0, 0, 0, 0], (4, 1)), "rotation_representation": "quaternion_wxyz", "sampling_frequency": 20.0}
     kind("poses of the probe (`probe_pose`)", lambda file: [file.__setitem__(f"metadata/probe_pose/{name}", value) for name, value in poses.items()], words=["poses of the probe", "not used"])
     kind("gain over depth (`tgc_gain_curve`)", put(track + "tgc_gain_curve", np.ones(9, np.float32)), words=["not used", "keep the gain"])
@@ -1792,6 +1807,7 @@ def messages():
     (folder / "text.mat").write_text("x = 3;\n")
     (folder / "text.uff").write_text("not HDF5\n")
     (folder / "empty.hdf5").write_bytes(b"")
+    (folder / "lines.igs.mha").write_text("ObjectType = Image\nNDims = 3\n")
     scipy.io.savemat(folder / "struct.mat", {"rf": {"data": np.zeros(3)}, **keys("rf")})
     np.save(folder / "array.npy", np.zeros(3))
     with h5py.File(folder / "other.h5", "w") as file:
@@ -1800,6 +1816,7 @@ def messages():
         "missing.mat": "no such file",
         "text.mat": "not the MATLAB file",
         "text.uff": "not the HDF5 file",
+        "lines.igs.mha": "for `sweep` and `info`",
         "empty.hdf5": "HDF5",
         "struct.mat": "rf.data",
         "array.npy": "a single .npy array",

@@ -5,23 +5,21 @@
 use crate::common;
 use crate::common::changed;
 
-use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
-use std::process::Command;
 
 use bonebeam_drive::config::Beamform;
 use bonebeam_drive::frame::beamform_channel_data;
 use bonebeam_files::{ChannelData, FrameSamples, Recording, Samples, Transmits};
 use bonebeam_formats::{RecordingFile, Variables};
-use common::{Npz, channel_data_without, scalar};
+use common::program::{Folder, ended, shell};
+use common::{Npz, channel_data_with, channel_data_without, npy, scalar};
 use ndarray::{Array, Array3, Array4, ArrayD, Axis, ShapeBuilder};
-use ndarray_npy::{NpzReader, WritableElement, WriteNpyExt};
+use ndarray_npy::{WritableElement, WriteNpyExt};
 use num_complex::Complex;
 use tempfile::{TempDir, tempdir};
 use twox_hash::XxHash3_128;
 use zip::CompressionMethod;
-use zip::write::{SimpleFileOptions, ZipWriter};
 
 /// Frames of the large file: 4 MiB each in the file, 8 MiB each in memory.
 const FRAMES: usize = 50;
@@ -32,25 +30,16 @@ const LIMIT: usize = 160_000;
 /// Runs the program on one thread in `limit` kB of memory; returns its output.
 fn run(folder: &TempDir, arguments: &str, limit: Option<usize>) -> Result<String, String> {
     let limit = limit.map_or_else(|| "unlimited".to_owned(), |kilobytes| kilobytes.to_string());
-    let output = Command::new("sh")
-        .arg("-c")
-        .arg(format!("ulimit -v {limit}; exec \"$0\" {arguments}"))
-        .arg(env!("CARGO_BIN_EXE_host-sim"))
-        .env("RAYON_NUM_THREADS", "1")
-        // Address space reserved for another thread would count against the limit.
-        .env("MALLOC_ARENA_MAX", "1")
-        .current_dir(folder.path())
-        .output()
-        .unwrap();
-    match output.status.success() {
-        true => Ok(String::from_utf8(output.stdout).unwrap()),
-        false => Err(String::from_utf8(output.stderr).unwrap()),
+    let mut command = shell(
+        folder,
+        &format!("ulimit -v {limit}; exec \"$0\" {arguments}"),
+    );
+    // Address space reserved for another thread would count against the limit.
+    let single = [("RAYON_NUM_THREADS", "1"), ("MALLOC_ARENA_MAX", "1")];
+    match ended(command.envs(single)) {
+        (0, output, _) => Ok(output),
+        (_, _, message) => Err(message),
     }
-}
-
-fn lines(folder: &TempDir) -> ArrayD<Complex<f32>> {
-    let file = File::open(folder.path().join("lines.npz")).unwrap();
-    NpzReader::new(file).unwrap().by_name("z").unwrap()
 }
 
 /// Numbers without a pattern that repeats from frame to frame.
@@ -64,20 +53,9 @@ fn samples(frame: usize, shape: [usize; 3]) -> Array3<i16> {
 ///
 /// It writes frame by frame, since `rf` may be large.
 fn write(path: &Path, frames: usize, shape: [usize; 3], how: CompressionMethod) {
-    channel_data_without(path, &["rf"]).finish();
-    let file = File::options().read(true).write(true).open(path).unwrap();
-    let mut archive = ZipWriter::new_append(file).unwrap();
-    let options = SimpleFileOptions::default().compression_method(how);
-    archive.start_file("rf.npy", options).unwrap();
-    let mut sink = BufWriter::new(archive);
-    let header = format!(
-        "{{'descr': '<i2', 'fortran_order': False, 'shape': ({frames}, {}, {}, {}), }}\n",
-        shape[0], shape[1], shape[2]
-    );
-    sink.write_all(b"\x93NUMPY\x01\x00").unwrap();
-    sink.write_all(&(header.len() as u16).to_le_bytes())
-        .unwrap();
-    sink.write_all(header.as_bytes()).unwrap();
+    let mut sink = BufWriter::new(channel_data_with(path, "rf", how));
+    let all = format!("({frames}, {}, {}, {})", shape[0], shape[1], shape[2]);
+    sink.write_all(&npy("<i2", &all, &[])).unwrap();
     for frame in 0..frames {
         let samples = samples(frame, shape);
         i16::write_slice(samples.as_slice().unwrap(), &mut sink).unwrap();
@@ -113,7 +91,7 @@ fn a_file_larger_than_memory_is_beamformed_frame_by_frame() {
     };
 
     let printed = run(&folder, &format!("{command} --json"), Some(LIMIT)).unwrap();
-    let z = lines(&folder);
+    let z = folder.frames();
     assert_eq!(z.shape()[0], FRAMES);
     // It is hashed while it is read.
     let json: serde_json::Value = serde_json::from_str(&printed).unwrap();
@@ -220,18 +198,12 @@ fn counts_have_the_lines_of_their_values() {
     let angle = x.iter().map(|x| 100.0 * x).collect();
     for transmits in [focused, Transmits::Plane { angle }] {
         let counts = samples(0, [TRANSMITS, 8, 512]).insert_axis(Axis(0));
-        let mut data = ChannelData {
-            samples: Samples::Counts(counts),
-            fs: 40e6,
-            t0: vec![0.0; TRANSMITS],
-            element_x: element_x.clone(),
-            element_z: None,
-            element_angle: None,
-            c: 1540.0,
-            f0: 5e6,
+        let mut data = ChannelData::linear(
+            Samples::Counts(counts),
+            element_x.clone(),
             transmits,
-            lens_delay: 0.0,
-        };
+            ([40e6, 5e6], 1540.0),
+        );
         let lines = |data: &ChannelData| {
             beamform_channel_data(data, &Beamform::default(), &|_| {}).unwrap()
         };
@@ -247,18 +219,14 @@ fn counts_have_the_lines_of_their_values() {
 fn a_frame_cut_off_is_reported() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("data.npz");
-    let mut npy = Vec::new();
+    let mut short = Vec::new();
     Array4::<f32>::zeros((5, 2, 4, 64))
-        .write_npy(&mut npy)
+        .write_npy(&mut short)
         .unwrap();
-    npy.truncate(npy.len() - 4);
+    short.truncate(short.len() - 4);
     for how in [CompressionMethod::Stored, CompressionMethod::Deflated] {
-        channel_data_without(&path, &["rf"]).finish();
-        let file = File::options().read(true).write(true).open(&path).unwrap();
-        let mut archive = ZipWriter::new_append(file).unwrap();
-        let options = SimpleFileOptions::default().compression_method(how);
-        archive.start_file("rf.npy", options).unwrap();
-        archive.write_all(&npy).unwrap();
+        let mut archive = channel_data_with(&path, "rf", how);
+        archive.write_all(&short).unwrap();
         archive.finish().unwrap();
         let file = RecordingFile::open(&path, &Variables::default()).unwrap();
         file.read(3..4).unwrap();
@@ -297,20 +265,20 @@ fn aligned_data_have_frames() {
     let one = |frame: usize| {
         archive(x.index_axis(Axis(0), frame).to_owned().into_dyn());
         run(&folder, command, None).unwrap();
-        lines(&folder)
+        folder.frames()
     };
     let single = [one(0), one(1), one(2)];
     assert_eq!(single[0].shape(), [2, 20]);
     archive(x.clone().into_dyn());
     let printed = run(&folder, command, None).unwrap();
     assert!(printed.starts_with("3 frames of 2 lines"), "{printed}");
-    let z = lines(&folder);
+    let z = folder.frames();
     assert_eq!(z.shape(), [3, 2, 20]);
     for (frame, single) in single.iter().enumerate() {
         assert_eq!(&z.index_axis(Axis(0), frame), single);
     }
     run(&folder, &format!("{command} --frames 1.."), None).unwrap();
-    assert_eq!(lines(&folder), z.slice_axis(Axis(0), (1..).into()));
+    assert_eq!(folder.frames(), z.slice_axis(Axis(0), (1..).into()));
     let refused = run(&folder, &format!("{command} --frames 3"), None).unwrap_err();
     assert!(refused.contains("frames 0 to 2"), "{refused}");
 }

@@ -25,20 +25,14 @@ fn plane_waves(gains: &[f32]) -> ChannelData {
         let pulse = (-(t * 3e6).powi(2)).exp() * (std::f64::consts::TAU * 4e6 * t).cos();
         gains[k] * pulse as f32
     });
-    ChannelData {
-        samples: Samples::Rf(rf),
-        fs: FS,
-        t0: vec![0.0; gains.len()],
+    ChannelData::linear(
+        Samples::Rf(rf),
         element_x,
-        element_z: None,
-        element_angle: None,
-        c,
-        f0: 4e6,
-        transmits: Transmits::Plane {
+        Transmits::Plane {
             angle: vec![0.0; gains.len()],
         },
-        lens_delay: 0.0,
-    }
+        ([FS, 4e6], c),
+    )
 }
 
 fn das() -> Beamform {

@@ -25,9 +25,8 @@ fn lines_go_into_memory_of_the_caller() {
         Active::new(beam, (4 + sample / 20 + beam % 2).min(elements - beam))
     };
     let parameters = Parameters {
-        method: Method::Mv,
         temporal_half_window: 1,
-        ..Parameters::default()
+        ..Parameters::of(Method::Mv)
     };
     let plan = Plan::new(InstructionSet::detect(), parameters, elements).unwrap();
     let expected = plan.run(x.view(), &active, &|_| {}).unwrap();

@@ -3,9 +3,8 @@
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
 
-use crate::common::program::loads_nothing;
+use crate::common::program::{DATA, Folder, loads_nothing, refused, shell, succeeded};
 use bonebeam_drive::methods::COMPARED;
 use bonebeam_files::image;
 use serde_json::Value;
@@ -41,28 +40,6 @@ depth_end = 44.2e-3
 noise = -40.0
 ";
 
-fn run(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_host-sim"))
-        .args(arguments)
-        .output()
-        .unwrap()
-}
-
-fn succeed(arguments: &[&str]) -> String {
-    let output = run(arguments);
-    let message = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{arguments:?}: {message}");
-    String::from_utf8(output.stdout).unwrap()
-}
-
-fn fail(arguments: &[&str], status: i32) -> String {
-    let output = run(arguments);
-    let message = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(status), "{message}");
-    assert_eq!(message.trim_end().lines().count(), 1, "{message}");
-    message
-}
-
 fn report(folder: &Path) -> Value {
     serde_json::from_slice(&fs::read(folder.join("report.json")).unwrap()).unwrap()
 }
@@ -81,17 +58,8 @@ fn the_quick_main_job_leaves_a_whole_folder() {
     fs::create_dir_all(&out).unwrap();
     fs::write(out.join(".host-sim-1-7"), "left by a killed run").unwrap();
     // Four gigabytes of address space are enough.
-    let output = Command::new("sh")
-        .args([
-            "-c",
-            "ulimit -v 4000000 2>/dev/null; exec \"$0\" --quick --out \"$1\"",
-        ])
-        .args([env!("CARGO_BIN_EXE_host-sim"), out.to_str().unwrap()])
-        .output()
-        .unwrap();
-    let message = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{message}");
-    let text = String::from_utf8(output.stdout).unwrap();
+    let script = "ulimit -v 4000000 2>/dev/null; exec \"$0\" --quick --out deep/out";
+    let [text, _] = succeeded(&mut shell(&folder, script));
     assert!(text.contains("Table I") && text.contains("report.html"));
     loads_nothing(&fs::read_to_string(out.join("report.html")).unwrap());
 
@@ -186,11 +154,10 @@ fn physics(report: &Value) {
 #[test]
 fn the_written_configuration_repeats_the_run_on_any_number_of_threads() {
     let folder = tempdir().unwrap();
-    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let path = |name: &str| folder.path().join(name);
     fs::write(path("small.toml"), SMALL).unwrap();
-    succeed(&["--config", &path("small.toml"), "--out", &path("a")]);
-    let config = path("a/config.toml");
-    succeed(&["--threads", "1", "--config", &config, "--out", &path("b")]);
+    folder.works("--config small.toml --out a");
+    folder.works("--threads 1 --config a/config.toml --out b");
     let files = fs::read_dir(path("a")).unwrap();
     for file in files {
         let name = file.unwrap().file_name().into_string().unwrap();
@@ -202,11 +169,8 @@ fn the_written_configuration_repeats_the_run_on_any_number_of_threads() {
 #[test]
 fn a_folder_that_cannot_be_written_is_reported_before_the_computation() {
     let folder = tempdir().unwrap();
-    let file = folder.path().join("file");
-    fs::write(&file, "").unwrap();
-    for out in [file.clone(), file.join("below")] {
-        let message = fail(&["--quick", "--out", out.to_str().unwrap()], 1);
-        assert!(message.contains("file"), "{message}");
+    fs::write(folder.path().join("file"), "").unwrap();
+    for out in ["file", "file/below"] {
+        refused(&folder, &format!("--quick --out {out}"), DATA, &["file"]);
     }
-    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
 }

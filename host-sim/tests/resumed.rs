@@ -3,16 +3,13 @@
 use crate::common;
 
 use std::fs::{self, File};
-use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use common::channel_data_without;
-use common::program::{names, run};
-use ndarray::{Array4, ArrayD, Axis};
-use ndarray_npy::NpzReader;
-use num_complex::Complex;
+use common::program::{Folder, names, program, run, succeeded};
+use ndarray::{Array4, Axis};
 use tempfile::{TempDir, tempdir};
 
 const FRAMES: usize = 60;
@@ -35,28 +32,15 @@ fn write_frames(folder: &TempDir, offset: f32) {
         .finish();
 }
 
-fn lines(folder: &Path) -> ArrayD<Complex<f32>> {
-    let file = File::open(folder.join("lines.npz")).unwrap();
-    NpzReader::new(file).unwrap().by_name("z").unwrap()
-}
-
 /// Runs the command and returns its JSON and its standard error.
 fn finished(folder: &TempDir) -> (serde_json::Value, String) {
-    let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
-        .args(COMMAND.split(' '))
-        .current_dir(folder.path())
-        .output()
-        .unwrap();
-    let message = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.success(), "{message}");
-    (serde_json::from_slice(&output.stdout).unwrap(), message)
+    let [json, message] = succeeded(&mut program(folder, COMMAND));
+    (serde_json::from_str(&json).unwrap(), message)
 }
 
 /// Starts the command, and kills it when its lines have this number of bytes.
 fn killed(folder: &TempDir, bytes: u64) {
-    let mut child = Command::new(env!("CARGO_BIN_EXE_host-sim"))
-        .args(COMMAND.split(' '))
-        .current_dir(folder.path())
+    let mut child = program(folder, COMMAND)
         .stdout(Stdio::null())
         .spawn()
         .unwrap();
@@ -84,7 +68,7 @@ fn frames_that_were_done_are_not_made_again() {
         (json["resumed_frames"].as_u64(), message.as_str()),
         (Some(0), "")
     );
-    let whole = lines(folder.path());
+    let whole = folder.frames();
     assert_eq!(whole.len_of(Axis(0)), FRAMES);
     let frame = whole.len() / FRAMES * 8 + 4;
     let expected = names(folder.path());
@@ -97,9 +81,9 @@ fn frames_that_were_done_are_not_made_again() {
     let resumed = json["resumed_frames"].as_u64().unwrap();
     assert!((14..FRAMES as u64).contains(&resumed), "{resumed}");
     assert_eq!(message, "");
-    assert_eq!(lines(folder.path()), whole);
+    assert_eq!(folder.frames(), whole);
     assert_eq!(names(folder.path()), expected);
-    let written = fs::read_to_string(folder.path().join("lines.npz.config.toml")).unwrap();
+    let written = folder.text("lines.npz.config.toml");
     let (version, commit) = (env!("CARGO_PKG_VERSION"), json["commit"].as_str().unwrap());
     assert!(written.starts_with(&format!("# host-sim {version}, commit {commit}: beamform")));
     let hash = json["input_xxh128"].as_str().unwrap();
@@ -114,7 +98,7 @@ fn frames_that_were_done_are_not_made_again() {
         code == 0 && message.contains("belongs to another run"),
         "{message}"
     );
-    assert_ne!(lines(folder.path()), whole);
+    assert_ne!(folder.frames(), whole);
     fs::remove_file(folder.path().join("lines.npz")).unwrap();
     killed(&folder, 5 * frame as u64);
     let data = File::options()

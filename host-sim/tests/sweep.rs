@@ -7,7 +7,7 @@ use std::path::Path;
 
 use bonebeam_files::image;
 use bonebeam_tracked::{Matrix, apply, inverse, product};
-use common::program::run;
+use common::program::{Folder, run};
 use ndarray::Array2;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
@@ -164,11 +164,6 @@ fn folder() -> TempDir {
     folder
 }
 
-fn works(folder: &TempDir, arguments: &str) {
-    let (status, message) = run(folder, arguments);
-    assert_eq!(status, 0, "{arguments}: {message}");
-}
-
 /// The rows of a cloud's CSV: frame, line, position, normal, path, confidence.
 fn rows(path: &Path) -> Vec<[f64; 12]> {
     let text = fs::read_to_string(path).unwrap();
@@ -193,10 +188,9 @@ fn points_lie_on_a_shaft_in_the_references_frame() {
     let folder = folder();
     let at = |name: &str| folder.path().join(name);
     let common = "sweep sweep.igs.mha --calibration plus.xml --min-confidence 0.3";
-    works(
-        &folder,
-        &format!("{common} -o a.csv --image views.png --overlay frame.png"),
-    );
+    folder.works(&format!(
+        "{common} -o a.csv --image views.png --overlay frame.png"
+    ));
     let rows = rows(&at("a.csv"));
     let frames: std::collections::BTreeSet<usize> =
         rows.iter().map(|row| row[0] as usize).collect();
@@ -236,10 +230,9 @@ fn points_lie_on_a_shaft_in_the_references_frame() {
     let numbers = text(&calibration()).trim().replace(' ', ",");
     let rest =
         format!("--calibration {numbers} --frames 2..9 --every 3 --crop 20,10,130,230 --threads 1");
-    works(
-        &folder,
-        &format!("sweep sweep.igs.mha -o b.ply --to Tracker --space LPS {rest}"),
-    );
+    folder.works(&format!(
+        "sweep sweep.igs.mha -o b.ply --to Tracker --space LPS {rest}"
+    ));
     let ply = fs::read(at("b.ply")).unwrap();
     let head = String::from_utf8_lossy(&ply[..600]);
     for line in [
@@ -261,8 +254,8 @@ fn points_lie_on_a_shaft_in_the_references_frame() {
     let back = apply(&inverse(&reference()).unwrap(), first);
     assert!((length(from_axis(back)) - RADIUS).abs() < 1.0);
 
-    works(&folder, &format!("{common} -o c.vtp"));
-    works(&folder, &format!("{common} -o c.mrk.json"));
+    folder.works(&format!("{common} -o c.vtp"));
+    folder.works(&format!("{common} -o c.mrk.json"));
     let vtp = fs::read_to_string(at("c.vtp")).unwrap();
     assert!(vtp.contains("Name=\"SPACE\" NumberOfTuples=\"1\" format=\"ascii\">\n82\n65\n83\n0\n"));
     let markups: serde_json::Value =
@@ -301,14 +294,10 @@ fn a_folder_of_pngs_gives_the_points_of_the_same_sweep() {
         .take(3)
         .for_each(|row| row[..2].iter_mut().for_each(|value| *value /= PIXEL));
     fs::write(folder.path().join("rigid.txt"), text(&rigid)).unwrap();
-    works(
-        &folder,
+    folder.works(
         "sweep pngs --pose-unit m --calibration rigid.txt --pixel-size 0.00015 -o a.csv --join 0",
     );
-    works(
-        &folder,
-        "sweep sweep.igs.mha --calibration plus.xml --frames 0..6 -o b.csv --join 0",
-    );
+    folder.works("sweep sweep.igs.mha --calibration plus.xml --frames 0..6 -o b.csv --join 0");
     let [a, b] = ["a.csv", "b.csv"].map(|name| rows(&folder.path().join(name)));
     let a: Vec<_> = a
         .into_iter()

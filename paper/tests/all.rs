@@ -8,4 +8,8 @@ mod killed;
 mod pages;
 mod paper;
 mod registration;
+#[path = "../../host-sim/tests/common/runs.rs"]
+mod runs;
 mod tune;
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_bonebeam-paper");

@@ -1,46 +1,30 @@
 //! `bonebeam-paper golden`, and the main job with its references.
 
+use crate::runs::{DATA, USAGE, ended, program, succeeded};
 use std::fs;
-use std::process::Command;
 
 #[test]
 fn the_command_ends_with_1_where_a_file_differs() {
     let folder = tempfile::tempdir().expect("a folder");
-    let run = |arguments: &[&str]| {
-        Command::new(env!("CARGO_BIN_EXE_bonebeam-paper"))
-            .arg("golden")
-            .args(arguments)
-            .current_dir(folder.path())
-            .output()
-            .expect("a run")
-    };
-    assert!(run(&["-o", "vectors"]).status.success());
-    assert!(run(&["--check", "vectors"]).status.success());
+    let run = |arguments: &str| ended(&mut program(&folder, arguments));
+    assert_eq!(run("golden -o vectors").0, 0);
+    assert_eq!(run("golden --check vectors").0, 0);
     let file = folder.path().join("vectors/covariance.out.hex");
     fs::write(&file, "00\n").expect("written");
-    let output = run(&["--check", "vectors"]);
-    assert_eq!(output.status.code(), Some(1));
-    let text = String::from_utf8_lossy(&output.stdout);
-    assert!(
-        text.contains("DIFFERS covariance.out.hex: word 0 is 00; expected "),
-        "{text}"
-    );
-    let nothing = run(&["--check", "."]);
-    assert_eq!(nothing.status.code(), Some(1));
-    assert!(String::from_utf8_lossy(&nothing.stderr).contains("holds no golden vectors"));
-    assert_eq!(run(&[]).status.code(), Some(2));
+    let (status, text, _) = run("golden --check vectors");
+    assert_eq!(status, DATA);
+    let differs = "DIFFERS covariance.out.hex: word 0 is 00; expected ";
+    assert!(text.contains(differs), "{text}");
+    let (status, _, message) = run("golden --check .");
+    assert_eq!(status, DATA);
+    assert!(message.contains("holds no golden vectors"), "{message}");
+    assert_eq!(run("golden").0, USAGE);
 }
 
 #[test]
 fn the_main_job_agrees_with_the_references() {
     let folder = tempfile::tempdir().expect("a folder");
-    let output = Command::new(env!("CARGO_BIN_EXE_bonebeam-paper"))
-        .args(["--references", "--quick", "--out", "."])
-        .current_dir(folder.path())
-        .output()
-        .expect("a run");
-    let message = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{message}");
+    succeeded(&mut program(&folder, "--references --quick --out ."));
     let text = fs::read(folder.path().join("report.json")).expect("a report");
     let report: serde_json::Value = serde_json::from_slice(&text).expect("JSON");
     assert_eq!(report["checks_passed"], true);

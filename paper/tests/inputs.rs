@@ -2,33 +2,11 @@
 
 use std::fs;
 use std::os::unix::fs::symlink;
-use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::time::{Duration, Instant};
 
+use crate::runs::refused;
 use tempfile::tempdir;
-
-/// Asserts that a run fails in one line with these words, and leaves no file.
-fn fails(folder: &Path, arguments: &str, status: i32, words: &[&str]) {
-    let files = || fs::read_dir(folder).unwrap().count();
-    let before = files();
-    // A pipe without a writer would wait for ever.
-    let script = format!("ulimit -v 4000000; exec timeout 60 \"$0\" {arguments}");
-    let output = Command::new("sh")
-        .args(["-c", &script, env!("CARGO_BIN_EXE_bonebeam-paper")])
-        .current_dir(folder)
-        .stdin(Stdio::null())
-        .output()
-        .unwrap();
-    let message = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(status), "{arguments}: {message}");
-    assert!(message.starts_with("host-sim: "), "{arguments}: {message}");
-    assert_eq!(message.lines().count(), 1, "{arguments}: {message}");
-    for word in words {
-        assert!(message.contains(word), "{arguments}: {word}: {message}");
-    }
-    assert_eq!(files(), before, "{arguments}");
-}
 
 #[test]
 fn inputs_that_are_no_regular_file_are_refused() {
@@ -46,7 +24,7 @@ fn inputs_that_are_no_regular_file_are_refused() {
             ("paper --claims --merge FILE.json -o out", 1),
         ] {
             let arguments = arguments.replace("FILE", stem);
-            fails(folder.path(), &arguments, status, &["not a regular file"]);
+            refused(&folder, &arguments, status, &["not a regular file"]);
         }
     }
 }
@@ -61,7 +39,7 @@ fn configurations_and_reports_have_a_largest_size() {
         let file = fs::File::create(folder.path().join(name)).unwrap();
         file.set_len(length).unwrap();
         let arguments = format!("paper {arguments} -o out");
-        fails(folder.path(), &arguments, status, &[name, "too large"]);
+        refused(&folder, &arguments, status, &[name, "too large"]);
     }
 }
 
@@ -84,7 +62,7 @@ fn reports_to_merge_are_checked_before_anything_is_computed() {
         fs::write(folder.path().join("report.json"), text).unwrap();
         let begin = Instant::now();
         let paper = "paper --quick --claims --merge report.json -o out";
-        fails(folder.path(), paper, 1, &["report.json", part]);
+        refused(&folder, paper, 1, &["report.json", part]);
         assert!(begin.elapsed() < Duration::from_secs(5), "{text}");
     }
 }

@@ -2,36 +2,18 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
 
 use crate::killed::kill_after;
 use crate::pages::loads_nothing;
+use crate::runs::{DATA, USAGE, program, refused, succeeded};
 use serde_json::Value;
 use tempfile::tempdir;
-
-fn run(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_bonebeam-paper"))
-        .arg("paper")
-        .args(arguments)
-        .output()
-        .unwrap()
-}
-
-fn fail(arguments: &[&str], status: i32) -> String {
-    let output = run(arguments);
-    let message = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(status), "{message}");
-    assert_eq!(message.trim_end().lines().count(), 1, "{message}");
-    message
-}
 
 #[test]
 fn a_quick_figure_leaves_one_page_that_holds_its_pictures() {
     let folder = tempdir().unwrap();
     let out = folder.path().join("paper");
-    let output = run(&["--quick", "--figure", "2", "-o", out.to_str().unwrap()]);
-    let message = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{message}");
+    succeeded(&mut program(&folder, "paper --quick --figure 2 -o paper"));
 
     let page = fs::read_to_string(out.join("report.html")).unwrap();
     // The page needs no other file, so it can be sent alone.
@@ -67,7 +49,7 @@ fn a_quick_figure_leaves_one_page_that_holds_its_pictures() {
 
 #[test]
 fn help_has_examples_that_name_real_flags() {
-    let text = String::from_utf8(run(&["--help"]).stdout).unwrap();
+    let [text, _] = succeeded(&mut program(".", "paper --help"));
     let (flags, examples) = text.split_once("Examples:").expect("examples");
     let words = examples.split_whitespace();
     for word in words.filter(|word| word.starts_with("--")) {
@@ -77,37 +59,41 @@ fn help_has_examples_that_name_real_flags() {
 
 #[test]
 fn what_cannot_be_reproduced_is_refused_with_what_can() {
-    let message = fail(&["--figure", "99"], 2);
-    assert!(
-        message.contains("--figure 99") && message.contains("can: 2, 3, "),
-        "{message}"
-    );
-    let message = fail(&["--table", "2"], 2);
-    assert!(message.contains("--table 2"), "{message}");
-    let message = fail(&["--merge", "no-such-report.json"], 1);
-    assert!(message.contains("no-such-report.json"), "{message}");
+    let folder = tempdir().unwrap();
     // A flag without an effect is an error.
-    for [wanted, number, flag, word, concerns] in [
-        ["--figure", "4", "--only", "tissue", "it has on claims"],
-        ["--table", "1", "--merge", "report.json", "it has on claims"],
-        [
-            "--figure",
-            "10",
-            "--mesh",
-            "bone.ply",
-            "it has on vertebra_in_tissue, water_bath, claims",
-        ],
-        [
-            "--figure",
-            "2",
-            "--keep",
-            "kept",
-            "it has on vertebra_in_tissue, ",
-        ],
+    for (arguments, status, words) in [
+        ("--figure 99", USAGE, ["--figure 99", "can: 2, 3, "]),
+        ("--table 2", USAGE, ["--table 2", ""]),
+        (
+            "--merge no-such-report.json",
+            DATA,
+            ["no-such-report.json", ""],
+        ),
+        (
+            "--figure 4 --only tissue",
+            USAGE,
+            ["--only has no effect on ", "it has on claims"],
+        ),
+        (
+            "--table 1 --merge report.json",
+            USAGE,
+            ["--merge has no effect on ", "it has on claims"],
+        ),
+        (
+            "--figure 10 --mesh bone.ply",
+            USAGE,
+            [
+                "--mesh has no effect on ",
+                "it has on vertebra_in_tissue, water_bath, claims",
+            ],
+        ),
+        (
+            "--figure 2 --keep kept",
+            USAGE,
+            ["--keep has no effect on ", "it has on vertebra_in_tissue, "],
+        ),
     ] {
-        let message = fail(&[wanted, number, flag, word], 2);
-        let expected = [format!("{flag} has no effect on "), concerns.into()];
-        assert!(expected.iter().all(|e| message.contains(e)), "{message}");
+        refused(&folder, &format!("paper {arguments}"), status, &words);
     }
 }
 
@@ -136,34 +122,24 @@ median = true
 #[test]
 fn runs_of_other_bones_are_judged_together() {
     let folder = tempdir().unwrap();
-    let path_of = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
-    fs::write(path_of("claims.toml"), ONE_SCENE).unwrap();
-    let scenes = |out: &str, more: &[&str]| -> Vec<Value> {
-        let (config, out) = (path_of("claims.toml"), path_of(out));
-        let first = ["--claims", "--config", &config, "-o", &out];
-        let output = run(&[&first[..], more].concat());
-        let message = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success(), "{message}");
-        let text = fs::read_to_string(format!("{out}/report.json")).unwrap();
+    fs::write(folder.path().join("claims.toml"), ONE_SCENE).unwrap();
+    let scenes = |out: &str, more: &str| -> Vec<Value> {
+        let command = format!("paper --claims --config claims.toml -o {out} {more}");
+        succeeded(&mut program(&folder, &command));
+        let text = fs::read_to_string(folder.path().join(out).join("report.json")).unwrap();
         let report: Value = serde_json::from_str(&text).unwrap();
         assert!(!report["verdicts"].as_array().unwrap().is_empty());
         report["claims"]["scenes"].as_array().unwrap().clone()
     };
-    let kept = path_of("kept");
-    let first = scenes("first", &["--seed", "1", "--keep", &kept]);
-    let report = path_of("first/report.json");
-    let both = scenes(
-        "both",
-        &["--seed", "2", "--keep", &kept, "--merge", &report],
-    );
+    let first = scenes("first", "--seed 1 --keep kept");
+    let both = scenes("both", "--seed 2 --keep kept --merge first/report.json");
     assert_eq!((first.len(), both.len()), (1, 2));
     assert_eq!(both[0], first[0], "a merged scene is as it was");
     assert_eq!(both[1]["bone"], 2);
     assert_ne!(both[1]["beamformers"], both[0]["beamformers"]);
     // The kept scene is the computed one.
-    assert_eq!(scenes("again", &["--seed", "1", "--keep", &kept]), first);
-    let message = fail(&["--claims", "--only", "oil"], 2);
-    assert!(message.contains("--only oil"), "{message}");
+    assert_eq!(scenes("again", "--seed 1 --keep kept"), first);
+    refused(&folder, "paper --claims --only oil", USAGE, &["--only oil"]);
 }
 
 /// The water bath with few beams, few and thin slices, large pixels and voxels.
@@ -200,13 +176,11 @@ median = true
 #[test]
 fn the_water_bath_goes_from_ct_to_table_one_also_after_an_end() {
     let folder = tempdir().unwrap();
-    let config = folder.path().join("bath.toml");
-    fs::write(&config, SMALL_BATH).unwrap();
     let path_of = |name: &str| folder.path().join(name);
-    let arguments = |out: &Path| {
-        let names = [&config, out].map(|path| path.to_str().unwrap().to_owned());
-        let [config, out] = names;
-        ["paper", "--figure", "4", "--config", &config, "-o", &out].map(String::from)
+    fs::write(path_of("bath.toml"), SMALL_BATH).unwrap();
+    let run = |out: &str| {
+        let command = format!("paper --figure 4 --config bath.toml -o {out}");
+        program(&folder, &command)
     };
     let killed = path_of("killed");
     let kept = killed.join(".kept");
@@ -215,25 +189,19 @@ fn the_water_bath_goes_from_ct_to_table_one_also_after_an_end() {
         let done = all.filter(|entry| entry.path().extension().is_some_and(|e| e == "npz"));
         done.count()
     };
-    let mut command = Command::new(env!("CARGO_BIN_EXE_bonebeam-paper"));
-    kill_after(command.args(arguments(&killed)), recordings, 3);
+    kill_after(&mut run("killed"), recordings, 3);
     assert!(!killed.join("report.json").exists());
-    let finished = |out: &Path| {
-        let output = Command::new(env!("CARGO_BIN_EXE_bonebeam-paper"))
-            .args(arguments(out))
-            .output()
-            .unwrap();
-        let message = String::from_utf8(output.stderr).unwrap();
-        assert!(output.status.success(), "{message}");
+    let finished = |out: &str| {
+        let [_, message] = succeeded(&mut run(out));
         // Without a terminal each step prints a line.
         assert!(
             message.contains("host-sim: water bath: CT: 0 %\n"),
             "{message}"
         );
     };
-    finished(&killed);
+    finished("killed");
     assert!(!kept.exists(), "what was kept goes when the run is done");
-    finished(&path_of("whole"));
+    finished("whole");
     for file in ["report.json", "numbers.csv", "config.toml", "report.html"] {
         let [a, b] = [&killed, &path_of("whole")].map(|out| fs::read(out.join(file)).unwrap());
         assert!(a == b, "{file}");

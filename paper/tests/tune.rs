@@ -1,13 +1,13 @@
 //! `bonebeam-paper tune` from the command to its folder.
 
 use std::fs;
-use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Command;
 
 use crate::killed::kill_after;
+use crate::runs::{program, run, succeeded};
 use host_sim::config::Config;
 use serde_json::Value;
-use tempfile::tempdir;
+use tempfile::{TempDir, tempdir};
 
 /// A small array over few beams.
 const SCANNER: &str = "\
@@ -26,20 +26,8 @@ noise = -60.0
 search_end = 35e-3
 ";
 
-fn tune(folder: &Path, arguments: &str) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_bonebeam-paper"));
-    command
-        .arg("tune")
-        .args(arguments.split(' '))
-        .current_dir(folder);
-    command
-}
-
-fn finished(folder: &Path, arguments: &str) -> Output {
-    let output = tune(folder, arguments).output().unwrap();
-    let message = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{message}");
-    output
+fn tune(folder: &TempDir, arguments: &str) -> Command {
+    program(folder, &format!("tune {arguments}"))
 }
 
 /// Killed in the search and started again: the files of an uninterrupted run.
@@ -59,7 +47,7 @@ fn a_run_that_was_killed_goes_on_to_the_same_bytes() {
         all.filter(|entry| named(&entry.file_name().to_string_lossy()))
             .count()
     };
-    let mut command = tune(folder.path(), &arguments("killed"));
+    let mut command = tune(&folder, &arguments("killed"));
     kill_after(&mut command, scores, 4);
     assert!(!at("killed/report.json").exists());
     // Damaged recordings are made again, and what else is left is removed.
@@ -70,14 +58,13 @@ fn a_run_that_was_killed_goes_on_to_the_same_bytes() {
     }
     let left = at("killed/.host-sim-1-7");
     fs::write(&left, "left by a killed run").unwrap();
-    let output = finished(folder.path(), &arguments("killed"));
+    let [table, _] = succeeded(&mut tune(&folder, &arguments("killed")));
     assert!(
         !kept.exists() && !left.exists(),
         "what was kept goes when the run is done"
     );
-    let table = String::from_utf8(output.stdout).unwrap();
     assert!(table.contains("mv, tuned together"), "{table}");
-    finished(folder.path(), &arguments("whole"));
+    succeeded(&mut tune(&folder, &arguments("whole")));
     for file in ["tuned.toml", "report.json", "evaluations.csv"] {
         let [a, b] = ["killed", "whole"].map(|out| fs::read(at(out).join(file)).unwrap());
         assert!(a == b, "{file}");
@@ -118,9 +105,8 @@ fn what_cannot_be_tuned_is_refused_with_what_can() {
         ("-o out --docs none.md", "none.md"),
         ("--quick", "--output"),
     ] {
-        let output = tune(folder.path(), arguments).output().unwrap();
-        let message = String::from_utf8(output.stderr).unwrap();
-        assert!(!output.status.success(), "{arguments}");
+        let (status, message) = run(&folder, &format!("tune {arguments}"));
+        assert!(status != 0, "{arguments}");
         assert!(message.contains(words), "{arguments}: {message}");
         assert_eq!(message.trim_end().lines().count(), 1, "{message}");
         assert!(!folder.path().join("out").exists(), "{arguments}");

@@ -89,10 +89,7 @@ pub fn defaults() -> PyResult<String> {
 /// They hold the keys of each section, and an example of every method, postfilter, apodization and parameter of the core.
 #[pyfunction]
 pub fn tables() -> PyResult<String> {
-    let methods = Method::EXAMPLES.map(|method| Parameters {
-        method,
-        ..Parameters::DEFAULT
-    });
+    let methods = Method::EXAMPLES.map(Parameters::of);
     let postfilters = Postfilter::EXAMPLES.map(|postfilter| Parameters {
         postfilter,
         ..Parameters::DEFAULT

@@ -1,14 +1,9 @@
 //! The beamformers on the golden snapshots: M = 32, L = 16, K = 2.
 
-use bonebeam::beamform::{
-    AlignedLine, Apodization, Beamformer, Method, Parameters, Postfilter, Sizes, Workspace,
-};
-use bonebeam::covariance::Covariance;
-use bonebeam::geometry::{
-    Active, Aperture, ApertureParameters, Array, Axis, Depth, Lines, Scan, ScanParameters, Steering,
-};
-use bonebeam::memory::{self, Need};
-use bonebeam::{Complex, Error};
+use bonebeam::beamform::{Parameters, Sizes};
+use bonebeam::geometry::{Aperture, ApertureParameters};
+use bonebeam::memory;
+use bonebeam::prelude::stages::*;
 
 use crate::snapshots::{ELEMENTS, PERIODIC, SAMPLES, SNAPSHOTS};
 use crate::{arrays, hash};
@@ -35,9 +30,8 @@ struct Case {
 
 const fn case(name: &'static str, method: Method) -> Case {
     let parameters = Parameters {
-        method,
         temporal_half_window: TEMPORAL,
-        ..Parameters::DEFAULT
+        ..Parameters::of(method)
     };
     let (grows, gated) = (false, false);
     Case {
@@ -174,22 +168,14 @@ fn scan() -> Result<Scan<'static>, Error> {
     Scan::new(ScanParameters {
         array: Array::linear(ELEMENTS, 0.3e-3),
         lines: Lines::Even(Axis::centred(ELEMENTS, 0.3e-3)),
-        sound_speed: 1540.0,
-        centre_frequency: 5e6,
-        sampling_rate: 20e6,
         record_samples: 1024,
-        output_rate: 20e6,
         start: Depth::Seconds(5e-6),
         end: Depth::Seconds(5e-6 + (SAMPLES - 1) as f64 / 20e6),
-        f_number: 1.5,
-        min_elements: 8,
+        ..ScanParameters::EXAMPLE
     })
 }
 
 /// The active elements of a sample, from 8 to all, cut at the array's start.
-///
-/// # Errors
-/// None: the aperture is valid.
 pub(crate) fn growing() -> Result<impl Fn(usize) -> Active, Error> {
     let aperture = Aperture::new(ApertureParameters {
         elements: ELEMENTS,
@@ -201,13 +187,9 @@ pub(crate) fn growing() -> Result<impl Fn(usize) -> Active, Error> {
 }
 
 const fn sizes(covariance: Covariance) -> Sizes {
-    Sizes {
-        covariance,
-        elements: ELEMENTS,
-        subaperture: ELEMENTS / 2,
-        temporal_half_window: TEMPORAL,
-        sub_lines: SUB_LINES,
-    }
+    let mut parameters = case("", Method::Mv).sub_lines(SUB_LINES).parameters;
+    parameters.covariance = covariance;
+    parameters.sizes(ELEMENTS)
 }
 const NEED: Need = {
     let forward = sizes(Covariance::Forward).need();

@@ -1,8 +1,7 @@
 //! Short-lag coherence of the golden snapshots, with a growing aperture.
 
-use bonebeam::Error;
-use bonebeam::beamform::{AlignedLine, ShortLagCoherence};
 use bonebeam::memory;
+use bonebeam::prelude::stages::*;
 
 use crate::beamform::growing;
 use crate::snapshots::{ELEMENTS, SAMPLES, SNAPSHOTS};

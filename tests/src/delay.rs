@@ -5,14 +5,10 @@
 //! The record is the real parts of the golden snapshots read as 8 elements of 192 samples: numbers
 //! for the arithmetic, not a scene.
 
-use bonebeam::delay::{
-    Compounding, Contribution, Delay, DelayParameters, Record, ScanLine, Stage, UPSAMPLING,
-    Upsampled,
-};
-use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
-use bonebeam::{Complex, Error};
+use bonebeam::delay::UPSAMPLING;
+use bonebeam::prelude::stages::*;
 
-use crate::snapshots::{LENGTH, REAL_PARTS};
+use crate::snapshots::REAL_PARTS;
 use crate::{arrays, hash};
 
 /// Elements of the array.
@@ -28,15 +24,8 @@ pub const SAMPLES: usize = 64;
 
 /// From 40 MHz to 20 MHz.
 pub const PARAMETERS: DelayParameters = DelayParameters {
-    sound_speed: 1540.0,
-    sampling_rate: 40e6,
-    centre_frequency: 5e6,
-    output_rate: 20e6,
     output_start: 0.5e-6,
-    output_samples: SAMPLES,
-    elements: ELEMENTS,
-    record_samples: LENGTH / ELEMENTS,
-    hilbert_taps: HILBERT_TAPS,
+    ..DelayParameters::EXAMPLE
 };
 /// From 100 MHz to 20 MHz: each record is halved twice first.
 pub const HALVED: DelayParameters = DelayParameters {
@@ -69,11 +58,13 @@ pub const LINES: [(&str, ScanLine<'static>); 3] = [
 
 const fn line(law: TransmitLaw<'static>, compounding: Compounding) -> ScanLine<'static> {
     ScanLine {
-        transmit: Transmit { law, t0: 0.1e-6 },
-        ray: Ray::down(0.2e-3),
-        array: Array::LinearAt(&ELEMENT_X),
         active: Active::new(1, 6),
         compounding,
+        ..ScanLine::new(
+            Transmit::new(law, 0.1e-6),
+            Ray::down(0.2e-3),
+            Array::LinearAt(&ELEMENT_X),
+        )
     }
 }
 

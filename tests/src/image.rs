@@ -1,11 +1,7 @@
 //! The image stage on the golden snapshots read as 32 beams of 48 samples.
 
-use bonebeam::geometry::Axis;
-use bonebeam::image::{
-    DepthInterpolation, Logarithm, Pooling, envelope, largest, log_compression,
-    log_compression_with, median, resample,
-};
-use bonebeam::{Complex, Error};
+use bonebeam::image::{envelope, largest, log_compression, log_compression_with, median, resample};
+use bonebeam::prelude::stages::*;
 
 use crate::snapshots::{ELEMENTS, LENGTH, SAMPLES, SNAPSHOTS};
 use crate::{arrays, hash};

@@ -4,12 +4,7 @@
 //!
 //! The records are the golden snapshots: numbers for the arithmetic, not a scene.
 
-use bonebeam::delay::{
-    Compounding, Delay, IqDelay, IqInterpolation, IqLayout, IqParameters, IqSamples, Record,
-    ScanLine, Stage,
-};
-use bonebeam::geometry::{Active, Array, Element, Ray, Transmit, TransmitLaw};
-use bonebeam::{Complex, Error};
+use bonebeam::prelude::stages::*;
 
 use crate::delay;
 use crate::snapshots::{ELEMENTS, LENGTH, REAL_PARTS, SAMPLES, SNAPSHOTS};
@@ -59,11 +54,12 @@ fn convex() -> [Element; delay::ELEMENTS] {
 /// A line of a sector, from a diverging wave.
 pub fn line() -> ScanLine<'static> {
     ScanLine {
-        transmit: Transmit::new(TransmitLaw::VirtualSource { x: 1e-3, z: -4e-3 }, 0.1e-6),
-        ray: Ray::new(0.2e-3, 0.0, 0.4),
-        array: Array::linear(ELEMENTS, 0.2e-3),
         active: Active::new(3, 27),
-        compounding: Compounding::Replace,
+        ..ScanLine::new(
+            Transmit::new(TransmitLaw::VirtualSource { x: 1e-3, z: -4e-3 }, 0.1e-6),
+            Ray::new(0.2e-3, 0.0, 0.4),
+            Array::linear(ELEMENTS, 0.2e-3),
+        )
     }
 }
 
@@ -154,11 +150,9 @@ fn rays(
     ];
     for (name, law, compounding) in laws {
         let line = ScanLine {
-            transmit: Transmit::new(law, 0.1e-6),
-            ray: array.normal(5.3),
-            array,
             active: Active::new(1, 6),
             compounding,
+            ..ScanLine::new(Transmit::new(law, 0.1e-6), array.normal(5.3), array)
         };
         delay.line(0.0f32, &line, &record, scratch, x)?;
         report(name, hash::complex(x));

@@ -5,9 +5,8 @@ use core::marker::PhantomData;
 use std::vec::Vec;
 use std::{eprintln, format, vec};
 
-use bonebeam::memory::{Need, Scratch};
-use bonebeam::simd::{InstructionSet, Vector};
-use bonebeam::{Complex, Error, dispatch};
+use bonebeam::dispatch;
+use bonebeam::prelude::stages::*;
 
 use crate::draw::{Draw, Seed};
 
@@ -34,9 +33,6 @@ pub trait Kernel: Sized + Debug {
     fn numbers(&self) -> usize;
 
     /// Computes the result in memory of exactly [`Kernel::need`].
-    ///
-    /// # Errors
-    /// Those of the core.
     fn run<V: Vector>(
         &self,
         zero: V,
@@ -140,9 +136,6 @@ pub fn judge<K: Kernel>(
 }
 
 /// The kernel's result over one lane.
-///
-/// # Errors
-/// Those of the core.
 pub fn over_one_lane<K: Kernel>(kernel: &K) -> Result<Vec<K::Number>, Error> {
     run(0.0f32, kernel, 0, None)
 }

@@ -2,12 +2,9 @@
 //!
 //! Strips of several heights and a map in one memory all have the same hash.
 
-use bonebeam::Error;
-use bonebeam::memory::{self, Need};
-use bonebeam::phase_symmetry::{
-    External, Kernels, LogGabor, LogGaborTables, Microfft, Parameters, PhaseSymmetry, Sizes,
-    StripSlices,
-};
+use bonebeam::memory;
+use bonebeam::phase_symmetry::{Kernels, Parameters, Sizes};
+use bonebeam::prelude::stages::*;
 
 use crate::{arrays, hash};
 

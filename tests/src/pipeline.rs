@@ -1,13 +1,8 @@
 //! Lines of a pipeline from I/Q counts, in blocks shorter than the aperture's growth, and sub-lines of one.
 
-use bonebeam::beamform::{self, Method, Sizes, Workspace};
-use bonebeam::delay::{IqLayout, IqSamples, Record};
-use bonebeam::geometry::{
-    Array, Axis, Depth, Lines, Scan, ScanParameters, Steering, Transmit, TransmitLaw,
-};
-use bonebeam::memory::{self, Need};
-use bonebeam::pipeline::{IqInput, LinePipeline};
-use bonebeam::{Complex, Error};
+use bonebeam::beamform::Sizes;
+use bonebeam::memory;
+use bonebeam::prelude::stages::*;
 
 use crate::iq::COUNTS;
 use crate::snapshots::{ELEMENTS, SAMPLES};
@@ -16,20 +11,17 @@ use crate::{arrays, hash};
 const SCAN: ScanParameters = ScanParameters {
     array: Array::linear(ELEMENTS, 0.2e-3),
     lines: Lines::Even(Axis::centred(3, 1.1e-3)),
-    sound_speed: 1540.0,
-    centre_frequency: 5e6,
     sampling_rate: 10e6,
     record_samples: SAMPLES,
     output_rate: 12e6,
     start: Depth::Seconds(0.4e-6),
     end: Depth::Seconds(4.0e-6),
     f_number: 0.7,
-    min_elements: 8,
+    ..ScanParameters::EXAMPLE
 };
 const BEAMFORMER: beamform::Parameters = beamform::Parameters {
-    method: Method::Mv,
     temporal_half_window: 1,
-    ..beamform::Parameters::DEFAULT
+    ..beamform::Parameters::of(Method::Mv)
 };
 const LENGTH: usize = 44;
 /// Samples of a block, and the further samples of its time windows.

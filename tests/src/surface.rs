@@ -2,10 +2,9 @@
 //!
 //! The frame has 24 lines of 384 samples of noise, a bright layer, and bone that slopes, jumps and has a gap.
 
-use bonebeam::Error;
-use bonebeam::geometry::Axis;
-use bonebeam::memory::{self, Need};
-use bonebeam::surface::{Detector, Parameters, Point, Ramp, Settings};
+use bonebeam::memory;
+use bonebeam::prelude::stages::*;
+use bonebeam::surface::{Parameters, Point, Settings};
 
 use crate::{arrays, hash};
 
@@ -91,10 +90,7 @@ pub const CASES: [(&str, Parameters); 5] = [
 ];
 
 const fn need(parameters: Parameters) -> Need {
-    match parameters.need() {
-        Ok(need) => need,
-        Err(_) => panic!("the parameters are not valid"),
-    }
+    valid!(parameters.need())
 }
 const NEED: Need = need(WHOLE)
     .or(need(LATE))

@@ -1,11 +1,9 @@
 //! Cases that only a few methods meet.
 
 use crate::common;
-
+use crate::common::kit::*;
 use bonebeam::beamform::{Method, Parameters};
-use bonebeam_tests::kernel::bits;
-use common::lines::{COVARIANCES, Line, core};
-use num_complex::Complex;
+use common::lines::core;
 
 /// Two subapertures of seven elements without loading are of rank 2.
 ///
@@ -19,11 +17,10 @@ fn a_singular_covariance_takes_the_eigensolver() {
         for covariance in COVARIANCES {
             let z = |method| {
                 let parameters = Parameters {
-                    method,
                     covariance,
                     diagonal_loading: 0.0,
                     subaperture_ratio: 0.9,
-                    ..Parameters::default()
+                    ..Parameters::of(method)
                 };
                 bits(&core(&line, parameters))
             };
@@ -45,10 +42,9 @@ fn steps_serve_a_wave_with_a_loading_of_a_thousandth() {
         let line = Line::from_fn(4, elements, |_, m| Complex::cis(0.7 * m as f32));
         COVARIANCES.map(|covariance| {
             let parameters = Parameters {
-                method: Method::EsmvRank1Steps(8),
                 covariance,
                 diagonal_loading,
-                ..Parameters::default()
+                ..Parameters::of(Method::EsmvRank1Steps(8))
             };
             let z = core(&line, parameters);
             z.iter().filter(|z| z.norm() == 0.0).count()

@@ -1,16 +1,8 @@
 //! The errors of the beamformer in words, before anything is put out, and its memory.
 
-use crate::common;
-use crate::common::changed;
-use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Segment, Sizes, Workspace};
-use bonebeam::covariance::Covariance;
-use bonebeam::geometry::Active;
-use bonebeam::memory::{Need, Scratch};
+use crate::common::kit::*;
+use bonebeam::beamform::{Parameters, Sizes};
 use bonebeam_drive::beamform::Memory;
-use common::lines::COVARIANCES;
-use common::refused::assert_refused;
-use ndarray::Array3;
-use num_complex::Complex;
 
 /// Five samples of eight elements.
 fn line() -> AlignedLine<'static> {
@@ -43,84 +35,55 @@ fn memory(sizes: [usize; 3]) -> Memory<f32> {
     Memory::new(0.0, of(sizes, Covariance::ForwardBackward)).expect("little memory")
 }
 
+/// What the beamformer says of parameters that it refuses.
+fn message(parameters: Parameters) -> String {
+    let refused = Beamformer::new(parameters).map(|_| ());
+    refused.expect_err("out of range").to_string()
+}
+
 #[test]
 fn parameters_out_of_range() {
-    type Change = fn(&mut Parameters);
-    let refused: [(Change, &str); 21] = [
+    const NAN: f64 = f64::NAN;
+    let methods: [(_, &[f64], _); 3] = [
         (
-            |p| p.method = Method::EsmvBeta(0.0),
-            "beta is 0, expected above 0, at most 1",
+            Method::EsmvBeta(0.1),
+            &[0.0, -1.0, 1.5, NAN],
+            "above 0, at most 1",
         ),
-        (
-            |p| p.method = Method::EsmvBeta(-1.0),
-            "beta is -1, expected above 0, at most 1",
-        ),
-        (
-            |p| p.method = Method::EsmvBeta(1.5),
-            "beta is 1.5, expected above 0, at most 1",
-        ),
-        (
-            |p| p.method = Method::EsmvBeta(f32::NAN),
-            "beta is NaN, expected above 0, at most 1",
-        ),
-        (
-            |p| p.method = Method::EsmvRank(0),
-            "rank is 0, expected at least 1 and at most 65536",
-        ),
-        (
-            |p| p.method = Method::EsmvRank1Steps(0),
-            "power_steps is 0, expected 1 to 64",
-        ),
-        (
-            |p| p.method = Method::EsmvRank1Steps(65),
-            "power_steps is 65, expected 1 to 64",
-        ),
-        (|p| p.diagonal_loading = -0.05, "diagonal_loading is "),
-        (|p| p.diagonal_loading = f32::NAN, "diagonal_loading is "),
-        (
-            |p| p.diagonal_loading = f32::INFINITY,
-            "diagonal_loading is ",
-        ),
-        // L is above M: the ratio is above 1.
-        (|p| p.subaperture_ratio = 1.01, "subaperture_ratio is "),
-        (|p| p.subaperture_ratio = 0.0, "subaperture_ratio is "),
-        (|p| p.subaperture_ratio = -0.5, "subaperture_ratio is "),
-        (|p| p.subaperture_ratio = f64::NAN, "subaperture_ratio is "),
-        // Longer than any record: refused before a record exists.
-        (
-            |p| p.temporal_half_window = 4096,
-            "temporal_half_window is ",
-        ),
-        (
-            |p| p.temporal_half_window = usize::MAX,
-            "temporal_half_window is ",
-        ),
-        (
-            |p| p.sub_lines = 0,
-            "sub_lines is 0, expected 1, 2, 4, 8, 16 or 32",
-        ),
-        (
-            |p| p.sub_lines = 3,
-            "sub_lines is 3, expected 1, 2, 4, 8, 16 or 32",
-        ),
-        (
-            |p| p.sub_lines = 33,
-            "sub_lines is 33, expected 1, 2, 4, 8, 16 or 32",
-        ),
-        (
-            |p| p.sub_lines = 64,
-            "sub_lines is 64, expected 1, 2, 4, 8, 16 or 32",
-        ),
-        (
-            |p| p.sub_lines = usize::MAX,
-            "sub_lines is 18446744073709552000, expected ",
-        ),
+        (Method::EsmvRank(1), &[0.0], "at least 1 and at most 65536"),
+        (Method::EsmvRank1Steps(8), &[0.0, 65.0], "1 to 64"),
     ];
-    for (change, words) in refused {
-        let mut parameters = Parameters::default();
-        change(&mut parameters);
-        let message = Beamformer::new(parameters).expect_err(words).to_string();
-        assert!(message.starts_with(words), "{message}, expected {words}");
+    for (method, arguments, expected) in methods {
+        let name = method.parameter().expect("a row").name;
+        for argument in arguments {
+            let parameters = Parameters::of(method.with_argument(*argument));
+            let words = format!("{name} is {argument}, expected {expected}");
+            assert_eq!(message(parameters), words);
+        }
+    }
+    let most = usize::MAX as f64;
+    let numbers: [(_, &[f64]); 3] = [
+        ("diagonal_loading", &[-0.05, NAN, f64::INFINITY]),
+        // L is above M: the ratio is above 1.
+        ("subaperture_ratio", &[1.01, 0.0, -0.5, NAN]),
+        // Longer than any record: refused before a record exists.
+        ("temporal_half_window", &[4096.0, most]),
+    ];
+    for (name, values) in numbers {
+        for value in values {
+            let mut parameters = Parameters::default();
+            parameters.set(name, *value).expect("a row's name");
+            let message = message(parameters);
+            assert!(message.starts_with(&format!("{name} is ")), "{message}");
+        }
+    }
+    for sub_lines in [0, 3, 33, 64, usize::MAX] {
+        let parameters = changed(Parameters::default(), |p| p.sub_lines = sub_lines);
+        let words = format!(
+            "sub_lines is {}, expected 1, 2, 4, 8, 16 or 32",
+            sub_lines as f64
+        );
+        assert_eq!(message(parameters), words);
     }
     beamformer(|p| p.temporal_half_window = 4095);
 }

@@ -3,17 +3,12 @@
 //! The oracle of `host-sim` judges them, without the exemption for changes by rounding alone.
 
 use crate::common;
-use crate::common::changed;
-
-use bonebeam::beamform::{Method, Parameters};
-use bonebeam::geometry::Active;
-use bonebeam_oracle::reference::f64::beamform::Sample;
-use bonebeam_oracle::verify::beamform::{AlignedFrame, Exemption, Judgement};
-use bonebeam_oracle::verify::tolerances::ROUNDING;
-use common::lines::{COVARIANCES, Gaussian, Line, METHODS, core, frame, stacked, variants, widen};
+use crate::common::kit::*;
+use bonebeam::beamform::Parameters;
+use bonebeam_oracle::verify::beamform::{AlignedFrame, Exemption, Judgement, rounded};
+use common::lines::{core, frame};
 use common::tolerances::{BEAMFORMED, BEYOND_ROUNDING};
-use ndarray::{Array2, Axis};
-use num_complex::Complex;
+use ndarray::Axis;
 use rayon::prelude::*;
 use std::f32::consts::TAU;
 use std::ops::Range;
@@ -279,9 +274,8 @@ fn a_hundred_thousand_samples_of_undecided_ranks_and_split_clusters() {
         for covariance in COVARIANCES {
             let z = methods.map(|method| {
                 let parameters = Parameters {
-                    method,
                     covariance,
-                    ..Parameters::default()
+                    ..Parameters::of(method)
                 };
                 (frame(&lines, parameters), parameters)
             });
@@ -353,20 +347,9 @@ impl Tally {
 fn moved_by_rounding(sample: &Sample, method: Method, bound: f64) -> bool {
     const TRIALS: u64 = 256;
     let exact = sample.answers(&sample.eigenspace(), method, 0.0)[0].z;
-    let size = sample.covariance.nrows();
-    let step = ROUNDING * sample.covariance.trace().re / size as f64;
     (0..TRIALS).any(|trial| {
         let mut gaussian = Gaussian::new(trial);
-        let mut off = || gaussian.next().re.signum() as f64 * step;
-        let mut covariance = sample.covariance.clone();
-        for i in 0..size {
-            covariance[(i, i)] += off();
-            for j in 0..i {
-                covariance[(i, j)] += Complex::new(off(), off());
-                covariance[(j, i)] = covariance[(i, j)].conj();
-            }
-        }
-        let moved = sample.with_covariance(covariance).expect("Δ > 0");
+        let moved = rounded(sample, || gaussian.next().re.signum().into()).expect("Δ > 0");
         let z = moved.answers(&moved.eigenspace(), method, 0.0)[0].z;
         (z - exact).norm() > bound
     })

@@ -1,17 +1,13 @@
 //! Properties of the core's beamformers for any data.
 
 use crate::common;
-use crate::common::changed;
-
-use bonebeam::Error;
-use bonebeam::beamform::{AlignedLine, Apodization, Method, Parameters, Postfilter};
-use bonebeam_oracle::reference::f64::beamform::Sample;
-use common::lines::{COVARIANCES, Gaussian, Line, METHODS, core, core_weights, widen};
+use crate::common::kit::*;
+use bonebeam::beamform::Parameters;
+use common::lines::core;
 use common::tolerances::{
     BEAMFORMED, BEAMFORMED_TWICE, HEAVY_LOADING, OUTPUT_POWER, SIGNAL_SUBSPACE, UNIT_RESPONSE,
 };
 use nalgebra::DVector;
-use num_complex::Complex;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
@@ -46,7 +42,6 @@ fn parameters(samples: usize, largest_ratio: f64) -> impl Strategy<Value = Param
 
 const SAMPLES: usize = 6;
 
-/// Noise.
 fn noise() -> impl Strategy<Value = Line> {
     (any::<u64>(), 2_usize..=24).prop_map(|(seed, elements)| Line::noise(seed, SAMPLES, elements))
 }

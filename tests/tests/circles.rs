@@ -1,8 +1,7 @@
 //! No crate has a cycle of files, or of folders, that use each other.
 
+use crate::common::kit::*;
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs;
-use std::path::{Path, PathBuf};
 
 /// The parts of a path, of a module or of an item.
 type Names = Vec<String>;

@@ -2,17 +2,11 @@
 //!
 //! `kernels.rs` has the reference of short-lag coherence.
 
-use bonebeam::Complex;
+use crate::common::kit::*;
 use bonebeam::beamform::Parameters;
-use bonebeam::covariance::Covariance;
-use bonebeam::geometry::Active;
-use bonebeam::simd::InstructionSet;
-use bonebeam_oracle::reference::f64::beamform::Sample;
 use bonebeam_tests::kernel::judge;
-use bonebeam_tests::kernels::{beamform::Lines, coherence::Shares};
-
-use crate::common::changed;
-use crate::common::lines::Line;
+use bonebeam_tests::kernels::beamform::Lines;
+use bonebeam_tests::kernels::coherence::Shares;
 
 /// Shares of the largest eigenvalue, the same over any lanes.
 fn shares(line: &Line, parameters: Parameters) -> Vec<f32> {

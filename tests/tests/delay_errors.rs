@@ -1,10 +1,7 @@
 //! The delay stage names the wrong parameter before it writes anything.
 
-use crate::common::changed;
-use crate::common::refused::refused;
-use bonebeam::Complex;
-use bonebeam::delay::{Compounding, Delay, DelayParameters, MAX_SAMPLES, Record, ScanLine, Stage};
-use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
+use crate::common::kit::*;
+use bonebeam::delay::MAX_SAMPLES;
 
 const GOOD: DelayParameters = DelayParameters {
     output_samples: 50,
@@ -116,16 +113,11 @@ fn bad_calls_are_refused_before_anything_is_written() {
     let delay = Delay::new(GOOD).unwrap();
     let element_x = [-0.3e-3, 0.0, 0.3e-3];
     let rf = vec![1.0; 300];
-    let line = ScanLine {
-        transmit: Transmit {
-            law: TransmitLaw::Focused,
-            t0: 0.0,
-        },
-        ray: Ray::down(0.0),
-        array: Array::LinearAt(&element_x),
-        active: Active::new(0, 3),
-        compounding: Compounding::Replace,
-    };
+    let line = ScanLine::new(
+        Transmit::new(TransmitLaw::Focused, 0.0),
+        Ray::down(0.0),
+        Array::LinearAt(&element_x),
+    );
     let of = |line: &ScanLine, rf: &[f32], scratch: usize, out: usize| {
         let mut out = vec![Complex::new(5.0, 6.0); out];
         let record = Record::new(rf, 3).unwrap();

@@ -1,17 +1,13 @@
 //! Lines with a depth step, and their images.
 
 use crate::common;
-use crate::common::refused::{assert_refused, refused};
-
-use bonebeam::Complex;
+use crate::common::kit::*;
 use bonebeam::beamform::Parameters;
-use bonebeam::image::{DepthInterpolation, Pooling, envelope};
-use bonebeam::pipeline::{self, Input, Pipeline};
+use bonebeam::image::envelope;
+use bonebeam::pipeline;
 use bonebeam_oracle::reference::f64::depth_interpolation as exact;
-use bonebeam_tests::kernel::bits;
 use common::frames::PARAMETERS;
-use common::lines::{Line, widen};
-use std::f64::consts::{LN_2, TAU};
+use std::f64::consts::LN_2;
 
 /// Every `step`-th number.
 fn every(z: &[Complex<f32>], step: usize) -> Vec<Complex<f32>> {

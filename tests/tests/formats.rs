@@ -1,8 +1,7 @@
 //! Every public type of the core can be logged on a target: it has `defmt::Format`.
 
+use crate::common::kit::*;
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs;
-use std::path::{Path, PathBuf};
 
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).unwrap() {

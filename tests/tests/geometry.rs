@@ -4,10 +4,7 @@
 
 use crate::common;
 
-use bonebeam::delay::{Compounding, DelayParameters, ScanLine};
-use bonebeam::geometry::{
-    Active, Array, Axis, Depth, Element, Lines, Ray, Scan, ScanParameters, Transmit, TransmitLaw,
-};
+use bonebeam::prelude::stages::*;
 use bonebeam_oracle::reference;
 use common::delays::{C, F0, arrival, convex, pulse, rf_line};
 use common::tolerances::{DELAYED_PULSE_20_MHZ, DELAYED_PULSE_40_MHZ};
@@ -69,11 +66,8 @@ fn parameters(fs: f64, samples: usize) -> DelayParameters {
 
 fn line<'a>(array: Array<'a>, ray: Ray, law: TransmitLaw<'a>) -> ScanLine<'a> {
     ScanLine {
-        transmit: Transmit::new(law, 0.37e-6),
-        ray,
-        array,
         active: Active::new(2, ELEMENTS - 3),
-        compounding: Compounding::Replace,
+        ..ScanLine::new(Transmit::new(law, 0.37e-6), ray, array)
     }
 }
 

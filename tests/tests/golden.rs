@@ -2,11 +2,10 @@
 //!
 //! `kernels.rs` has the references and the instruction sets.
 
-use bonebeam::Complex;
+use crate::common::kit::*;
 use bonebeam_tests::snapshots::{self, ELEMENTS, SAMPLES};
 use bonebeam_tests::{Workspaces, hash, sqrt};
-use rand::rngs::ChaCha8Rng;
-use rand::{Rng, SeedableRng};
+use rand::Rng;
 
 const RECORDED: &str = include_str!("../golden/hashes.txt");
 

@@ -1,18 +1,10 @@
 //! The image stage: known answers, both references, bad input.
 
-use crate::common;
-
-use bonebeam::geometry::Axis;
+use crate::common::kit::*;
 use bonebeam::image::{envelope, largest, log_compression, median, resample};
-use bonebeam::{Complex, Error};
 use bonebeam_drive::image::{PixelGrid, b_mode, grid_of_lines, resize};
-use bonebeam_files::BeamformedLines;
-use bonebeam_oracle::reference;
-use common::tolerances;
-use ndarray::{Array2, array};
+use ndarray::array;
 use proptest::prelude::*;
-use rand::rngs::ChaCha8Rng;
-use rand::{RngExt, SeedableRng};
 
 fn axis(first: f64, step: f64, count: usize) -> Axis {
     Axis::new(first, step, count)

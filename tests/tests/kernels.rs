@@ -1,10 +1,6 @@
 //! Every kernel on many plans: the bits of the f32 reference, in every way that the catalogue knows.
 
-use bonebeam::Complex;
-use bonebeam::delay::Stage;
-use bonebeam::image::Pooling;
-use bonebeam::pipeline::Pipeline;
-use bonebeam::simd::InstructionSet;
+use crate::common::kit::*;
 use bonebeam_drive::beamform::Plan;
 use bonebeam_drive::pipeline::Frames;
 use bonebeam_drive::source::{LineSource, Recorded};
@@ -12,12 +8,11 @@ use bonebeam_drive::threads::pool;
 use bonebeam_oracle::reference::f64::coherence::short_lag_coherence;
 use bonebeam_oracle::reference::plain::Plain;
 use bonebeam_tests::draw::Seed;
-use bonebeam_tests::kernel::{Kernel, bits, judge, judge_seeds};
+use bonebeam_tests::kernel::{Kernel, judge, judge_seeds};
 use bonebeam_tests::kernels::{
     beamform, coherence, delay, depth_interpolation, frame, image, phase_symmetry, pipeline, scan,
     surface, upsampled,
 };
-use ndarray::{Array2, Array3};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Frames of the host's driver have the bits of single lines, by any number of threads.
@@ -79,57 +74,29 @@ fn check<K: Plain>(plans: u64, exact: impl Fn(&K, &[K::Number])) {
     });
 }
 
-#[test]
-fn delayed_lines() {
-    check::<delay::Lines>(6000, |_, _| {});
+/// A test a row: the plans of each kernel, and what else is asserted of a result.
+macro_rules! judged {
+    ($(#[$test:meta] fn $name:ident() { $($kernel:ty: $plans:literal $($exact:ident)?),* })*) => {$(
+        #[$test]
+        fn $name() {
+            $(judged!(@of $kernel, $plans $(, $exact)?);)*
+        }
+    )*};
+    (@of $kernel:ty, $plans:literal) => { check::<$kernel>($plans, |_, _| {}) };
+    (@of $kernel:ty, $plans:literal, $exact:ident) => { check::<$kernel>($plans, $exact) };
 }
 
-#[test]
-fn upsampled_lines() {
-    check::<upsampled::Waves>(1000, |_, _| {});
-}
-
-#[test]
-fn beamformed_lines() {
-    check::<beamform::Lines>(6000, |_, _| {});
-}
-
-#[test]
-fn coherence_of_lines() {
-    check::<coherence::Shares>(1000, |_, _| {});
-    check::<coherence::ShortLag>(1000, short_lag);
-}
-
-#[test]
-fn images() {
-    check::<image::Image>(3000, |_, _| {});
-    check::<depth_interpolation::Envelopes>(1000, |_, _| {});
-}
-
-#[test]
-fn bone_maps() {
-    check::<phase_symmetry::Map>(60, |_, _| {});
-}
-
-#[test]
-fn surfaces() {
-    check::<surface::Frame>(200, |_, _| {});
-}
-
-#[test]
-fn lines_of_a_pipeline() {
-    check::<pipeline::Line>(2000, |_, _| {});
-}
-
-/// Over the host's threads, too: their lines, image and map.
-#[test]
-fn frames_of_a_pipeline() {
-    check::<frame::Frame>(150, by_the_host);
-}
-
-#[test]
-fn apertures_of_scans() {
-    check::<scan::Apertures>(4000, |_, _| {});
+judged! {
+    #[test] fn delayed_lines() { delay::Lines: 6000 }
+    #[test] fn upsampled_lines() { upsampled::Waves: 1000 }
+    #[test] fn beamformed_lines() { beamform::Lines: 6000 }
+    #[test] fn coherence_of_lines() { coherence::Shares: 1000, coherence::ShortLag: 1000 short_lag }
+    #[test] fn images() { image::Image: 3000, depth_interpolation::Envelopes: 1000 }
+    #[test] fn bone_maps() { phase_symmetry::Map: 60 }
+    #[test] fn surfaces() { surface::Frame: 200 }
+    #[test] fn lines_of_a_pipeline() { pipeline::Line: 2000 }
+    #[test] fn frames_of_a_pipeline() { frame::Frame: 150 by_the_host }
+    #[test] fn apertures_of_scans() { scan::Apertures: 4000 }
 }
 
 /// Lines, image and map of the host's threads.

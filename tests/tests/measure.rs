@@ -1,13 +1,10 @@
 //! The measures, on images and profiles with known answers.
 
-use std::f64::consts::PI;
-
-use bonebeam_files::{BeamRays, BeamformedLines};
+use crate::common::kit::*;
+use bonebeam_files::BeamRays;
 use bonebeam_measure::point::LateralProfile;
 use bonebeam_measure::profile::{largest, width};
 use bonebeam_measure::signed_distance::{Region, distribution, measure, uniform_baseline};
-use ndarray::Array2;
-use num_complex::Complex;
 
 /// Pixels of 0.1 mm over flat bone below s = 0: row r is at s = (r − 100.5)·0.1 mm.
 fn flat() -> Array2<f64> {

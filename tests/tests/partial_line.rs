@@ -1,11 +1,9 @@
 //! Lines that are beamformed while their samples still come.
 
-use crate::common::lines::{Line, core};
-use crate::common::refused::{assert_refused, refused};
-use bonebeam::Complex;
-use bonebeam::beamform::{AlignedLine, Beamformer, Parameters};
+use crate::common::kit::*;
+use crate::common::lines::core;
+use bonebeam::beamform::Parameters;
 use bonebeam_drive::beamform::Memory;
-use bonebeam_tests::kernel::bits;
 
 const ELEMENTS: usize = 24;
 const SAMPLES: usize = 40;

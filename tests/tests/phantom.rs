@@ -1,9 +1,6 @@
 //! The vertebra, built in or from a mesh: its anatomy, its geometry, and bad files.
 
-use crate::common::changed;
-use std::fs;
-use std::path::Path;
-
+use crate::common::kit::*;
 use bonebeam_drive::image::PixelGrid;
 use bonebeam_simulate::{Outline, Phantom, Tissue, slice_mesh, slice_vertebra, visible};
 

@@ -1,19 +1,7 @@
 //! Lines in blocks, from RF and from I/Q: their memory, their scale, and what is refused.
 
 use crate::common;
-use crate::common::changed;
-use crate::common::refused::assert_refused;
-
-use bonebeam::Complex;
-use bonebeam::beamform::{Beamformer, Workspace};
-use bonebeam::delay::{
-    Compounding, Delay, DelayParameters, IqDelay, IqLayout, IqParameters, IqSamples, Record,
-    ScanLine, Stage,
-};
-use bonebeam::geometry::{Depth, Scan};
-use bonebeam::memory::Scratch;
-use bonebeam::pipeline::LinePipeline;
-use bonebeam_tests::kernel::bits;
+use crate::common::kit::*;
 use common::frames::{
     DEMODULATION, ELEMENTS, PARAMETERS, counted, counts, focused, iq_input, iq_parameters, record,
 };

@@ -1,14 +1,7 @@
 //! The errors of the pipeline, and the sizes of its memory.
 
 use crate::common;
-use crate::common::changed;
-use crate::common::refused::{assert_refused, name};
-
-use bonebeam::Complex;
-use bonebeam::delay::Record;
-use bonebeam::geometry::{Depth, Lines, Scan};
-use bonebeam::memory::Scratch;
-use bonebeam::pipeline::{DepthGate, Frame, Parameters, Pipeline};
+use crate::common::kit::*;
 use common::frames::{ELEMENTS, LINES, NEED, PARAMETERS, focused, record};
 
 #[test]

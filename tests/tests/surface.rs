@@ -1,16 +1,9 @@
 //! The bone surface: known answers, both references, any old memory, bad input.
 
-use crate::common::changed;
-use crate::common::refused::{assert_refused, name};
-use bonebeam::Error;
-use bonebeam::geometry::Axis;
-use bonebeam::memory::Scratch;
-use bonebeam::surface::{Detector, Levels, Parameters, Point, Ramp, Settings, Survey, Tracker};
-use bonebeam_oracle::reference;
+use crate::common::kit::*;
+use bonebeam::surface::{Levels, Parameters, Point, Settings, Survey, Tracker};
 use bonebeam_tests::draw::Seed;
 use bonebeam_tests::kernels::surface::settings as any_settings;
-use rand::rngs::ChaCha8Rng;
-use rand::{RngExt, SeedableRng};
 
 const PARAMETERS: Parameters = Parameters {
     samples: Axis::new(2e-3, 0.0385e-3, 600),

@@ -3,14 +3,9 @@
 //! The delay stage interpolates in another way.
 
 use crate::common::delays::{C, F0, line_up, noise, pulse};
+use crate::common::kit::*;
 use crate::delay::frames::assert_frames_alike;
-use bonebeam::Complex;
-use bonebeam::delay::{Compounding, Contribution, Delay, DelayParameters, ScanLine, Upsampled};
-use bonebeam::geometry::{Active, Array, Element, Ray, Transmit, TransmitLaw};
-use bonebeam_drive::config::{Beamform, RfInterpolation};
-use bonebeam_drive::delay::DelayStage;
-use bonebeam_files::{ChannelData, Transmits};
-use ndarray::Array3;
+use bonebeam_drive::config::RfInterpolation;
 
 /// Error of linear interpolation between 16 samples a recorded one.
 ///
@@ -36,13 +31,11 @@ const MOST: i32 = 1 << 29;
 
 /// A focused line straight down from an array, recorded from `t0` on.
 fn straight_down(array: Array<'_>, t0: f64) -> ScanLine<'_> {
-    ScanLine {
-        transmit: Transmit::new(TransmitLaw::Focused, t0),
-        ray: Ray::down(0.0),
+    ScanLine::new(
+        Transmit::new(TransmitLaw::Focused, t0),
+        Ray::down(0.0),
         array,
-        active: Active::new(0, array.elements()),
-        compounding: Compounding::Replace,
-    }
+    )
 }
 
 /// Depths are −3, −2, …: an echo from z comes at z.
@@ -91,11 +84,7 @@ fn lags_are_paths_or_behind_any_record() {
     let mut receive_delays = vec![7; upsampled.line_len()];
     for x in [0.0, 9.0, 1e3, 4e4, 1e5, 3e5, 1e9, 1e30] {
         for depth in [0.0, -40.0] {
-            let elements = [Element {
-                x,
-                z: depth,
-                angle: 0.0,
-            }];
+            let elements = [Element::down(x, depth)];
             let line = straight_down(Array::at(&elements, 1.0), 0.0);
             upsampled
                 .receive_delays(0.0f32, &line, 0, &mut receive_delays)
@@ -156,18 +145,7 @@ fn recording() -> ChannelData {
         };
         points.into_iter().map(echo).sum::<f64>() as f32
     });
-    ChannelData {
-        samples: rf.into(),
-        fs,
-        t0: vec![0.0; waves],
-        element_x: x,
-        element_z: None,
-        element_angle: None,
-        c: C,
-        f0: F0,
-        transmits: Transmits::Plane { angle },
-        lens_delay: 0.0,
-    }
+    ChannelData::linear(rf, x, Transmits::Plane { angle }, ([fs, F0], C))
 }
 
 fn parameters(interpolation: RfInterpolation) -> Beamform {
@@ -225,10 +203,6 @@ fn what_cannot_be_upsampled_is_refused() {
     fast.fs = 60e6;
     assert!(refused(&fast, &parameters).contains("2.5 times"));
     let mut focused = recording();
-    focused.transmits = Transmits::Focused {
-        x: focused.element_x[..7].to_vec(),
-        focus: vec![10e-3; 7],
-        f_number: None,
-    };
+    focused.transmits = Transmits::focused(focused.element_x[..7].to_vec(), 10e-3);
     assert!(refused(&focused, &parameters).contains("compounded"));
 }

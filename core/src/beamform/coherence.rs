@@ -19,10 +19,7 @@ use num_complex::Complex;
 /// pairs.
 ///
 /// ```
-/// use bonebeam::Complex;
-/// use bonebeam::beamform::{AlignedLine, ShortLagCoherence};
-/// use bonebeam::geometry::Active;
-/// use bonebeam::memory::Scratch;
+/// use bonebeam::prelude::stages::*;
 ///
 /// // Three samples of eight elements: an echo, its sign changing along the array, nothing.
 /// let mut x = [Complex::new(0.0, 0.0); 24];
@@ -61,8 +58,7 @@ impl ShortLagCoherence {
     /// The window is shorter than lines of these `samples`. A length below 0 counts as 0.
     ///
     /// ```
-    /// use bonebeam::beamform::ShortLagCoherence;
-    /// use bonebeam::geometry::Axis;
+    /// use bonebeam::prelude::stages::*;
     ///
     /// let samples = Axis { first: 0.0, step: 0.0385e-3, count: 1024 };
     /// assert_eq!(ShortLagCoherence::over(0.4e-3, &samples).temporal_half_window, 10);

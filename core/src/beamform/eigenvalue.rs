@@ -37,9 +37,8 @@ impl Beamformer {
     /// without the feature `eigenspace`.
     ///
     /// ```
-    /// use bonebeam::beamform::{AlignedLine, Beamformer, Parameters, Workspace};
-    /// use bonebeam::memory::Memory;
-    /// use bonebeam::{Complex, geometry::Active};
+    /// use bonebeam::prelude::stages::*;
+    /// use bonebeam::beamform::Parameters;
     ///
     /// // An echo, one that is on two of four elements alone, nothing.
     /// let mut x = [Complex::new(0.0, 0.0); 12];

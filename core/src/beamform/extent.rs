@@ -15,7 +15,6 @@ pub(super) trait Extent: Copy {
     /// `K` of the time window.
     fn half_window(self, parameters: &Parameters) -> usize;
 
-    /// The apodization.
     fn apodization(self, parameters: &Parameters) -> Option<Window>;
 }
 

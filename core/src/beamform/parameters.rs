@@ -131,6 +131,14 @@ impl Default for Parameters {
 }
 
 impl Parameters {
+    /// The default with another method.
+    pub const fn of(method: Method) -> Self {
+        Parameters {
+            method,
+            ..Self::DEFAULT
+        }
+    }
+
     /// Checks all values; a `const` can call it.
     ///
     /// # Errors
@@ -199,7 +207,6 @@ impl Parameters {
         Window::new(self.apodization, self.tukey_taper)
     }
 
-    /// The depth step.
     #[inline(always)]
     pub(crate) fn step(&self) -> DepthStep {
         DepthStep::new(self.depth_step)
@@ -330,10 +337,7 @@ mod tests {
                 );
             }
         }
-        let das = Parameters {
-            method: Method::Das,
-            ..Parameters::DEFAULT
-        };
+        let das = Parameters::of(Method::Das);
         let none = Sizes {
             sub_lines: 1,
             ..Sizes::default()

@@ -25,10 +25,8 @@ impl Beamformer {
     /// block, and leaves up to `3K` aligned samples for the next call.
     ///
     /// ```
-    /// use bonebeam::beamform::{AlignedLine, Beamformer, Parameters, Workspace};
-    /// use bonebeam::geometry::Active;
-    /// use bonebeam::memory::Memory;
-    /// use bonebeam::{Complex, Error};
+    /// use bonebeam::prelude::stages::*;
+    /// use bonebeam::beamform::Parameters;
     ///
     /// let parameters = Parameters { temporal_half_window: 1, ..Parameters::DEFAULT };
     /// let beamformer = Beamformer::new(parameters)?;

@@ -68,7 +68,6 @@ impl Pushes {
         self.step.span(segment.first_sample, outputs) + 2 * self.half_window
     }
 
-    /// The sample that a push reads.
     #[inline(always)]
     pub(super) fn read(self, push: usize) -> SampleIndex {
         SampleIndex {

@@ -17,9 +17,8 @@ use crate::simd::{ComplexVector, Vector, split_front};
 /// compiled once for all sizes.
 ///
 /// ```
-/// use bonebeam::beamform::{AlignedLine, Beamformer, Parameters, Sizes, Workspace};
-/// use bonebeam::memory::{Memory, Need};
-/// use bonebeam::{Complex, geometry::Active};
+/// use bonebeam::prelude::stages::*;
+/// use bonebeam::beamform::{Parameters, Sizes};
 ///
 /// const PARAMETERS: Parameters = Parameters { temporal_half_window: 2, ..Parameters::DEFAULT };
 /// const SIZES: Sizes = PARAMETERS.sizes(16);

@@ -33,6 +33,17 @@ pub struct ScanLine<'a> {
 }
 
 impl<'a> ScanLine<'a> {
+    /// A line along `ray` that replaces `out`, of all elements of `array`.
+    pub const fn new(transmit: Transmit<'a>, ray: Ray, array: Array<'a>) -> Self {
+        ScanLine {
+            transmit,
+            ray,
+            array,
+            active: Active::new(0, array.elements()),
+            compounding: Compounding::Replace,
+        }
+    }
+
     /// Scan line `line` of a scan.
     pub fn of(
         scan: &Scan<'a>,

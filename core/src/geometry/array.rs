@@ -20,6 +20,12 @@ pub struct Element {
 }
 
 impl Element {
+    /// An element at `x`, `z` m that faces down.
+    pub const fn down(x: f64, z: f64) -> Self {
+        let angle = 0.0;
+        Element { x, z, angle }
+    }
+
     /// Element `index` of a convex array.
     ///
     /// The `elements` elements are `pitch` m apart along an arc of `radius` m, whose middle is at x = 0, z = 0.
@@ -93,11 +99,7 @@ impl Array<'_> {
     pub const fn element(&self, index: usize) -> Element {
         match *self {
             Array::At { elements, .. } if index < elements.len() => elements[index],
-            _ => Element {
-                x: self.x(index),
-                z: 0.0,
-                angle: 0.0,
-            },
+            _ => Element::down(self.x(index), 0.0),
         }
     }
 

@@ -67,24 +67,16 @@ impl<'a> Scan<'a> {
     /// A `const` scan can give the sizes of statics:
     ///
     /// ```
+    /// use bonebeam::valid;
     /// use bonebeam::geometry::{Array, Axis, Depth, Lines, Scan, ScanParameters};
     ///
-    /// const SCAN: Scan = match Scan::new(ScanParameters {
-    ///     array: Array::Linear { elements: 64, pitch: 0.3e-3 },
+    /// const SCAN: Scan = valid!(Scan::new(ScanParameters {
+    ///     array: Array::linear(64, 0.3e-3),
     ///     lines: Lines::Even(Axis::centred(64, 0.3e-3)),
-    ///     sound_speed: 1540.0,
-    ///     centre_frequency: 5e6,
-    ///     sampling_rate: 40e6,
-    ///     record_samples: 2048,
-    ///     output_rate: 20e6,
     ///     start: Depth::Metres(5e-3),
     ///     end: Depth::Metres(35e-3),
-    ///     f_number: 1.5,
-    ///     min_elements: 8,
-    /// }) {
-    ///     Ok(scan) => scan,
-    ///     Err(_) => panic!("the scan is not valid"),
-    /// };
+    ///     ..ScanParameters::EXAMPLE
+    /// }));
     /// static LINE: [f32; SCAN.samples()] = [0.0; SCAN.samples()];
     /// assert_eq!(LINE.len(), 780); // 60 mm there and back at 1540 m/s and 20 MHz
     /// assert_eq!(SCAN.active(0, 0).count, 6); // 11 elements at 5 mm, cut at the array's end

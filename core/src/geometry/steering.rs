@@ -22,8 +22,7 @@ const AHEAD: [Complex<f32>; PARTS] = [Complex::new(1.0, 0.0); PARTS];
 /// `φ_c + s·(m − centre)`, and the table holds `e^{js/2}` and `e^{−jφ_c}`.
 ///
 /// ```
-/// # use bonebeam::geometry::{Axis, Lines, Scan, ScanParameters, Steering};
-/// use bonebeam::Complex;
+/// use bonebeam::prelude::stages::*;
 ///
 /// # let scan = Scan::new(ScanParameters {
 /// #     lines: Lines::Even(Axis::centred(16, 0.3e-3)),

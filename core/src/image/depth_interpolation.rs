@@ -39,8 +39,7 @@ const RESTART: usize = 16;
 /// of four times its frequency, docs/reproduction.md gives the error in grey levels.
 ///
 /// ```
-/// use bonebeam::Complex;
-/// use bonebeam::image::{DepthInterpolation, Pooling};
+/// use bonebeam::prelude::stages::*;
 ///
 /// // A tone at the carrier, a quarter of a cycle a sample. The line has every second sample.
 /// let interpolation = DepthInterpolation::new(9, 2, 0.25)?;

@@ -26,12 +26,8 @@ pub struct Parameters<'a> {
 /// Phase symmetry of images of one size: validated parameters.
 ///
 /// ```
-/// use bonebeam::Error;
-/// use bonebeam::memory::{Memory, Need};
-/// use bonebeam::phase_symmetry::{
-///     External, Kernels, LogGabor, LogGaborTables, Microfft, Parameters, PhaseSymmetry, Sizes,
-///     StripSlices,
-/// };
+/// use bonebeam::prelude::stages::*;
+/// use bonebeam::phase_symmetry::{Kernels, Parameters, Sizes};
 ///
 /// const SIZES: Sizes = Sizes { rows: 64, columns: 64, strip: 16 };
 /// const NEED: Need = SIZES.need();

@@ -105,10 +105,8 @@ impl<M: AsRef<[f32]> + AsMut<[f32]>> GainTables<M> {
     /// Cost: half a division and less than five table look-ups per pixel.
     ///
     /// ```
-    /// use bonebeam::Error;
-    /// use bonebeam::phase_symmetry::{
-    ///     GainTables, LogGabor, LogGaborTables, Parameters, PhaseSymmetry, Sizes,
-    /// };
+    /// use bonebeam::prelude::stages::*;
+    /// use bonebeam::phase_symmetry::{Parameters, Sizes};
     ///
     /// const SIZES: Sizes = Sizes { rows: 64, columns: 64, strip: 16 };
     /// const SCALES: [f64; 2] = [1.0 / 8.0, 1.0 / 16.0];

@@ -171,61 +171,11 @@ pub struct External<'a> {
 ///
 /// `V` is the vector to compute with: `f32` for one line at a time, a processor's registers for one line per lane.
 ///
-/// Strips of one step may be processed in parallel, each in slices of its own. In sequence,
-/// [`super::PhaseSymmetry::run`] does this:
-///
-/// ```
-/// use bonebeam::Error;
-/// use bonebeam::phase_symmetry::{
-///     GainTables, Kernels, LaneFft, LogGabor, LogGaborTables, Parameters, PhaseSymmetry, Sizes,
-///     StripSlices, scale_for_display,
-/// };
-/// use bonebeam::simd::Vector;
-/// use num_complex::Complex;
-///
-/// fn map<V: Vector>(zero: V, image: &[f32], parameters: &Parameters) -> Result<Vec<f32>, Error> {
-///     let bank = PhaseSymmetry::new(parameters)?;
-///     let sizes = bank.sizes();
-///     let mut tables = LogGaborTables::new();
-///     let gains = vec![0.0; bank.gain_tables_len()];
-///     let kernels = Kernels {
-///         fft: &LaneFft::new(),
-///         gains: &GainTables::new(&LogGabor::new(&mut tables), &bank, gains)?,
-///     };
-///     let mut memory = StripSlices {
-///         strip: &mut vec![0.0; sizes.strip_len()],
-///         sums: &mut vec![0.0; sizes.sums_len()],
-///         line: &mut vec![Complex::new(zero, zero); sizes.line_len()],
-///         gains: &mut vec![zero; sizes.gains_len()],
-///     };
-///     let mut spectrum = vec![0.0; sizes.spectrum_len()];
-///     let mut filtered = vec![0.0; sizes.filtered_len()];
-///     let mut amplitude = vec![0.0; sizes.amplitude_len()];
-///     let mut symmetry = vec![0.0; sizes.symmetry_len()];
-///     let (mut image, mut spectrum) = (image, &mut spectrum[..]);
-///     let mut filtered = &mut filtered[..];
-///     bank.spectrum(&kernels, &mut image, &mut spectrum, &mut memory)?;
-///     for filter in 0..bank.filters() {
-///         for columns in bank.column_strips() {
-///             bank.filter_columns(&kernels, filter, columns, &mut spectrum, &mut filtered, &mut memory)?;
-///         }
-///         for rows in bank.row_strips() {
-///             let (mut above, mut below) = (&mut symmetry[..], &mut amplitude[..]);
-///             bank.add_rows(&kernels, filter, rows, &mut filtered, [&mut above, &mut below], &mut memory)?;
-///         }
-///     }
-///     scale_for_display(&mut symmetry)?;
-///     Ok(symmetry)
-/// }
-///
-/// let sizes = Sizes { rows: 64, columns: 128, strip: 7 };
-/// let mut image = vec![10.0; sizes.image_len()];
-/// image[20 * 128..21 * 128].fill(200.0);
-/// let parameters = Parameters { sizes, scales: &[1.0 / 8.0], threshold: 3.0 };
-/// let map = map(0.0f32, &image, &parameters)?;
-/// assert!(map[20 * 128] > 254.0 && map[50 * 128] < 25.0);
-/// # Ok::<(), Error>(())
-/// ```
+/// Strips of one step may be processed in parallel, each in slices of its own:
+/// [`spectrum`](super::PhaseSymmetry::spectrum), then for each filter
+/// [`filter_columns`](super::PhaseSymmetry::filter_columns) of every strip of columns and
+/// [`add_rows`](super::PhaseSymmetry::add_rows) of every strip of rows. In sequence, [`super::PhaseSymmetry::run`] does
+/// this.
 pub struct StripSlices<'a, V> {
     /// Input of a strip, [`Sizes::strip_len`] long.
     pub strip: &'a mut [f32],

@@ -16,8 +16,7 @@ use core::ops::Range;
 ///   is no bone: leave a margin around the structure of interest.
 ///
 /// ```
-/// use bonebeam::geometry::Axis;
-/// use bonebeam::pipeline::DepthGate;
+/// use bonebeam::prelude::*;
 ///
 /// let depths = Axis { first: 5e-3, step: 0.1e-3, count: 301 };
 /// let gate = DepthGate { from: 10e-3, to: 20e-3 };

@@ -24,11 +24,7 @@ use crate::{Complex, Error};
 /// RF or I/Q enters line by line. One output is computed at a time, as on a microcontroller.
 ///
 /// ```
-/// use bonebeam::Complex;
-/// use bonebeam::delay::Record;
-/// use bonebeam::geometry::{Transmit, TransmitLaw};
-/// use bonebeam::memory::Scratch;
-/// use bonebeam::pipeline::{Frame, Parameters, Pipeline};
+/// use bonebeam::prelude::*;
 ///
 /// let pipeline = Pipeline::new(Parameters::EXAMPLE)?;
 /// let need = pipeline.need(1);
@@ -202,13 +198,7 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
     /// apart, with the shapes of [`Beamformer::sizes`] for the scan's elements.
     ///
     /// ```
-    /// use bonebeam::beamform::Workspace;
-    /// use bonebeam::delay::Record;
-    /// use bonebeam::geometry::{Transmit, TransmitLaw};
-    /// use bonebeam::memory::Scratch;
-    /// use bonebeam::pipeline::{Frame, Parameters, Pipeline};
-    /// use bonebeam::simd::Vector;
-    /// use bonebeam::{Complex, Error};
+    /// use bonebeam::prelude::stages::*;
     ///
     /// /// By the vectors of `zero`: see `dispatch!`.
     /// fn top_left<V: Vector>(zero: V, pipeline: &Pipeline) -> Result<f32, Error> {

@@ -28,12 +28,9 @@ use core::ops::Range;
 /// that beamform many lines at once ([`Beamformer::segments`]).
 ///
 /// ```
-/// # use bonebeam::geometry::ScanParameters;
-/// use bonebeam::Complex;
+/// use bonebeam::prelude::stages::*;
 /// use bonebeam::beamform::Parameters;
-/// use bonebeam::delay::Record;
-/// use bonebeam::geometry::{Scan, Transmit, TransmitLaw};
-/// use bonebeam::pipeline::{Block, LinePipeline};
+/// use bonebeam::pipeline::Block;
 ///
 /// # const PARAMETERS: ScanParameters = ScanParameters::EXAMPLE;
 /// let lines = LinePipeline::new(Scan::new(PARAMETERS)?, Parameters::DEFAULT)?;

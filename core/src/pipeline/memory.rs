@@ -21,7 +21,6 @@ pub(crate) struct FrameLayout {
     pub(super) line_samples: usize,
     /// Memory of the image's interpolation of lines.
     pub(super) interpolation: Need,
-    /// Sub-lines of a line.
     pub(super) sub_lines: usize,
     /// The directions of all sub-lines, if there are any.
     pub(super) steering: usize,
@@ -29,7 +28,6 @@ pub(crate) struct FrameLayout {
     pub(super) envelopes: usize,
     /// The delay stage and the aligned samples of a line.
     pub(super) line: Need,
-    /// The beamformer.
     pub(super) beamformer: beamform::Sizes,
     /// Grey levels of all lines, and the pixels before the median.
     pub(super) b_mode: usize,
@@ -41,14 +39,10 @@ impl Parameters<'_> {
     /// Memory of a [`Frame`](super::Frame) with lines by vectors of `lanes` lanes, for a `static`:
     ///
     /// ```
-    /// use bonebeam::memory::{Memory, Need};
-    /// use bonebeam::pipeline::{Input, Parameters};
+    /// use bonebeam::prelude::*;
     ///
     /// const PARAMETERS: Parameters = Parameters::EXAMPLE;
-    /// const NEED: Need = match PARAMETERS.need(Input::Rf, 1) {
-    ///     Ok(need) => need,
-    ///     Err(error) => panic!("{}", error.words().as_str()),
-    /// };
+    /// const NEED: Need = valid!(PARAMETERS.need(Input::Rf, 1));
     /// static MEMORY: Memory<{ NEED.real }, { NEED.complex }> = Memory::new();
     /// ```
     ///
@@ -138,11 +132,7 @@ impl Parameters<'_> {
 
     /// The image's size and the strip height, as phase symmetry has them.
     pub(super) const fn strips(&self) -> phase_symmetry::Sizes {
-        phase_symmetry::Sizes {
-            rows: self.rows,
-            columns: self.columns,
-            strip: self.strip,
-        }
+        phase_symmetry::Sizes::new(self.rows, self.columns, self.strip)
     }
 }
 

@@ -157,35 +157,9 @@ pub enum Input {
 /// The plan of all stages.
 ///
 /// ```
-/// # use bonebeam::Error;
-/// use bonebeam::beamform;
-/// use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
-/// use bonebeam::pipeline::{Parameters, Pipeline};
+/// use bonebeam::prelude::*;
 ///
-/// let pipeline = Pipeline::new(Parameters {
-///     scan: ScanParameters {
-///         array: Array::Linear { elements: 16, pitch: 0.3e-3 },
-///         lines: Lines::Even(Axis::centred(64, 0.1e-3)),
-///         sound_speed: 1540.0,
-///         centre_frequency: 5e6,
-///         sampling_rate: 20e6,
-///         record_samples: 512,
-///         output_rate: 20e6,
-///         start: Depth::Metres(4e-3),
-///         end: Depth::Metres(12e-3),
-///         f_number: 1.5,
-///         min_elements: 8,
-///     },
-///     beamformer: beamform::Parameters::default(),
-///     rows: 64,
-///     columns: 64,
-///     dynamic_range: 50.0,
-///     median: true,
-///     scales: &[0.125, 0.0625],
-///     threshold: 10.0,
-///     strip: 8,
-///     block: 64,
-/// })?;
+/// let pipeline = Pipeline::new(Parameters::EXAMPLE)?;
 /// assert_eq!(pipeline.lines().scan().samples(), 208);
 /// assert_eq!(pipeline.b_mode().parameters().grid.z0, 4e-3);
 /// # Ok::<(), Error>(())
@@ -221,19 +195,11 @@ impl<'a> Pipeline<'a, &'a Delay> {
     /// The filters of the stage are not computed again, and the plan is small.
     ///
     /// ```
-    /// use bonebeam::delay::{Delay, DelayParameters};
-    /// use bonebeam::geometry::Scan;
-    /// use bonebeam::pipeline::{Parameters, Pipeline};
+    /// use bonebeam::prelude::stages::*;
     ///
     /// const PARAMETERS: Parameters = Parameters::EXAMPLE;
-    /// const SCAN: Scan = match Scan::new(PARAMETERS.scan) {
-    ///     Ok(scan) => scan,
-    ///     Err(_) => panic!("the scan is not valid"),
-    /// };
-    /// static DELAY: Delay = match Delay::new(DelayParameters::of(&SCAN)) {
-    ///     Ok(delay) => delay,
-    ///     Err(_) => panic!("the scan is not valid"),
-    /// };
+    /// const SCAN: Scan = valid!(Scan::new(PARAMETERS.scan));
+    /// static DELAY: Delay = valid!(Delay::new(DelayParameters::of(&SCAN)));
     /// let pipeline = Pipeline::by(&DELAY, PARAMETERS)?;
     /// assert!(size_of_val(&pipeline) < 2000 && size_of_val(&DELAY) > 10_000);
     /// # Ok::<(), bonebeam::Error>(())
@@ -253,9 +219,7 @@ impl<'a> Pipeline<'a, IqDelay> {
     /// A pipeline of I/Q.
     ///
     /// ```
-    /// # use bonebeam::Error;
-    /// use bonebeam::geometry::ScanParameters;
-    /// use bonebeam::pipeline::{Input, IqInput, Parameters, Pipeline};
+    /// use bonebeam::prelude::*;
     ///
     /// let parameters = Parameters {
     ///     scan: ScanParameters {

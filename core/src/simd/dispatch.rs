@@ -3,44 +3,83 @@
 use core::fmt;
 use core::str::FromStr;
 
-/// An instruction set that kernels are compiled for; it changes no bit.
+/// The instruction sets with vectors, the fastest first.
 ///
-/// With the feature `std`, the processor is asked at run time. Without it, an instruction set counts as available
-/// if the compiler's target promises it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum InstructionSet {
-    /// x86-64's baseline; 4 lanes.
-    #[cfg(target_arch = "x86_64")]
-    Sse2,
-    /// AVX2; 8 lanes.
-    #[cfg(target_arch = "x86_64")]
-    Avx2,
-    /// AVX-512; 16 lanes.
-    #[cfg(target_arch = "x86_64")]
-    Avx512,
-    /// AArch64's baseline; 4 lanes.
-    #[cfg(target_arch = "aarch64")]
-    Neon,
-    /// No vectors; one lane, as on a microcontroller.
-    Scalar,
+/// A row has the architecture, the documentation, the type of `fearless_simd`, the key, the name, and the proof that the
+/// processor has the set.
+macro_rules! sets {
+    ($($architecture:literal $about:literal $set:ident $key:literal $name:literal $proof:ident;)*) => {
+        /// An instruction set that kernels are compiled for; it changes no bit.
+        ///
+        /// With the feature `std`, the processor is asked at run time. Without it, an instruction set counts as
+        /// available if the compiler's target promises it.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+        #[non_exhaustive]
+        pub enum InstructionSet {
+            $(
+                #[doc = $about]
+                #[cfg(target_arch = $architecture)]
+                $set,
+            )*
+            /// No vectors; one lane, as on a microcontroller.
+            Scalar,
+        }
+
+        impl InstructionSet {
+            /// All instruction sets of this processor architecture, the fastest first.
+            pub const ALL: &[Self] = &[
+                $(#[cfg(target_arch = $architecture)] InstructionSet::$set,)*
+                InstructionSet::Scalar,
+            ];
+
+            /// Proof that the processor has the instruction set; [`Token::Scalar`] if it has not.
+            #[doc(hidden)]
+            pub fn token(self) -> Token {
+                let token = match self {
+                    $(
+                        #[cfg(target_arch = $architecture)]
+                        InstructionSet::$set => level().$proof().map(Token::$set),
+                    )*
+                    InstructionSet::Scalar => None,
+                };
+                token.unwrap_or(Token::Scalar)
+            }
+
+            /// Name for people.
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(#[cfg(target_arch = $architecture)] InstructionSet::$set => $name,)*
+                    InstructionSet::Scalar => "one lane",
+                }
+            }
+
+            /// Name for command lines and configurations; [`str::parse`] accepts it.
+            pub const fn key(self) -> &'static str {
+                match self {
+                    $(#[cfg(target_arch = $architecture)] InstructionSet::$set => $key,)*
+                    InstructionSet::Scalar => "scalar",
+                }
+            }
+        }
+
+        /// What an [`InstructionSet`] is chosen by in [`dispatch!`](crate::dispatch).
+        #[doc(hidden)]
+        pub enum Token {
+            $(#[cfg(target_arch = $architecture)] $set(fearless_simd::$set),)*
+            Scalar,
+        }
+    };
+}
+
+sets! {
+    "x86_64" "AVX-512; 16 lanes." Avx512 "avx512" "AVX-512" as_avx512;
+    "x86_64" "AVX2; 8 lanes." Avx2 "avx2" "AVX2" as_avx2;
+    "x86_64" "x86-64's baseline; 4 lanes." Sse2 "sse2" "SSE2" as_sse2;
+    "aarch64" "AArch64's baseline; 4 lanes." Neon "neon" "NEON" as_neon;
 }
 
 impl InstructionSet {
-    /// All instruction sets of this processor architecture, the fastest first.
-    pub const ALL: &[Self] = &[
-        #[cfg(target_arch = "x86_64")]
-        InstructionSet::Avx512,
-        #[cfg(target_arch = "x86_64")]
-        InstructionSet::Avx2,
-        #[cfg(target_arch = "x86_64")]
-        InstructionSet::Sse2,
-        #[cfg(target_arch = "aarch64")]
-        InstructionSet::Neon,
-        InstructionSet::Scalar,
-    ];
-
     /// Instruction sets that this processor has, the fastest first.
     pub fn available() -> impl Iterator<Item = Self> {
         Self::ALL.iter().copied().filter(|set| set.is_available())
@@ -55,67 +94,6 @@ impl InstructionSet {
     pub fn is_available(self) -> bool {
         self == InstructionSet::Scalar || !matches!(self.token(), Token::Scalar)
     }
-
-    /// Proof that the processor has the instruction set; [`Token::Scalar`] if it has not.
-    #[doc(hidden)]
-    pub fn token(self) -> Token {
-        let token = match self {
-            #[cfg(target_arch = "x86_64")]
-            InstructionSet::Avx512 => level().as_avx512().map(Token::Avx512),
-            #[cfg(target_arch = "x86_64")]
-            InstructionSet::Avx2 => level().as_avx2().map(Token::Avx2),
-            #[cfg(target_arch = "x86_64")]
-            InstructionSet::Sse2 => level().as_sse2().map(Token::Sse2),
-            #[cfg(target_arch = "aarch64")]
-            InstructionSet::Neon => level().as_neon().map(Token::Neon),
-            InstructionSet::Scalar => None,
-        };
-        token.unwrap_or(Token::Scalar)
-    }
-
-    /// Name for people.
-    pub const fn name(self) -> &'static str {
-        match self {
-            #[cfg(target_arch = "x86_64")]
-            InstructionSet::Sse2 => "SSE2",
-            #[cfg(target_arch = "x86_64")]
-            InstructionSet::Avx2 => "AVX2",
-            #[cfg(target_arch = "x86_64")]
-            InstructionSet::Avx512 => "AVX-512",
-            #[cfg(target_arch = "aarch64")]
-            InstructionSet::Neon => "NEON",
-            InstructionSet::Scalar => "one lane",
-        }
-    }
-
-    /// Name for command lines and configurations; [`str::parse`] accepts it.
-    pub const fn key(self) -> &'static str {
-        match self {
-            #[cfg(target_arch = "x86_64")]
-            InstructionSet::Sse2 => "sse2",
-            #[cfg(target_arch = "x86_64")]
-            InstructionSet::Avx2 => "avx2",
-            #[cfg(target_arch = "x86_64")]
-            InstructionSet::Avx512 => "avx512",
-            #[cfg(target_arch = "aarch64")]
-            InstructionSet::Neon => "neon",
-            InstructionSet::Scalar => "scalar",
-        }
-    }
-}
-
-/// What an [`InstructionSet`] is chosen by in [`dispatch!`](crate::dispatch).
-#[doc(hidden)]
-pub enum Token {
-    #[cfg(target_arch = "x86_64")]
-    Avx512(fearless_simd::Avx512),
-    #[cfg(target_arch = "x86_64")]
-    Avx2(fearless_simd::Avx2),
-    #[cfg(target_arch = "x86_64")]
-    Sse2(fearless_simd::Sse2),
-    #[cfg(target_arch = "aarch64")]
-    Neon(fearless_simd::Neon),
-    Scalar,
 }
 
 /// Evaluates an expression with a zero vector of an instruction set.
@@ -137,32 +115,21 @@ pub enum Token {
 /// ```
 #[macro_export]
 macro_rules! dispatch {
+    (@of $zero:ident = $value:expr => $work:expr) => {{
+        let $zero = $value;
+        $work
+    }};
     ($set:expr, $zero:ident => $work:expr) => {
         match $crate::simd::InstructionSet::token($set) {
             #[cfg(target_arch = "x86_64")]
-            $crate::simd::Token::Avx512(simd) => {
-                let $zero = $crate::simd::Lanes::new(simd);
-                $work
-            }
+            $crate::simd::Token::Avx512(simd) => $crate::dispatch!(@of $zero = $crate::simd::Lanes::new(simd) => $work),
             #[cfg(target_arch = "x86_64")]
-            $crate::simd::Token::Avx2(simd) => {
-                let $zero = $crate::simd::Lanes::new(simd);
-                $work
-            }
+            $crate::simd::Token::Avx2(simd) => $crate::dispatch!(@of $zero = $crate::simd::Lanes::new(simd) => $work),
             #[cfg(target_arch = "x86_64")]
-            $crate::simd::Token::Sse2(simd) => {
-                let $zero = $crate::simd::Lanes::new(simd);
-                $work
-            }
+            $crate::simd::Token::Sse2(simd) => $crate::dispatch!(@of $zero = $crate::simd::Lanes::new(simd) => $work),
             #[cfg(target_arch = "aarch64")]
-            $crate::simd::Token::Neon(simd) => {
-                let $zero = $crate::simd::Lanes::new(simd);
-                $work
-            }
-            $crate::simd::Token::Scalar => {
-                let $zero = 0.0f32;
-                $work
-            }
+            $crate::simd::Token::Neon(simd) => $crate::dispatch!(@of $zero = $crate::simd::Lanes::new(simd) => $work),
+            $crate::simd::Token::Scalar => $crate::dispatch!(@of $zero = 0.0f32 => $work),
         }
     };
 }

@@ -26,8 +26,6 @@ const DROP: i32 = 56 * PARTS;
 const BLACK: i32 = 13 * PARTS;
 /// Added to levels before their logarithm, in 1/16.
 const OFFSET: i32 = 4 * PARTS;
-/// Smallest range from dark to bright, in 1/16.
-const RANGE: i32 = 20 * PARTS;
 /// Inputs are limited to this, in 1/64 of their standard deviation.
 const LIMIT: i32 = 3 * 64;
 /// Farther than any cell of a line.
@@ -52,7 +50,6 @@ pub(super) struct Learnt {
 /// Levels of the frame, in 1/16, and the logarithms of the same.
 struct Frame {
     dark: i32,
-    range: u32,
     bright: i32,
     inputs: [i32; 2],
 }
@@ -234,11 +231,9 @@ impl Frame {
         let [dark, tissue, bright] = [levels.dark, levels.tissue, levels.bright].map(i32::from);
         // A dark neither black nor far below the tissue is muscle.
         let dark = dark.min((tissue - DROP).max(BLACK));
-        let range = (bright - dark).max(RANGE) as u32;
         let bright = ln_of(bright);
         Frame {
             dark,
-            range,
             bright,
             inputs: [dark, tissue].map(|level| ln_of(level) - bright),
         }
@@ -246,7 +241,7 @@ impl Frame {
 
     /// The network's score of an echo.
     ///
-    /// Its inputs are the levels' logarithms, their shares of the frame's range, and two of the frame.
+    /// Its inputs are the levels' logarithms, and two of the frame.
     #[inline(never)]
     fn score(&self, means: &[i32; LEVELS]) -> i32 {
         let echo = ln_of(means.first().copied().unwrap_or_default());
@@ -254,12 +249,8 @@ impl Frame {
             0 => echo - self.bright,
             _ => ln_of(mean) - echo,
         });
-        let shares = means.iter().map(|&mean| {
-            let share = ((mean - self.dark).max(0) as u32 * 1024).checked_div(self.range);
-            share.unwrap_or(0).min(2048) as i32
-        });
         let mut inputs = [0i16; INPUTS];
-        let all = logarithms.chain(shares).chain(self.inputs);
+        let all = logarithms.chain(self.inputs);
         let scales = CENTRES.iter().zip(&GAINS);
         for ((entry, input), (&centre, &gain)) in inputs.iter_mut().zip(all).zip(scales) {
             let scaled = ((input - i32::from(centre)) * i32::from(gain)) >> 12;

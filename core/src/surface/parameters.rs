@@ -206,11 +206,11 @@ impl Settings {
         near: [0.5e-3, 1.5e-3],
         far: [1e-3, 1.5e-3],
         depths: [2e-3, f64::INFINITY],
-        absence: -1.0,
+        absence: -1.5,
         end: 10.0,
         jump: 12.0,
         slope: 1.5e3,
-        confidence: [-0.26, 0.78],
+        confidence: [-0.53, 0.70],
         ..Self::DEFAULT
     };
 }

@@ -94,6 +94,15 @@ where
     }
 }
 
+/// A call of the first part, then of the second.
+macro_rules! both {
+    ($pair:ident.$call:ident($($argument:expr),*)) => {{
+        let (first, second) = $pair.parts();
+        first.$call($($argument),*).await.map_err(PairError::First)?;
+        second.$call($($argument),*).await.map_err(PairError::Second)
+    }};
+}
+
 impl<A, B, SYNC, DELAY> Receiver for Pair<A, B, SYNC, DELAY>
 where
     A: Receiver,
@@ -109,53 +118,26 @@ where
     const RAMP: bool = A::RAMP && B::RAMP;
 
     async fn reset(&mut self, delay: &mut impl DelayNs) -> Result<(), Self::Error> {
-        self.first.reset(delay).await.map_err(PairError::First)?;
-        self.second.reset(delay).await.map_err(PairError::Second)?;
+        both!(self.reset(delay))?;
         self.synchronise().await
     }
 
     async fn configure(&mut self, settings: &A::Settings) -> Result<(), Self::Error> {
-        let (first, second) = self.parts();
-        first.configure(settings).await.map_err(PairError::First)?;
-        second
-            .configure(settings)
-            .await
-            .map_err(PairError::Second)?;
+        both!(self.configure(settings))?;
         self.synchronise().await
     }
 
     async fn attenuate(&mut self, attenuator: Attenuator) -> Result<(), Self::Error> {
-        let (first, second) = self.parts();
-        first
-            .attenuate(attenuator)
-            .await
-            .map_err(PairError::First)?;
-        second
-            .attenuate(attenuator)
-            .await
-            .map_err(PairError::Second)
+        both!(self.attenuate(attenuator))
     }
 
     async fn test_pattern(&mut self, pattern: TestPattern) -> Result<(), Self::Error> {
-        let (first, second) = self.parts();
-        first
-            .test_pattern(pattern)
-            .await
-            .map_err(PairError::First)?;
-        second
-            .test_pattern(pattern)
-            .await
-            .map_err(PairError::Second)?;
+        both!(self.test_pattern(pattern))?;
         self.synchronise().await
     }
 
     async fn power(&mut self, power: Power, delay: &mut impl DelayNs) -> Result<(), Self::Error> {
-        let (first, second) = self.parts();
-        first.power(power, delay).await.map_err(PairError::First)?;
-        second
-            .power(power, delay)
-            .await
-            .map_err(PairError::Second)?;
+        both!(self.power(power, delay))?;
         self.synchronise().await
     }
 }

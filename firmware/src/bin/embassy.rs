@@ -14,9 +14,7 @@
 use core::cell::RefCell;
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use bonebeam::Error;
-use bonebeam::delay::IqDelay;
-use bonebeam::memory::{Memory, Need, Scratch};
+use bonebeam::prelude::stages::*;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m_rt::{entry, exception};
 use cortex_m_semihosting::debug::{EXIT_FAILURE, EXIT_SUCCESS};

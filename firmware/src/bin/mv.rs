@@ -9,20 +9,15 @@
 use core::hint::black_box;
 use core::panic::PanicInfo;
 
-use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Sizes, Workspace};
-use bonebeam::geometry::Active;
-use bonebeam::memory::{Memory, Need};
-use bonebeam::{Complex, Error};
+use bonebeam::beamform::{Parameters, Sizes};
+use bonebeam::prelude::stages::*;
 use cortex_m_rt::entry;
 use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
 use static_cell::ConstStaticCell;
 
 const ELEMENTS: usize = 16;
 const SAMPLES: usize = 8;
-const PARAMETERS: Parameters = Parameters {
-    method: Method::Mv,
-    ..Parameters::DEFAULT
-};
+const PARAMETERS: Parameters = Parameters::of(Method::Mv);
 const SIZES: Sizes = PARAMETERS.sizes(ELEMENTS);
 const NEED: Need = SIZES.need();
 /// FNV-1a over the words of the line, with and without the feature `eigenspace`.

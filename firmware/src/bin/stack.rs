@@ -19,24 +19,14 @@ mod example;
 use core::fmt::Display;
 use core::hint::black_box;
 
-use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Sizes, Workspace};
-use bonebeam::covariance::Covariance;
-use bonebeam::delay::{
-    Compounding, Delay, DelayParameters, IqDelay, IqInterpolation, IqLayout, IqParameters,
-    IqSamples, Record, ScanLine, Stage,
-};
-use bonebeam::geometry::{Active, ApertureTable, Array, Axis, Ray, Scan, Transmit, TransmitLaw};
+use bonebeam::beamform::{Parameters, Sizes};
+use bonebeam::geometry::ApertureTable;
 use bonebeam::image::{
-    BMode, BModeParameters, Fan, Logarithm, PixelGrid, envelope, largest, log_compression,
-    log_compression_with, median, resample, scan_convert,
+    PixelGrid, envelope, largest, log_compression, log_compression_with, median, resample,
+    scan_convert,
 };
-use bonebeam::memory::{Memory, Need, Scratch};
-use bonebeam::phase_symmetry::{
-    self, External, GainTables, Gains, Kernels, LaneFft, LogGabor, LogGaborTables, Microfft,
-    PhaseSymmetry, StripSlices, scale_for_display,
-};
-use bonebeam::pipeline::{Frame, Pipeline};
-use bonebeam::{Complex, Error};
+use bonebeam::phase_symmetry::{self, Kernels, scale_for_display};
+use bonebeam::prelude::stages::*;
 use cortex_m_rt::entry;
 use cortex_m_semihosting::debug::{EXIT_FAILURE, EXIT_SUCCESS};
 use cortex_m_semihosting::hprintln;
@@ -49,24 +39,15 @@ const SAMPLES: usize = 96;
 const RECORD: usize = 2 * SAMPLES;
 const SIDE: usize = 64;
 const PIXELS: usize = SIDE * SIDE;
-const STRIPS: phase_symmetry::Sizes = phase_symmetry::Sizes {
-    rows: SIDE,
-    columns: SIDE,
-    strip: 8,
-};
+const STRIPS: phase_symmetry::Sizes = phase_symmetry::Sizes::new(SIDE, SIDE, 8);
 const SCALES: [f64; 3] = [1.0 / 8.0, 1.0 / 16.0, 1.0 / 32.0];
 
 /// The line extends beyond the record at both ends.
 const RF: DelayParameters = DelayParameters {
-    sound_speed: 1540.0,
-    sampling_rate: 40e6,
-    centre_frequency: 5e6,
-    output_rate: 20e6,
-    output_start: 0.0,
     output_samples: SAMPLES,
     elements: ELEMENTS,
     record_samples: RECORD - 40,
-    hilbert_taps: 8,
+    ..DelayParameters::EXAMPLE
 };
 const FASTER: DelayParameters = DelayParameters {
     sampling_rate: 100e6,
@@ -184,24 +165,19 @@ fn all(arrays: &mut Arrays) -> Result<(), Error> {
 }
 
 fn line() -> ScanLine<'static> {
-    ScanLine {
-        transmit: Transmit::new(
+    ScanLine::new(
+        Transmit::new(
             TransmitLaw::VirtualSource { x: 1e-3, z: -4e-3 },
             20.0 / 40e6,
         ),
-        ray: Ray::new(0.0, 0.0, 0.1),
-        array: Array::linear(ELEMENTS, 0.3e-3),
-        active: Active::new(0, ELEMENTS),
-        compounding: Compounding::Replace,
-    }
+        Ray::new(0.0, 0.0, 0.1),
+        Array::linear(ELEMENTS, 0.3e-3),
+    )
 }
 
 #[inline(never)]
 fn delay(arrays: &mut Arrays) -> Result<(), Error> {
-    static DELAY: ConstStaticCell<Delay> = ConstStaticCell::new(match Delay::new(RF) {
-        Ok(delay) => delay,
-        Err(_) => panic!("the parameters are not valid"),
-    });
+    static DELAY: ConstStaticCell<Delay> = ConstStaticCell::new(valid!(Delay::new(RF)));
     let delay = DELAY.take();
     let (scratch, out) = (&mut arrays.scratch, &mut arrays.aligned);
     of("Scan::new", || {
@@ -278,10 +254,9 @@ fn beamformed(
 ) -> Result<(), Error> {
     let mut workspace = Workspace::new(0.0, sizes, scratch)?;
     let beamformer = Beamformer::new(Parameters {
-        method,
         covariance: sizes.covariance,
         temporal_half_window: 2,
-        ..Parameters::DEFAULT
+        ..Parameters::of(method)
     })?;
     let x = AlignedLine::new(x, ELEMENTS)?;
     // An aperture that grows with depth.
@@ -411,15 +386,9 @@ fn map(
     })
 }
 
-const SCAN: Scan = match Scan::new(example::PARAMETERS.scan) {
-    Ok(scan) => scan,
-    Err(_) => panic!("the scan is not valid"),
-};
+const SCAN: Scan = valid!(Scan::new(example::PARAMETERS.scan));
 /// The delay stage of the pipeline's scan: a constant.
-static DELAY: Delay = match Delay::new(DelayParameters::of(&SCAN)) {
-    Ok(delay) => delay,
-    Err(_) => panic!("the scan is not valid"),
-};
+static DELAY: Delay = valid!(Delay::new(DelayParameters::of(&SCAN)));
 
 #[inline(never)]
 fn pipeline(arrays: &mut Arrays) -> Result<(), Error> {

@@ -1,9 +1,6 @@
 //! From blocks to a bone map, for the main loop.
 
-use bonebeam::Error;
-use bonebeam::delay::Record;
-use bonebeam::memory::Scratch;
-use bonebeam::pipeline::Frame;
+use bonebeam::prelude::stages::*;
 
 use crate::{Plan, Probe};
 

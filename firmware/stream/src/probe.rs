@@ -1,11 +1,7 @@
 //! The probe of an application.
 
-use bonebeam::Error;
 use bonebeam::beamform::Sizes;
-use bonebeam::delay::Stage;
-use bonebeam::geometry::Transmit;
-use bonebeam::memory::Need;
-use bonebeam::pipeline::{Parameters, Pipeline};
+use bonebeam::prelude::stages::*;
 
 /// A probe with its scan, known at compile time.
 ///

@@ -1,7 +1,6 @@
 //! RF from DMA.
 
-use bonebeam::Error;
-use bonebeam::delay::{IqLayout, Record};
+use bonebeam::prelude::stages::*;
 
 /// Converts RF counts of `elements` elements into a record.
 ///

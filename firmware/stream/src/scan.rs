@@ -3,12 +3,7 @@
 //! 16 elements, 24 lines of 256 samples, subapertures of 8. [`echoes`] replaces a recording: firmware/build.rs
 //! computes the blocks that are compiled in.
 
-use bonebeam::Error;
-use bonebeam::beamform::{self, Method};
-use bonebeam::delay::{IqDelay, IqInterpolation, IqLayout, IqSamples, Record};
-use bonebeam::geometry::{Array, Axis, Depth, Lines, Scan, ScanParameters, Transmit, TransmitLaw};
-use bonebeam::memory::{Memory, Need};
-use bonebeam::pipeline::{Input, IqInput, Parameters, Pipeline};
+use bonebeam::prelude::stages::*;
 
 use crate::{Block, Probe};
 
@@ -41,9 +36,8 @@ pub const PARAMETERS: Parameters<'static> = Parameters {
         min_elements: 8,
     },
     beamformer: beamform::Parameters {
-        method: Method::Mv,
         temporal_half_window: 0,
-        ..beamform::Parameters::DEFAULT
+        ..beamform::Parameters::of(Method::Mv)
     },
     rows: 64,
     columns: 64,
@@ -64,10 +58,7 @@ pub const INPUT: IqInput = IqInput {
 };
 
 /// Geometry of the scan.
-pub const SCAN: Scan<'static> = match Scan::of_iq(PARAMETERS.scan) {
-    Ok(scan) => scan,
-    Err(error) => panic!("{}", error.words().as_str()),
-};
+pub const SCAN: Scan<'static> = valid!(Scan::of_iq(PARAMETERS.scan));
 const _: () = assert!(SCAN.samples() == LENGTH);
 
 /// Transmit of a beam, focused on its axis. The record begins 5 µs later.
@@ -83,10 +74,7 @@ pub enum Reference {}
 impl Probe for Reference {
     type Stage = IqDelay;
     const PARAMETERS: Parameters<'static> = PARAMETERS;
-    const NEED: Need = match PARAMETERS.need(Input::Iq, 1) {
-        Ok(need) => need,
-        Err(error) => panic!("{}", error.words().as_str()),
-    };
+    const NEED: Need = valid!(PARAMETERS.need(Input::Iq, 1));
     const TRANSMIT: Transmit<'static> = TRANSMIT;
 
     fn pipeline() -> Result<Pipeline<'static, IqDelay>, Error> {
@@ -108,10 +96,7 @@ impl Probe for Shallow {
         block: LENGTH / 2,
         ..PARAMETERS
     };
-    const NEED: Need = match Self::PARAMETERS.need(Input::Iq, 1) {
-        Ok(need) => need,
-        Err(error) => panic!("{}", error.words().as_str()),
-    };
+    const NEED: Need = valid!(Self::PARAMETERS.need(Input::Iq, 1));
     const TRANSMIT: Transmit<'static> = TRANSMIT;
 
     fn pipeline() -> Result<Pipeline<'static, IqDelay>, Error> {

@@ -3,13 +3,8 @@
 
 mod common;
 
-use bonebeam::beamform::{self, ShortLagCoherence};
-use bonebeam::delay::{Delay, IqLayout};
-use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters, Transmit, TransmitLaw};
-use bonebeam::memory::{Memory, Need, Scratch};
-use bonebeam::pipeline::{Frame, Input, Parameters, Pipeline};
-use bonebeam::surface::{Detector, Settings};
-use bonebeam::{Complex, Error};
+use bonebeam::prelude::stages::*;
+use bonebeam::surface::Settings;
 use bonebeam_stream::scan::{self, BEAMS, ELEMENTS, Reference, ScanBlock, ScanMemory};
 use bonebeam_stream::{Chain, Fault, Line, Overflow, Pool, Probe, Sequence, Stamp, rf_record};
 use common::by_the_core;
@@ -178,23 +173,15 @@ impl Probe for Rf {
         scan: ScanParameters {
             array: Array::linear(8, 0.3e-3),
             lines: Lines::Even(Axis::centred(20, 0.2e-3)),
-            sound_speed: 1540.0,
-            centre_frequency: 5e6,
-            sampling_rate: 20e6,
             record_samples: RF_SAMPLES,
-            output_rate: 20e6,
             start: Depth::Metres(3e-3),
             end: Depth::Metres(9e-3),
-            f_number: 1.5,
-            min_elements: 8,
+            ..ScanParameters::EXAMPLE
         },
         beamformer: beamform::Parameters::DEFAULT,
         ..scan::PARAMETERS
     };
-    const NEED: Need = match Self::PARAMETERS.need(Input::Rf, 1) {
-        Ok(need) => need,
-        Err(error) => panic!("{}", error.words().as_str()),
-    };
+    const NEED: Need = valid!(Self::PARAMETERS.need(Input::Rf, 1));
     const TRANSMIT: Transmit<'static> = Transmit::new(TransmitLaw::Focused, 0.0);
 
     fn pipeline() -> Result<Pipeline<'static, Delay>, Error> {

@@ -7,12 +7,7 @@ use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use bonebeam::Complex;
-use bonebeam::delay::{
-    Compounding, IqDelay, IqInterpolation, IqLayout, IqParameters, IqSamples, Record, ScanLine,
-    Stage,
-};
-use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
+use bonebeam::prelude::stages::*;
 
 const ELEMENTS: usize = 4;
 const SAMPLES: usize = 40;
@@ -65,13 +60,11 @@ fn of_the_core(
 }
 
 fn scan_line(elements: usize, x: f64, law: TransmitLaw<'static>, t0: f64) -> ScanLine<'static> {
-    ScanLine {
-        transmit: Transmit::new(law, t0),
-        ray: Ray::down(x),
-        array: Array::linear(elements, PITCH),
-        active: Active::new(0, elements),
-        compounding: Compounding::Replace,
-    }
+    ScanLine::new(
+        Transmit::new(law, t0),
+        Ray::down(x),
+        Array::linear(elements, PITCH),
+    )
 }
 
 /// The first half of the table of cosines and sines, by a record of one value whose phase turns.

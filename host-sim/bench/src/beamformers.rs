@@ -2,9 +2,8 @@
 
 use std::hint::black_box;
 
-use bonebeam::beamform::{Method, Parameters};
-use bonebeam::covariance::Covariance;
-use bonebeam::simd::InstructionSet;
+use bonebeam::beamform::Parameters;
+use bonebeam::prelude::stages::*;
 use ndarray::{Array2, Array3, Axis};
 use num_complex::Complex;
 
@@ -242,9 +241,8 @@ fn compare(
 /// Parameters of every comparison.
 pub(super) fn parameters(method: Method, temporal_half_window: usize) -> Parameters {
     Parameters {
-        method,
         temporal_half_window,
         diagonal_loading: LOADING,
-        ..Parameters::default()
+        ..Parameters::of(method)
     }
 }

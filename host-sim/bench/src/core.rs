@@ -1,8 +1,7 @@
 //! The core's beamformer in the sections: one beam per lane, one thread.
 
-use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Segment, SteeredSegments};
-use bonebeam::geometry::Steering;
-use bonebeam::simd::InstructionSet;
+use bonebeam::beamform::Parameters;
+use bonebeam::prelude::stages::*;
 use ndarray::{Array2, Array3, ArrayView2};
 use num_complex::Complex;
 use std::hint::black_box;
@@ -25,9 +24,6 @@ impl<'x> Core<'x> {
     /// A beamformer of `lines [beam, sample, element]`, in the lanes of `set`.
     ///
     /// Sub-lines have the directions of [`steered`].
-    ///
-    /// # Errors
-    /// The errors of the core.
     pub fn new(
         set: InstructionSet,
         parameters: Parameters,
@@ -48,15 +44,11 @@ impl<'x> Core<'x> {
         })
     }
 
-    /// The method.
     pub fn method(&self) -> Method {
         self.beamformer.parameters().method
     }
 
     /// Beamforms all lines into `z`, `[beam, sample]` or `[beam, sample and sub-line]`.
-    ///
-    /// # Errors
-    /// The errors of the core.
     pub fn run(&mut self, z: &mut Array2<Complex<f32>>) -> Result<()> {
         let (lanes, elements) = (self.memory.lanes(), self.elements);
         let sub_lines = self.beamformer.parameters().sub_lines;
@@ -78,18 +70,12 @@ impl<'x> Core<'x> {
     }
 
     /// Seconds of a run into `z`, the fastest within `budget`.
-    ///
-    /// # Errors
-    /// The errors of the core.
     pub fn seconds(&mut self, z: &mut Array2<Complex<f32>>, budget: Duration) -> Result<f64> {
         self.run(z)?;
         Ok(fastest(budget, || drop(black_box(self.run(z)))))
     }
 
     /// Seconds of a run into `z`, and of another beamformer's into `of_other`, in turn.
-    ///
-    /// # Errors
-    /// The errors of the core.
     pub fn beside(
         &mut self,
         other: &mut Core<'_>,

@@ -46,27 +46,16 @@ fn recording(sampling_rate: f64, beam_x: f64) -> ChannelData {
     let samples = (seconds * sampling_rate) as usize;
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let centre = (InVivo::ELEMENTS - 1) as f64 / 2.0;
-    ChannelData {
-        samples: Array3::from_shape_simple_fn((BEAMS, InVivo::ELEMENTS, samples), || {
+    ChannelData::linear(
+        Array3::from_shape_simple_fn((BEAMS, InVivo::ELEMENTS, samples), || {
             random.random_range(-1.0f32..1.0)
-        })
-        .into(),
-        fs: sampling_rate,
-        t0: vec![0.0; BEAMS],
-        element_x: (0..InVivo::ELEMENTS)
+        }),
+        (0..InVivo::ELEMENTS)
             .map(|m| (m as f64 - centre) * InVivo::PITCH)
             .collect(),
-        element_z: None,
-        element_angle: None,
-        c: InVivo::SOUND_SPEED,
-        f0: 5e6,
-        transmits: Transmits::Focused {
-            x: vec![beam_x; BEAMS],
-            focus: vec![15e-3; BEAMS],
-            f_number: None,
-        },
-        lens_delay: 0.0,
-    }
+        Transmits::focused(vec![beam_x; BEAMS], 15e-3),
+        ([sampling_rate, 5e6], InVivo::SOUND_SPEED),
+    )
 }
 
 /// The recording with its numbers as I/Q.
@@ -145,25 +134,18 @@ fn compounded(settings: &Settings) -> Result<Row> {
     let samples = (seconds * PLANE_RATE) as usize;
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let angle = |wave: usize| STEEPEST * (2.0 * wave as f64 / (waves - 1) as f64 - 1.0);
-    let data = ChannelData {
-        samples: Array3::from_shape_simple_fn((waves, InVivo::ELEMENTS, samples), || {
+    let data = ChannelData::linear(
+        Array3::from_shape_simple_fn((waves, InVivo::ELEMENTS, samples), || {
             random.random_range(-1.0f32..1.0)
-        })
-        .into(),
-        fs: PLANE_RATE,
-        f0: PLANE_RATE / 4.0,
-        t0: vec![0.0; waves],
-        transmits: Transmits::Plane {
-            angle: (0..waves).map(angle).collect(),
-        },
-        element_x: (0..InVivo::ELEMENTS)
+        }),
+        (0..InVivo::ELEMENTS)
             .map(|m| (m as f64 - (InVivo::ELEMENTS - 1) as f64 / 2.0) * 0.3e-3)
             .collect(),
-        element_z: None,
-        element_angle: None,
-        c: InVivo::SOUND_SPEED,
-        lens_delay: 0.0,
-    };
+        Transmits::Plane {
+            angle: (0..waves).map(angle).collect(),
+        },
+        ([PLANE_RATE, PLANE_RATE / 4.0], InVivo::SOUND_SPEED),
+    );
     let parameters = |interpolation: RfInterpolation, lines: usize| config::Beamform {
         method: MethodName::Das,
         rf_interpolation: Some(interpolation),
@@ -210,9 +192,6 @@ fn beamforming(
 ///
 /// They are MV without a time window, which is the cheapest adaptive one, the default, and the paper's with the
 /// cross-spectral rank rule.
-///
-/// # Errors
-/// The errors of the core.
 pub fn against_beamforming(
     settings: &Settings,
     step: &mut (dyn FnMut(&str) + Send),

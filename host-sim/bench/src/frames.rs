@@ -3,10 +3,8 @@
 use std::hint::black_box;
 use std::ops::Range;
 
-use bonebeam::beamform::{Method, Parameters};
-use bonebeam::delay::{IqLayout, IqSamples, Record, Stage};
-use bonebeam::geometry::{Active, Transmit, TransmitLaw};
-use bonebeam::pipeline::Pipeline;
+use bonebeam::beamform::Parameters;
+use bonebeam::prelude::stages::*;
 use ndarray::ArrayView3;
 use num_complex::Complex;
 use rayon::ThreadPool;
@@ -31,9 +29,6 @@ use bonebeam_simulate::demodulate;
 const GPU: f64 = 10.0;
 
 /// Times the frame of the GPU implementation, then the paper's frame in vivo.
-///
-/// # Errors
-/// The errors of the core.
 pub fn frames(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<Table> {
     let mut rows = gpu_frame(settings, step)?;
     step("the frame in vivo: its recording");
@@ -266,7 +261,6 @@ fn with_frames<D: Stage + Sync, T: Send>(
     })
 }
 
-/// The transmits of a line.
 fn of_line(lines: usize, transmits: usize) -> impl Fn(usize) -> Range<usize> + Sync {
     move |line| {
         let transmit = line * transmits / lines;

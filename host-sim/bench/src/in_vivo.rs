@@ -1,9 +1,8 @@
 //! The paper's frame in vivo.
 
-use bonebeam::beamform::{Method, Parameters};
-use bonebeam::delay::IqDelay;
-use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
-use bonebeam::pipeline::{self, IqInput, Pipeline};
+use bonebeam::beamform::Parameters;
+use bonebeam::pipeline;
+use bonebeam::prelude::stages::*;
 use bonebeam_drive::phase_symmetry;
 
 /// Side of the image in which bone is sought, pixels.
@@ -27,9 +26,8 @@ impl InVivo {
     const CENTRE_FREQUENCY: f64 = 5e6;
 
     pub(super) const PARAMETERS: Parameters = Parameters {
-        method: Method::EsmvRank1,
         temporal_half_window: 2,
-        ..Parameters::DEFAULT
+        ..Parameters::of(Method::EsmvRank1)
     };
 
     /// Settings that its pipelines share.

@@ -4,7 +4,7 @@ use std::thread::available_parallelism;
 use std::time::Duration;
 
 use bonebeam::dispatch;
-use bonebeam::simd::{InstructionSet, Vector};
+use bonebeam::prelude::stages::*;
 
 use serde::{Deserialize, Serialize};
 

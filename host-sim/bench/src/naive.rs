@@ -6,8 +6,7 @@
 //! `nightly`, which is off here as in any ordinary build; it makes MV at L = 64 a fifth faster. Its matrix products use
 //! AVX-512 either way.
 
-use bonebeam::beamform::Method;
-use bonebeam::covariance::Covariance;
+use bonebeam::prelude::stages::*;
 use faer::diag::Diag;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt;

@@ -4,7 +4,7 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use bonebeam::dispatch;
-use bonebeam::simd::{InstructionSet, Vector};
+use bonebeam::prelude::stages::*;
 
 use super::timing::fastest;
 

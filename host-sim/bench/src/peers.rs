@@ -7,10 +7,8 @@ use std::io::BufWriter;
 use std::path::Path;
 use std::time::Duration;
 
-use bonebeam::beamform::{Method, Parameters};
-use bonebeam::covariance::Covariance;
-use bonebeam::geometry::Active;
-use bonebeam::simd::InstructionSet;
+use bonebeam::beamform::Parameters;
+use bonebeam::prelude::stages::*;
 use ndarray::{Array1, Array2, Array3, ArrayView2, arr0};
 use num_complex::Complex;
 use serde::Deserialize;
@@ -150,11 +148,10 @@ impl Peer {
         };
         let all = Active::new(0, FRAME.2);
         let parameters = Parameters {
-            method: Method::Mv,
             covariance,
             temporal_half_window: 1,
             diagonal_loading: 0.05,
-            ..Parameters::default()
+            ..Parameters::of(Method::Mv)
         };
         let plan = Plan::new(InstructionSet::detect(), parameters, FRAME.2)?;
         Ok(Box::new(move || plan.run(x.view(), &|_, _| all, &|_| {})))
@@ -220,18 +217,12 @@ impl Recording {
             let sum: Complex<f64> = points.into_iter().map(echo).sum();
             Complex::new(sum.re as f32, sum.im as f32)
         });
-        let data = ChannelData {
-            samples: analytic.mapv(|z| z.re).into(),
-            fs,
-            t0: vec![0.0; index.len()],
+        let data = ChannelData::linear(
+            analytic.mapv(|z| z.re),
             element_x,
-            element_z: None,
-            element_angle: None,
-            c,
-            f0,
-            transmits: Transmits::Element { index },
-            lens_delay: 0.0,
-        };
+            Transmits::Element { index },
+            ([fs, f0], c),
+        );
         let parameters = Beamform {
             method: MethodName::Das,
             // The same elements at all depths of a line.

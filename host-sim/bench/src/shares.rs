@@ -13,9 +13,6 @@ use super::snapshots::{Wavefield, snapshots};
 use crate::Result;
 
 /// MV's useful operations per second over the peak of the same instruction set.
-///
-/// # Errors
-/// The errors of the core.
 pub fn share_of_peak(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<Table> {
     let mut rows = Vec::new();
     for &set in &settings.instruction_sets {
@@ -58,9 +55,6 @@ pub fn share_of_peak(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -
 }
 
 /// Time windows: `K = 10` against `K = 0`.
-///
-/// # Errors
-/// The errors of the core.
 pub fn time_window(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<Table> {
     let set = settings.instruction_set;
     let x = snapshots(Wavefield::Echo, (BEAMS, LINE, 128));
@@ -92,9 +86,6 @@ pub fn time_window(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> 
 }
 
 /// Several directions of a line against one.
-///
-/// # Errors
-/// The errors of the core.
 pub fn sub_lines(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<Table> {
     let (mut rows, mut by_operations) = (Vec::new(), Vec::new());
     for (name, method) in [("MV", Method::Mv), ("rank-1 ESMV", Method::EsmvRank1)] {

@@ -4,8 +4,8 @@
 
 use std::hint::black_box;
 
-use bonebeam::beamform::{Method, Parameters};
-use bonebeam::geometry::Active;
+use bonebeam::beamform::Parameters;
+use bonebeam::prelude::stages::*;
 use ndarray::Array3;
 use num_complex::Complex;
 

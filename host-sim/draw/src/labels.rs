@@ -11,8 +11,8 @@ use super::view::{Array, View};
 /// Points (column, row) in pixels.
 pub type Polyline = Vec<[f32; 2]>;
 
-/// Contrast of a crest with what is below it, and its grey value, from which on bone counts as seen.
-const SEEN: [f32; 2] = [0.11, 0.16];
+/// Least difference of a seen crest from what is below it: grey value, and share of that below.
+const SEEN: [f32; 2] = [0.04, 0.3];
 /// Shortest piece that counts as seen, mm.
 const SHORTEST: f32 = 1.5;
 
@@ -75,7 +75,7 @@ fn seen(grey: &Array2<f32>, view: &View, line: usize, sample: f32) -> bool {
         return false;
     };
     let below = mean(sample + 1.5 * mm, sample + 5.0 * mm).unwrap_or(0.0);
-    peak - below > SEEN[0] && peak > SEEN[1]
+    peak - below > SEEN[0] + SEEN[1] * below
 }
 
 /// An entry of `labels.json`.

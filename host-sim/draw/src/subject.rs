@@ -81,7 +81,11 @@ fn shafts(draw: &mut Draw, view: &View, [x, depth]: [f32; 2]) -> Vec<Outline> {
         let [wide, flat, side, apart, below] = draw.row("second");
         let x = x + side * apart * (wide + 6.0);
         let depth = depth + below * view.depth;
-        all.push(arch(draw, [x, depth.max(4.0)], [wide, wide * flat]));
+        all.push(arch(
+            draw,
+            [x, depth.clamp(4.0, 0.95 * view.depth)],
+            [wide, wide * flat],
+        ));
     }
     all
 }

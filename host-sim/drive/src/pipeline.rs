@@ -79,9 +79,6 @@ impl<'p> Frames<'p> {
     /// Lines of a frame, as [line, computed sample].
     ///
     /// With sub-lines, all of the first line come first, then those of the next.
-    ///
-    /// # Errors
-    /// Errors of the core.
     pub fn lines(&self, source: &LineSource<'_>) -> Result<Array2<Complex<f32>>> {
         let lines = self.scan.lines() * self.beamformer.sub_lines();
         let mut z = Array2::zeros((lines, self.interpolation.line_samples()));
@@ -94,9 +91,6 @@ impl<'p> Frames<'p> {
     /// Aligns the samples of a frame and does nothing else, to measure that part.
     ///
     /// Each tile overwrites the one before.
-    ///
-    /// # Errors
-    /// Errors of the core.
     pub fn align(&self, source: &LineSource<'_>) -> Result<()> {
         self.beamformer.align(&self.tiles, source)
     }

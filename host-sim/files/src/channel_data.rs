@@ -78,6 +78,31 @@ const MANY: usize = 1024;
 const MAX_LENS_DELAY: f64 = 100e-6;
 
 impl ChannelData {
+    /// A recording of a linear array without a lens, from the transmits on.
+    ///
+    /// `element_x` has the elements' lateral positions, m. `rates` are the sampling rate and the centre frequency, Hz,
+    /// and `c` is the speed of sound, m/s.
+    pub fn linear(
+        samples: impl Into<Samples>,
+        element_x: Vec<f64>,
+        transmits: Transmits,
+        (rates, c): ([f64; 2], f64),
+    ) -> Self {
+        let [fs, f0] = rates;
+        Self {
+            samples: samples.into(),
+            fs,
+            t0: vec![0.0; transmits.len()],
+            element_x,
+            element_z: None,
+            element_angle: None,
+            c,
+            f0,
+            transmits,
+            lens_delay: 0.0,
+        }
+    }
+
     /// Reads a `.npz` file.
     ///
     /// Keys: `rf`, or `iq` and `f_demod`; `fs`, `t0` (one per transmit, or a scalar for all), `element_x`, `c`,

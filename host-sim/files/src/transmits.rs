@@ -50,6 +50,15 @@ pub enum Transmits {
 }
 
 impl Transmits {
+    /// Beams along axes at `x`, m, focused at one depth, m.
+    pub fn focused(x: Vec<f64>, focus: f64) -> Self {
+        Transmits::Focused {
+            focus: vec![focus; x.len()],
+            x,
+            f_number: None,
+        }
+    }
+
     /// The number of transmits.
     pub fn len(&self) -> usize {
         match self {

@@ -128,6 +128,7 @@ pub fn listed(source: &dyn NamedArrays) -> String {
                 .join(" x ");
             let role = match (meant(name), long.as_slice()) {
                 (Some(key), _) => format!(", perhaps `{key}`"),
+                (None, [_, _]) if position == 0 => ", perhaps `rf` or `lines`".into(),
                 (None, [_, _, ..]) if position == 0 => ", perhaps `rf`".into(),
                 (None, [side]) if largest.contains(side) => {
                     ", as long as an axis of the largest".into()

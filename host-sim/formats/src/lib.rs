@@ -88,7 +88,7 @@ const USER_BLOCK: usize = 512;
 const MATLAB: &[u8] = b"MATLAB";
 
 /// Formats that are not read, by their first bytes.
-const FOREIGN: [(&[u8], &str); 5] = [
+const FOREIGN: [(&[u8], &str); 7] = [
     (b"\x93NUMPY", "a single .npy array"),
     (b"\x1f\x8b", "compressed with gzip"),
     (
@@ -97,6 +97,11 @@ const FOREIGN: [(&[u8], &str); 5] = [
     ),
     (b"\x89PNG", "a picture"),
     (b"DICM", "a DICOM file"),
+    (
+        b"ObjectType = Image",
+        "a sequence of PLUS or 3D Slicer, for `sweep` and `info`",
+    ),
+    (b"NRRD", "a sequence of 3D Slicer, for `sweep` and `info`"),
 ];
 
 /// Result of reading a file.

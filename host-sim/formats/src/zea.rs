@@ -186,6 +186,13 @@ pub fn read(
         assumed.push(why.into());
     }
     let (mut samples, held) = samples(store, &name, frames, f_demod, &t0)?;
+    let recorded = samples.dim().2;
+    if channels.is_none() && recorded < elements.len() {
+        return Err(store.error(format!(
+            "`{name}` has {recorded} channels of {} elements, and no `rx_aperture_indices` that name them",
+            elements.len()
+        )));
+    }
     let (mut law, mut t0) = (law, t0);
     if let Some(channels) = channels {
         let (of_waves, of) = merged(&(law, t0), &channels);

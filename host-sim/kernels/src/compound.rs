@@ -2,12 +2,9 @@
 
 use std::ops::Range;
 
-use bonebeam::beamform::AlignedLine;
-use bonebeam::delay::{Compounding, Contribution, Delay, ScanLine, Upsampled};
 use bonebeam::dispatch;
-use bonebeam::geometry::{Active, Scan, Transmit};
 use bonebeam::pipeline::Block;
-use bonebeam::simd::{InstructionSet, Vector};
+use bonebeam::prelude::stages::*;
 use num_complex::Complex;
 use rayon::prelude::*;
 
@@ -40,9 +37,6 @@ impl<'a> Compounded<'a> {
     /// The lines `lines` of `scan`.
     ///
     /// The samples were checked, as `[transmit, element, sample]`, with a bound of their aligned samples.
-    ///
-    /// # Errors
-    /// Errors of the core.
     pub fn new(
         set: InstructionSet,
         (delay, scan): (&'a Delay, Scan<'a>),
@@ -73,9 +67,6 @@ impl<'a> Compounded<'a> {
     }
 
     /// A block of aligned samples of one of the lines.
-    ///
-    /// # Errors
-    /// Errors of the core.
     pub fn align<'x>(
         &self,
         set: InstructionSet,

@@ -1,8 +1,8 @@
 //! Pixels of an image, and their median.
 
 use bonebeam::dispatch;
-use bonebeam::image::{self as core, BMode};
-use bonebeam::simd::InstructionSet;
+use bonebeam::image as core;
+use bonebeam::prelude::stages::*;
 use ndarray::{Array2, ArrayView2};
 
 use crate::Result;

@@ -1,10 +1,8 @@
 //! Memory of a thread for the core's beamformer, for sizes known at run time.
 
-use bonebeam::beamform::{AlignedLine, Beamformer, Segment, Sizes, SteeredSegments, Workspace};
+use bonebeam::beamform::Sizes;
 use bonebeam::dispatch;
-use bonebeam::geometry::Active;
-use bonebeam::memory::Scratch;
-use bonebeam::simd::{InstructionSet, Vector};
+use bonebeam::prelude::stages::*;
 use num_complex::Complex;
 
 use crate::{Error, Result};
@@ -75,9 +73,6 @@ pub trait AnyMemory: Send {
     fn lanes(&self) -> usize;
 
     /// See [`Beamformer::segments`].
-    ///
-    /// # Errors
-    /// Errors of the core.
     fn segments(
         &mut self,
         beamformer: &Beamformer,
@@ -87,9 +82,6 @@ pub trait AnyMemory: Send {
     ) -> std::result::Result<(), bonebeam::Error>;
 
     /// See [`Beamformer::sub_line_segments`].
-    ///
-    /// # Errors
-    /// Errors of the core.
     fn sub_lines(
         &mut self,
         beamformer: &Beamformer,
@@ -99,9 +91,6 @@ pub trait AnyMemory: Send {
     ) -> std::result::Result<(), bonebeam::Error>;
 
     /// See [`Beamformer::eigenvalue_shares`].
-    ///
-    /// # Errors
-    /// Errors of the core.
     fn eigenvalue_shares(
         &mut self,
         beamformer: &Beamformer,

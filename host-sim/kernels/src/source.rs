@@ -2,12 +2,9 @@
 
 use std::ops::Range;
 
-use bonebeam::beamform::AlignedLine;
-use bonebeam::delay::{Delay, IqDelay, Record, Stage};
 use bonebeam::dispatch;
-use bonebeam::geometry::{Scan, Transmit};
-use bonebeam::pipeline::{Block, LinePipeline};
-use bonebeam::simd::{InstructionSet, Vector};
+use bonebeam::pipeline::Block;
+use bonebeam::prelude::stages::*;
 use num_complex::Complex;
 use rayon::prelude::*;
 
@@ -57,9 +54,6 @@ impl<'a> LineSource<'a> {
     /// A block of a line's aligned samples, `[sample, element]`, that fills `x`.
     ///
     /// It uses the vectors of `set`.
-    ///
-    /// # Errors
-    /// Errors of the core.
     pub fn align<'x>(
         &self,
         set: InstructionSet,
@@ -77,9 +71,6 @@ impl<'a> LineSource<'a> {
     /// Aligned samples of some lines, on all threads.
     ///
     /// `x` is `[line, sample, element]`, with every element that is active at any depth.
-    ///
-    /// # Errors
-    /// Errors of the core.
     pub fn align_lines(
         &self,
         set: InstructionSet,

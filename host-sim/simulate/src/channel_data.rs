@@ -123,22 +123,17 @@ pub fn resumed_channel_data(
     receive(settings, &mut rf);
     let shape = (beams.len(), settings.elements, record.samples);
     Ok(ChannelData {
-        samples: Array3::from_shape_vec(shape, rf)
-            .expect("the record's shape")
-            .into(),
-        fs: settings.fs,
         t0: vec![record.t0; beams.len()],
-        element_x: settings.array().element_x(),
-        element_z: None,
-        element_angle: None,
-        c: settings.c,
-        f0: settings.f0,
-        transmits: Transmits::Focused {
-            x: beams.iter().map(|beam| beam.x).collect(),
-            focus: vec![settings.focus; beams.len()],
-            f_number: Some(settings.f_number),
-        },
-        lens_delay: 0.0,
+        ..ChannelData::linear(
+            Array3::from_shape_vec(shape, rf).expect("the record's shape"),
+            settings.array().element_x(),
+            Transmits::Focused {
+                x: beams.iter().map(|beam| beam.x).collect(),
+                focus: vec![settings.focus; beams.len()],
+                f_number: Some(settings.f_number),
+            },
+            ([settings.fs, settings.f0], settings.c),
+        )
     })
 }
 
@@ -472,7 +467,6 @@ fn quantise(rf: &mut [f32], bits: u32) {
         .for_each(|v| *v = (libm::rint(f64::from(*v) / step) * step) as f32);
 }
 
-/// The beam with this index.
 fn beam(settings: &Settings, index: usize) -> Beam {
     let array = settings.array();
     let x = settings.beam_x(index);

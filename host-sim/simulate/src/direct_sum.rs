@@ -13,7 +13,6 @@ use super::scatterer::PointSource;
 use super::shadow::Shadow;
 use super::time_axis::Window;
 
-/// Input of the sum.
 pub struct DirectSumInput<'a> {
     /// The scatterers.
     pub sources: &'a [PointSource],
@@ -50,7 +49,6 @@ impl DirectSumInput<'_> {
         self.pulse.half_length(DIRECT_FLOOR) + 2.0 * patches.fold(0.0, f64::max)
     }
 
-    /// The legs of an element.
     pub fn legs(&self, window: &Window, element: usize) -> Legs {
         let x = self.element_x[element];
         let mut legs = Legs {

@@ -157,7 +157,6 @@ impl Kind {
 
 /// A phantom and the warnings about it.
 pub struct Built {
-    /// The phantom.
     pub phantom: Phantom,
     /// Warnings about values that are probably a mistake, one sentence each.
     pub warnings: Vec<String>,

@@ -23,7 +23,6 @@ pub enum Shadow {
     None,
     /// A surface that is the same at every elevation: its segments by least depth.
     Segments(Vec<[Point; 2]>),
-    /// Triangles.
     Triangles(Sectors),
 }
 

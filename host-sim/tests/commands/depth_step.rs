@@ -1,11 +1,10 @@
 //! Lines by a depth step and by a preset.
 
 use super::{brightest, laws, point, write_aligned};
-use crate::common::program::Folder;
+use crate::common::program::{Folder, USAGE, refused};
 use bonebeam_files::BeamformedLines;
 use num_complex::Complex;
 use std::fs;
-use std::process::Command;
 use tempfile::{TempDir, tempdir};
 
 /// A folder with the recording `data.npz` of a point by plane waves.
@@ -125,14 +124,7 @@ fn a_preset_is_its_flags_and_others_go_over_it() {
 #[test]
 fn a_rate_below_the_carriers_is_refused_and_names_the_way() {
     let folder = folder_with_point();
-    let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
-        .args("beamform data.npz -o lines.npz --output-rate 10e6".split(' '))
-        .current_dir(folder.path())
-        .output()
-        .unwrap();
-    let message = String::from_utf8_lossy(&output.stderr);
-    assert!(!output.status.success());
-    for part in ["--output-rate is 10000000 Hz", "--depth-step"] {
-        assert!(message.contains(part), "{message}");
-    }
+    let command = "beamform data.npz -o lines.npz --output-rate 10e6";
+    let words = ["--output-rate is 10000000 Hz", "--depth-step"];
+    refused(&folder, command, USAGE, &words);
 }

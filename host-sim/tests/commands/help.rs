@@ -5,11 +5,7 @@ use super::*;
 #[test]
 fn completions_are_those_of_the_commands() {
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
-        let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
-            .args(["completions", shell])
-            .output()
-            .unwrap();
-        let text = String::from_utf8(output.stdout).unwrap();
+        let [text, _] = succeeded(&mut program(".", &format!("completions {shell}")));
         for part in ["phase-symmetry", "depth-start", "convert", "esmv-rank1"] {
             // PowerShell does not complete values.
             let known = text.contains(part) || (part == "esmv-rank1" && shell == "powershell");
@@ -21,12 +17,8 @@ fn completions_are_those_of_the_commands() {
 #[test]
 fn info_tells_what_is_there_and_what_would_be_done() {
     let folder = folder_of_a_point();
-    let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
-        .args(["info", "data.npz", "--depth-end", "0.015", "--method", "mv"])
-        .current_dir(folder.path())
-        .output()
-        .unwrap();
-    let text = String::from_utf8(output.stdout).unwrap();
+    let info = "info data.npz --depth-end 0.015 --method mv";
+    let [text, _] = succeeded(&mut program(&folder, info));
     for part in [
         ".npz archive",
         "RF: 1 frame, 32 transmits, 32 elements, 1000 samples",
@@ -43,38 +35,18 @@ fn info_tells_what_is_there_and_what_would_be_done() {
 
 #[test]
 fn help_has_examples_that_name_real_flags() {
-    let help = |arguments: &[&str]| {
-        let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
-            .args(arguments)
-            .output()
-            .unwrap();
-        assert!(output.status.success());
-        String::from_utf8(output.stdout).unwrap()
+    const COMMANDS: &str = "simulate beamform phase-symmetry surface sweep register";
+    let help = |command: &str| {
+        let [text, _] = succeeded(&mut program(".", format!("{command} --help").trim()));
+        text
     };
-    for command in [
-        &["--help"][..],
-        &["simulate", "--help"],
-        &["beamform", "--help"],
-        &["phase-symmetry", "--help"],
-        &["surface", "--help"],
-        &["sweep", "--help"],
-        &["register", "--help"],
-    ] {
+    for command in COMMANDS.split(' ').chain([""]) {
         let text = help(command);
         let (flags, examples) = text.split_once("Examples:").expect("examples");
         let mut known = flags.to_owned();
-        if command == ["--help"] {
+        if command.is_empty() {
             // The examples of the whole program also belong to its commands.
-            for name in [
-                "simulate",
-                "beamform",
-                "phase-symmetry",
-                "surface",
-                "sweep",
-                "register",
-            ] {
-                known += &help(&[name, "--help"]);
-            }
+            known.extend(COMMANDS.split(' ').map(help));
         }
         // The program that has the experiments checks its own.
         let own = examples.lines().filter(|line| {
@@ -94,14 +66,12 @@ fn help_has_examples_that_name_real_flags() {
 #[cfg(not(feature = "bench"))]
 #[test]
 fn a_build_without_the_benchmark_tells_how_to_get_it() {
-    for arguments in [&["bench"][..], &["bench", "--quick", "--help"]] {
-        let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
-            .args(arguments)
-            .output()
-            .unwrap();
-        let message = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
-        assert_eq!(message.lines().count(), 1, "{arguments:?}: {message}");
+    use crate::common::program::ended;
+
+    for arguments in ["bench", "bench --quick --help"] {
+        let (status, _, message) = ended(&mut program(".", arguments));
+        assert_eq!(status, USAGE, "{arguments}: {message}");
+        assert_eq!(message.lines().count(), 1, "{arguments}: {message}");
         assert!(message.contains("--features bench -- bench"), "{message}");
     }
 }

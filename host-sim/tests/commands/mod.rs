@@ -13,14 +13,13 @@ use bonebeam::covariance::Covariance;
 use bonebeam_drive::config::{Beamform, Image};
 use bonebeam_drive::methods::MethodName;
 use bonebeam_files::{AlignedData, BeamformedLines, ChannelData, Transmits, image};
-use common::program::Folder;
+use common::program::{Folder, USAGE, program, refused, succeeded};
 use common::{Npz, scalar, vector};
 use host_sim::config::Config;
 use ndarray::{Array2, Array3, Axis};
 use num_complex::Complex;
 use std::f64::consts::TAU;
 use std::fs;
-use std::process::Command;
 use tempfile::{TempDir, tempdir};
 
 const ELEMENTS: usize = 32;
@@ -61,16 +60,8 @@ fn point(transmits: Transmits) -> ChannelData {
     });
     let t0 = vec![T0; transmits.len()];
     ChannelData {
-        samples: rf.into(),
-        fs: FS,
         t0,
-        element_x,
-        element_z: None,
-        element_angle: None,
-        c: C,
-        f0: F0,
-        transmits,
-        lens_delay: 0.0,
+        ..ChannelData::linear(rf, element_x, transmits, ([FS, F0], C))
     }
 }
 
@@ -87,11 +78,7 @@ fn folder_of_a_point() -> TempDir {
 fn laws() -> [Transmits; 3] {
     let axes: Vec<f64> = (0..ELEMENTS).map(|m| (m as f64 - 15.5) * PITCH).collect();
     [
-        Transmits::Focused {
-            focus: vec![11e-3; axes.len()],
-            x: axes,
-            f_number: None,
-        },
+        Transmits::focused(axes, 11e-3),
         Transmits::Plane {
             angle: ANGLES.to_vec(),
         },
@@ -213,19 +200,10 @@ fn the_method_works_between_the_depths_asked_for() {
         }
     }
     // A gate outside the lines.
-    let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
-        .args("beamform delayed.npz -o lines.npz --adaptive-depth-start 0.5".split(' '))
-        .current_dir(folder.path())
-        .output()
-        .unwrap();
-    let message = String::from_utf8_lossy(&output.stderr);
-    assert!(!output.status.success());
-    for part in [
-        "--adaptive-depth-start 0.5",
-        "the lines reach from 0.010010 m to 0.01459",
-    ] {
-        assert!(message.contains(part), "{message}");
-    }
+    let command = "beamform delayed.npz -o lines.npz --adaptive-depth-start 0.5";
+    let reach = "the lines reach from 0.010010 m to 0.01459";
+    let words = ["--adaptive-depth-start 0.5", reach];
+    refused(&folder, command, USAGE, &words);
 }
 
 #[test]
@@ -360,13 +338,8 @@ fn a_run_tells_its_measures() {
     let folder = tempdir().unwrap();
     let [_, plane, _] = laws();
     point(plane).write(&folder.path().join("data.npz")).unwrap();
-    let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
-        .args(["beamform", "data.npz", "-o", "lines.npz", "--json"])
-        .args(["--method", "das", "--depth-start", "0.009"])
-        .current_dir(folder.path())
-        .output()
-        .unwrap();
-    let text = String::from_utf8(output.stdout).unwrap();
+    let command = "beamform data.npz -o lines.npz --json --method das --depth-start 0.009";
+    let [text, _] = succeeded(&mut program(&folder, command));
     assert_eq!(text.lines().count(), 1, "{text}");
     let measures: serde_json::Value = serde_json::from_str(&text).unwrap();
     let number = |path: &str| measures.pointer(path).and_then(|v| v.as_f64()).unwrap();

@@ -2,6 +2,7 @@
 
 mod pages;
 pub mod program;
+mod runs;
 
 use bonebeam_files::Recording;
 use bonebeam_formats::Variables;
@@ -10,6 +11,8 @@ use std::path::Path;
 
 use ndarray::{Array1, Array3, ArrayD, Ix3, arr0};
 use ndarray_npy::{NpzWriter, WritableElement};
+use zip::CompressionMethod;
+use zip::write::{SimpleFileOptions, ZipWriter};
 
 /// A `.npz` file put together key by key.
 pub struct Npz(NpzWriter<File>);
@@ -68,6 +71,26 @@ pub fn channel_data_without(path: &Path, left_out: &[&str]) -> Npz {
         }
     }
     npz
+}
+
+/// Plane-wave channel data whose member `key` is begun, to be compressed so.
+pub fn channel_data_with(path: &Path, key: &str, how: CompressionMethod) -> ZipWriter<File> {
+    channel_data_without(path, &[key]).finish();
+    let file = File::options().read(true).write(true).open(path).unwrap();
+    let mut archive = ZipWriter::new_append(file).unwrap();
+    let options = SimpleFileOptions::default().compression_method(how);
+    archive.start_file(format!("{key}.npy"), options).unwrap();
+    archive
+}
+
+/// An `.npy` array of version 1 with this dtype, this shape and these bytes.
+pub fn npy(descr: &str, shape: &str, numbers: &[u8]) -> Vec<u8> {
+    let header = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}\n");
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((header.len() as u16).to_le_bytes());
+    bytes.extend(header.as_bytes());
+    bytes.extend(numbers);
+    bytes
 }
 
 /// The ramp in column-major order, as Fortran and MATLAB write it.

@@ -6,72 +6,19 @@ mod containers;
 mod outputs;
 
 use crate::common;
-use common::channel_data_without;
-use common::program::{folder_with_channel_data, names};
+use common::program::{DATA, ended, folder_with_channel_data, program, refused, shell, succeeded};
+use common::{channel_data_with, npy};
 use std::fs;
 use std::io::Write;
 use std::path::Path;
-use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
+use std::process::Stdio;
 use tempfile::{TempDir, tempdir};
 use zip::CompressionMethod;
-use zip::write::{SimpleFileOptions, ZipWriter};
-
-/// The exit status of wrong data.
-const DATA: i32 = 1;
-
-/// Time limit of a refusal, generous for a busy machine.
-const PATIENCE: Duration = Duration::from_secs(60);
-
-/// Runs the program with at most 4 GB of address space; it must be refused.
-///
-/// It ends with this status, and with one line that contains all of `parts`.
-fn refused(folder: &TempDir, arguments: &str, status: i32, parts: &[&str]) {
-    let before = names(folder.path());
-    let begin = Instant::now();
-    let output = Command::new("sh")
-        .arg("-c")
-        .arg(format!("ulimit -v 4000000; exec \"$0\" {arguments}"))
-        .arg(env!("CARGO_BIN_EXE_host-sim"))
-        .current_dir(folder.path())
-        .output()
-        .unwrap();
-    let message = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(status), "{arguments}: {message}");
-    assert_eq!(message.lines().count(), 1, "{arguments}: {message}");
-    assert!(message.len() < 5000, "{arguments}: {} bytes", message.len());
-    for part in parts {
-        assert!(
-            message.contains(part),
-            "{arguments}: no `{part}`: {message}"
-        );
-    }
-    assert!(begin.elapsed() < PATIENCE, "{arguments}");
-    assert_eq!(names(folder.path()), before, "{arguments}");
-}
-
-/// An `.npy` array of version 1 with this dtype, this shape and these bytes.
-fn npy(descr: &str, shape: &str, numbers: &[u8]) -> Vec<u8> {
-    let header = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}\n");
-    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
-    bytes.extend((header.len() as u16).to_le_bytes());
-    bytes.extend(header.as_bytes());
-    bytes.extend(numbers);
-    bytes
-}
 
 /// Channel data with one member replaced by these bytes.
 fn recording(folder: &TempDir, key: &str, bytes: &[u8]) {
     let path = folder.path().join("data.npz");
-    channel_data_without(&path, &[key]).finish();
-    let file = fs::OpenOptions::new()
-        .read(true)
-        .write(true)
-        .open(&path)
-        .unwrap();
-    let mut archive = ZipWriter::new_append(file).unwrap();
-    let options = SimpleFileOptions::default().compression_method(CompressionMethod::Deflated);
-    archive.start_file(format!("{key}.npy"), options).unwrap();
+    let mut archive = channel_data_with(&path, key, CompressionMethod::Deflated);
     archive.write_all(bytes).unwrap();
     archive.finish().unwrap();
 }
@@ -117,24 +64,14 @@ fn a_member_that_inflates_without_end() {
 #[test]
 fn a_limit_of_memory_is_an_error() {
     let folder = tempdir().unwrap();
-    let within = |arguments: &str| {
-        Command::new("sh")
-            .arg("-c")
-            .arg(format!("ulimit -v 4000000; exec \"$0\" {arguments}"))
-            .arg(env!("CARGO_BIN_EXE_host-sim"))
-            .current_dir(folder.path())
-            .output()
-            .unwrap()
-    };
     for arguments in [
         "simulate vertebra --beams 8 --first-beam 60 -o data.npz",
         "beamform data.npz -o lines.npz --image lines.png",
         "beamform data.npz -o mv.npz --method mv --image large.png --rows 2048 --columns 2048 --median",
         "phase-symmetry lines.png --resize 1024x1024 -o ps.npy",
     ] {
-        let output = within(arguments);
-        let message = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success(), "{arguments}: {message}");
+        let script = format!("ulimit -v 4000000; exec \"$0\" {arguments}");
+        succeeded(&mut shell(&folder, &script));
     }
     // Possible here, but not in this much memory.
     let config = folder.path().join("config.toml");

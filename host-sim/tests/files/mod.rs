@@ -19,16 +19,13 @@ use tempfile::tempdir;
 
 fn channel_data(transmits: Transmits) -> ChannelData {
     ChannelData {
-        samples: ramp().into(),
-        fs: 40e6,
         t0: vec![1e-6, 2e-6],
-        element_x: vec![-0.45e-3, -0.15e-3, 0.15e-3, 0.45e-3],
-        element_z: None,
-        element_angle: None,
-        c: 1540.0,
-        f0: 5e6,
-        transmits,
-        lens_delay: 0.0,
+        ..ChannelData::linear(
+            ramp(),
+            vec![-0.45e-3, -0.15e-3, 0.15e-3, 0.45e-3],
+            transmits,
+            ([40e6, 5e6], 1540.0),
+        )
     }
 }
 
@@ -305,11 +302,7 @@ fn what_numpy_users_write_is_accepted() {
         .with("tx_x", vector(&[-1e-3, 1e-3]))
         .with("tx_focus", scalar(15e-3))
         .finish();
-    let focused = Transmits::Focused {
-        x: vec![-1e-3, 1e-3],
-        focus: vec![15e-3; 2],
-        f_number: None,
-    };
+    let focused = Transmits::focused(vec![-1e-3, 1e-3], 15e-3);
     assert_eq!(ChannelData::read(&path).unwrap().transmits, focused);
     channel_data_without(&path, &["tx_angle"])
         .with("tx_element", Array1::from_vec(vec![0i32, 3]).into_dyn())

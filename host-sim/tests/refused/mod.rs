@@ -8,16 +8,15 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
-use std::time::SystemTime;
 
 use ndarray::{Array2, ArrayD};
 use ndarray_npy::write_npy;
 use num_complex::Complex;
 use serde::Deserialize;
-use tempfile::{TempDir, tempdir};
+use tempfile::tempdir;
 use toml::Value;
 
-use super::common::program::names;
+use super::common::program::{judged, names};
 use super::common::{Npz, channel_data_without, ramp, scalar, vector};
 
 #[derive(Deserialize)]
@@ -255,63 +254,6 @@ impl Contents {
     }
 }
 
-/// Runs a row in at most 4 GB of memory, and compares.
-fn check(folder: &TempDir, command: &str, status: i32, lines: usize, words: &[String]) {
-    let before = files(folder.path());
-    let output = Command::new("sh")
-        .args([
-            "-c",
-            &format!("ulimit -v 4000000; exec timeout 60 \"$0\" {command}"),
-        ])
-        .arg(env!("CARGO_BIN_EXE_host-sim"))
-        .current_dir(folder.path())
-        .output()
-        .unwrap();
-    let message = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(status), "{command}: {message}");
-    let start = if status == 0 {
-        "host-sim: warning: "
-    } else {
-        "host-sim: "
-    };
-    let lines = if words.is_empty() { 0 } else { lines };
-    assert_eq!(message.lines().count(), lines, "{command}: {message}");
-    assert!(
-        message.lines().all(|line| line.starts_with(start)),
-        "{command}: {message}"
-    );
-    assert!(message.len() < 5000, "{command}: {} bytes", message.len());
-    for word in words {
-        assert!(
-            message.contains(word),
-            "{command}: `{word}` is not in: {message}"
-        );
-    }
-    let mut left = files(folder.path());
-    if status == 0 {
-        for (name, _) in left.extract_if(.., |file| !before.contains(file)) {
-            fs::remove_file(folder.path().join(name)).unwrap();
-        }
-    }
-    assert_eq!(left, before, "{command}: outputs were left");
-}
-
-/// The files in a folder, and when each was written.
-fn files(folder: &Path) -> Vec<(String, Option<SystemTime>)> {
-    let written = |name: &str| {
-        folder
-            .join(name)
-            .symlink_metadata()
-            .unwrap()
-            .modified()
-            .ok()
-    };
-    names(folder)
-        .into_iter()
-        .map(|name| (name.clone(), written(&name)))
-        .collect()
-}
-
 impl Group {
     fn check(&self) {
         let folder = tempdir().unwrap();
@@ -333,7 +275,7 @@ impl Group {
             };
             let silent = words.is_empty() && self.status != 0;
             assert!(!silent, "{}: a row without words", self.about);
-            check(
+            judged(
                 &folder,
                 self.run.replace("{}", flags).trim(),
                 self.status,

@@ -3,17 +3,9 @@
 use std::vec;
 use std::vec::Vec;
 
-use bonebeam::beamform::{
-    AlignedLine, Apodization, Beamformer, Method, Parameter, Parameters, Postfilter, Segment,
-    SteeredSegments, Workspace, constant_segments,
-};
-use bonebeam::covariance::Covariance;
-use bonebeam::geometry::{
-    Active, Array, Axis, Depth, Lines as Positions, Scan, ScanParameters, Steering,
-};
-use bonebeam::memory::{Need, Scratch};
-use bonebeam::simd::Vector;
-use bonebeam::{Complex, Error};
+use bonebeam::beamform::{Parameter, Parameters, constant_segments};
+use bonebeam::geometry::Lines as Positions;
+use bonebeam::prelude::stages::*;
 use core::ops::Range;
 
 use crate::draw::Draw;
@@ -138,15 +130,10 @@ impl Lines {
         let scan = Scan::new(ScanParameters {
             array: Array::linear(elements, 0.3e-3),
             lines: Positions::Even(Axis::centred(elements.max(2), 0.3e-3)),
-            sound_speed: 1540.0,
-            centre_frequency: 5e6,
-            sampling_rate: 20e6,
             record_samples: 4096,
-            output_rate: 20e6,
             start: Depth::Seconds(6e-6),
             end: Depth::Seconds(6e-6 + (samples - 1) as f64 / 20e6),
-            f_number: 1.5,
-            min_elements: 8,
+            ..ScanParameters::EXAMPLE
         })?;
         let sub_lines = self.parameters.sub_lines;
         let mut memory = vec![Complex::ZERO; Steering::need(scan.samples(), sub_lines).complex];

@@ -1,9 +1,7 @@
 //! Coherence of aligned lines: the share of the largest eigenvalue, and short-lag coherence.
 
-use bonebeam::Error;
-use bonebeam::beamform::{Beamformer, ShortLagCoherence, Sizes, Workspace};
-use bonebeam::memory::{Need, Scratch};
-use bonebeam::simd::Vector;
+use bonebeam::beamform::Sizes;
+use bonebeam::prelude::stages::*;
 
 use super::beamform::Lines;
 use crate::draw::Draw;

@@ -4,14 +4,7 @@ use std::boxed::Box;
 use std::vec;
 use std::vec::Vec;
 
-use bonebeam::delay::{
-    Compounding, Delay, DelayParameters, IqDelay, IqInterpolation, IqLayout, IqParameters,
-    IqSamples, Record, ScanLine, Stage,
-};
-use bonebeam::geometry::{Active, Array, Element, Ray, Transmit, TransmitLaw};
-use bonebeam::memory::{Need, Scratch};
-use bonebeam::simd::Vector;
-use bonebeam::{Complex, Error};
+use bonebeam::prelude::stages::*;
 
 use crate::draw::Draw;
 use crate::kernel::Kernel;
@@ -99,11 +92,7 @@ impl Place {
             }
             _ => {
                 let mut at = || draw.number(wild, [-5e-3, 5e-3]);
-                let elements = (0..elements).map(|_| Element {
-                    x: at(),
-                    z: at(),
-                    angle: 0.0,
-                });
+                let elements = (0..elements).map(|_| Element::down(at(), at()));
                 Place::Any(elements.collect())
             }
         }
@@ -181,18 +170,13 @@ impl Lines {
             .iter()
             .enumerate()
             .map(|(index, (law, t0, ray))| ScanLine {
-                transmit: Transmit {
-                    law: law.law(),
-                    t0: *t0,
-                },
-                ray: *ray,
-                array: self.place.array(),
                 active: self.active,
                 compounding: if index == 0 {
                     Compounding::Replace
                 } else {
                     Compounding::Add
                 },
+                ..ScanLine::new(Transmit::new(law.law(), *t0), *ray, self.place.array())
             })
     }
 

@@ -2,10 +2,7 @@
 
 use std::vec::Vec;
 
-use bonebeam::image::{DepthInterpolation, Pooling};
-use bonebeam::memory::{Need, Scratch};
-use bonebeam::simd::Vector;
-use bonebeam::{Complex, Error};
+use bonebeam::prelude::stages::*;
 
 use crate::draw::Draw;
 use crate::kernel::Kernel;

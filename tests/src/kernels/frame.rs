@@ -3,15 +3,10 @@
 use std::vec;
 use std::vec::Vec;
 
-use bonebeam::beamform::{ShortLagCoherence, Workspace};
-use bonebeam::delay::{Record, Stage};
-use bonebeam::image::Pooling;
-use bonebeam::memory::{Need, Scratch};
-use bonebeam::phase_symmetry::{Kernels, LaneFft, LogGabor, StripSlices};
-use bonebeam::pipeline::{Block, Frame as Core, Parameters, Pipeline};
-use bonebeam::simd::Vector;
+use bonebeam::phase_symmetry::Kernels;
+use bonebeam::pipeline::{Block, Frame as Core};
+use bonebeam::prelude::stages::*;
 use bonebeam::surface::grey;
-use bonebeam::{Complex, Error};
 
 use super::pipeline::{LINES, Line};
 use crate::draw::Draw;

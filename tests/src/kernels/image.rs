@@ -3,14 +3,10 @@
 use std::vec;
 use std::vec::Vec;
 
-use bonebeam::geometry::Axis;
 use bonebeam::image::{
-    BMode, BModeParameters, Fan, Logarithm, PixelGrid, envelope, largest, log_compression_with,
-    median, resample, scan_convert,
+    PixelGrid, envelope, largest, log_compression_with, median, resample, scan_convert,
 };
-use bonebeam::memory::{Need, Scratch};
-use bonebeam::simd::Vector;
-use bonebeam::{Complex, Error};
+use bonebeam::prelude::stages::*;
 
 use crate::draw::Draw;
 use crate::kernel::Kernel;

@@ -3,13 +3,8 @@
 use std::vec;
 use std::vec::Vec;
 
-use bonebeam::Error;
-use bonebeam::memory::{Need, Scratch};
-use bonebeam::phase_symmetry::{
-    External, GainTables, Kernels, LaneFft, LogGabor, MAX_PIXEL, Parameters, PhaseSymmetry, Sizes,
-    StripSlices,
-};
-use bonebeam::simd::Vector;
+use bonebeam::phase_symmetry::{Kernels, MAX_PIXEL, Parameters, Sizes};
+use bonebeam::prelude::stages::*;
 
 use crate::draw::Draw;
 use crate::kernel::Kernel;

@@ -3,16 +3,9 @@
 use std::vec;
 use std::vec::Vec;
 
-use bonebeam::beamform::{Parameters, Workspace};
-use bonebeam::covariance::Covariance;
-use bonebeam::delay::{IqInterpolation, IqLayout, IqSamples, Record, Stage};
-use bonebeam::geometry::{
-    Array, Axis, Depth, Lines, Scan, ScanParameters, Steering, Transmit, TransmitLaw,
-};
-use bonebeam::memory::{Need, Scratch};
-use bonebeam::pipeline::{Block, DepthGate, IqInput, LinePipeline, Pipeline};
-use bonebeam::simd::Vector;
-use bonebeam::{Complex, Error};
+use bonebeam::beamform::Parameters;
+use bonebeam::pipeline::Block;
+use bonebeam::prelude::stages::*;
 
 use super::beamform;
 use crate::draw::Draw;
@@ -111,9 +104,6 @@ impl Line {
     }
 
     /// The pipeline of frames, with the gate.
-    ///
-    /// # Errors
-    /// Those of the core.
     pub fn gated_frame<'a, D: Stage>(
         &self,
         pipeline: Pipeline<'a, D>,
@@ -259,14 +249,12 @@ impl Kernel for Line {
             array: Array::linear(elements, pitch),
             lines: Lines::Even(Axis::centred(LINES, pitch)),
             sound_speed,
-            centre_frequency: 5e6,
-            sampling_rate: 20e6,
             record_samples,
-            output_rate: 20e6,
             start: Depth::Metres(start),
             end: Depth::Metres(start + length),
             f_number: at([0.5, 4.0]),
             min_elements: 1,
+            ..ScanParameters::EXAMPLE
         };
         let from = at([0.0, 1.1]);
         let gate = [from, from + at([0.0, 0.5])].map(|share| start + share * length);

@@ -3,10 +3,8 @@
 use std::vec;
 use std::vec::Vec;
 
-use bonebeam::Error;
-use bonebeam::geometry::{ApertureTable, Axis, Depth, Lines, Ray, Scan, ScanParameters};
-use bonebeam::memory::{Need, Scratch};
-use bonebeam::simd::Vector;
+use bonebeam::geometry::ApertureTable;
+use bonebeam::prelude::stages::*;
 
 use super::delay::Place;
 use crate::draw::Draw;

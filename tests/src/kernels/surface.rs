@@ -2,11 +2,8 @@
 
 use std::vec::Vec;
 
-use bonebeam::Error;
-use bonebeam::geometry::Axis;
-use bonebeam::memory::{Need, Scratch};
-use bonebeam::simd::Vector;
-use bonebeam::surface::{Detector, Parameters, Point, Settings, Survey, Tracker, grey};
+use bonebeam::prelude::stages::*;
+use bonebeam::surface::{Parameters, Point, Settings, Survey, Tracker, grey};
 
 use crate::draw::Draw;
 use crate::kernel::{Kernel, Number};

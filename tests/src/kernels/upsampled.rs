@@ -3,11 +3,7 @@
 use std::vec;
 use std::vec::Vec;
 
-use bonebeam::delay::{Compounding, Contribution, Delay, DelayParameters, ScanLine, Upsampled};
-use bonebeam::geometry::{Active, Ray, Transmit};
-use bonebeam::memory::{Need, Scratch};
-use bonebeam::simd::Vector;
-use bonebeam::{Complex, Error};
+use bonebeam::prelude::stages::*;
 
 use super::delay::{Law, Place};
 use crate::draw::Draw;
@@ -35,11 +31,8 @@ impl Waves {
     pub fn lines(&self) -> impl Iterator<Item = (ScanLine<'_>, &[f32])> {
         self.waves.iter().map(|(law, t0, rf)| {
             let line = ScanLine {
-                transmit: Transmit::new(law.law(), *t0),
-                ray: self.ray,
-                array: self.place.array(),
                 active: self.active,
-                compounding: Compounding::Replace,
+                ..ScanLine::new(Transmit::new(law.law(), *t0), self.ray, self.place.array())
             };
             (line, &rf[..])
         })

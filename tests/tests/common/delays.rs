@@ -1,8 +1,6 @@
 //! Lines of the delay stages, and their scenes.
 
-use bonebeam::Complex;
-use bonebeam::delay::{Delay, DelayParameters, Record, ScanLine, Stage};
-use bonebeam::geometry::{Element, TransmitLaw};
+use bonebeam::prelude::stages::*;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use std::f64::consts::{PI, TAU};
@@ -82,7 +80,6 @@ pub fn aligned<D: Stage>(
     out
 }
 
-/// A line of RF.
 pub fn rf_line(p: &DelayParameters, line: &ScanLine, rf: &[f32]) -> Vec<Complex<f32>> {
     let record = Record::new(rf, p.elements).unwrap();
     aligned(&Delay::new(*p).unwrap(), p.output_samples, line, &record)

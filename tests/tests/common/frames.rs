@@ -1,10 +1,7 @@
 //! The scan, the records and the lines of a small frame, by RF and by I/Q.
 
-use bonebeam::beamform::{self, Method};
-use bonebeam::delay::{IqInterpolation, IqLayout, IqSamples, Record};
-use bonebeam::geometry::{Array, Axis as Positions, Lines, ScanParameters, Transmit, TransmitLaw};
-use bonebeam::memory::Need;
-use bonebeam::pipeline::{Input, IqInput, Parameters};
+use bonebeam::geometry::Axis as Positions;
+use bonebeam::prelude::stages::*;
 
 pub const ELEMENTS: usize = 16;
 pub const LINES: usize = 40;
@@ -17,19 +14,15 @@ pub const PARAMETERS: Parameters = Parameters {
         ..ScanParameters::EXAMPLE
     },
     beamformer: beamform::Parameters {
-        method: Method::EsmvRank1,
         temporal_half_window: 1,
-        ..beamform::Parameters::DEFAULT
+        ..beamform::Parameters::of(Method::EsmvRank1)
     },
     scales: &[1.0 / 8.0, 1.0 / 16.0, 1.0 / 32.0],
     block: usize::MAX,
     ..Parameters::EXAMPLE
 };
 /// Its memory.
-pub const NEED: Need = match PARAMETERS.need(Input::Rf, 1) {
-    Ok(need) => need,
-    Err(_) => panic!("the scan is not valid"),
-};
+pub const NEED: Need = valid!(PARAMETERS.need(Input::Rf, 1));
 
 /// Depth of the surface at a lateral position, m.
 pub fn surface(x: f64) -> f64 {

@@ -1,12 +1,9 @@
 //! Aligned lines for tests of beamformers, and the core's results for them.
 
-use bonebeam::beamform::{
-    AlignedLine, Apodization, Beamformer, Method, Parameter, Parameters, Postfilter, Segment,
-};
-use bonebeam::covariance::Covariance;
-use bonebeam::geometry::Active;
-use bonebeam::simd::Vector;
+use bonebeam::beamform::{Parameter, Parameters};
+use bonebeam::prelude::stages::*;
 use bonebeam_drive::beamform::Memory;
+use bonebeam_oracle::verify::beamform as verify;
 use ndarray::{Array2, Array3};
 use num_complex::Complex;
 use rand::rngs::ChaCha8Rng;
@@ -140,16 +137,8 @@ pub fn core(line: &Line, parameters: Parameters) -> Vec<Complex<f32>> {
 
 /// The core's weights of one sample.
 pub fn core_weights(line: &Line, sample: usize, parameters: Parameters) -> Vec<Complex<f32>> {
-    let beamformer = Beamformer::new(parameters).expect("valid parameters");
-    let mut memory = line_memory(0.0, &beamformer, line);
-    let active = line.active[sample];
-    let segment = Segment::new(line.delayed(), active.first, sample);
-    let mut weights = vec![Complex::ZERO; active.count];
-    let count = beamformer
-        .weights(&mut memory.view(), &segment, active.count, &mut weights)
-        .expect("a sample that fits");
-    weights.truncate(count);
-    weights
+    let (line, active) = (line.delayed(), line.active[sample]);
+    verify::core_weights(line, active, sample, parameters).expect("a sample that fits")
 }
 
 /// Lines of one length as a frame's samples.

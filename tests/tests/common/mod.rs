@@ -6,6 +6,29 @@ pub mod lines;
 pub mod refused;
 pub mod tolerances;
 
+/// What most of the tests use.
+pub mod kit {
+    pub use super::lines::{
+        COVARIANCES, Gaussian, Line, METHODS, core_weights, stacked, variants, widen,
+    };
+    pub use super::refused::{assert_refused, name, refused};
+    pub use super::{assert_same_bits, changed, tolerances};
+    pub use bonebeam::prelude::stages::*;
+    pub use bonebeam_drive::config::Beamform;
+    pub use bonebeam_drive::delay::DelayStage;
+    pub use bonebeam_drive::methods::MethodName;
+    pub use bonebeam_files::{BeamformedLines, ChannelData, Transmits};
+    pub use bonebeam_oracle::reference;
+    pub use bonebeam_oracle::reference::f64::beamform::Sample;
+    pub use bonebeam_tests::kernel::bits;
+    pub use ndarray::{Array2, Array3};
+    pub use rand::rngs::ChaCha8Rng;
+    pub use rand::{RngExt, SeedableRng};
+    pub use std::f64::consts::{PI, TAU};
+    pub use std::fs;
+    pub use std::path::{Path, PathBuf};
+}
+
 use bonebeam::Complex;
 
 /// Asserts equal bits, so that 0 and −0 differ.

@@ -52,10 +52,7 @@ fn a_constant_stage_is_one_made_when_the_program_runs() {
         record_samples: 400,
         hilbert_taps: HILBERT_TAPS,
     };
-    static DELAY: Delay = match Delay::new(PARAMETERS) {
-        Ok(delay) => delay,
-        Err(_) => panic!("the parameters are not valid"),
-    };
+    static DELAY: Delay = valid!(Delay::new(PARAMETERS));
     let element_x = line_up(5, PITCH);
     let line = line_of(TransmitLaw::Focused, &element_x);
     let rf = noise(5 * 400, 3);

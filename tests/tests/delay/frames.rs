@@ -7,28 +7,19 @@ use bonebeam::simd::InstructionSet;
 /// Recorded noise of three transmits, for an array of nine elements.
 fn recording(transmits: Transmits) -> ChannelData {
     ChannelData {
-        samples: Array3::from_shape_vec((3, 9, 1500), noise(3 * 9 * 1500, 11))
-            .unwrap()
-            .into(),
-        fs: 100e6,
         t0: vec![0.0, 1e-7, -2e-7],
-        element_x: line_up(9, PITCH),
-        element_z: None,
-        element_angle: None,
-        c: C,
-        f0: F0,
-        transmits,
-        lens_delay: 0.0,
+        ..ChannelData::linear(
+            Array3::from_shape_vec((3, 9, 1500), noise(3 * 9 * 1500, 11)).unwrap(),
+            line_up(9, PITCH),
+            transmits,
+            ([100e6, F0], C),
+        )
     }
 }
 
 #[test]
 fn frames_do_not_depend_on_the_threads_or_on_the_range_of_beams() {
-    let focused = Transmits::Focused {
-        x: vec![-PITCH, 0.0, 0.4 * PITCH],
-        focus: vec![20e-3; 3],
-        f_number: None,
-    };
+    let focused = Transmits::focused(vec![-PITCH, 0.0, 0.4 * PITCH], 20e-3);
     let plane = Transmits::Plane {
         angle: vec![-0.1, 0.0, 0.2],
     };

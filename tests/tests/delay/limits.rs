@@ -20,7 +20,7 @@ fn nothing_is_read_from_2_to_the_23_samples_on() {
             output_samples: 19,
             ..parameters(1.0, 1.0, 1, 100)
         };
-        let elements = [Element { x, z, angle: 0.0 }];
+        let elements = [Element::down(x, z)];
         let line = ScanLine {
             transmit: Transmit::new(TransmitLaw::Focused, t0),
             ray: Ray::down(0.0),
@@ -46,11 +46,7 @@ fn a_line_towards_an_element_reads_one_position() {
         output_samples: 32,
         ..parameters(4.0, 1.0, 1, 2500)
     };
-    let elements = [Element {
-        x: 0.0,
-        z: 1000.0,
-        angle: 0.0,
-    }];
+    let elements = [Element::down(0.0, 1000.0)];
     let line = ScanLine {
         ray: Ray::down(0.0),
         array: Array::at(&elements, 1.0),

@@ -6,17 +6,10 @@ pub mod frames;
 mod limits;
 
 use crate::common;
-use bonebeam::Complex;
-use bonebeam::delay::{Compounding, Delay, DelayParameters, Record, ScanLine};
-use bonebeam::geometry::{Active, Array, Element, Ray, Transmit, TransmitLaw};
-use bonebeam_drive::config::Beamform;
-use bonebeam_drive::delay::DelayStage;
-use bonebeam_files::{ChannelData, Transmits};
-use bonebeam_oracle::reference;
-use common::assert_same_bits;
+use crate::common::kit::*;
 use common::delays::{C, F0, aligned, line_up, noise, rf_line};
 use common::tolerances::DELAY_SHIFT;
-use ndarray::{Array3, Axis};
+use ndarray::Axis;
 
 const PITCH: f64 = 0.308e-3;
 const HILBERT_TAPS: usize = 8;
@@ -30,27 +23,23 @@ const LAWS: [TransmitLaw<'static>; 3] = [
 
 fn parameters(fs: f64, fout: f64, elements: usize, record_samples: usize) -> DelayParameters {
     DelayParameters {
-        sound_speed: C,
         sampling_rate: fs,
-        centre_frequency: F0,
         output_rate: fout,
-        output_start: 0.0,
         output_samples: (record_samples as f64 * fout / fs) as usize + 7,
         elements,
         record_samples,
         hilbert_taps: HILBERT_TAPS,
+        ..DelayParameters::EXAMPLE
     }
 }
 
 /// The line at 0.3 mm with all elements, recorded from t = 0.
 fn line_of<'a>(law: TransmitLaw<'a>, element_x: &'a [f64]) -> ScanLine<'a> {
-    ScanLine {
-        transmit: Transmit { law, t0: 0.0 },
-        ray: Ray::down(0.3e-3),
-        array: Array::LinearAt(element_x),
-        active: Active::new(0, element_x.len()),
-        compounding: Compounding::Replace,
-    }
+    ScanLine::new(
+        Transmit::new(law, 0.0),
+        Ray::down(0.3e-3),
+        Array::LinearAt(element_x),
+    )
 }
 
 /// Asserts that `ours` has the bits of the reference.

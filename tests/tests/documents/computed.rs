@@ -2,13 +2,10 @@
 
 use std::fs;
 
-use bonebeam::Complex;
-use bonebeam::beamform::{Apodization, Method, Parameter, Parameters, Postfilter, Sizes};
-use bonebeam::covariance::Covariance;
-use bonebeam::delay::DelayParameters;
-use bonebeam::memory::Need;
+use bonebeam::beamform::{Parameter, Parameters, Sizes};
 use bonebeam::phase_symmetry;
-use bonebeam::surface::{Ramp, Settings};
+use bonebeam::prelude::stages::*;
+use bonebeam::surface::Settings;
 
 use super::{read, root};
 
@@ -139,16 +136,7 @@ fn beamformers() -> String {
 fn strips() -> String {
     let mut table = String::from("| image | S = 1 | S = 8 | S = 64 |\n|---|---|---|---|\n");
     for side in [64, 128, 512] {
-        let of = |strip| {
-            size(
-                phase_symmetry::Sizes {
-                    rows: side,
-                    columns: side,
-                    strip,
-                }
-                .need(),
-            )
-        };
+        let of = |strip| size(phase_symmetry::Sizes::new(side, side, strip).need());
         let [one, eight, most] = [1, 8, 64].map(of);
         table += &format!("| {side} × {side} | {one} | {eight} | {most} |\n");
     }
@@ -161,15 +149,11 @@ fn blocks() -> String {
     const LENGTH: usize = 1024;
     let rf = |ratio: usize, held| {
         let parameters = DelayParameters {
-            sound_speed: 1540.0,
             sampling_rate: ratio as f64 * 20e6,
-            centre_frequency: 5e6,
-            output_rate: 20e6,
-            output_start: 0.0,
             output_samples: LENGTH,
             elements: ELEMENTS,
             record_samples: ratio * (LENGTH + 64),
-            hilbert_taps: 8,
+            ..DelayParameters::EXAMPLE
         };
         parameters.block_need(1, held).real
     };

@@ -5,15 +5,12 @@
 mod computed;
 mod tables;
 
-use std::collections::BTreeSet;
-use std::fs;
-use std::path::{Path, PathBuf};
-
+use crate::common::kit::*;
 use bonebeam::beamform::Parameters;
-use bonebeam_drive::config::Beamform;
 use bonebeam_files::section::{Key, Section};
 use bonebeam_formats::Format;
 use host_sim::config::Config;
+use std::collections::BTreeSet;
 use tempfile::tempdir;
 
 fn root() -> PathBuf {

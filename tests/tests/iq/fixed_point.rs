@@ -114,11 +114,12 @@ fn plain(interpolation: IqInterpolation) -> (IqParameters, ScanLine<'static>) {
         interpolation,
     };
     let line = ScanLine {
-        transmit: Transmit::new(TransmitLaw::Focused, 0.0),
-        ray: Ray::down(0.0),
-        array: Array::linear(3, 7.0),
-        active: Active::new(0, 3),
         compounding: Compounding::Add,
+        ..ScanLine::new(
+            Transmit::new(TransmitLaw::Focused, 0.0),
+            Ray::down(0.0),
+            Array::linear(3, 7.0),
+        )
     };
     (p, line)
 }
@@ -247,11 +248,7 @@ fn fixed_point_reads_elements_below_8191_samples_way() {
         assert_eq!(read(Array::LinearAt(&[sign * 4095.5])), beyond);
         // An offset along the line counts twice.
         let along = |z: f64| {
-            let element = Element {
-                x: 0.0,
-                z: sign * z,
-                angle: 0.0,
-            };
+            let element = Element::down(0.0, sign * z);
             read(Array::At {
                 elements: &[element],
                 pitch: 1.0,
@@ -277,11 +274,7 @@ fn fixed_point_of_an_element_far_ahead_has_the_bits_of_the_reference() {
     let mut rng = ChaCha8Rng::seed_from_u64(7);
     let counts: Vec<[i16; 2]> = (0..65_536).map(|_| rng.random()).collect();
     for sign in [1.0, -1.0] {
-        let element = Element {
-            x: 0.0,
-            z: sign * 8000.0,
-            angle: 0.0,
-        };
+        let element = Element::down(0.0, sign * 8000.0);
         let mut line = ScanLine {
             array: Array::At {
                 elements: &[element],

@@ -6,22 +6,10 @@ mod fixed_point;
 mod refused;
 
 use crate::common;
-
-use bonebeam::delay::{
-    Compounding, DelayParameters, IqDelay, IqInterpolation, IqLayout, IqParameters, IqSamples,
-    MAX_SAMPLES, Record, ScanLine, Stage, hilbert_taps,
-};
-use bonebeam::geometry::{
-    Active, Array, Axis, Element, Lines, Ray, Scan, ScanParameters, Transmit, TransmitLaw,
-};
-use bonebeam::{Complex, Error};
-use bonebeam_oracle::reference;
-use common::assert_same_bits;
+use crate::common::kit::*;
+use bonebeam::delay::{MAX_SAMPLES, hilbert_taps};
 use common::delays::{self, C, F0, aligned, arrival, convex, envelope, rf_line};
 use common::tolerances::{DELAYED_PULSE_20_MHZ, DELAYED_PULSE_40_MHZ};
-use rand::rngs::ChaCha8Rng;
-use rand::{RngExt, SeedableRng};
-use std::f64::consts::TAU;
 
 const ELEMENTS: usize = 21;
 const PITCH: f64 = 0.3e-3;
@@ -51,11 +39,8 @@ fn lines(convex: &[Element]) -> [ScanLine<'_>; 4] {
     let linear = Array::linear(ELEMENTS, PITCH);
     let array = Array::at(convex, PITCH);
     let line = |array, ray, law| ScanLine {
-        transmit: Transmit::new(law, 0.37e-6),
-        ray,
-        array,
         active: Active::new(2, ELEMENTS - 3),
-        compounding: Compounding::Replace,
+        ..ScanLine::new(Transmit::new(law, 0.37e-6), ray, array)
     };
     [
         line(linear, Ray::down(0.41e-3), TransmitLaw::Focused),

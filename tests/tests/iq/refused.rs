@@ -1,8 +1,7 @@
 //! Parameters, lines and samples that are refused.
 
 use super::*;
-use crate::common::changed;
-use common::refused::{assert_refused, name, refused};
+use crate::common::kit::*;
 
 /// What a stage of changed parameters is refused for.
 pub fn refused_name(p: IqParameters, change: fn(&mut IqParameters)) -> &'static str {

@@ -211,22 +211,13 @@ fn memory_is_what_the_documentation_says() {
     assert_eq!(core::LogGaborTables::BYTES, 17_920);
     let bytes = |rows, strip| {
         let columns = 64;
-        let sizes = core::Sizes {
-            rows,
-            columns,
-            strip,
-        };
+        let sizes = core::Sizes::new(rows, columns, strip);
         4 * sizes.need().real + 8 * sizes.need().complex
     };
     assert_eq!(bytes(64, 1), 1_792);
     assert_eq!(bytes(64, 64), 66_304);
     assert_eq!(bytes(512, 16), 137_216);
-    let map = core::Sizes {
-        rows: 64,
-        columns: 64,
-        strip: 1,
-    }
-    .map_need();
+    let map = core::Sizes::new(64, 64, 1).map_need();
     assert_eq!(4 * map.real + 8 * map.complex, 66_816);
     assert_eq!(core::LaneFft::BYTES, 4_096);
     let bank = bank(512, 512, &THREE, 15.0, 16).unwrap();
@@ -235,11 +226,7 @@ fn memory_is_what_the_documentation_says() {
 
 #[test]
 fn lengths_beyond_any_memory_are_said_to_be_so() {
-    let sizes = core::Sizes {
-        rows: usize::MAX,
-        columns: usize::MAX,
-        strip: usize::MAX,
-    };
+    let sizes = core::Sizes::new(usize::MAX, usize::MAX, usize::MAX);
     let lengths = [
         sizes.strip_len(),
         sizes.image_len(),

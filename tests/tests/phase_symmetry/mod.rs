@@ -6,21 +6,12 @@ mod kernels;
 mod map;
 mod memory;
 
-use crate::common;
-use bonebeam::dispatch;
-use bonebeam::phase_symmetry as core;
-use bonebeam::simd::{InstructionSet, Vector};
+use crate::common::kit::*;
+use bonebeam::{dispatch, phase_symmetry as core};
 use bonebeam_drive::phase_symmetry::{Parameters, Plan, phase_symmetry};
-use bonebeam_oracle::reference;
-use common::tolerances;
 use core::{Fft, Gains};
-use ndarray::Array2;
-use num_complex::Complex;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use rand::rngs::ChaCha8Rng;
-use rand::{RngExt, SeedableRng};
-use std::f64::consts::PI;
 
 /// The scales of the 18 filters and of the 30.
 const THREE: [f64; 3] = [1.0 / 128.0, 1.0 / 256.0, 1.0 / 512.0];
@@ -84,11 +75,7 @@ fn bank(
     strip: usize,
 ) -> Result<core::PhaseSymmetry, bonebeam::Error> {
     core::PhaseSymmetry::new(&core::Parameters {
-        sizes: core::Sizes {
-            rows,
-            columns,
-            strip,
-        },
+        sizes: core::Sizes::new(rows, columns, strip),
         scales,
         threshold,
     })

@@ -2,10 +2,7 @@
 
 use super::*;
 
-const IQ_NEED: Need = match PARAMETERS_OF_IQ.need(Input::Iq, 1) {
-    Ok(need) => need,
-    Err(_) => panic!("the scan is not valid"),
-};
+const IQ_NEED: Need = valid!(PARAMETERS_OF_IQ.need(Input::Iq, 1));
 
 const PARAMETERS_OF_IQ: Parameters = Parameters {
     scan: ScanParameters {

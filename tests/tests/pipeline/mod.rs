@@ -7,28 +7,18 @@ mod coherence;
 mod iq;
 
 use crate::common;
-use crate::common::changed;
-use crate::common::refused::assert_refused;
-use bonebeam::Complex;
-use bonebeam::beamform::{AlignedLine, Segment, constant_segments};
-use bonebeam::delay::{
-    Compounding, Delay, DelayParameters, IqInterpolation, IqParameters, Record, ScanLine, Stage,
-};
-use bonebeam::geometry::{Scan, ScanParameters, Transmit, TransmitLaw};
-use bonebeam::memory::{Memory, Need, Scratch};
-use bonebeam::pipeline::{Block, Frame, Input, IqInput, LinePipeline, Parameters, Pipeline};
-use bonebeam::surface::{Detector, Point, Ramp, Settings};
+use crate::common::kit::*;
+use bonebeam::beamform::constant_segments;
+use bonebeam::pipeline::Block;
+use bonebeam::surface::{Point, Settings};
 use bonebeam_drive::beamform::{Memory as LaneMemory, beamform};
 use bonebeam_drive::config;
-use bonebeam_drive::delay::DelayStage;
 use bonebeam_drive::image::{b_mode, grid_of_lines};
 use bonebeam_drive::phase_symmetry::{self, phase_symmetry};
-use bonebeam_files::{BeamformedLines, ChannelData, Transmits};
 use common::frames::{
     ELEMENTS, LINES, NEED, PARAMETERS, counted, counts, focused, iq_input, iq_parameters, record,
     surface,
 };
-use ndarray::Array3;
 
 /// The lines, the image and the map of a frame.
 fn frame(parameters: Parameters) -> (Vec<Complex<f32>>, Vec<f32>, Vec<f32>) {
@@ -57,24 +47,12 @@ fn a_frame_has_the_bits_of_the_hosts_drive() {
     let (z, image, map) = frame(PARAMETERS);
     let p = PARAMETERS.scan;
     let rf: Vec<f32> = (0..LINES).flat_map(record).collect();
-    let data = ChannelData {
-        samples: Array3::from_shape_vec((LINES, ELEMENTS, p.record_samples), rf)
-            .unwrap()
-            .into(),
-        fs: p.sampling_rate,
-        t0: vec![0.0; LINES],
-        element_x: (0..ELEMENTS).map(|m| p.array.x(m)).collect(),
-        element_z: None,
-        element_angle: None,
-        c: p.sound_speed,
-        f0: p.centre_frequency,
-        transmits: Transmits::Focused {
-            x: (0..LINES).map(|line| p.lines.x(line)).collect(),
-            focus: vec![8e-3; LINES],
-            f_number: None,
-        },
-        lens_delay: 0.0,
-    };
+    let data = ChannelData::linear(
+        Array3::from_shape_vec((LINES, ELEMENTS, p.record_samples), rf).unwrap(),
+        (0..ELEMENTS).map(|m| p.array.x(m)).collect(),
+        Transmits::focused((0..LINES).map(|line| p.lines.x(line)).collect(), 8e-3),
+        ([p.sampling_rate, p.centre_frequency], p.sound_speed),
+    );
     let settings = config::Beamform {
         depth_start: Some(4e-3),
         depth_end: Some(12e-3),
@@ -334,14 +312,8 @@ fn segments_of_a_block_have_the_lines_bits_and_stay_within_it() {
 
 #[test]
 fn a_plan_by_a_constant_delay_stage_makes_the_same_lines() {
-    const SCAN: Scan = match Scan::new(PARAMETERS.scan) {
-        Ok(scan) => scan,
-        Err(_) => panic!("the scan is not valid"),
-    };
-    static DELAY: Delay = match Delay::new(DelayParameters::of(&SCAN)) {
-        Ok(delay) => delay,
-        Err(_) => panic!("the scan is not valid"),
-    };
+    const SCAN: Scan = valid!(Scan::new(PARAMETERS.scan));
+    static DELAY: Delay = valid!(Delay::new(DelayParameters::of(&SCAN)));
     let (own, by) = (
         Pipeline::new(PARAMETERS).unwrap(),
         Pipeline::by(&DELAY, PARAMETERS).unwrap(),

@@ -2,16 +2,11 @@
 
 mod tables;
 
-use crate::common::changed;
-use bonebeam_drive::config::{Beamform, LineKind};
+use crate::common::kit::*;
+use bonebeam_drive::config::LineKind;
 use bonebeam_drive::frame::beamform_channel_data;
-use bonebeam_drive::methods::MethodName;
-use bonebeam_files::{BeamformedLines, ChannelData, Samples, Transmits};
-use ndarray::{Array3, Axis};
-use num_complex::Complex;
-use rand::rngs::ChaCha8Rng;
-use rand::{RngExt, SeedableRng};
-use std::f64::consts::{PI, TAU};
+use bonebeam_files::Samples;
+use ndarray::Axis;
 
 const C: f64 = 1540.0;
 const ELEMENTS: usize = 64;
@@ -51,6 +46,15 @@ struct Point {
     beside: f64,
     iq: bool,
 }
+
+const POINT: Point = Point {
+    geometry: Geometry::Linear,
+    f0: 5e6,
+    snr: 40.0,
+    lines: 2 * ELEMENTS - 1,
+    beside: 0.0,
+    iq: false,
+};
 
 impl Point {
     fn wavelength(&self) -> f64 {
@@ -279,17 +283,17 @@ fn loss(point: &Point, method: MethodName, sub_lines: Option<usize>) -> [f64; 3]
 fn a_point_between_two_lines_keeps_its_level() {
     for geometry in GEOMETRIES {
         for iq in [false, true] {
+            let lines = match geometry {
+                Geometry::Linear => ELEMENTS - 1,
+                // They are two pitches apart at the depth of the point.
+                _ => 2 * ELEMENTS - 1,
+            };
             let point = Point {
                 geometry,
-                f0: 5e6,
-                snr: 40.0,
-                lines: match geometry {
-                    Geometry::Linear => ELEMENTS - 1,
-                    // They are two pitches apart at the depth of the point.
-                    _ => 2 * ELEMENTS - 1,
-                },
+                lines,
                 beside: 0.5,
                 iq,
+                ..POINT
             };
             for method in [MethodName::Mv, MethodName::EsmvRank1] {
                 let [alone, ..] = loss(&point, method, Some(1));
@@ -320,25 +324,22 @@ fn the_default_keeps_a_point_anywhere() {
             (5e6, 0.0625, false),
             (15e6, 0.5, false),
         ] {
-            {
-                let point = Point {
-                    geometry,
-                    f0,
-                    snr: 40.0,
-                    lines: 2 * ELEMENTS - 1,
-                    beside,
-                    iq,
-                };
-                for method in [MethodName::Mv, MethodName::EsmvRank1] {
-                    let [lost, _, off] = loss(&point, method, None);
-                    let name = format!("{geometry:?} {f0} {beside} {method:?} I/Q {iq}");
-                    assert!(lost < 2.5, "{name}: {lost} dB");
-                    assert!(off < 0.02e-3, "{name}: {off} m between lines");
-                    let lines = point.lines(&section(method), None);
-                    assert_eq!(lines.sub_lines, 1, "{name}");
-                    let apart = lines.beam_x[1] - lines.beam_x[0];
-                    assert!(apart <= 0.1e-3, "{name}: lines are {apart} m apart");
-                }
+            let point = Point {
+                geometry,
+                f0,
+                beside,
+                iq,
+                ..POINT
+            };
+            for method in [MethodName::Mv, MethodName::EsmvRank1] {
+                let [lost, _, off] = loss(&point, method, None);
+                let name = format!("{geometry:?} {f0} {beside} {method:?} I/Q {iq}");
+                assert!(lost < 2.5, "{name}: {lost} dB");
+                assert!(off < 0.02e-3, "{name}: {off} m between lines");
+                let lines = point.lines(&section(method), None);
+                assert_eq!(lines.sub_lines, 1, "{name}");
+                let apart = lines.beam_x[1] - lines.beam_x[0];
+                assert!(apart <= 0.1e-3, "{name}: lines are {apart} m apart");
             }
         }
     }

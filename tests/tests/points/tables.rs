@@ -1,19 +1,13 @@
 //! Tables and a picture of points between lines, for the documents.
 
-use super::{C, DEPTH, ELEMENTS, Geometry, Point, section};
-
+use super::{C, DEPTH, ELEMENTS, Geometry, POINT, Point, section};
+use crate::common::kit::*;
 use bonebeam::image::{Pooling, pooled_envelope};
 use bonebeam_drive::config::Image;
 use bonebeam_drive::image::{image_of, pooled as pooled_lines};
-use bonebeam_drive::methods::MethodName;
 use bonebeam_files::document::rewritten;
-use bonebeam_files::{BeamformedLines, ChannelData, image};
-use ndarray::{Array2, Axis, concatenate};
-use num_complex::Complex;
-use rand::rngs::ChaCha8Rng;
-use rand::{RngExt, SeedableRng};
-use std::fs;
-use std::path::Path;
+use bonebeam_files::image;
+use ndarray::{Axis, concatenate};
 
 /// The largest losses of a point at three distances from a line, by MV and by rank 1, dB.
 ///
@@ -69,9 +63,8 @@ fn write_points() {
                         geometry,
                         f0,
                         snr,
-                        lines: 2 * ELEMENTS - 1,
                         beside,
-                        iq: false,
+                        ..POINT
                     };
                     let record = point.record();
                     (point, record)
@@ -151,12 +144,9 @@ fn gcnr(inside: &[f64], outside: &[f64]) -> f64 {
 #[ignore = "prints a table"]
 fn table_of_poolings() {
     let at = |beside| Point {
-        geometry: Geometry::Linear,
-        f0: 5e6,
-        snr: 40.0,
         lines: ELEMENTS,
         beside,
-        iq: false,
+        ..POINT
     };
     let tissue = at(0.0);
     let wave = tissue.wavelength();
@@ -224,14 +214,7 @@ fn table_of_poolings() {
 #[test]
 #[ignore = "writes docs/between-lines.png"]
 fn write_the_picture_between_lines() {
-    let scene = Point {
-        geometry: Geometry::Linear,
-        f0: 5e6,
-        snr: 40.0,
-        lines: 2 * ELEMENTS - 1,
-        beside: 0.0,
-        iq: false,
-    };
+    let scene = POINT;
     let wave = scene.wavelength();
     // Each point is ten pitches and an eighth of a line's spacing further.
     let points: Vec<_> = (-2..=2)

@@ -6,20 +6,13 @@ mod model;
 mod noise;
 mod shadow;
 
-use crate::common;
-use crate::common::changed;
-use bonebeam_files::{ChannelData, Transmits};
+use crate::common::kit::*;
 use bonebeam_simulate::{
     Baffle, NoiseSpectrum, Outline, Phantom, Pulse, Scatterer, Settings, Summation, add_noise,
     channel_data, visible,
 };
-use common::tolerances;
-use ndarray::{Array3, Axis};
-use num_complex::Complex;
-use rand::rngs::ChaCha8Rng;
-use rand::{RngExt, SeedableRng};
+use ndarray::Axis;
 use rustfft::FftPlanner;
-use std::f64::consts::PI;
 
 /// Sixteen elements and a record of 8 to 14 mm: quick to simulate.
 fn small() -> Settings {

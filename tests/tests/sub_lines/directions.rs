@@ -1,13 +1,9 @@
 //! Positions and directions of a line's sub-lines.
 
 use super::{PITCH, parameters};
-use crate::common;
-
-use bonebeam::geometry::{Array, Axis, Element, Lines, Ray, Scan, SteeringTable};
+use crate::common::kit::*;
+use bonebeam::geometry::SteeringTable;
 use bonebeam_oracle::reference::f64::steering::direction;
-use common::lines::widen;
-use num_complex::Complex;
-use std::f64::consts::TAU;
 
 /// Arrays with their lines: linear, a sector, curved.
 fn geometries(check: impl Fn(&Scan<'_>)) {

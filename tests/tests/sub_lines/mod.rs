@@ -5,17 +5,10 @@
 mod directions;
 
 use crate::common;
-use crate::common::changed;
-
-use bonebeam::beamform::Method;
-use bonebeam::beamform::{AlignedLine, Apodization, Beamformer, Parameters, Postfilter};
-use bonebeam::geometry::{Active, Array, Axis, Depth, Lines, Scan, ScanParameters, Steering};
+use crate::common::kit::*;
+use bonebeam::beamform::Parameters;
 use bonebeam_drive::beamform::Memory;
-use bonebeam_oracle::reference::f64::beamform::Sample;
-use bonebeam_tests::kernel::bits;
-use common::lines::{COVARIANCES, Line, METHODS, core, widen};
-use common::refused::{assert_refused, refused};
-use num_complex::Complex;
+use common::lines::core;
 
 const PITCH: f64 = 0.3e-3;
 
@@ -78,10 +71,9 @@ fn one_sub_line_is_the_line() {
     for covariance in COVARIANCES {
         for method in METHODS {
             let parameters = Parameters {
-                method,
                 covariance,
                 temporal_half_window: 2,
-                ..Parameters::default()
+                ..Parameters::of(method)
             };
             let z = sub_lines(&line, steering, parameters);
             assert_eq!(bits(&z), bits(&core(&line, parameters)), "{method:?}");
@@ -131,13 +123,12 @@ fn the_error_beside_the_f64_reference_is_within_the_bound() {
                     let windows = Apodization::EXAMPLES.into_iter().cycle();
                     for (postfilter, apodization) in Postfilter::EXAMPLES.into_iter().zip(windows) {
                         let parameters = Parameters {
-                            method,
                             covariance,
                             postfilter,
                             apodization,
                             sub_lines: sub_lines_of,
                             temporal_half_window: 1,
-                            ..Parameters::default()
+                            ..Parameters::of(method)
                         };
                         let z = sub_lines(&line, steering, parameters);
                         let largest = z.iter().map(|z| widen(*z).norm()).fold(0.0, f64::max);
@@ -182,10 +173,9 @@ fn an_echo_on_a_sub_line_has_its_own_level_there() {
                     Method::EsmvBeta(0.5),
                 ] {
                     let parameters = Parameters {
-                        method,
                         covariance,
                         sub_lines: 8,
-                        ..Parameters::default()
+                        ..Parameters::of(method)
                     };
                     let z = sub_lines(&line, steering, parameters);
                     let error = (z[k] - 1.0).norm();

@@ -6,19 +6,13 @@ mod bones;
 mod meshes;
 mod scanner;
 
-use crate::common;
-use crate::common::changed;
-use bonebeam::simd::InstructionSet;
-use bonebeam_files::ChannelData;
+use crate::common::kit::*;
 use bonebeam_simulate::{
     Baffle, Block, Bone, Checkpoint, CtScanner, CtVolume, DynamicRange, Layers, Phantom, Scatterer,
     Settings, Summation, Surface, VolumeGrid, ball, channel_data, isosurface, read_mesh,
     resumed_channel_data,
 };
-use common::tolerances;
 use ndarray::Axis;
-use std::fs;
-use std::path::Path;
 
 /// One element transmits in each beam: row j of beam i is the pair (i, j).
 fn pairs() -> Settings {

@@ -85,7 +85,6 @@ fn named(name: &str) -> Option<&'static Step> {
     STEPS.iter().find(|step| step.name == name)
 }
 
-/// The steps of these groups.
 fn of(groups: &[Group]) -> Vec<&'static Step> {
     STEPS
         .iter()

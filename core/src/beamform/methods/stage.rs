@@ -3,7 +3,6 @@
 use crate::beamform::workspace::{Directions, Solver};
 use crate::simd::{Scalar, Vector, vectorize};
 
-/// No lane.
 #[inline(always)]
 pub(super) fn no_lane<V: Vector>(zero: V) -> V::Mask {
     zero.mask(

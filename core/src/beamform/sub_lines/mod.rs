@@ -386,10 +386,9 @@ mod tests {
             for postfilter in [Postfilter::None, Postfilter::CoherenceFactor] {
                 for sub_lines in [2, 4, 8] {
                     let parameters = Parameters {
-                        method,
                         postfilter,
                         sub_lines,
-                        ..Parameters::DEFAULT
+                        ..Parameters::of(method)
                     };
                     let constant = of_extent(parameters, Constant::<16, 8>);
                     assert_eq!(constant, of_extent(parameters, given), "{parameters:?}");

@@ -418,11 +418,12 @@ mod tests {
         let samples = IqSamples::Counts(&[[1, 2]; 8], 1.0);
         let record = Record::iq(samples, IqLayout::Interleaved, 2).unwrap();
         let line = ScanLine {
-            transmit: Transmit::new(TransmitLaw::Plane { angle: 0.0 }, 4e-309),
-            ray: Ray::down(4.6e-300),
-            array: Array::linear(2, 8.3e-281),
             active: Active::new(0, 0),
-            compounding: Compounding::Replace,
+            ..ScanLine::new(
+                Transmit::new(TransmitLaw::Plane { angle: 0.0 }, 4e-309),
+                Ray::down(4.6e-300),
+                Array::linear(2, 8.3e-281),
+            )
         };
         let mut scratch = [0.0; 2 * DELAY_NUMBERS];
         let mut out = [Complex::I; 2 * 94];

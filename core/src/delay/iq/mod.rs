@@ -47,12 +47,7 @@ use interpolation::{Cubic, Linear, SINC};
 /// divisions among them. RAM: the stage, the scratch and about 1 KiB of stack; over vectors up to 32 KiB.
 ///
 /// ```
-/// # use bonebeam::geometry::{Axis, Lines, ScanParameters};
-/// use bonebeam::Complex;
-/// use bonebeam::delay::{
-///     Compounding, IqDelay, IqLayout, IqParameters, IqSamples, Record, ScanLine, Stage,
-/// };
-/// use bonebeam::geometry::{Scan, Transmit, TransmitLaw};
+/// use bonebeam::prelude::stages::*;
 ///
 /// # const PARAMETERS: ScanParameters = ScanParameters {
 /// #     lines: Lines::Even(Axis::centred(65, 0.1e-3)),

@@ -203,7 +203,6 @@ impl Delay {
         }
     }
 
-    /// The receive delay of an element.
     #[inline(always)]
     pub(super) fn receive_delay(&self, line: &ScanLine, element: usize) -> ReceiveDelay {
         let position = line.array.position(element);

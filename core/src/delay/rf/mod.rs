@@ -196,10 +196,7 @@ const fn within_limits(size: usize) -> usize {
 /// [`TransmitLaw::Element`](crate::geometry::TransmitLaw::Element). RAM: the stage, the scratch, and 5 KiB of stack.
 ///
 /// ```
-/// # use bonebeam::geometry::ScanParameters;
-/// use bonebeam::Complex;
-/// use bonebeam::delay::{Compounding, Delay, DelayParameters, Record, ScanLine, Stage};
-/// use bonebeam::geometry::{Ray, Scan, Transmit, TransmitLaw};
+/// use bonebeam::prelude::stages::*;
 ///
 /// # const PARAMETERS: ScanParameters = ScanParameters::EXAMPLE;
 /// let scan = Scan::new(PARAMETERS)?;
@@ -244,12 +241,10 @@ impl Delay {
     /// hardware.
     ///
     /// ```
+    /// use bonebeam::valid;
     /// use bonebeam::delay::{Delay, DelayParameters};
     ///
-    /// static DELAY: Delay = match Delay::new(DelayParameters::EXAMPLE) {
-    ///     Ok(delay) => delay,
-    ///     Err(_) => panic!("the parameters are not valid"),
-    /// };
+    /// static DELAY: Delay = valid!(Delay::new(DelayParameters::EXAMPLE));
     /// # assert_eq!(DELAY.parameters().elements, 8);
     /// ```
     ///

@@ -18,8 +18,7 @@ impl Delay {
     /// Cost: two positions in f64 for each output sample, so compute it with the plan.
     ///
     /// ```
-    /// use bonebeam::delay::{Compounding, Delay, DelayParameters, ScanLine};
-    /// use bonebeam::geometry::{Scan, ScanParameters, Transmit, TransmitLaw};
+    /// use bonebeam::prelude::stages::*;
     ///
     /// let scan = Scan::new(ScanParameters::EXAMPLE)?;
     /// let delay = Delay::new(DelayParameters::of(&scan))?;
@@ -85,7 +84,7 @@ impl Delay {
 mod tests {
     use super::*;
     use crate::Complex;
-    use crate::delay::{Compounding, DelayParameters, Record, Stage};
+    use crate::delay::{DelayParameters, Record, Stage};
     use crate::geometry::{Array, Element, Ray, Transmit, TransmitLaw};
     use std::vec::Vec;
     use std::{format, vec};
@@ -149,11 +148,12 @@ mod tests {
                 // The element on the far side ends last.
                 let side = (case % 3) as f64 - 1.0;
                 let line = ScanLine {
-                    transmit: Transmit::new(law, 1.3e-7),
-                    ray: Ray::new(side * 0.4e-3, 0.0, side * 0.2),
-                    array: *array,
                     active: crate::geometry::Active::new(1, 4),
-                    compounding: Compounding::Replace,
+                    ..ScanLine::new(
+                        Transmit::new(law, 1.3e-7),
+                        Ray::new(side * 0.4e-3, 0.0, side * 0.2),
+                        *array,
+                    )
                 };
                 for own in [0..1, 0..32, 30..67, 20..90] {
                     let end = delay.record_end(&line, own.clone()).unwrap();
@@ -181,11 +181,12 @@ mod tests {
         };
         let delay = Delay::new(parameters).unwrap();
         let line = |count, t0| ScanLine {
-            transmit: Transmit::new(TransmitLaw::Focused, t0),
-            ray: Ray::down(0.0),
-            array: Array::linear(ELEMENTS, 0.5e-3),
             active: crate::geometry::Active::new(0, count),
-            compounding: Compounding::Replace,
+            ..ScanLine::new(
+                Transmit::new(TransmitLaw::Focused, t0),
+                Ray::down(0.0),
+                Array::linear(ELEMENTS, 0.5e-3),
+            )
         };
         assert_eq!(delay.record_end(&line(0, 0.0), 0..9), Ok(0));
         assert_eq!(delay.record_end(&line(6, 0.0), 9..9), Ok(0));

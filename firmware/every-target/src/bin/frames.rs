@@ -12,11 +12,9 @@ mod example;
 #[path = "../start.rs"]
 mod start;
 
-use bonebeam::beamform::{self, Workspace};
-use bonebeam::phase_symmetry::{GainTables, Kernels, LaneFft, LogGabor, Sizes, StripSlices};
-use bonebeam::prelude::*;
-use bonebeam::simd::{InstructionSet, Vector};
-use bonebeam::{Error, dispatch};
+use bonebeam::dispatch;
+use bonebeam::phase_symmetry::{Kernels, Sizes};
+use bonebeam::prelude::stages::*;
 use bonebeam_tests::arrays;
 use semihosting::{eprintln, println, process};
 use static_cell::ConstStaticCell;
@@ -31,10 +29,7 @@ const PARAMETERS: Parameters = Parameters {
 };
 /// Lanes of the widest vector.
 const LANES: usize = 4;
-const NEED: Need = match PARAMETERS.need(Input::Rf, LANES) {
-    Ok(need) => need,
-    Err(_) => panic!("the scan is not valid"),
-};
+const NEED: Need = valid!(PARAMETERS.need(Input::Rf, LANES));
 
 const SIZES: Sizes = Sizes::new(PARAMETERS.rows, PARAMETERS.columns, PARAMETERS.strip);
 

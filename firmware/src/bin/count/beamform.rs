@@ -1,10 +1,7 @@
 //! Beamformers of three sizes, forward-backward, K = 0.
 
-use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Sizes, Workspace};
-use bonebeam::covariance::Covariance;
-use bonebeam::geometry::Active;
-use bonebeam::memory::{Memory, Scratch};
-use bonebeam::{Complex, Error};
+use bonebeam::beamform::{Parameters, Sizes};
+use bonebeam::prelude::stages::*;
 use cortex_m_semihosting::hprintln;
 use firmware::arrays;
 use static_cell::ConstStaticCell;
@@ -75,13 +72,7 @@ const fn case(name: &'static str, method: Method, echo: f32, bounds: [u32; 3]) -
 }
 
 const fn sizes(elements: usize) -> Sizes {
-    Sizes {
-        covariance: Covariance::ForwardBackward,
-        elements,
-        subaperture: elements / 2,
-        temporal_half_window: 0,
-        sub_lines: 1,
-    }
+    Parameters::DEFAULT.sizes(elements)
 }
 
 arrays! {
@@ -129,10 +120,7 @@ fn spread<const M: usize, const REAL: usize, const COMPLEX: usize>(
     x: &mut [Complex<f32>],
 ) -> Result<bool, Error> {
     let x = &mut x[..M];
-    let beamformer = Beamformer::new(Parameters {
-        method: case.method,
-        ..Parameters::default()
-    })?;
+    let beamformer = Beamformer::new(Parameters::of(case.method))?;
     let all = |_| Active::new(0, M);
     let mut z = [Complex::new(0.0, 0.0)];
     let (mut sum, mut least, mut most) = (0, u32::MAX, 0);
@@ -188,10 +176,7 @@ fn line<const M: usize, const REAL: usize, const COMPLEX: usize>(
 ) -> Result<bool, Error> {
     let x = &mut x[..SAMPLES * M];
     snapshots(x, M, case.echo);
-    let beamformer = Beamformer::new(Parameters {
-        method: case.method,
-        ..Parameters::default()
-    })?;
+    let beamformer = Beamformer::new(Parameters::of(case.method))?;
     let all = |_| Active::new(0, M);
     let cost = counter.cost(|| {
         let line = AlignedLine::new(x, M)?;
@@ -221,10 +206,7 @@ fn checked<const M: usize>(
     x: &[Complex<f32>],
     z: &mut [Complex<f32>],
 ) -> Result<Cost, Error> {
-    let beamformer = Beamformer::new(Parameters {
-        method: Method::Das,
-        ..Parameters::default()
-    })?;
+    let beamformer = Beamformer::new(Parameters::of(Method::Das))?;
     let all = |_| Active::new(0, M);
     let line = AlignedLine::new(x, M)?;
     let mut workspace = Workspace::new(0.0, sizes(M), scratch)?;

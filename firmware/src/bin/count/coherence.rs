@@ -1,9 +1,6 @@
 //! Short-lag coherence of a line, of three sizes.
 
-use bonebeam::beamform::{AlignedLine, ShortLagCoherence};
-use bonebeam::geometry::Active;
-use bonebeam::memory::Memory;
-use bonebeam::{Complex, Error};
+use bonebeam::prelude::stages::*;
 use firmware::arrays;
 use static_cell::ConstStaticCell;
 

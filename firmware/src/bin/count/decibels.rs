@@ -1,7 +1,7 @@
 //! Grey levels of envelopes, by either logarithm.
 
-use bonebeam::Error;
-use bonebeam::image::{Logarithm, log_compression_with};
+use bonebeam::image::log_compression_with;
+use bonebeam::prelude::stages::*;
 use firmware::arrays;
 use static_cell::ConstStaticCell;
 

@@ -1,8 +1,7 @@
 //! The delay stage, for records of three rates: RF to aligned analytic samples at 20 MHz.
 
-use bonebeam::delay::{Compounding, Delay, DelayParameters, Record, ScanLine, Stage, hilbert_taps};
-use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
-use bonebeam::{Complex, Error};
+use bonebeam::delay::hilbert_taps;
+use bonebeam::prelude::stages::*;
 use firmware::arrays;
 use static_cell::ConstStaticCell;
 
@@ -63,16 +62,11 @@ pub fn run(counter: &mut Counter) -> Result<bool, Error> {
     for (ratio, bound) in CASES {
         let parameters = parameters(ratio);
         let delay = Delay::new(parameters)?;
-        let line = ScanLine {
-            transmit: Transmit {
-                law: TransmitLaw::Focused,
-                t0: START - BEYOND as f64 / OUTPUT_RATE,
-            },
-            ray: Ray::down(0.5 * (ELEMENTS - 1) as f64 * PITCH),
-            array: Array::LinearAt(&element_x),
-            active: Active::new(0, ELEMENTS),
-            compounding: Compounding::Replace,
-        };
+        let line = ScanLine::new(
+            Transmit::new(TransmitLaw::Focused, START - BEYOND as f64 / OUTPUT_RATE),
+            Ray::down(0.5 * (ELEMENTS - 1) as f64 * PITCH),
+            Array::LinearAt(&element_x),
+        );
         let rf = &mut workspaces.rf[..ELEMENTS * parameters.record_samples];
         input::rf(rf);
         let scratch = &mut workspaces.scratch[..parameters.need(1).real];

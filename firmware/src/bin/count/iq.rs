@@ -1,11 +1,6 @@
 //! The delay stage from I/Q, 16-bit counts as a front end sends them, by each reading.
 
-use bonebeam::delay::{
-    Compounding, IqDelay, IqInterpolation, IqLayout, IqParameters, IqSamples, Record, ScanLine,
-    Stage,
-};
-use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
-use bonebeam::{Complex, Error};
+use bonebeam::prelude::stages::*;
 use firmware::arrays;
 use static_cell::ConstStaticCell;
 
@@ -70,13 +65,11 @@ pub fn run(counter: &mut Counter) -> Result<bool, Error> {
             (n * 104_729 % 2001 - 1000) as i16,
         ];
     }
-    let line = ScanLine {
-        transmit: Transmit::new(TransmitLaw::Focused, START - 4.0 / RATE),
-        ray: Ray::down(0.0),
-        array: Array::linear(ELEMENTS, PITCH),
-        active: Active::new(0, ELEMENTS),
-        compounding: Compounding::Replace,
-    };
+    let line = ScanLine::new(
+        Transmit::new(TransmitLaw::Focused, START - 4.0 / RATE),
+        Ray::down(0.0),
+        Array::linear(ELEMENTS, PITCH),
+    );
     let mut within = true;
     for (interpolation, name, taps, bound) in CASES {
         let delay = IqDelay::new(IqParameters {

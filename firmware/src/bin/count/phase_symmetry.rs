@@ -4,12 +4,8 @@
 
 use core::hint::black_box;
 
-use bonebeam::Error;
-use bonebeam::memory::{Memory, Need, Scratch};
-use bonebeam::phase_symmetry::{
-    External, GainTables, Gains, Kernels, LogGabor, LogGaborTables, Microfft, Parameters,
-    PhaseSymmetry, Sizes, StripSlices,
-};
+use bonebeam::phase_symmetry::{Kernels, Parameters, Sizes};
+use bonebeam::prelude::stages::*;
 use cortex_m::peripheral::SYST;
 use cortex_m_semihosting::hprintln;
 use firmware::arrays;

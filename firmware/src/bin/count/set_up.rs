@@ -4,8 +4,7 @@
 
 use core::hint::black_box;
 
-use bonebeam::Error;
-use bonebeam::delay::{Delay, DelayParameters, IqDelay};
+use bonebeam::prelude::stages::*;
 use static_cell::ConstStaticCell;
 
 use crate::counter::Counter;
@@ -23,10 +22,7 @@ const F32_BOUND: u32 = 700_000;
 const IQ_BOUND: u32 = 2_000;
 
 static DELAY: ConstStaticCell<Delay> =
-    ConstStaticCell::new(match Delay::new(delay::parameters(2)) {
-        Ok(delay) => delay,
-        Err(_) => panic!("the parameters are not valid"),
-    });
+    ConstStaticCell::new(valid!(Delay::new(delay::parameters(2))));
 
 /// Counts every case; returns whether all stay within their bounds.
 pub fn run(counter: &mut Counter) -> Result<bool, Error> {

@@ -1,9 +1,7 @@
 //! The bone surface of grey levels, line by line.
 
-use bonebeam::Error;
-use bonebeam::geometry::Axis;
-use bonebeam::memory::{Memory, Need};
-use bonebeam::surface::{Detector, Levels, Parameters, Settings, Survey, Tracker};
+use bonebeam::prelude::stages::*;
+use bonebeam::surface::{Levels, Parameters, Settings, Survey, Tracker};
 use firmware::arrays;
 use static_cell::ConstStaticCell;
 
@@ -20,10 +18,7 @@ const PARAMETERS: Parameters = Parameters {
     settings: Settings::DEFAULT,
     latency: 9,
 };
-const NEED: Need = match PARAMETERS.need() {
-    Ok(need) => need,
-    Err(_) => panic!("the parameters are not valid"),
-};
+const NEED: Need = valid!(PARAMETERS.need());
 
 /// The bounds on the instructions per sample (see `beamform.rs`).
 const BOUND: u32 = 62;

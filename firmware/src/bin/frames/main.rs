@@ -14,10 +14,8 @@
 #[path = "../count/counter.rs"]
 mod counter;
 
-use bonebeam::beamform::{self, Method};
-use bonebeam::delay::{IqInterpolation, IqParameters};
-use bonebeam::pipeline::{Block, DepthGate, IqInput, Parameters, Pipeline};
-use bonebeam::{Complex, Error};
+use bonebeam::pipeline::Block;
+use bonebeam::prelude::stages::*;
 use cortex_m_rt::entry;
 use cortex_m_semihosting::hprintln;
 use counter::Counter;

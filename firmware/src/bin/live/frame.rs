@@ -5,12 +5,7 @@
 //! Prints `set-up-live NAME INSTRUCTIONS` of `Frame::new`, `live NAME LINES IMAGE MAP STEP STACK`, instructions, with
 //! the largest step of image and map and the stack in bytes, and `frame NAME READING INSTRUCTIONS` with the map's share.
 
-use bonebeam::Error;
-use bonebeam::beamform;
-use bonebeam::delay::IqInterpolation;
-use bonebeam::geometry::{Axis, Depth, Lines, ScanParameters};
-use bonebeam::memory::{Memory, Need};
-use bonebeam::pipeline::{Frame, Input, IqInput, Parameters, Pipeline};
+use bonebeam::prelude::stages::*;
 use cortex_m::peripheral::SYST;
 use cortex_m_semihosting::hprintln;
 use firmware::arrays;
@@ -32,7 +27,6 @@ pub struct Case {
     pub name: &'static str,
     /// Number of focused lines.
     pub lines: usize,
-    /// Sub-lines of each.
     pub sub_lines: usize,
     /// Depth step between computed samples.
     pub depth_step: usize,
@@ -69,20 +63,13 @@ impl Case {
     }
 
     const fn need(&self) -> Need {
-        match self.parameters().need(Input::Iq, 1) {
-            Ok(need) => need,
-            Err(_) => panic!("the scan is not valid"),
-        }
+        valid!(self.parameters().need(Input::Iq, 1))
     }
 }
 
 const NEED: Need = CASE.need();
-const GAINS: usize = bonebeam::phase_symmetry::Sizes {
-    rows: STREAM.rows,
-    columns: STREAM.columns,
-    strip: 1,
-}
-.gain_tables_len(STREAM.scales.len());
+const GAINS: usize = bonebeam::phase_symmetry::Sizes::new(STREAM.rows, STREAM.columns, 1)
+    .gain_tables_len(STREAM.scales.len());
 
 static MEMORY: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces::new());
 

@@ -1,15 +1,9 @@
 //! The beamformers.
 
 use crate::{opaque, take};
-use bonebeam::beamform::{
-    AlignedLine, Apodization, Beamformer, Method, Parameters, Postfilter, Segment,
-    ShortLagCoherence, Sizes, SteeredSegments, Workspace, constant_segments, segments_within,
-};
-use bonebeam::covariance::Covariance;
-use bonebeam::geometry::{Active, Steering};
-use bonebeam::memory::{Memory, Need};
-use bonebeam::simd::{ComplexVector, Mask, Vector};
-use bonebeam::{Complex, Error};
+use bonebeam::beamform::{Parameters, Sizes, constant_segments, segments_within};
+use bonebeam::prelude::stages::*;
+use bonebeam::simd::{ComplexVector, Mask};
 
 fn parameters(method: Method) -> Parameters {
     Parameters {

@@ -2,12 +2,8 @@
 
 use crate::geometry::{arrays, axis, parameters, transmit};
 use crate::{opaque, take};
-use bonebeam::delay::{
-    Compounding, Contribution, Delay, DelayParameters, IqDelay, IqInterpolation, IqLayout,
-    IqParameters, IqSamples, Record, ScanLine, Stage, Upsampled, hilbert_taps,
-};
-use bonebeam::geometry::{Lines, Scan};
-use bonebeam::{Complex, Error};
+use bonebeam::delay::hilbert_taps;
+use bonebeam::prelude::stages::*;
 
 /// Calls all functions.
 pub fn all() {
@@ -32,6 +28,12 @@ fn rf(scan: &Scan) -> Result<(), Error> {
     take(delay.set(opaque(parameters)));
     take(delay.set_in_f32(opaque(parameters)));
     take(delay.parameters());
+    let ray = Ray::down(opaque(1.0));
+    take(ScanLine::new(
+        transmit(),
+        ray,
+        opaque(scan.parameters().array),
+    ));
     take(delay.record_end(&opaque(line(scan)), opaque(0..1)));
     let rf = [0.0; 100];
     let record = Record::new(opaque(&rf[..]), opaque(1))?;

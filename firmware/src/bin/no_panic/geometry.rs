@@ -1,11 +1,8 @@
 //! Geometry.
 
 use crate::{opaque, take};
-use bonebeam::Complex;
-use bonebeam::geometry::{
-    Aperture, ApertureParameters, ApertureTable, Array, Axis, Depth, Element, Lines, Ray, Scan,
-    ScanParameters, Steering, SteeringTable, Transmit, TransmitLaw,
-};
+use bonebeam::geometry::{Aperture, ApertureParameters, ApertureTable, SteeringTable};
+use bonebeam::prelude::stages::*;
 
 /// Calls all functions.
 pub fn all() {
@@ -29,6 +26,7 @@ pub fn all() {
             scan(array, lines);
         }
     }
+    take(Element::down(opaque(1.0), opaque(1.0)));
     take((axis().position(opaque(1)), axis().last()));
     take(opaque(Depth::Metres(1.0)).seconds(opaque(1.0)));
     take(Aperture::full(opaque(1)));
@@ -77,7 +75,6 @@ fn scan(array: Array<'_>, lines: Lines<'_>) {
     }
 }
 
-/// Parameters of a scan.
 pub fn parameters<'a>(array: Array<'a>, lines: Lines<'a>) -> ScanParameters<'a> {
     let [
         sound_speed,

@@ -2,13 +2,11 @@
 
 use crate::geometry::{arrays, axis, parameters as scan_parameters};
 use crate::{opaque, take};
-use bonebeam::geometry::{Lines, Scan};
 use bonebeam::image::{
-    BMode, BModeParameters, DepthInterpolation, Fan, Logarithm, PixelGrid, Pooling, envelope,
-    largest, log_compression, log_compression_with, median, pooled_envelope, resample,
-    scan_convert,
+    PixelGrid, envelope, largest, log_compression, log_compression_with, median, pooled_envelope,
+    resample, scan_convert,
 };
-use bonebeam::{Complex, Error};
+use bonebeam::prelude::stages::*;
 
 /// Calls all functions.
 pub fn all() {

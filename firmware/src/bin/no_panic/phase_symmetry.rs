@@ -1,12 +1,10 @@
 //! Phase symmetry.
 
 use crate::{opaque, take};
-use bonebeam::memory::Memory;
 use bonebeam::phase_symmetry::{
-    External, Fft, GainTables, Gains, Kernels, LaneFft, LogGabor, LogGaborTables, Microfft,
-    Parameters, PhaseSymmetry, ReadAt, Sizes, StripSlices, WriteAt, scale_for_display,
+    Fft, Kernels, Parameters, ReadAt, Sizes, WriteAt, scale_for_display,
 };
-use bonebeam::{Complex, Error};
+use bonebeam::prelude::stages::*;
 
 /// Calls it.
 pub fn all() {

@@ -2,18 +2,10 @@
 
 use crate::geometry::{arrays, axis, parameters as scan_parameters, transmit};
 use crate::{opaque, take};
-use bonebeam::beamform::{self, Method, ShortLagCoherence, Workspace};
-use bonebeam::covariance::Covariance;
-use bonebeam::delay::{Delay, DelayParameters, IqLayout, IqSamples, Record, Stage};
-use bonebeam::geometry::{Lines, Scan, Steering};
-use bonebeam::image::Pooling;
-use bonebeam::memory::Scratch;
-use bonebeam::phase_symmetry::{Kernels, LogGabor, Microfft, Sizes, StripSlices};
-use bonebeam::pipeline::{
-    Block, DepthGate, Frame, Input, IqInput, LinePipeline, Parameters, Pipeline,
-};
-use bonebeam::surface::{Detector, Settings};
-use bonebeam::{Complex, Error};
+use bonebeam::phase_symmetry::{Kernels, Sizes};
+use bonebeam::pipeline::Block;
+use bonebeam::prelude::stages::*;
+use bonebeam::surface::Settings;
 
 /// Calls all functions.
 pub fn all() {
@@ -22,10 +14,9 @@ pub fn all() {
         let parameters = Parameters {
             scan: scan_parameters(array, Lines::Even(axis())),
             beamformer: opaque(beamform::Parameters {
-                method: Method::EsmvBeta(0.5),
                 sub_lines: opaque(2),
                 depth_step: opaque(3),
-                ..beamform::Parameters::DEFAULT
+                ..beamform::Parameters::of(Method::EsmvBeta(0.5))
             }),
             rows: opaque(64),
             columns: opaque(64),

@@ -2,9 +2,8 @@
 
 use crate::geometry::axis;
 use crate::{opaque, take};
-use bonebeam::Error;
-use bonebeam::memory::Scratch;
-use bonebeam::surface::{Detector, Levels, Parameters, Settings, Survey, Tracker, grey};
+use bonebeam::prelude::stages::*;
+use bonebeam::surface::{Levels, Parameters, Settings, Survey, Tracker, grey};
 
 /// Calls it.
 pub fn all() {

@@ -13,11 +13,8 @@ mod counter;
 #[allow(dead_code, reason = "one kind of data serves")]
 mod input;
 
-use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Sizes, Workspace};
-use bonebeam::covariance::Covariance;
-use bonebeam::geometry::{Active, Steering};
-use bonebeam::memory::Memory;
-use bonebeam::{Complex, Error};
+use bonebeam::beamform::{Parameters, Sizes};
+use bonebeam::prelude::stages::*;
 use cortex_m_rt::entry;
 use cortex_m_semihosting::hprintln;
 use counter::Counter;
@@ -44,14 +41,15 @@ const CASES: [(Method, [&str; 2], [u32; 2]); 2] = [
     ),
 ];
 
-const fn sizes(sub_lines: usize) -> Sizes {
-    Sizes {
-        covariance: Covariance::ForwardBackward,
-        elements: ELEMENTS,
-        subaperture: ELEMENTS / 2,
-        temporal_half_window: 0,
+const fn parameters(method: Method, sub_lines: usize) -> Parameters {
+    Parameters {
         sub_lines,
+        ..Parameters::of(method)
     }
+}
+
+const fn sizes(sub_lines: usize) -> Sizes {
+    parameters(Method::Mv, sub_lines).sizes(ELEMENTS)
 }
 
 arrays! {
@@ -104,11 +102,7 @@ fn of<const N: usize, const REAL: usize, const COMPLEX: usize>(
     bound: u32,
     (x, directions, z): &mut Lines<'_>,
 ) -> Result<bool, Error> {
-    let beamformer = Beamformer::new(Parameters {
-        method,
-        sub_lines: N,
-        ..Parameters::default()
-    })?;
+    let beamformer = Beamformer::new(parameters(method, N))?;
     let directions = &mut directions[..Steering::need(SAMPLES, N).complex];
     // Phase steps of less than a tenth of a radian, to either side.
     let (phasors, _) = directions.as_chunks_mut::<2>();

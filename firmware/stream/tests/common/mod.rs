@@ -1,9 +1,6 @@
 //! The scan of the image `stream` without blocks, pool and sequence.
 
-use bonebeam::delay::{IqLayout, IqSamples, Record};
-use bonebeam::memory::Scratch;
-use bonebeam::pipeline::{Frame, Pipeline};
-use bonebeam::{Complex, Error};
+use bonebeam::prelude::stages::*;
 use bonebeam_stream::scan::{self, BEAMS, ELEMENTS, INPUT, PARAMETERS, TRANSMIT};
 
 /// Image and map by the core's frame alone: numbers instead of counts, `[element][sample]`.

@@ -221,9 +221,6 @@ impl Plan {
     }
 
     /// Aligns the blocks of all tiles and does nothing else, to measure that part.
-    ///
-    /// # Errors
-    /// Errors of the core.
     pub(super) fn align(&self, tiles: &[Tile], source: &LineSource<'_>) -> Result<()> {
         tiles.iter().par_bridge().try_for_each(|tile| {
             let mut worker = self.worker()?;

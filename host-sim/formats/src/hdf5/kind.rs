@@ -141,6 +141,11 @@ pub(super) fn damaged(error: &Hdf5Error) -> String {
     let Some((_, what)) = text.split_once("unsupported") else {
         return format!("is damaged or not readable as HDF5: {text}");
     };
+    if what.contains("datatype class 11") {
+        return "is of HDF5 2.0's own complex type, which is not read; store pairs of `r` and `i`, as h5py does of \
+                complex64"
+            .into();
+    }
     let what = what.trim_start_matches(" feature").trim_start_matches(": ");
     let codec = CODECS
         .iter()

@@ -139,7 +139,8 @@ impl Store {
                     ahead.extend(reversed(&path));
                 }
                 Ok(LinkClass::Hard) if ahead.is_empty() => {
-                    return Ok(Some(format!("{}/{step}", group.name())));
+                    let folder = group.name().trim_end_matches('/');
+                    return Ok(Some(format!("{folder}/{step}")));
                 }
                 // Its name is its path by hard links, also if the step is a second one to it.
                 Ok(LinkClass::Hard) => match group.group(&step) {

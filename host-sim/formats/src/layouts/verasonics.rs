@@ -19,14 +19,12 @@ use quadrature::in_quadrature;
 
 /// Whether a file is such a workspace.
 pub fn is(source: &dyn NamedArrays) -> bool {
-    [
-        "RcvData",
+    let fields = [
         "Receive.startSample",
         "Receive.endSample",
         "Trans.frequency",
-    ]
-    .iter()
-    .all(|name| source.has(name))
+    ];
+    fields.iter().all(|name| source.has(name))
 }
 
 /// A workspace; missing fields are assumed and reported.

@@ -5,11 +5,8 @@ mod bands;
 use std::ops::Range;
 
 use bonebeam::dispatch;
-use bonebeam::phase_symmetry::{
-    self as core, GainTables, Kernels, LaneFft, LogGabor, LogGaborTables, PhaseSymmetry, Sizes,
-    StripSlices, WriteAt,
-};
-use bonebeam::simd::{InstructionSet, Vector};
+use bonebeam::phase_symmetry::{self as core, Kernels, Sizes, WriteAt};
+use bonebeam::prelude::stages::*;
 use ndarray::{Array2, ArrayView2, ArrayViewMut2};
 use num_complex::Complex;
 use rayon::prelude::*;
@@ -83,9 +80,6 @@ impl Plan {
     }
 
     /// From a plan of the core.
-    ///
-    /// # Errors
-    /// Errors of the core.
     pub fn of(bank: PhaseSymmetry) -> Result<Self> {
         let sizes = bank.sizes();
         let mut filters = LogGaborTables::new();

@@ -8,7 +8,6 @@
 pub struct FixedPoint {
     /// Exponent of the block: the smallest power of two that no magnitude exceeds.
     pub exponent: i32,
-    /// The words.
     pub words: Vec<i16>,
     /// The largest difference to the f32 numbers, relative to the largest number.
     pub largest_error: f64,

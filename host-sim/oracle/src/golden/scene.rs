@@ -2,9 +2,9 @@
 //!
 //! They are parts of the recording of `verify`.
 
-use bonebeam::beamform::{Method, Parameters};
-use bonebeam::covariance::Covariance;
-use bonebeam::delay::{DelayParameters, hilbert_taps};
+use bonebeam::beamform::Parameters;
+use bonebeam::delay::hilbert_taps;
+use bonebeam::prelude::stages::*;
 use ndarray::Axis;
 
 use crate::verify::recording::recording;
@@ -35,11 +35,10 @@ pub const STRIP: usize = 16;
 /// Parameters of a method, with K = 2 and Δ = 0.05.
 pub fn parameters(method: Method, covariance: Covariance) -> Parameters {
     Parameters {
-        method,
         covariance,
         temporal_half_window: 2,
         subaperture_ratio: SUBAPERTURE as f64 / ELEMENTS as f64,
-        ..Parameters::DEFAULT
+        ..Parameters::of(method)
     }
 }
 
@@ -55,7 +54,6 @@ pub struct LineRecord {
     pub t0: f64,
 }
 
-/// The recording, and the records of the lines.
 pub fn records() -> (ChannelData, Vec<LineRecord>) {
     let data = recording();
     let records = {

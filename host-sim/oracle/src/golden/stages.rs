@@ -2,11 +2,10 @@
 //!
 //! The reference gives values that the core does not expose; its bits are the same.
 
-use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Segment};
-use bonebeam::covariance::Covariance;
-use bonebeam::delay::{Compounding, Delay, Record, ScanLine, Stage as _};
-use bonebeam::geometry::{Active, Array, Axis, Ray, Transmit, TransmitLaw};
+use bonebeam::beamform::Parameters;
+use bonebeam::delay::Stage as _;
 use bonebeam::image::{envelope, largest, log_compression, resample};
+use bonebeam::prelude::stages::*;
 use ndarray::ArrayView2;
 use num_complex::Complex;
 
@@ -17,6 +16,7 @@ use super::scene::{
 use crate::Result;
 use crate::reference::f32 as reference;
 use crate::reference::f32::beamform::{Intermediates, intermediates};
+use crate::verify::beamform::core_weights;
 use bonebeam_drive::beamform::Memory;
 use bonebeam_drive::phase_symmetry;
 
@@ -137,13 +137,11 @@ fn focus(stages: &mut Stages) -> Result<Vec<Complex<f32>>> {
 
     let mut focused = vec![Complex::ZERO; LINES * SAMPLES * ELEMENTS];
     for (record, out) in records.iter().zip(focused.chunks_mut(SAMPLES * ELEMENTS)) {
-        let line = ScanLine {
-            transmit: Transmit::new(TransmitLaw::Focused, record.t0),
-            ray: Ray::down(record.x),
-            array: Array::LinearAt(&record.element_x),
-            active: ALL,
-            compounding: Compounding::Replace,
-        };
+        let line = ScanLine::new(
+            Transmit::new(TransmitLaw::Focused, record.t0),
+            Ray::down(record.x),
+            Array::LinearAt(&record.element_x),
+        );
         let rf = Record::new(&record.rf, ELEMENTS)?;
         delay.line(0.0f32, &line, &rf, &mut scratch, out)?;
     }
@@ -351,17 +349,10 @@ fn ridges(stages: &mut Stages, image: &[f32]) -> Result<()> {
 
 /// The weights of every sample of a line.
 fn line_weights(x: &[Complex<f32>], parameters: Parameters) -> Result<Vec<Complex<f32>>> {
-    let beamformer = Beamformer::new(parameters)?;
-    let mut memory = Memory::new(0.0, beamformer.sizes(ELEMENTS))?;
     let line = AlignedLine::new(x, ELEMENTS)?;
-    let mut all = Vec::new();
-    for sample in 0..SAMPLES {
-        let mut weights = [Complex::ZERO; SUBAPERTURE];
-        let segment = Segment::new(line, ALL.first, sample);
-        beamformer.weights(&mut memory.view(), &segment, ALL.count, &mut weights)?;
-        all.extend(weights);
-    }
-    Ok(all)
+    let of_sample = |sample| core_weights(line, ALL, sample, parameters);
+    let all: Result<Vec<_>> = (0..SAMPLES).map(of_sample).collect();
+    Ok(all?.concat())
 }
 
 /// A line with all elements active.

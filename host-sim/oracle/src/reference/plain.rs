@@ -1,9 +1,7 @@
 //! The kernels of the catalogue, each by the reference in f32.
 
-use bonebeam::Complex;
-use bonebeam::beamform::{Method, Parameters};
-use bonebeam::geometry::{Axis, Steering};
-use bonebeam::image::{Logarithm, Pooling};
+use bonebeam::beamform::Parameters;
+use bonebeam::prelude::stages::*;
 use bonebeam_tests::kernel::Kernel;
 use bonebeam_tests::kernels::delay::Input;
 use bonebeam_tests::kernels::{

@@ -1,7 +1,7 @@
 //! Beamformed lines against both references, with the exemptions of the f64 one.
 
-use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Segment};
-use bonebeam::geometry::Active;
+use bonebeam::beamform::Parameters;
+use bonebeam::prelude::stages::*;
 use nalgebra::DVector;
 use ndarray::{Array2, Array3, Axis};
 use num_complex::Complex;
@@ -233,9 +233,6 @@ impl<A: Fn(usize, usize) -> Active + Sync> AlignedFrame<'_, A> {
 }
 
 /// The core's weights of one sample.
-///
-/// # Errors
-/// The errors of the core.
 pub fn core_weights(
     line: AlignedLine<'_>,
     active: Active,
@@ -262,26 +259,32 @@ fn moved_by_rounding(sample: &Sample, eigenspace: &Eigenspace, method: Method) -
         method => method,
     };
     let exact = sample.answers(eigenspace, method, 0.0)[0].z;
-    let size = sample.covariance.nrows();
-    let step = ROUNDING * sample.covariance.trace().re / size as f64;
     let mut most = 0.0f64;
     for trial in 0..TRIALS {
         let mut rng = ChaCha8Rng::seed_from_u64(trial);
-        let mut off = || if rng.random::<bool>() { step } else { -step };
-        let mut covariance = sample.covariance.clone();
-        for i in 0..size {
-            covariance[(i, i)] += off();
-            for j in 0..i {
-                covariance[(i, j)] += Complex::new(off(), off());
-                covariance[(j, i)] = covariance[(i, j)].conj();
-            }
-        }
-        if let Some(moved) = sample.with_covariance(covariance) {
+        let sign = || if rng.random::<bool>() { 1.0 } else { -1.0 };
+        if let Some(moved) = rounded(sample, sign) {
             let z = moved.answers(&moved.eigenspace(), method, 0.0)[0].z;
             most = most.max((z - exact).norm());
         }
     }
     most
+}
+
+/// The sample with errors of [`ROUNDING`] in the entries of R, of these signs.
+pub fn rounded(sample: &Sample, mut sign: impl FnMut() -> f64) -> Option<Sample> {
+    let size = sample.covariance.nrows();
+    let step = ROUNDING * sample.covariance.trace().re / size as f64;
+    let mut off = || sign() * step;
+    let mut covariance = sample.covariance.clone();
+    for i in 0..size {
+        covariance[(i, i)] += off();
+        for j in 0..i {
+            covariance[(i, j)] += Complex::new(off(), off());
+            covariance[(j, i)] = covariance[(i, j)].conj();
+        }
+    }
+    sample.with_covariance(covariance)
 }
 
 fn pair(set: Active) -> (usize, usize) {

@@ -1,7 +1,7 @@
 //! The delay stage of focused channel data against the f32 reference.
 
-use bonebeam::delay::{Compounding, DelayParameters, ScanLine, hilbert_taps};
-use bonebeam::geometry::{Array, Ray, Transmit, TransmitLaw};
+use bonebeam::delay::hilbert_taps;
+use bonebeam::prelude::stages::*;
 use ndarray::{Array3, Axis};
 use num_complex::Complex;
 use rayon::prelude::*;

@@ -2,13 +2,9 @@
 
 use std::hash::Hasher;
 
-use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters};
-use bonebeam::covariance::Covariance;
-use bonebeam::delay::{
-    Delay, DelayParameters, IqDelay, IqInterpolation, IqParameters, hilbert_taps,
-};
-use bonebeam::geometry::{Active, Ray, TransmitLaw};
-use bonebeam::simd::InstructionSet;
+use bonebeam::beamform::Parameters;
+use bonebeam::delay::hilbert_taps;
+use bonebeam::prelude::stages::*;
 use fnv::FnvHasher;
 use ndarray::{Array2, Array3, Axis};
 use num_complex::Complex;
@@ -98,10 +94,9 @@ pub fn verify(mut progress: impl FnMut(usize)) -> Result<Vec<Verdict>> {
             let compared = COMPARED.iter().map(|row| (row.name, row.method));
             for (name, method) in compared.chain(OTHERS) {
                 let parameters = Parameters {
-                    method,
                     covariance,
                     temporal_half_window,
-                    ..Parameters::default()
+                    ..Parameters::of(method)
                 };
                 verdicts.extend(scene.verify(name, parameters)?);
                 progress(verdicts.len());
@@ -132,7 +127,6 @@ fn record(data: &ChannelData, transmit: usize) -> Vec<f32> {
     rf.index_axis(Axis(0), transmit).iter().copied().collect()
 }
 
-/// The stage at a sampling rate.
 fn stage(data: &ChannelData, sampling_rate: f64) -> Result<Delay> {
     const RATE: f64 = 20e6;
     let (_, _, elements, record_samples) = data.samples.dim();
@@ -323,10 +317,7 @@ impl<'a> AlignedRecording<'a> {
     /// against both, and every strip height against the whole.
     fn image_and_phase_symmetry(&self) -> Result<Vec<Verdict>> {
         const RANGE: f32 = 60.0;
-        let parameters = Parameters {
-            method: Method::Das,
-            ..Parameters::default()
-        };
+        let parameters = Parameters::of(Method::Das);
         let lines = BeamformedLines {
             z: self.beamform(parameters)?,
             fs: 20e6,

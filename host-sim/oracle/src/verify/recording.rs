@@ -69,20 +69,13 @@ pub fn recording() -> ChannelData {
         }
     }
     ChannelData {
-        samples: rf.into(),
-        fs: SAMPLING_RATE,
         t0: vec![START; BEAMS],
-        element_x,
-        element_z: None,
-        element_angle: None,
-        c: SOUND_SPEED,
-        f0: CENTRE_FREQUENCY,
-        transmits: Transmits::Focused {
-            x: beam_x,
-            focus: vec![FOCUS; BEAMS],
-            f_number: None,
-        },
-        lens_delay: 0.0,
+        ..ChannelData::linear(
+            rf,
+            element_x,
+            Transmits::focused(beam_x, FOCUS),
+            ([SAMPLING_RATE, CENTRE_FREQUENCY], SOUND_SPEED),
+        )
     }
 }
 

@@ -7,7 +7,6 @@ use crate::scatterer::PointSource;
 use crate::shadow::Shadow;
 use crate::time_axis::Window;
 
-/// Input of the sum.
 pub struct CellSumInput<'a> {
     /// The scatterers.
     pub sources: &'a [PointSource],

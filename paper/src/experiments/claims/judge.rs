@@ -46,7 +46,6 @@ pub struct Claim {
     pub measure: &'static str,
     /// ESMV − DAS in every condition.
     pub cells: Vec<Cell>,
-    /// The verdict.
     pub verdict: Verdict,
 }
 

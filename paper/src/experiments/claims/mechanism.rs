@@ -22,7 +22,6 @@ const SAME_DEPTH: f64 = 0.5e-3;
 /// Parts of the image come from rank-1 ESMV, the others from DAS.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Zones {
-    /// All from DAS.
     pub das: Option<f64>,
     /// The echo of the surface from rank-1 ESMV.
     pub echo: Option<f64>,

@@ -164,7 +164,6 @@ impl<'a> Pose<'a> {
         Ok(recordings)
     }
 
-    /// The phantom of a part, and its settings.
     fn part(&self, part: Part, bone: Phantom, quiet: Settings) -> Result<(Phantom, Settings)> {
         let claims = self.claims;
         let seed = self.bone.number;

@@ -24,7 +24,6 @@ pub const DETECTORS: [&str; 6] = [
     "the core's surface detector",
 ];
 
-/// Results of a scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SceneResult {
     /// The number of its bone.

@@ -8,7 +8,6 @@ const LEVELS: [f64; 2] = [-12.0, -6.0];
 /// Side lobes are also measured farther than this from the peak, m.
 const FAR: f64 = 2e-3;
 
-/// Results of the point.
 #[derive(Clone, Debug, Serialize)]
 pub struct PointSpreadResult {
     /// Distance of the fine beams, mm.
@@ -35,7 +34,6 @@ pub struct PhaseResult {
 pub struct ProfileMeasure {
     /// The beamformer's key.
     pub beamformer: String,
-    /// Its name.
     pub name: String,
     /// Width at −12 dB.
     pub width_12db_mm: Option<f64>,
@@ -69,7 +67,6 @@ pub struct SnrResult {
 pub struct SnrMeasure {
     /// The beamformer's key.
     pub beamformer: String,
-    /// Its name.
     pub name: String,
     /// Width at −12 dB.
     pub width_12db_mm: Option<[f64; 3]>,

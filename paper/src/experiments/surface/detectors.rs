@@ -134,7 +134,6 @@ impl<'a> Frame<'a> {
         }
     }
 
-    /// The answers of a detector.
     pub fn answers(&self, detector: Detector) -> Result<Vec<Answer>> {
         match detector.kind {
             Kind::PhaseSymmetry(scales) => self.ridges(scales),

@@ -22,7 +22,6 @@ pub struct SceneResult {
     pub judged: Judged,
 }
 
-/// The outcome of all scenes.
 pub fn outcome(seeds: u64, results: &[SceneResult]) -> Result<Outcome> {
     let tables = Condition::ALL
         .map(|condition| table(condition, results))

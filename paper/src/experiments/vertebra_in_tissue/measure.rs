@@ -29,7 +29,6 @@ pub struct TissueMeasure {
     pub name: String,
     /// The B-mode image.
     pub b_mode: BoneMeasure,
-    /// Its phase symmetry.
     pub phase_symmetry: BoneMeasure,
     /// Share of the surface found, and its thickness, in each of the paper's boxes.
     pub boxes: [BoxMeasure; 2],

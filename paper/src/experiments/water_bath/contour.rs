@@ -23,7 +23,6 @@ pub enum Registration {
 }
 
 impl Registration {
-    /// All registrations.
     pub const ALL: [Registration; 4] = [
         Registration::Exact,
         Registration::Picked(Tip::Brightest),
@@ -45,7 +44,6 @@ impl Registration {
 /// Active sources of error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sources {
-    /// Registration.
     pub registration: Registration,
     /// Whether the scanner assumes the speed of sound of tissue.
     pub sound_speed: bool,

@@ -64,7 +64,6 @@ const CONTRADICTIONS: &str = "The paper contradicts itself. For PS of slice 1 it
      The STD of 0.85 mm of that row lies above 0.75 mm, which an image of one grey level has over a flat surface. The \
      text on Fig. 9a repeats the figures of Fig. 8a.";
 
-/// The outcome.
 pub fn outcome(found: Found<'_>) -> Result<Outcome> {
     let every = Sources::every();
     let registrations = every.iter().filter(|s| !s.threshold);

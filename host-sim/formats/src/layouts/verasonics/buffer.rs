@@ -18,6 +18,11 @@ impl Workspace<'_> {
         (number, frames): (usize, Range<usize>),
     ) -> Result<(Array4<f32>, usize)> {
         let buffers = self.entries("RcvData");
+        if buffers.is_empty() {
+            let without = "is a Verasonics workspace without `RcvData`, its samples; save them in it, or name them by \
+                           --variable rf=NAME with their keys";
+            return self.refuse(without.into());
+        }
         let Some(buffer) = buffers.get(number.wrapping_sub(1)) else {
             return self.refuse(format!(
                 "has {} buffers in `RcvData`; `Receive.bufnum` is {number}",

@@ -2,7 +2,8 @@
 //!
 //! The order of operations is that of `bonebeam::beamform`.
 
-use bonebeam::beamform::{Apodization, Method, Parameters, Postfilter};
+use bonebeam::beamform::Parameters;
+use bonebeam::prelude::stages::*;
 use num_complex::Complex;
 
 use super::covariance::{

@@ -2,8 +2,7 @@
 //!
 //! It turns RF of one transmit into aligned analytic samples of one scan line.
 
-use bonebeam::delay::{Compounding, DelayParameters, ScanLine};
-use bonebeam::geometry::{Array, Ray, TransmitLaw};
+use bonebeam::prelude::stages::*;
 use num_complex::Complex;
 use std::f64::consts::PI;
 

@@ -2,8 +2,7 @@
 //!
 //! It turns baseband samples of one transmit into aligned analytic samples of one scan line.
 
-use bonebeam::delay::{Compounding, IqInterpolation, IqParameters, ScanLine};
-use bonebeam::geometry::{Array, TransmitLaw};
+use bonebeam::prelude::stages::*;
 use num_complex::Complex;
 use std::f64::consts::PI;
 

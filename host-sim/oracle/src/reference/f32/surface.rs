@@ -76,12 +76,8 @@ fn nats(value: f64) -> i64 {
 fn network(means: &[i64], [dark, tissue, bright]: [i64; 3]) -> i64 {
     let log = |level: i64| ln(level + 64);
     let logs = means.iter().map(|&mean| log(mean) - log(means[0]));
-    let range = (bright - dark).max(320);
-    let shares = means
-        .iter()
-        .map(|mean| (1024 * (mean - dark).max(0) / range).min(2048));
     let of_frame = [log(dark) - log(bright), log(tissue) - log(bright)];
-    let mut inputs: Vec<i64> = logs.chain(shares).chain(of_frame).collect();
+    let mut inputs: Vec<i64> = logs.chain(of_frame).collect();
     inputs[0] = log(means[0]) - log(bright);
     let inputs: Vec<i64> = (0..inputs.len())
         .map(|k| {

@@ -4,8 +4,8 @@
 
 use std::ops::{Range, RangeInclusive};
 
-use bonebeam::beamform::{Apodization, Method, Parameters, Postfilter};
-use bonebeam::covariance::Covariance;
+use bonebeam::beamform::Parameters;
+use bonebeam::prelude::stages::*;
 use nalgebra::{Cholesky, Complex, DMatrix, DVector, SymmetricEigen};
 use ndarray::ArrayView2;
 
@@ -65,7 +65,6 @@ pub struct Sample {
     pub factor: f64,
     /// The weights of the elements, which sum to 1.
     element_weights: DVector<f64>,
-    /// The weights of the subapertures.
     subaperture_weights: DVector<f64>,
 }
 

@@ -2,8 +2,7 @@
 //!
 //! The sinc is four times as long as the core's and is not tabulated. The analytic signal is by the DFT.
 
-use bonebeam::delay::{DelayParameters, ScanLine};
-use bonebeam::geometry::{Array, TransmitLaw};
+use bonebeam::prelude::stages::*;
 use num_complex::Complex;
 use rustfft::FftPlannerScalar;
 use std::f64::consts::PI;

@@ -2,7 +2,7 @@
 //!
 //! The sinc has 32 lobes per side and is not tabulated. Phases are by the exponential function.
 
-use bonebeam::delay::{IqParameters, ScanLine};
+use bonebeam::prelude::stages::*;
 use num_complex::Complex;
 use std::f64::consts::TAU;
 

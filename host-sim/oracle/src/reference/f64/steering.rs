@@ -1,6 +1,6 @@
 //! The direction of a sub-line in f64, directly from its definition.
 
-use bonebeam::geometry::{Active, Array};
+use bonebeam::prelude::stages::*;
 use nalgebra::{Matrix2, Vector2};
 
 /// The slope `s` and the constant `φ_c` of a sub-line's phases, by least squares.

@@ -181,7 +181,6 @@ pub fn ridges(pixels: &Array2<f32>, section: &config::PhaseSymmetry) -> Result<A
     )?)
 }
 
-/// The filter of a section.
 fn filter(section: &config::PhaseSymmetry) -> Parameters {
     Parameters {
         scales: section.scales.clone(),

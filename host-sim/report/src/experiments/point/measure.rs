@@ -48,7 +48,6 @@ pub struct PointMeasure {
     pub beyond_2mm_db: Option<f64>,
     /// The profile's peak relative to that of DAS.
     pub peak_re_das_db: f64,
-    /// Depth of the peak.
     pub peak_depth_mm: f64,
     /// The level at the middle beam relative to the peak of DAS.
     pub on_axis_re_das_db: f64,

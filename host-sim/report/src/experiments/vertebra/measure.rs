@@ -17,7 +17,6 @@ const SEARCH: f64 = 2.1;
 const AXIAL_LEVEL: f64 = 200.0;
 const LATERAL_LEVELS: [f64; 2] = [150.0, 100.0];
 
-/// Results of the vertebra.
 #[derive(Clone, Debug, Serialize)]
 pub struct VertebraResult {
     /// Scores of an image of one grey level: B-mode and phase symmetry.
@@ -38,7 +37,6 @@ pub struct VertebraResult {
     pub lateral_surface_mm: Vec<f64>,
     /// Centres of the bins of signed distance, inside the bone positive.
     pub distance_mm: Vec<f64>,
-    /// The pictures.
     pub pictures: Vec<Pair>,
     /// The true outer surface: closed loops of points (x, depth).
     #[serde(skip)]
@@ -106,7 +104,6 @@ pub struct VertebraMeasure {
     pub intensity_by_distance: ByImage<Vec<Option<f64>>>,
 }
 
-/// One line of an image.
 #[derive(Clone, Debug, Serialize)]
 pub struct ImageLine {
     /// Grey levels.
