@@ -78,10 +78,10 @@ impl<'a> AlignedLine<'a> {
         })
     }
 
-    /// The same samples at the working scale of a line whose largest component is `largest`.
+    /// The same samples at the working scale of a whole line.
     ///
-    /// A part of a line has its own scale otherwise, and so other bits in samples 300 dB below the rest. A `largest`
-    /// below that of the samples has no effect.
+    /// `largest` is the largest component of that line. A part of a line has its own scale otherwise, and so other bits
+    /// in samples 300 dB below the rest. A `largest` below that of the samples has no effect.
     ///
     /// # Errors
     /// [`Error::Parameter`] unless `largest` is finite and at least 0.

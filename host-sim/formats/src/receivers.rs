@@ -1,4 +1,6 @@
-//! Elements that recorded an acquisition: walking and multiplexed apertures, lists of single acquisitions.
+//! Elements that recorded an acquisition.
+//!
+//! Walking and multiplexed apertures, and lists of single acquisitions.
 
 use std::collections::HashMap;
 
@@ -11,7 +13,9 @@ use bonebeam_files::memory::{self, product};
 /// Channel of an element that was not recorded.
 pub const NONE: usize = usize::MAX;
 
-/// The channel of each element, [acquisition, element], by the element of each channel.
+/// The channel of each element, `[acquisition, element]`.
+///
+/// `indices` are the elements of the channels.
 ///
 /// # Errors
 /// The end of a sentence: an index beyond the elements, or one that an acquisition names twice.

@@ -44,7 +44,9 @@ impl Reads {
         self.0.borrow_mut().insert(plain(name));
     }
 
-    /// The names of which no array was read, without the entries of an array of structs or a cell.
+    /// The names of which no array was read.
+    ///
+    /// Entries of an array of structs or of a cell are one name.
     pub fn without(&self, mut names: Vec<String>) -> Vec<String> {
         let read = self.0.borrow();
         names.retain(|name| !read.contains(&plain(name)));
