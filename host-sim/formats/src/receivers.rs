@@ -45,7 +45,7 @@ pub fn channels(indices: &ArrayD<f64>, elements: usize) -> Result<Array2<usize>,
     Ok(channels)
 }
 
-/// A law of which equal waves are one transmit, and the transmit of each acquisition.
+/// A law whose equal waves are one transmit, and each acquisition's transmit.
 ///
 /// Waves with other times of sample 0 or with an element that has recorded the wave already are other transmits.
 pub fn merged((law, t0): &Law, channels: &Array2<usize>) -> (Law, Vec<usize>) {
@@ -70,7 +70,9 @@ pub fn merged((law, t0): &Law, channels: &Array2<usize>) -> (Law, Vec<usize>) {
     ((law.only(&firsts), t0), of)
 }
 
-/// Samples of the elements, [frame, transmit, element, sample], from those of channels; the others are 0.
+/// Samples of the elements from those of channels.
+///
+/// `[frame, transmit, element, sample]`; elements without a channel have 0.
 ///
 /// `of` has the transmit of each acquisition.
 ///
