@@ -18,10 +18,16 @@ const PARAMETERS: Parameters = Parameters {
     settings: Settings::DEFAULT,
     latency: 9,
 };
-const NEED: Need = valid!(PARAMETERS.need());
+/// The same by the learnt model.
+const LEARNT: Parameters = Parameters {
+    settings: Settings::LEARNT,
+    ..PARAMETERS
+};
+const NEED: Need = valid!(PARAMETERS.need()).or(valid!(LEARNT.need()));
 
-/// The bounds on the instructions per sample (see `beamform.rs`).
-const BOUND: u32 = 62;
+/// Parameters, and the bounds on the instructions per sample (see `beamform.rs`).
+const CASES: [(&str, Parameters, u32); 2] =
+    [("surface", PARAMETERS, 62), ("surface-learnt", LEARNT, 120)];
 const SURVEY_BOUND: u32 = 22;
 
 arrays! {
@@ -33,7 +39,7 @@ arrays! {
 }
 static WORKSPACES: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces::new());
 
-/// Counts onset and path together, and the frame's levels.
+/// Counts scores and path together, and the frame's levels.
 ///
 /// The data are noise with a sloping bone.
 pub fn run(counter: &mut Counter) -> Result<bool, Error> {
@@ -56,17 +62,20 @@ pub fn run(counter: &mut Counter) -> Result<bool, Error> {
     let cost = counter.cost(|| survey.line(line))?;
     let mut within = report("surface-levels", SAMPLES, SAMPLES, &cost, 0, SURVEY_BOUND);
     let levels: Levels = survey.levels();
-    let bytes = Memory::<{ NEED.real }, 0>::BYTES;
-    let mut tracker = Tracker::new(&detector, memory.scratch())?;
-    // The ring is full before the last line.
-    for k in 0..LINES {
-        next(line, 500 + 3 * k);
-        tracker.line(line, levels)?;
+    for (name, parameters, bound) in CASES {
+        let detector = Detector::new(parameters)?;
+        let mut tracker = Tracker::new(&detector, memory.scratch())?;
+        // The ring is full before the last line.
+        for k in 0..LINES {
+            next(line, 500 + 3 * k);
+            tracker.line(line, levels)?;
+        }
+        next(line, 500 + 3 * LINES);
+        let mut found = Ok(None);
+        let cost = counter.count(|| found = tracker.line(line, levels));
+        within &= found?.flatten().is_some();
+        let bytes = size_of::<f32>() * parameters.need()?.real;
+        within &= report(name, SAMPLES, SAMPLES, &cost, bytes, bound);
     }
-    next(line, 500 + 3 * LINES);
-    let mut found = Ok(None);
-    let cost = counter.count(|| found = tracker.line(line, levels));
-    within &= found?.flatten().is_some();
-    within &= report("surface", SAMPLES, SAMPLES, &cost, bytes, BOUND);
     Ok(within)
 }
