@@ -11,9 +11,9 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
-import dask
 import dask.array as da
 import numpy as np
+from dask.delayed import delayed
 
 import bonebeam
 
@@ -52,7 +52,7 @@ def main(path):
     # %% With dask: an array of all frames that is computed when something of it is asked for.
     lines = bonebeam.beamform(dataset[0], method="das")
     blocks = [
-        da.from_delayed(dask.delayed(envelope)(dataset, index), lines.z.shape, np.float32)
+        da.from_delayed(delayed(envelope)(dataset, index), lines.z.shape, np.float32)
         for index in range(len(dataset))
     ]
     envelopes = da.stack(blocks)

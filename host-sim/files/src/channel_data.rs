@@ -330,9 +330,12 @@ impl ChannelData {
         warnings
     }
 
-    /// Warns of RF without a sample below 0.
+    /// Warns of RF that changes, but has no sample below 0.
     pub fn offset(&self) -> Option<String> {
         let mean = self.samples.mean_if_positive()?;
+        if self.samples.dead().len() == self.element_x.len() {
+            return None;
+        }
         Some(format!(
             "no sample of the first frame is below 0, and their mean is {}; RF oscillates about 0: subtract the \
              converter's zero",

@@ -173,11 +173,11 @@ impl Simulate {
 
     /// The phantom, as `scanner` images it; of a sweep, all of it.
     ///
-    /// Elevation 0 is that of the first frame.
+    /// Elevation 0 is that of the first frame. As in [`Block::fill`], `tick` may unwind.
     ///
     /// # Errors
     /// A mesh that cannot be read, a slice that does not cut the bone, or a phantom outside the record.
-    pub fn build(&self, scanner: &Settings) -> Result<Built> {
+    pub fn build(&self, scanner: &Settings, tick: &dyn Fn()) -> Result<Built> {
         let bone = match self.phantom {
             Kind::Point | Kind::Vertebra | Kind::DynamicRange => 0,
             _ => BONE,
@@ -222,10 +222,12 @@ impl Simulate {
                 phantom = phantom.with_tissue(&tissue);
             }
             Kind::Vertebra3d if self.tissue => {
-                self.block(scanner).fill(&mut phantom, Layers::Uniform)?;
+                self.block(scanner)
+                    .fill(&mut phantom, Layers::Uniform, tick)?;
             }
             Kind::SpinousProcesses | Kind::Laminae | Kind::FacetJoint => {
-                self.block(scanner).fill(&mut phantom, Layers::Anatomy)?;
+                self.block(scanner)
+                    .fill(&mut phantom, Layers::Anatomy, tick)?;
             }
             _ => {}
         }
@@ -299,7 +301,7 @@ impl Simulate {
     /// A mesh that is not valid, a phantom outside the record, or a record that needs too much memory.
     pub fn recorded(&mut self, progress: &(dyn Fn(f64) + Sync)) -> Result<(ChannelData, Truth)> {
         let scanner = self.scanner().clone();
-        let phantom = self.build(&scanner)?.phantom;
+        let phantom = self.build(&scanner, &|| progress(0.0))?.phantom;
         let data = self.record(&scanner, &phantom, 0, progress, &mut Checkpoint::none())?;
         Ok((data, self.truth(&phantom)))
     }

@@ -3,6 +3,7 @@
 //! A lumbar spine is copies of the built-in vertebra, one above the other. Tissue is point scatterers at random
 //! positions with the amplitude of their layer. Lengths are in millimetres in this file.
 
+use std::cell::Cell;
 use std::path::Path;
 
 use ndarray::Array2;
@@ -188,11 +189,18 @@ fn spine([x, y, z]: [f64; 3]) -> f64 {
 impl Block {
     /// Adds soft tissue outside the bone.
     ///
+    /// Calls `tick` now and then, which may unwind.
+    ///
     /// # Errors
     /// More scatterers than the memory can hold.
-    pub fn fill(&self, phantom: &mut Phantom, layers: Layers) -> Result<()> {
+    pub fn fill(&self, phantom: &mut Phantom, layers: Layers, tick: &dyn Fn()) -> Result<()> {
         let bone = phantom.surface.as_ref().map(StraightDown::new);
+        let positions = Cell::new(0_u32);
         self.scatter(&mut phantom.scatterers, |p| {
+            positions.set(positions.get().wrapping_add(1));
+            if positions.get().is_multiple_of(4096) {
+                tick();
+            }
             let outside = bone.as_ref().is_none_or(|bone| !bone.holds(p));
             outside.then(|| layer(layers, p.map(|v| 1e3 * v)))
         })

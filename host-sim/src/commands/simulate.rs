@@ -80,7 +80,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let snapshots = mesh.iter().map(|mesh| Snapshot::of(mesh));
     let snapshots = snapshots.collect::<Result<Vec<_>>>()?;
     let scanner = config.simulate.scanner().clone();
-    let built = config.simulate.build(&scanner)?;
+    let built = config.simulate.build(&scanner, &|| ())?;
     built.warnings.iter().for_each(|warning| warn(warning));
     let phantom = built.phantom;
     let frames = config.simulate.sweep;

@@ -40,7 +40,7 @@ fn bones_of_a_volume_have_their_scatterers_and_their_outline() {
             density: 5e12,
             seed: 2,
         };
-        block.fill(&mut filled, Layers::Uniform).unwrap();
+        block.fill(&mut filled, Layers::Uniform, &|| ()).unwrap();
         let tissue = &filled.scatterers[phantom.on_bone..];
         assert!(tissue.len() > 1000);
         for s in tissue {

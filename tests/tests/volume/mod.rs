@@ -238,7 +238,7 @@ fn bits_depend_neither_on_instruction_sets_nor_threads_nor_interruptions() {
         density: 4e9,
         seed: 5,
     };
-    block.fill(&mut phantom, Layers::Anatomy).unwrap();
+    block.fill(&mut phantom, Layers::Anatomy, &|| ()).unwrap();
     let run = |set: InstructionSet, checkpoint: &mut Checkpoint| {
         resumed_channel_data(
             &settings,

@@ -90,7 +90,7 @@ impl VertebraInTissue {
             density,
             seed: self.simulation.seed,
         };
-        block.fill(&mut phantom, Layers::Uniform)?;
+        block.fill(&mut phantom, Layers::Uniform, &|| ())?;
         // Fewer scatterers are each brighter, so that the speckle is as bright.
         let amplitude = (PAPER_DENSITY / density).sqrt();
         for scatterer in &mut phantom.scatterers[phantom.on_bone..] {
