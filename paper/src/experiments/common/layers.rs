@@ -24,7 +24,7 @@ pub fn fill_layers(
         density,
         seed: settings.seed,
     };
-    block.fill(phantom, Layers::Anatomy)?;
+    block.fill(phantom, Layers::Anatomy, &|| ())?;
     let brighter = (DENSITY / density).sqrt();
     for scatterer in &mut phantom.scatterers[phantom.on_bone..] {
         scatterer.amplitude *= brighter;
