@@ -339,7 +339,9 @@ def test_a_preset_is_its_depth_step():
 
 
 def test_ctrl_c_ends_a_simulation():
-    code = "import bonebeam; print(1, flush=True); bonebeam.simulate('vertebra-3d', tissue=True)"
+    # A shell's background job ignores the signal.
+    handler = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
+    code = f"{handler}; import bonebeam; print(1, flush=True); bonebeam.simulate('vertebra-3d', tissue=True)"
     child = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     child.stdout.readline()
     time.sleep(2)
