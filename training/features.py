@@ -94,15 +94,15 @@ def echoes_of_line(sums, stride, search, dark, lengths, windows, means, cells):
 @numba.njit(cache=True)
 def inputs_of(means, dark, tissue, bright):
     """The inputs of the network, before they are scaled."""
-    out = np.zeros((len(means), 22), np.int32)
+    out = np.zeros((len(means), INPUTS), np.int32)
     white = ln(bright + 64)
     for row, level in zip(out, means):
         echo = ln(level[0] + 64)
         row[0] = echo - white
-        for k in range(1, 20):
+        for k in range(1, LEVELS):
             row[k] = ln(level[k] + 64) - echo
-        row[20] = ln(dark + 64) - white
-        row[21] = ln(tissue + 64) - white
+        row[LEVELS] = ln(dark + 64) - white
+        row[LEVELS + 1] = ln(tissue + 64) - white
     return out
 
 

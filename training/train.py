@@ -117,20 +117,13 @@ class Plain:
         self.grey = np.clip(line + noise, 0, 255).astype(np.uint8)
         self.bone = bone
 
-    def joined(self):
-        return self
-
-    def displayed(self, random):
-        return self
-
     def labels(self, frame):
         near = np.abs(self.grey[frame.line, frame.samples().astype(int)].astype(int)) > 135
         return near * 1 if self.bone else np.zeros(len(near), int)
 
 
-def prepared(index, picture):
+def prepared(picture):
     """The echoes of a picture that trains: inputs, labels, lines from 0."""
-    picture = picture.joined().displayed(np.random.default_rng([1, index]))
     frame = Frame(picture.grey, picture.step, EVERY)
     line = np.unique(frame.line, return_inverse=True)[1]
     return frame.inputs.astype(np.int16), picture.labels(frame).astype(np.int8), line
@@ -144,10 +137,12 @@ def data_of(folder):
     parts, weights, held = [], [], []
     plain = (Plain(np.random.default_rng([2, index])) for index in range(PLAIN))
     for index, picture in enumerate(itertools.chain(plain, pictures(folder))):
-        if index >= PLAIN and index % 10 == 9:
-            held.append(picture.joined().displayed(np.random.default_rng([1, index])))
-            continue
-        inputs, labels, line = prepared(index, picture)
+        if index >= PLAIN:
+            picture = picture.joined().displayed(np.random.default_rng([1, index]))
+            if index % 10 == 9:
+                held.append(picture)
+                continue
+        inputs, labels, line = prepared(picture)
         if len(line):
             parts.append((inputs, labels, line + sum(map(len, weights))))
             weights.append(np.full(line[-1] + 1, (line[-1] + 1) ** -0.5))

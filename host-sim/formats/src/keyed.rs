@@ -107,7 +107,7 @@ impl Keyed<'_> {
         let law = own.law_of(acquisitions, &own.positions(elements)?)?;
         let (law, of) = merged(&law, &channels);
         let samples = of_elements(samples, &channels, &of).map_err(wrong)?;
-        let transmits = of.iter().max().map_or(0, |last| last + 1);
+        let transmits = law.0.len();
         keyed(Some(law)).of_all(samples, transmits, elements)
     }
 

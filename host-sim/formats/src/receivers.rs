@@ -72,9 +72,7 @@ pub fn merged((law, t0): &Law, channels: &Array2<usize>) -> (Law, Vec<usize>) {
 
 /// Samples of the elements from those of channels.
 ///
-/// `[frame, transmit, element, sample]`; elements without a channel have 0.
-///
-/// `of` has the transmit of each acquisition.
+/// `[frame, transmit, element, sample]`; elements without a channel have 0. `of` has the transmit of each acquisition.
 ///
 /// # Errors
 /// The end of a sentence: channels that the samples lack, or too little memory.

@@ -45,22 +45,16 @@ impl LateralProfile {
         let peak = largest(&maxima)
             .filter(|&k| maxima[k] > 0.0)
             .ok_or_else(|| Error::Data("lateral profile: every sample of the lines is 0".into()))?;
-        let sample = largest(&beams[peak]).unwrap_or(0) as f64 + vertex(&beams[peak]);
+        let brightest = largest(&beams[peak]).unwrap_or(0);
+        let sample = brightest as f64 + around(&beams[peak], brightest);
         let along = 0.5 * lines.c * (lines.t0 + sample / lines.fs);
-        let (x, peak_depth) = match &lines.rays {
-            None => (lines.beam_x.clone(), along),
-            Some(rays) => (
-                (lines.beam_x.iter().zip(&rays.angle))
-                    .map(|(x, angle)| x + along * angle.sin())
-                    .collect(),
-                rays.z[peak] + along * rays.angle[peak].cos(),
-            ),
-        };
         Ok(LateralProfile {
-            x,
+            x: (0..maxima.len())
+                .map(|beam| place(lines, beam, along)[0])
+                .collect(),
             level: re(&maxima, maxima[peak]),
             peak,
-            peak_depth,
+            peak_depth: place(lines, peak, along)[1],
             maxima,
         })
     }
@@ -128,13 +122,7 @@ impl PointSpread {
         reach: f64,
     ) -> Result<Self> {
         let depth = |sample: usize| 0.5 * lines.c * (lines.t0 + sample as f64 / lines.fs);
-        let place = |beam: usize, along: f64| match &lines.rays {
-            None => [lines.beam_x[beam], along],
-            Some(rays) => [
-                lines.beam_x[beam] + along * rays.angle[beam].sin(),
-                rays.z[beam] + along * rays.angle[beam].cos(),
-            ],
-        };
+        let place = |beam: usize, along: f64| place(lines, beam, along);
         let envelope = |beam: usize, sample: usize| {
             let z = lines.z[[beam, sample]];
             f64::from(z.re).hypot(f64::from(z.im))
@@ -194,15 +182,25 @@ impl PointSpread {
     }
 }
 
+/// Position (x, z) of a beam at a distance along it, m.
+fn place<S: Data<Elem = Complex<f32>>>(
+    lines: &BeamformedLines<ArrayBase<S, Ix2>>,
+    beam: usize,
+    along: f64,
+) -> [f64; 2] {
+    match &lines.rays {
+        None => [lines.beam_x[beam], along],
+        Some(rays) => [
+            lines.beam_x[beam] + along * rays.angle[beam].sin(),
+            rays.z[beam] + along * rays.angle[beam].cos(),
+        ],
+    }
+}
+
 /// Values in decibels relative to `reference`.
 fn re(values: &[f64], reference: f64) -> Vec<f64> {
     let decibels = |v: &f64| (20.0 * (v / reference).log10()).max(FLOOR_DB);
     values.iter().map(decibels).collect()
-}
-
-/// Offset of the vertex of a parabola at the largest value, samples.
-fn vertex(values: &[f64]) -> f64 {
-    largest(values).map_or(0.0, |k| around(values, k))
 }
 
 /// Offset of the vertex of the parabola through index `k` and its neighbours; 0 at an end.
