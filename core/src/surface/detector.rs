@@ -168,6 +168,7 @@ const fn prices(parameters: &Parameters, sizes: &Sizes) -> Result<Prices, Error>
         slope,
         spacing,
         confidence,
+        piece,
         ..
     } = parameters.settings;
     attempt!(within("absence", absence, [-64.0, 64.0], "-64 to 64 nats"));
@@ -176,6 +177,7 @@ const fn prices(parameters: &Parameters, sizes: &Sizes) -> Result<Prices, Error>
     attempt!(finite("slope", slope));
     attempt!(finite("confidence", confidence[0] as f64));
     attempt!(finite("confidence", confidence[1] as f64));
+    attempt!(within("piece", piece as f64, [0.0, 1.0], "0 to 1"));
     let factor = parameters.spacing / spacing;
     attempt!(within(
         "line spacing over that of the settings",

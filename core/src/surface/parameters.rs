@@ -119,6 +119,10 @@ pub struct Settings {
     /// The confidence is `1/(1 + e^−(a + b·m))`, with `m` the mean of the scores above absence, in nats, of up to
     /// four lines on either side of the same piece.
     pub confidence: [f32; 2],
+    /// Least mean confidence of a piece of a whole frame.
+    ///
+    /// [`Detector::keep_sure_pieces`](super::Detector::keep_sure_pieces) leaves out the others.
+    pub piece: f32,
 }
 
 impl Settings {
@@ -173,6 +177,7 @@ impl Settings {
         slope: 2.5e3,
         spacing: 0.308e-3,
         confidence: [0.96, 0.69],
+        piece: 0.0,
     };
 
     /// Settings for lines of channel data with a map of coherence.
@@ -211,6 +216,7 @@ impl Settings {
         jump: 12.0,
         slope: 1.5e3,
         confidence: [-0.53, 0.70],
+        piece: 0.55,
         ..Self::DEFAULT
     };
 }

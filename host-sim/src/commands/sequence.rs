@@ -72,8 +72,12 @@ pub fn facts(sequence: &Sequence) -> Vec<(&'static str, String)> {
         true => format!("{rows} lines of {columns} samples ({:?})", sequence.content),
         false => format!("pictures of {columns} x {rows} pixels"),
     };
+    let kind = match sequence.transform_names().is_empty() {
+        true => "without poses",
+        false => "a tracked sequence",
+    };
     let mut facts = vec![
-        ("format", format!("{}, a tracked sequence", sequence.format)),
+        ("format", format!("{}, {kind}", sequence.format)),
         ("holds", format!("{} frames of {what}", frames.len())),
     ];
     facts.extend(
@@ -90,6 +94,9 @@ pub fn facts(sequence: &Sequence) -> Vec<(&'static str, String)> {
             None => "of a size that is in ImageToProbe, not in the file".into(),
         },
     ));
+    if let Some([x, y, width, height]) = sequence.part {
+        facts.push(("used", format!("{width} x {height} pixels from {x},{y}")));
+    }
     let valid = frames.iter().filter(|frame| frame.has_picture).count();
     if valid < frames.len() {
         facts.push((

@@ -457,7 +457,30 @@ pub fn surface(p: &Parameters, frame: &[u8]) -> Vec<Option<Point>> {
     let levels = levels(p, frame);
     let lines = frame.chunks(p.samples.count);
     let scores: Vec<_> = lines.map(|line| scores(p, line, levels)).collect();
-    of_scores(p, &scores)
+    sure(p, of_scores(p, &scores))
+}
+
+/// The pieces whose mean confidence is at least the settings' `piece`, without steps of more than 1.5 mm.
+fn sure(p: &Parameters, points: Vec<Option<Point>>) -> Vec<Option<Point>> {
+    let goes_on = |a: &Option<Point>, b: &Option<Point>| match (a, b) {
+        (Some(a), Some(b)) => !b.begins && (b.depth - a.depth).abs() <= 1.5e-3,
+        _ => false,
+    };
+    let mut all = Vec::new();
+    let mut left_out = false;
+    for piece in points.chunk_by(goes_on) {
+        let confidences = piece.iter().flatten().map(|point| point.confidence);
+        let count = confidences.clone().count() as f32;
+        let keeps = confidences.fold(0.0, |sum, own| sum + own) >= p.settings.piece * count;
+        let begins = left_out;
+        all.extend(piece.iter().enumerate().map(|(k, point)| {
+            let point = point.filter(|_| keeps)?;
+            let begins = point.begins || (k == 0 && begins);
+            Some(Point { begins, ..point })
+        }));
+        left_out = !keeps;
+    }
+    all
 }
 
 /// The surface of a frame with the coherence of its samples, 0 to 255.
@@ -474,5 +497,5 @@ pub fn surface_with_coherence(
         let own = self::scores(p, grey, levels);
         own.iter().zip(term).map(|(own, term)| own + term).collect()
     });
-    of_scores(p, &scores.collect::<Vec<_>>())
+    sure(p, of_scores(p, &scores.collect::<Vec<_>>()))
 }
