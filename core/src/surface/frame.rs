@@ -80,26 +80,15 @@ impl Detector {
     }
 }
 
-/// Greatest change of a piece's depth from line to line, m.
-const STEP: f32 = 1.5e-3;
-
 impl Detector {
     /// Leaves out pieces whose mean confidence is below the settings' `piece`.
     ///
-    /// `points` are those of neighbouring lines. [`Detector::frame`] does this; it is for the points of a [`Tracker`]. A
-    /// piece also ends where the depth changes by more than 1.5 mm from line to line.
+    /// `points` are those of neighbouring lines. [`Detector::frame`] does this; it is for the points of a [`Tracker`].
     pub fn keep_sure_pieces(&self, points: &mut [Option<Point>]) {
         let least = self.parameters().settings.piece;
-        let (mut rest, mut left_out) = (points, false);
-        while let Some((first, others)) = rest.split_first() {
-            let mut last = *first;
-            let goes_on = |other: &&Option<Point>| match (last, **other) {
-                (Some(before), Some(point)) if !point.begins => {
-                    last = Some(point);
-                    (point.depth - before.depth).abs() <= STEP
-                }
-                _ => false,
-            };
+        let mut rest = points;
+        while let Some((_, others)) = rest.split_first() {
+            let goes_on = |point: &&Option<Point>| point.is_some_and(|point| !point.begins);
             let length = 1 + others.iter().take_while(goes_on).count();
             let parts = core::mem::take(&mut rest).split_at_mut_checked(length);
             let Some((piece, after)) = parts else {
@@ -109,11 +98,7 @@ impl Detector {
             for point in piece.iter().flatten() {
                 (sum, count) = (sum + point.confidence, count + 1.0);
             }
-            if let (Some(Some(first)), true) = (piece.first_mut(), left_out) {
-                first.begins = true;
-            }
-            left_out = sum < least * count;
-            if left_out {
+            if sum < least * count {
                 piece.fill(None);
             }
             rest = after;

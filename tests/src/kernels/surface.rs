@@ -34,6 +34,7 @@ pub fn settings(draw: &mut impl Draw, wild: bool) -> Settings {
     settings.absence = at([-6.0, 1.0]);
     settings.end = at([0.0, 6.0]);
     settings.jump = at([0.0, 20.0]);
+    settings.step = at([0.0, 5e-3]);
     settings.piece = at([0.0, 1.0]) as f32;
     settings.slope = at([0.0, 1e4]);
     settings.margin = at([0.0, 1.0]);
