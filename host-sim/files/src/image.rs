@@ -1,4 +1,6 @@
-//! Images: grey levels 0 to 255 as `.npy` (float32 [row, column]) and as 8-bit PNG; JPEG to read.
+//! Images: grey levels 0 to 255.
+//!
+//! They are `.npy` (float32 [row, column]), 8-bit PNG, and JPEG to read.
 
 use std::io::{Cursor, Write};
 use std::path::Path;

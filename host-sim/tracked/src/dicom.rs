@@ -8,14 +8,12 @@ use std::path::Path;
 
 use bonebeam_files::image::{decode_jpeg, luma};
 use bonebeam_files::memory::{self, product};
-use bonebeam_files::{Result, cannot_be_opened, file_error, input};
+use bonebeam_files::{cannot_be_opened, input};
 use dicom_object::mem::InMemElement;
 use dicom_object::{DefaultDicomObject, InMemDicomObject, OpenFileOptions};
 use ndarray::Array2;
 
-use crate::header::{Fields, MOST_FRAMES};
-use crate::orientation::Orientation;
-use crate::sequence::{Content, Frame, Sequence, Source};
+use crate::header::MOST_FRAMES;
 
 /// Place and value of the format's mark.
 pub const MAGIC: (usize, &[u8]) = (128, b"DICM");
@@ -33,8 +31,8 @@ pub struct Pictures {
     packing: Packing,
     colours: Colours,
     /// Columns, rows.
-    sides: [usize; 2],
-    frames: usize,
+    pub sides: [usize; 2],
+    pub frames: usize,
     /// Bytes of a number.
     size: usize,
     white: f32,
@@ -62,17 +60,26 @@ enum Colours {
     Ybr422,
 }
 
-/// Opens the pictures of a file.
-pub fn open(path: &Path) -> Result<Sequence> {
-    let wrong = |message: String| file_error(path, message);
-    let bytes = input::read(path, u64::MAX).map_err(|e| wrong(cannot_be_opened(&e)))?;
+/// What a file holds.
+pub struct File {
+    pub pictures: Pictures,
+    /// The part that shows tissue: column, row, width, height.
+    pub part: Option<[usize; 4]>,
+    /// Sides of a pixel, mm.
+    pub pixel: Option<[f64; 2]>,
+    /// Time from frame to frame, s.
+    pub interval: Option<f64>,
+}
+
+/// Reads a file.
+///
+/// # Errors
+/// The problem, without the file's name.
+pub fn read(path: &Path) -> Read<File> {
+    let bytes = input::read(path, u64::MAX).map_err(|e| cannot_be_opened(&e))?;
     let object = OpenFileOptions::new().from_reader(Cursor::new(bytes));
-    let object = object.map_err(|e| wrong(format!("is damaged or no DICOM file ({e})")))?;
-    let mut assumed = Vec::new();
-    let region = region(&object).map_err(wrong)?;
-    if region.is_none() {
-        assumed.push("no region with a size in cm: the whole picture is used".to_owned());
-    }
+    let object = object.map_err(|e| format!("is damaged or no DICOM file ({e})"))?;
+    let region = region(&object)?;
     let spacing = numbers(&object, "PixelSpacing");
     let pixel = match (&region, &spacing[..]) {
         (Some(region), _) => Some(region.pixel),
@@ -80,39 +87,26 @@ pub fn open(path: &Path) -> Result<Sequence> {
         _ => None,
     };
     let interval = numbers(&object, "FrameTime").first().map(|ms| 1e-3 * ms);
-    let pictures = Pictures::of(&object).map_err(wrong)?;
-    let frames = (0..pictures.frames).map(|k| Frame {
-        timestamp: interval.map(|interval| interval * k as f64),
-        has_picture: true,
-        ..Frame::default()
-    });
+    let pictures = Pictures::of(&object)?;
     let [columns, rows] = pictures.sides;
     let within = |[x, y, width, height]: [usize; 4]| x + width <= columns && y + height <= rows;
     let part = region.map(|region| region.part);
     if part.is_some_and(|part| !within(part)) {
-        return Err(wrong(format!(
-            "has a region beyond its {columns} x {rows} pixels"
-        )));
+        return Err(format!("has a region beyond its {columns} x {rows} pixels"));
     }
-    Ok(Sequence {
-        path: path.to_path_buf(),
-        format: "DICOM",
-        content: match pictures.colours {
-            Colours::Grey | Colours::Inverted => Content::Brightness,
-            _ => Content::Rgb,
-        },
-        orientation: Orientation::MF,
-        sides: pictures.sides,
-        frames: frames.collect(),
-        pixel,
+    Ok(File {
+        pictures,
         part,
-        fields: Fields::new(),
-        assumed,
-        source: Source::Dicom(Box::new(pictures)),
+        pixel,
+        interval,
     })
 }
 
 impl Pictures {
+    pub fn is_grey(&self) -> bool {
+        matches!(self.colours, Colours::Grey | Colours::Inverted)
+    }
+
     fn of(object: &DefaultDicomObject) -> Read<Self> {
         let count = |name: &str| whole(object, name);
         let need = |name: &str| count(name).ok_or_else(|| format!("has no {name}"));

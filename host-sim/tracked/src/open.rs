@@ -39,7 +39,7 @@ impl Sequence {
             wrong("is no tracked sequence (.mha, .nrrd, DICOM or a folder)".into())
         })?;
         if let Kind::Dicom = kind {
-            return dicom::open(path);
+            return Ok(Self::of_dicom(path, dicom::read(path).map_err(wrong)?));
         }
         let file = input::open(path).map_err(|e| wrong(cannot_be_opened(&e)))?;
         let mut reader = BufReader::new(file);
@@ -49,6 +49,31 @@ impl Sequence {
         }
         .map_err(wrong)?;
         Self::of_header(path, kind, header, pixels)
+    }
+
+    fn of_dicom(path: &Path, file: dicom::File) -> Self {
+        let frames = (0..file.pictures.frames).map(|k| Frame {
+            timestamp: file.interval.map(|interval| interval * k as f64),
+            has_picture: true,
+            ..Frame::default()
+        });
+        let whole = "no region with a size in cm: the whole picture is used".to_owned();
+        Self {
+            path: path.to_path_buf(),
+            format: "DICOM",
+            content: match file.pictures.is_grey() {
+                true => Content::Brightness,
+                false => Content::Rgb,
+            },
+            orientation: Orientation::MF,
+            sides: file.pictures.sides,
+            frames: frames.collect(),
+            pixel: file.pixel,
+            part: file.part,
+            fields: Fields::new(),
+            assumed: file.part.is_none().then_some(whole).into_iter().collect(),
+            source: Source::Dicom(Box::new(file.pictures)),
+        }
     }
 
     fn of_header(path: &Path, kind: Kind, header: Header, pixels: Pixels) -> Result<Self> {

@@ -30,15 +30,24 @@ pub enum Content {
 }
 
 impl Content {
+    /// Contents by PLUS's names.
+    const NAMES: [(&'static str, Self); 5] = [
+        ("BRIGHTNESS", Self::Brightness),
+        ("RGB_COLOR", Self::Rgb),
+        ("RF_REAL", Self::RfReal),
+        ("RF_IQ_LINE", Self::RfIqLine),
+        ("RF_I_LINE_Q_LINE", Self::RfILineQLine),
+    ];
+
     pub(crate) fn of(name: &str) -> Option<Self> {
-        Some(match name {
-            "BRIGHTNESS" => Self::Brightness,
-            "RGB_COLOR" => Self::Rgb,
-            "RF_REAL" => Self::RfReal,
-            "RF_IQ_LINE" => Self::RfIqLine,
-            "RF_I_LINE_Q_LINE" => Self::RfILineQLine,
-            _ => return None,
-        })
+        let own = Self::NAMES.iter().find(|(own, _)| *own == name)?;
+        Some(own.1)
+    }
+
+    /// PLUS's name.
+    pub fn name(self) -> &'static str {
+        let own = Self::NAMES.iter().find(|(_, own)| *own == self);
+        own.map_or("", |own| own.0)
     }
 
     /// Whether frames are lines along beams instead of pictures.

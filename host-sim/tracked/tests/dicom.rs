@@ -88,7 +88,7 @@ impl File<'_> {
             &(meta.len() as u32).to_le_bytes(),
         ));
         bytes.extend(meta);
-        if self.more.len() > 200 {
+        if !self.more.is_empty() {
             bytes.extend(element(0x0018_6011, "SQ", &self.more));
         }
         bytes.extend(short(0x0028_0002, self.samples));
@@ -125,15 +125,7 @@ impl File<'_> {
 }
 
 const PLAIN: &str = "1.2.840.10008.1.2.1";
-const GREY: File<'static> = File {
-    syntax: PLAIN,
-    colours: "MONOCHROME2",
-    samples: 1,
-    bits: [8; 2],
-    frames: 1,
-    more: Vec::new(),
-    pixels: Vec::new(),
-};
+const RLE: &str = "1.2.840.10008.1.2.5";
 const LEVELS: [u8; 6] = [0, 10, 200, 30, 255, 90];
 
 fn plain(bytes: &[u8]) -> Vec<u8> {
@@ -169,81 +161,50 @@ fn read(file: &File<'_>) -> Result<(Sequence, Vec<Array2<f32>>), String> {
     Ok((sequence, pictures))
 }
 
+/// Pixels of colours with samples and bits, in a transfer syntax.
+fn file<'a>(
+    colours: &'a str,
+    [samples, bits]: [u16; 2],
+    syntax: &'a str,
+    pixels: Vec<u8>,
+) -> File<'a> {
+    File {
+        syntax,
+        colours,
+        samples,
+        bits: [bits; 2],
+        frames: 1,
+        more: Vec::new(),
+        pixels,
+    }
+}
+
 #[test]
 fn every_colour_and_packing_gives_the_same_grey_levels() {
     let expected = Array2::from_shape_vec((2, 3), LEVELS.map(f32::from).to_vec()).unwrap();
-    let three = |f: fn(u8) -> [u8; 3]| LEVELS.map(f).concat();
-    let wide: Vec<u8> = LEVELS
-        .iter()
-        .flat_map(|v| (u16::from(*v) * 257).to_le_bytes())
-        .collect();
-    let shared = [0, 10, 1, 1, 200, 30, 1, 1, 255, 90, 1, 1];
-    let rle_syntax = "1.2.840.10008.1.2.5";
-    let files = [
-        File {
-            pixels: plain(&LEVELS),
-            ..GREY
-        },
-        File {
-            pixels: plain(&LEVELS),
-            frames: 1,
-            syntax: "1.2.840.10008.1.2.1\0",
-            ..GREY
-        },
-        File {
-            pixels: plain(&LEVELS.map(|v| 255 - v)),
-            colours: "MONOCHROME1",
-            ..GREY
-        },
-        File {
-            pixels: plain(&LEVELS.map(|v| 255 - v)),
-            colours: "PALETTE COLOR",
-            ..GREY
-        },
-        File {
-            pixels: plain(&wide),
-            bits: [16; 2],
-            ..GREY
-        },
-        File {
-            pixels: plain(&three(|v| [v; 3])),
-            colours: "RGB",
-            samples: 3,
-            ..GREY
-        },
-        File {
-            pixels: plain(&three(|v| [v, 7, 9])),
-            colours: "YBR_FULL",
-            samples: 3,
-            ..GREY
-        },
-        File {
-            pixels: plain(&shared),
-            colours: "YBR_FULL_422",
-            samples: 3,
-            ..GREY
-        },
-        File {
-            pixels: packed(&[&rle(1)]),
-            syntax: rle_syntax,
-            ..GREY
-        },
-        File {
-            pixels: packed(&[&rle(3)]),
-            syntax: rle_syntax,
-            colours: "RGB",
-            samples: 3,
-            ..GREY
-        },
-        File {
-            pixels: packed(&[&rle(1), &rle(1)]),
-            syntax: rle_syntax,
-            frames: 2,
-            ..GREY
-        },
-    ];
-    for file in &files {
-        let (sequence, pictures) = read(file).unwrap();
+    let three = |f: fn(u8) -> [u8; 3]| plain(&LEVELS.map(f).concat());
+    let wide = LEVELS.map(|v| (u16::from(v) * 257).to_le_bytes()).concat();
+    let falling = || plain(&LEVELS.map(|v| 255 - v));
+    let shared = plain(&[0, 10, 1, 1, 200, 30, 1, 1, 255, 90, 1, 1]);
+    for mut file in [
+        file("MONOCHROME2", [1, 8], PLAIN, plain(&LEVELS)),
+        file("MONOCHROME1", [1, 8], PLAIN, falling()),
+        file("PALETTE COLOR", [1, 8], PLAIN, falling()),
+        file("MONOCHROME2", [1, 16], PLAIN, plain(&wide)),
+        file("RGB", [3, 8], PLAIN, three(|v| [v; 3])),
+        file("YBR_FULL", [3, 8], PLAIN, three(|v| [v, 7, 9])),
+        file("YBR_FULL_422", [3, 8], PLAIN, shared),
+        file("MONOCHROME2", [1, 8], RLE, packed(&[&rle(1)])),
+        file("RGB", [3, 8], RLE, packed(&[&rle(3)])),
+        file("MONOCHROME2", [1, 8], RLE, packed(&[&rle(1), &rle(1)])),
+    ] {
+        // The last has as many frames as fragments.
+        file.frames = if file.pixels.len() > 150 && file.samples == 1 {
+            2
+        } else {
+            1
+        };
+        let (sequence, pictures) = read(&file).unwrap();
         assert_eq!(sequence.format, "DICOM");
         assert_eq!(pictures.len(), usize::from(file.frames));
         for picture in pictures {
@@ -254,96 +215,54 @@ fn every_colour_and_packing_gives_the_same_grey_levels() {
 
 #[test]
 fn the_largest_region_gives_the_part_and_the_size_in_mm() {
-    let more = [region([0, 0], [0, 0]), region([1, 2], [0, 1])].concat();
-    let refused = read(&File {
-        pixels: plain(&LEVELS),
-        more,
-        ..GREY
-    })
-    .err()
-    .unwrap();
+    let with = |regions: &[[[u32; 2]; 2]]| {
+        let mut file = file("MONOCHROME2", [1, 8], PLAIN, plain(&LEVELS));
+        file.more = regions
+            .iter()
+            .flat_map(|[columns, rows]| region(*columns, *rows))
+            .collect();
+        read(&file).map(|(sequence, _)| sequence)
+    };
+    let refused = with(&[[[0, 0], [0, 0]], [[1, 2], [0, 1]]]).err().unwrap();
     assert!(refused.contains("region from 0,0 to 0,0"), "{refused}");
-    let more = [region([0, 1], [0, 1]), region([0, 2], [0, 1])].concat();
-    let (sequence, _) = read(&File {
-        pixels: plain(&LEVELS),
-        more,
-        ..GREY
-    })
-    .unwrap();
+    let refused = with(&[[[0, 9], [0, 1]]]).err().unwrap();
+    assert!(refused.contains("region beyond its 3 x 2"), "{refused}");
+    let sequence = with(&[[[0, 1], [0, 1]], [[0, 2], [0, 1]]]).unwrap();
     assert_eq!(
         (sequence.part, sequence.pixel),
         (Some([0, 0, 3, 2]), Some([0.1, 0.2]))
     );
-    let (sequence, _) = read(&File {
-        pixels: plain(&LEVELS),
-        ..GREY
-    })
-    .unwrap();
+    let sequence = with(&[]).unwrap();
     assert_eq!((sequence.part, sequence.pixel), (None, None));
     assert_eq!(sequence.assumed.len(), 1);
 }
 
 #[test]
 fn files_that_lie_are_refused_in_words() {
-    let jpeg = "1.2.840.10008.1.2.4.50";
-    let with = |colours, samples, bits| File {
-        pixels: plain(&LEVELS),
-        colours,
-        samples,
-        bits,
-        ..GREY
-    };
+    let damaged = || packed(&[&LEVELS]);
     for (file, words) in [
         (
-            File {
-                pixels: plain(&LEVELS[..4]),
-                ..GREY
-            },
+            file("MONOCHROME2", [1, 8], PLAIN, plain(&LEVELS[..4])),
             "holds 4 bytes of pixels; its header says 6",
         ),
         (
-            File {
-                pixels: plain(&LEVELS),
-                frames: 2,
-                ..GREY
-            },
-            "its header says 12",
-        ),
-        (
-            File {
-                more: [region([0, 9], [0, 1]), region([0, 9], [0, 1])].concat(),
-                pixels: plain(&LEVELS),
-                ..GREY
-            },
-            "region beyond its 3 x 2",
-        ),
-        (
-            File {
-                pixels: packed(&[&LEVELS]),
-                syntax: jpeg,
-                ..GREY
-            },
+            file("MONOCHROME2", [1, 8], "1.2.840.10008.1.2.4.50", damaged()),
             "not a JPEG",
         ),
+        (file("MONOCHROME2", [1, 8], RLE, damaged()), "damaged RLE"),
         (
-            File {
-                pixels: packed(&[&LEVELS]),
-                syntax: "1.2.840.10008.1.2.5",
-                ..GREY
-            },
-            "damaged RLE",
-        ),
-        (
-            File {
-                pixels: packed(&[&LEVELS]),
-                syntax: "1.2.840.10008.1.2.4.90",
-                ..GREY
-            },
+            file("MONOCHROME2", [1, 8], "1.2.840.10008.1.2.4.90", damaged()),
             "transfer syntax 1.2.840.10008.1.2.4.90",
         ),
-        (with("YBR_ICT", 3, [8; 2]), "YBR_ICT of 3 samples; expected"),
-        (with("MONOCHROME2", 1, [8, 9]), "9 of 8 bits"),
-        (with("RGB", 3, [16; 2]), "16 of 16 bits"),
+        (
+            file("YBR_ICT", [3, 8], PLAIN, plain(&LEVELS)),
+            "YBR_ICT of 3 samples; expected",
+        ),
+        (
+            file("MONOCHROME2", [1, 4], PLAIN, plain(&LEVELS)),
+            "4 of 4 bits",
+        ),
+        (file("RGB", [3, 16], PLAIN, plain(&LEVELS)), "16 of 16 bits"),
     ] {
         let message = read(&file).err().unwrap();
         assert!(
