@@ -59,9 +59,7 @@ def consecutive(frames: int | range, count: int) -> range:
     return wanted
 
 
-def frames(
-    path: str | PathLike[str], *, variables: Variables | None = None
-) -> Iterator[Recording]:
+def frames(path: str | PathLike[str], *, variables: Variables | None = None) -> Iterator[Recording]:
     """Iterates over a recording's frames, as a :class:`Dataset`.
 
     Args:
@@ -83,6 +81,7 @@ def frames(
 
 def opened(path: str | PathLike[str], variables: Variables | None) -> _native.RecordingFile:
     """Opens a recording's file and reads its first frame."""
+    path = os.fspath(path)
     if not os.path.isdir(path):
         # Tells of a file that is missing or may not be read as Python does.
         os.stat(path)

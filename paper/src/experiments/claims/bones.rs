@@ -6,7 +6,7 @@ use super::pose::one;
 use crate::experiments::study::*;
 
 /// Number of bones shown.
-const SHOWN: u64 = 2;
+pub const SHOWN: u64 = 2;
 
 /// Pictures of the first bones with the paper's time windows.
 pub fn shown(claims: &Claims, context: &Context<'_>) -> Result<Vec<Section>> {

@@ -13,6 +13,7 @@ const ABERRATION_LENGTH: f64 = 3e-3;
 /// The record's depths lie within.
 pub const TISSUE: [[f64; 2]; 2] = [[-15e-3, 15e-3], [3e-3, 44e-3]];
 
+use super::bones::SHOWN;
 use super::condition::{Condition, Medium};
 use super::parameters::Claims;
 use super::population::Bone;
@@ -153,9 +154,14 @@ impl<'a> Pose<'a> {
         for part in parts {
             let (phantom, settings) = self.part(part, bone.clone(), settings.clone())?;
             let step = format!("{}: {part:?}", self.what).to_lowercase();
-            let data = channel_data(&settings, &phantom, Summation::Cells, &|done| {
-                (self.context.progress)(&step, done);
-            })?;
+            let in_figures = matches!(part, Part::Bone | Part::Cluttered | Part::Tissue)
+                && seed.wrapping_sub(self.claims.simulation.seed) < SHOWN;
+            let data = match in_figures {
+                true => recording(self.context, ["claims", &step], &settings, &phantom)?,
+                false => channel_data(&settings, &phantom, Summation::Cells, &|done| {
+                    (self.context.progress)(&step, done);
+                })?,
+            };
             recordings.parts.insert(part, data);
             if part == Part::Volume {
                 recordings.volume = phantom.bone;
