@@ -13,9 +13,8 @@ const ABERRATION_LENGTH: f64 = 3e-3;
 /// The record's depths lie within.
 pub const TISSUE: [[f64; 2]; 2] = [[-15e-3, 15e-3], [3e-3, 44e-3]];
 
-use super::bones::SHOWN;
 use super::condition::{Condition, Medium};
-use super::parameters::Claims;
+use super::parameters::{Claims, SHOWN};
 use super::population::Bone;
 
 /// Thickness of the slab of bone that echoes in three dimensions, m.

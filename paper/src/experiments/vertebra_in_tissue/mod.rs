@@ -18,7 +18,7 @@ const VARIANTS: [&str; 8] = [
 ];
 
 impl Experiment for VertebraInTissue {
-    /// Half the beams at 40 MHz, and a thin slab of fewer scatterers.
+    /// Fewer beams at 40 MHz, and a thin slab of fewer scatterers.
     fn quick() -> Self {
         let full = VertebraInTissue::default();
         VertebraInTissue {
