@@ -25,5 +25,6 @@ mod register;
 mod resumed;
 mod surface;
 mod sweep;
+mod view;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_host-sim");
