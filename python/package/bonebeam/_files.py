@@ -87,11 +87,8 @@ def opened(path: str | PathLike[str], variables: Variables | None) -> _native.Re
         os.stat(path)
         if os.path.isfile(path):
             open(path, "rb").close()
-    given = {
-        key: value if isinstance(value, str) else np.asarray(value).tolist()
-        for key, value in (variables or {}).items()
-    }
-    return _native.RecordingFile(path, json.dumps(given))
+    plain = ((key, of if isinstance(of, str) else np.asarray(of).tolist()) for key, of in (variables or {}).items())
+    return _native.RecordingFile(path, json.dumps(dict(plain)))
 
 
 def recording(keys: dict[str, Any], one: bool = True) -> Recording:

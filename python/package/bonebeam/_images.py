@@ -46,8 +46,7 @@ def bmode(lines: Lines | Recording, *, threads: int | None = None, **parameters:
     keys = _parameters.checked("bmode", _parameters.names(ImageParameters), parameters)
     pixels, x0, z0, pixel, angle = _native.bmode(lines._one_frame("bmode"), keys, threads)
     across, down = pixel
-    decibels = parameters.get("dynamic_range")
-    decibels = 60.0 if decibels is None else decibels
+    decibels = parameters.get("dynamic_range") or 60.0
     return Image(pixels, x0, z0, down, decibels, angle=angle, pixel_x=None if across == down else across)
 
 
@@ -100,8 +99,7 @@ def phase_symmetry(
     >>> int(bones[:, 10].argmax())
     32
     """
-    resize = parameters.get("resize")
-    pixel = None
+    resize, pixel = parameters.get("resize"), None
     if isinstance(image, Image):
         if resize is not None:
             raise ValueError("`resize` would change the size of the image's pixels; give `image.pixels`")

@@ -139,7 +139,10 @@ fn the_readme_has_the_figures_of_the_documents() {
         let found = below(&experiments, "Fine beams, by channel SNR", &name);
         assert_eq!(Some(&cell[..]), found[0].split(' ').next(), "{name}");
     }
-    let sampled = row(&readme, "… without noise, 0.3 mm apart: on a line; half way to the next");
+    let sampled = row(
+        &readme,
+        "… without noise, 0.3 mm apart: on a line; half way to the next",
+    );
     let [on, between] = ["0.000", "0.154"].map(|off| {
         let title = format!("Point scatterer (Fig. 2), beams 0.308 mm apart, point {off}");
         below(&results, &title, "-12 dB width, mm")

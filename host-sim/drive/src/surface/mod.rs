@@ -123,17 +123,17 @@ fn of_lines_with<S: Data<Elem = Complex<f32>>>(
 const POINT_FALL: f64 = 20.0;
 /// Length below which a piece is an echo of a point with its side lobes, m.
 const POINT_LENGTH: f64 = 1.5e-3;
-/// Level below the echo of a point from which other pieces may be its side lobes, dB.
+/// Level of side lobes below their point, at most, dB.
 const SIDE_LOBES: f64 = 25.0;
 /// Largest confidence of such a piece.
 const POINT_CONFIDENCE: f32 = 0.25;
 /// Distance of an echo from its point, m.
 const ECHO: f64 = 0.4e-3;
 
-/// Lowers the confidence of pieces that are as short as the echo of a point, and of its side lobes.
+/// Lowers the confidence of pieces as short as a point's echo, and of its side lobes.
 ///
-/// Their length counts down to the first of `falls`, in grey levels, below their brightest echo. Side lobes are the
-/// second below the brightest point.
+/// Their length counts down to the first number of grey levels below their brightest echo. Side lobes are the second
+/// number below the brightest point.
 /// In water a point has an echo and a shadow as bone has, and side lobes that go on from line to line.
 fn doubt_points(
     points: &mut [Option<Point>],
@@ -173,7 +173,10 @@ fn doubt_points(
         first = end;
     }
     let brightest_points = pieces.iter().filter(|piece| piece.2).map(|piece| piece.1);
-    let faint = brightest_points.max().unwrap_or(0).saturating_sub(side_lobes);
+    let faint = brightest_points
+        .max()
+        .unwrap_or(0)
+        .saturating_sub(side_lobes);
     for (lines, brightest, is_point) in pieces {
         if is_point || brightest < faint {
             for point in points[lines].iter_mut().flatten() {

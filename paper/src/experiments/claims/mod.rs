@@ -29,7 +29,7 @@ use tuning::Tuned;
 const TUNED: u64 = (1 << 40) + 100;
 
 impl Experiment for Claims {
-    /// Disturbed tissue alone, two bones, one to tune on, fewer beams, one time window, large pixels.
+    /// Disturbed tissue, two bones, one to tune on, fewer beams, large pixels.
     fn quick() -> Self {
         let full = Claims::default();
         let coarse = |image: Image| Image {
