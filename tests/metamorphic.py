@@ -158,16 +158,24 @@ class Asked:
         return message, f"status {done.returncode}, left {left}" if left or of_lines else ""
 
 
+def names(program):
+    """The commands."""
+    text = subprocess.run([program, "--help"], capture_output=True, text=True).stdout
+    return re.findall(r"^  ([a-z-]+) {2,}", text.split("Commands:")[1].split("Options:")[0], re.M)
+
+
 def table(program, inputs):
     """The flags of each command that reads or makes a file."""
     commands, found = {}, {}
-    output = {"beamform": "o.npz", "surface": "o.csv", "phase-symmetry": "o.npy", "convert": "o.npz", "sweep": "o.csv", "register": "o.ply"}
     skip = ("output", "help", "config", "threads", "image", "bone-map", "surface", "coherence", "json", "frames", "mesh",
             "variable", "layout", "track", "calibration", "overlay", "start", "landmarks", "truth", "targets", "transform",
             "report", "poses", "pose-columns", "euler", "pose-unit", "angle-unit", "to")
-    for command in [*output, "simulate", "info", "check"]:
+    for command in names(program):
+        if command in ("help", "completions", "tune", "verify", "golden", "paper", "bench"):
+            continue
         text = subprocess.run([program, command, "--help"], capture_output=True, text=True).stdout.split("\nExamples:")[0]
-        begin = [command, *inputs.get(command, inputs["beamform"]), *(["-o", output[command]] if command in output else [])]
+        output = re.search(r"--output <\S*?(\.\w+)>", text)
+        begin = [command, *inputs.get(command, inputs["beamform"]), *(["-o", f"o{output[1]}"] if output else [])]
         begin = ["simulate", "vertebra-3d", "-o", "none/none.npz"] if command == "simulate" else begin
         commands[command], group = [], ""
         parts = re.split(r"^(?: {2,6}(?:-\w, +|    )?--([\w-]+)(?: <([^>]*)>.*)?|(\S.*):)\n", text, flags=re.M)
@@ -842,6 +850,12 @@ class Harness:
                 if flag.range and "…" not in flag.placeholder and not flag.example:
                     yield lambda own, of=(command, flag): end(own, *of)
 
+    def page(self):
+        """As much of the built page as `view` asks for."""
+        path = self.folder / "page.html"
+        path.write_text('<script id="recording"></script><script id="extra">{}</script>')
+        return str(path)
+
     def choice_of(self, command, flag):
         """A flag for one choice of another, such as --tukey-taper, comes with it."""
         choices = {choice: f.name for f in self.table[command] for choice in f.choices}
@@ -852,8 +866,6 @@ class Harness:
         """Every command that writes, after a run in its folder that a signal ended."""
         # Where bonebeam-paper is built.
         os.environ["PATH"] += f":{ROOT}/paper/target/release"
-        help_ = subprocess.run([self.program, "--help"], capture_output=True, text=True).stdout
-        names = re.findall(r"^  ([\w-]+) {2,}", help_.split("Commands:")[1].split("Options:")[0], re.M)
         recording = lambda own: (Recording.drawn(own.rng).save(own.folder / "r.npz"), str(own.folder / "r.npz"))[1]
         small = ["--elements=16", "--beams=3", "--first-beam=6"]
         words = {
@@ -865,12 +877,13 @@ class Harness:
             "sweep": lambda own: ["sweep", *own.sequence(), "-o", "o.csv", "--image", "o.png"],
             "register": lambda own: ["register", *own.bone(), "-o", "o.ply"],
             "convert": lambda own: ["convert", recording(own), "-o", "o.npz"],
+            "view": lambda own: ["view", recording(own), "--page", own.page(), "-o", "o.html"],
             "golden": lambda own: ["golden", "-o", "out"],
             "tune": lambda own: ["tune", "--quick", "-o", "out"],
             "paper": lambda own: ["paper", "--quick", "-o", "out"],
             "bench": lambda own: ["bench", "--quick", "-o", "o.json"],
         }
-        for name in ["", *names]:
+        for name in ["", *names(self.program)]:
             text = subprocess.run([self.program, *([name] if name else []), "--help"], capture_output=True, text=True).stdout
             if not re.search(r"--(output|out) ", text):
                 continue
