@@ -16,7 +16,7 @@ use crate::commands::bench;
 use crate::commands::bench_left_out as bench;
 use crate::commands::{
     beamform, check, completions, convert, elsewhere, info, main_job, phase_symmetry, register,
-    simulate, surface, sweep,
+    simulate, surface, sweep, view,
 };
 use crate::provenance::PROGRAM;
 use crate::{Error, Result};
@@ -57,6 +57,7 @@ enum Command {
     Info(Box<info::Arguments>),
     Check(check::Arguments),
     Convert(convert::Arguments),
+    View(view::Arguments),
     /// Check the core bit for bit on this machine
     Verify(elsewhere::Arguments),
     /// Write golden vectors, or compare those of another implementation with them
@@ -88,6 +89,7 @@ Examples:
   host-sim info recording.hdf5
   host-sim check recording.hdf5
   host-sim convert recording.uff -o recording.npz
+  host-sim view recording.hdf5 -o page.html
   host-sim beamform --help";
 
 /// Runs the program on the process's arguments.
@@ -186,6 +188,7 @@ fn dispatch(cli: Cli) -> Result<()> {
         Some(Command::Info(arguments)) => info::run(*arguments),
         Some(Command::Check(arguments)) => check::run(&arguments),
         Some(Command::Convert(arguments)) => convert::run(arguments),
+        Some(Command::View(arguments)) => view::run(&arguments),
         Some(Command::Completions(arguments)) => completions::run(&arguments, Cli::command()),
         Some(Command::Bench(arguments)) => bench::run(&arguments),
     }

@@ -24,5 +24,6 @@ mod register;
 mod resumed;
 mod surface;
 mod sweep;
+mod view;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_host-sim");

@@ -35,6 +35,14 @@ fn without_the_program_one_line_says_how_it_is_built() {
         let built = "bonebeam-paper, which is not here; build it in the folder paper";
         assert!(message.contains(built), "{message}");
     }
+    let output = run(folder.path(), &["view", "-o", "page.html"]);
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    assert_eq!(message.lines().count(), 1, "{message}");
+    assert!(
+        message.contains("page.html, which is not here; build it by page/build"),
+        "{message}"
+    );
 }
 
 #[cfg(unix)]

@@ -5,10 +5,10 @@ use core::str::FromStr;
 
 /// The instruction sets with vectors, the fastest first.
 ///
-/// A row has the architecture, the documentation, the type of `fearless_simd`, the key, the name, and the proof that the
+/// A row has the targets, the documentation, the type of `fearless_simd`, the key, the name, and the proof that the
 /// processor has the set.
 macro_rules! sets {
-    ($($architecture:literal $about:literal $set:ident $key:literal $name:literal $proof:ident;)*) => {
+    ($($target:meta, $about:literal $set:ident $key:literal $name:literal $proof:ident;)*) => {
         /// An instruction set that kernels are compiled for; it changes no bit.
         ///
         /// With the feature `std`, the processor is asked at run time. Without it, an instruction set counts as
@@ -19,7 +19,7 @@ macro_rules! sets {
         pub enum InstructionSet {
             $(
                 #[doc = $about]
-                #[cfg(target_arch = $architecture)]
+                #[cfg($target)]
                 $set,
             )*
             /// No vectors; one lane, as on a microcontroller.
@@ -29,7 +29,7 @@ macro_rules! sets {
         impl InstructionSet {
             /// All instruction sets of this processor architecture, the fastest first.
             pub const ALL: &[Self] = &[
-                $(#[cfg(target_arch = $architecture)] InstructionSet::$set,)*
+                $(#[cfg($target)] InstructionSet::$set,)*
                 InstructionSet::Scalar,
             ];
 
@@ -38,7 +38,7 @@ macro_rules! sets {
             pub fn token(self) -> Token {
                 let token = match self {
                     $(
-                        #[cfg(target_arch = $architecture)]
+                        #[cfg($target)]
                         InstructionSet::$set => level().$proof().map(Token::$set),
                     )*
                     InstructionSet::Scalar => None,
@@ -49,7 +49,7 @@ macro_rules! sets {
             /// Name for people.
             pub const fn name(self) -> &'static str {
                 match self {
-                    $(#[cfg(target_arch = $architecture)] InstructionSet::$set => $name,)*
+                    $(#[cfg($target)] InstructionSet::$set => $name,)*
                     InstructionSet::Scalar => "one lane",
                 }
             }
@@ -57,7 +57,7 @@ macro_rules! sets {
             /// Name for command lines and configurations; [`str::parse`] accepts it.
             pub const fn key(self) -> &'static str {
                 match self {
-                    $(#[cfg(target_arch = $architecture)] InstructionSet::$set => $key,)*
+                    $(#[cfg($target)] InstructionSet::$set => $key,)*
                     InstructionSet::Scalar => "scalar",
                 }
             }
@@ -66,17 +66,19 @@ macro_rules! sets {
         /// What an [`InstructionSet`] is chosen by in [`dispatch!`](crate::dispatch).
         #[doc(hidden)]
         pub enum Token {
-            $(#[cfg(target_arch = $architecture)] $set(fearless_simd::$set),)*
+            $(#[cfg($target)] $set(fearless_simd::$set),)*
             Scalar,
         }
     };
 }
 
 sets! {
-    "x86_64" "AVX-512; 16 lanes." Avx512 "avx512" "AVX-512" as_avx512;
-    "x86_64" "AVX2; 8 lanes." Avx2 "avx2" "AVX2" as_avx2;
-    "x86_64" "x86-64's baseline; 4 lanes." Sse2 "sse2" "SSE2" as_sse2;
-    "aarch64" "AArch64's baseline; 4 lanes." Neon "neon" "NEON" as_neon;
+    target_arch = "x86_64", "AVX-512; 16 lanes." Avx512 "avx512" "AVX-512" as_avx512;
+    target_arch = "x86_64", "AVX2; 8 lanes." Avx2 "avx2" "AVX2" as_avx2;
+    target_arch = "x86_64", "x86-64's baseline; 4 lanes." Sse2 "sse2" "SSE2" as_sse2;
+    target_arch = "aarch64", "AArch64's baseline; 4 lanes." Neon "neon" "NEON" as_neon;
+    all(target_arch = "wasm32", target_feature = "simd128"), "WebAssembly's vectors; 4 lanes."
+        WasmSimd128 "simd128" "SIMD128" as_wasm_simd128;
 }
 
 impl InstructionSet {
@@ -129,13 +131,19 @@ macro_rules! dispatch {
             $crate::simd::Token::Sse2(simd) => $crate::dispatch!(@of $zero = $crate::simd::Lanes::new(simd) => $work),
             #[cfg(target_arch = "aarch64")]
             $crate::simd::Token::Neon(simd) => $crate::dispatch!(@of $zero = $crate::simd::Lanes::new(simd) => $work),
+            #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+            $crate::simd::Token::WasmSimd128(simd) => $crate::dispatch!(@of $zero = $crate::simd::Lanes::new(simd) => $work),
             $crate::simd::Token::Scalar => $crate::dispatch!(@of $zero = 0.0f32 => $work),
         }
     };
 }
 
 /// The processor's level, or, if it cannot be asked, the target's.
-#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+#[cfg(any(
+    target_arch = "x86_64",
+    target_arch = "aarch64",
+    all(target_arch = "wasm32", target_feature = "simd128")
+))]
 fn level() -> fearless_simd::Level {
     use fearless_simd::Level;
     Level::try_detect().unwrap_or(Level::baseline())

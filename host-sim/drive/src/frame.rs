@@ -60,8 +60,23 @@ impl<'a> RecordingFrames<'a> {
     /// # Errors
     /// As [`RecordingFrames::new`].
     pub fn of_channel_data(data: &'a ChannelData, parameters: &'a Beamform) -> Result<Self> {
+        Self::of_part(data, parameters, [0, 1])
+    }
+
+    /// As [`RecordingFrames::of_channel_data`], for part `k` of `n` parts of the lines.
+    ///
+    /// Other lines stay zero, or as they are in the caller's memory. Parts together are the whole frame, bit for bit.
+    ///
+    /// # Errors
+    /// As [`RecordingFrames::new`].
+    pub fn of_part(
+        data: &'a ChannelData,
+        parameters: &'a Beamform,
+        [k, n]: [usize; 2],
+    ) -> Result<Self> {
         let stage = DelayStage::new(data, parameters)?;
         let (lines, samples) = (stage.rays().len(), stage.samples());
+        let own = lines * k / n..lines * (k + 1) / n;
         let adaptive = parameters.adaptive_samples(&stage.depths())?;
         let active = |line: usize, sample: usize| stage.active(line, sample);
         let widest = (0..lines).map(|line| active(line, samples - 1).count).max();
@@ -70,11 +85,13 @@ impl<'a> RecordingFrames<'a> {
             ..parameters.parameters()
         };
         let plan = plan(core, widest.unwrap_or(0))?.within(adaptive);
-        let plan = plan.steered(&stage.scan()?)?;
-        let passes = stage.passes().map(|lines| {
+        let plan = plan.steered(&stage.scan()?, own.clone())?;
+        let passes = stage.passes().map(|pass| {
+            let lines = pass.start.max(own.start)..pass.end.min(own.end);
             let shape = (samples, stage.elements());
             Ok((lines.clone(), plan.tiles_of_lines(lines, shape, &active)?))
         });
+        let passes = passes.filter(|pass| !matches!(pass, Ok((lines, _)) if lines.is_empty()));
         let passes = passes.collect::<Result<_>>()?;
         Ok(RecordingFrames {
             plan,
@@ -117,6 +134,17 @@ impl<'a> RecordingFrames<'a> {
         }
     }
 
+    /// The output lines that are beamformed: all, or those of a part.
+    pub fn own_lines(&self) -> Range<usize> {
+        let Of::Channel(stage, passes) = &self.of else {
+            return 0..0;
+        };
+        let first = passes.first().map_or(0, |(lines, _)| lines.start);
+        let end = passes.last().map_or(0, |(lines, _)| lines.end);
+        let outputs = stage.all_rays().len() / stage.rays().len().max(1);
+        first * outputs..end * outputs
+    }
+
     /// The parameters.
     pub(crate) fn parameters(&self) -> &Beamform {
         self.parameters
@@ -152,7 +180,13 @@ impl<'a> RecordingFrames<'a> {
             })?;
         }
         match stage.puts_out_beamformed() {
-            false => stage.pool(all.view(), z),
+            false => {
+                let lines = self.own_lines();
+                let pooled = stage.pooled().unwrap_or(1);
+                let own = (lines.start * pooled..lines.end * pooled).into();
+                let own = all.slice_axis(Axis(0), own);
+                stage.pool(own, z.slice_axis_mut(Axis(0), lines.into()))
+            }
             true => Ok(()),
         }
     }

@@ -50,7 +50,9 @@ impl<'p> Frames<'p> {
         let (lines, scan) = (pipeline.lines(), *pipeline.lines().scan());
         let parameters = *lines.beamformer().parameters();
         let beamformer = Plan::new(set, parameters, scan.elements())?;
-        let beamformer = beamformer.within(lines.adaptive()).steered(&scan)?;
+        let beamformer = beamformer
+            .within(lines.adaptive())
+            .steered(&scan, 0..scan.lines())?;
         let centres: Vec<f64> = (0..scan.lines())
             .map(|line| scan.aperture_centre(line))
             .collect();

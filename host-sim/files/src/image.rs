@@ -58,6 +58,17 @@ pub fn read_levels(path: &Path) -> Result<Array2<f32>> {
     Ok(pixels)
 }
 
+/// As [`read_levels`], of the bytes of a PNG.
+///
+/// # Errors
+/// As [`read_levels`]; `path` names the picture.
+pub fn levels_of_png(bytes: &[u8], path: &Path) -> Result<Array2<f32>> {
+    let pixels = decode_png(bytes).map_err(|message| file_error(path, message))?;
+    check_levels(&pixels, bytes.get(24) == Some(&16))
+        .map_err(|message| file_error(path, message))?;
+    Ok(pixels)
+}
+
 /// Checks that the largest and the least value are those of grey levels, 0 to 255.
 ///
 /// A picture of one value is accepted. 16-bit levels must use a quarter of their range.

@@ -1,6 +1,7 @@
 //! A recording of any format in memory.
 
 use std::borrow::Cow;
+use std::io::{Cursor, Seek, Write};
 use std::ops::Range;
 use std::path::Path;
 
@@ -10,8 +11,8 @@ use num_complex::Complex;
 use super::atomic::Outputs;
 use super::{AlignedData, ChannelData, FrameSamples, LineFrames, Samples, SharedHash};
 use super::{hash, npz, npz_writer};
-use crate::Result;
 use crate::memory::product;
+use crate::{Error, Result};
 
 /// A recording, of the kind that its keys show.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,7 +56,15 @@ impl Recording {
         hash: Option<SharedHash>,
     ) -> Result<(Self, usize)> {
         let spare = spare.map(Self::into_spare).unwrap_or_default();
-        let file = &mut npz::Reader::open(path)?.with_spare(spare).with_hash(hash);
+        let file = npz::Reader::open(path)?.with_spare(spare);
+        Self::of_npz(&mut file.with_hash(hash), frames)
+    }
+
+    /// As [`Recording::read_npz`], from an open archive.
+    ///
+    /// # Errors
+    /// As [`Recording::read_npz`].
+    pub fn of_npz(file: &mut npz::Reader, frames: Range<usize>) -> Result<(Self, usize)> {
         match (file.has("rf") || file.has("iq"), file.has("x")) {
             (true, false) => {
                 let (data, frames) = ChannelData::from_npz(file, frames)?;
@@ -93,30 +102,47 @@ impl Recording {
         path: &Path,
         outputs: &mut Outputs,
     ) -> Result<()> {
+        outputs.add(path, |sink| self.write_npz(count, parts, sink))
+    }
+
+    fn write_npz<'a, W: Write + Seek>(
+        &self,
+        count: usize,
+        parts: impl Iterator<Item = Result<(Cow<'a, Recording>, Range<usize>)>>,
+        sink: W,
+    ) -> std::result::Result<(), Box<dyn std::error::Error>> {
         let frame = self.bytes() / self.frames().max(1);
-        outputs.add(path, |sink| {
-            let mut npz = npz_writer::Writer::new(sink, product(&[frame, count]));
-            match self {
-                Recording::Channel(data) => data.samples.begin_npz(count, &mut npz)?,
-                Recording::Aligned(data) => data.begin_npz(count, &mut npz)?,
-                Recording::Lines(lines) => lines.begin_npz(count, &mut npz)?,
+        let mut npz = npz_writer::Writer::new(sink, product(&[frame, count]));
+        match self {
+            Recording::Channel(data) => data.samples.begin_npz(count, &mut npz)?,
+            Recording::Aligned(data) => data.begin_npz(count, &mut npz)?,
+            Recording::Lines(lines) => lines.begin_npz(count, &mut npz)?,
+        }
+        for part in parts {
+            let (recording, own) = part?;
+            match recording.as_ref() {
+                Recording::Channel(data) => data.samples.append_npz(own, &mut npz)?,
+                Recording::Aligned(data) => data.append_npz(own, &mut npz)?,
+                Recording::Lines(lines) => npz.append(&lines.z.slice_axis(Axis(0), own.into()))?,
             }
-            for part in parts {
-                let (recording, own) = part?;
-                match recording.as_ref() {
-                    Recording::Channel(data) => data.samples.append_npz(own, &mut npz)?,
-                    Recording::Aligned(data) => data.append_npz(own, &mut npz)?,
-                    Recording::Lines(lines) => {
-                        npz.append(&lines.z.slice_axis(Axis(0), own.into()))?
-                    }
-                }
-            }
-            match self {
-                Recording::Channel(data) => Ok(data.finish_npz(npz)?),
-                Recording::Aligned(data) => Ok(data.finish_npz(npz)?),
-                Recording::Lines(lines) => Ok(lines.finish_npz(npz)?),
-            }
-        })
+        }
+        match self {
+            Recording::Channel(data) => Ok(data.finish_npz(npz)?),
+            Recording::Aligned(data) => Ok(data.finish_npz(npz)?),
+            Recording::Lines(lines) => Ok(lines.finish_npz(npz)?),
+        }
+    }
+
+    /// The bytes of a `.npz` archive of all frames.
+    ///
+    /// # Errors
+    /// Data that are not valid.
+    pub fn npz(&self) -> Result<Vec<u8>> {
+        let mut bytes = Cursor::new(Vec::new());
+        let all = Ok((Cow::Borrowed(self), 0..self.frames()));
+        let written = self.write_npz(self.frames(), std::iter::once(all), &mut bytes);
+        written.map_err(|e| Error::Data(format!("the recording cannot be written: {e}")))?;
+        Ok(bytes.into_inner())
     }
 
     fn into_spare(self) -> npz::Spare {

@@ -31,7 +31,8 @@ pub struct Arguments {
 /// # Errors
 /// [`Error::Usage`] if it is not there, with `what` needs it.
 pub fn run(what: &str) -> Result<()> {
-    let mut program = Command::new(found().ok_or_else(|| missing(what))?);
+    let name = format!("{PROGRAM}{}", env::consts::EXE_SUFFIX);
+    let mut program = Command::new(found(&name).ok_or_else(|| missing(what))?);
     program.args(arguments::all().into_iter().skip(1));
     let error = replace(&mut program);
     Err(Error::Data(format!("{PROGRAM} cannot be run: {error}")))
@@ -51,14 +52,14 @@ fn replace(program: &mut Command) -> std::io::Error {
     }
 }
 
-fn found() -> Option<PathBuf> {
-    let name = format!("{PROGRAM}{}", env::consts::EXE_SUFFIX);
+/// A file beside this program, or in a folder of `PATH`.
+pub(super) fn found(name: &str) -> Option<PathBuf> {
     let own = env::current_exe().ok();
     let own = own.as_deref().and_then(Path::parent).map(Path::to_owned);
     let path = env::var_os("PATH").unwrap_or_default();
     let folders = own.into_iter().chain(env::split_paths(&path));
     folders
-        .map(|folder| folder.join(&name))
+        .map(|folder| folder.join(name))
         .find(|path| path.is_file())
 }
 

@@ -21,6 +21,7 @@ pub mod surface;
 mod surface_files;
 mod surface_inputs;
 pub mod sweep;
+pub mod view;
 
 use std::path::{Path, PathBuf};
 

@@ -159,6 +159,15 @@ pub const STEPS: &[Step] = &[
         "what each part is made of, as CycloneDX in target/sbom, by cargo-cyclonedx"),
     step(HostAll, "coverage", &[Tool::Crate("cargo-llvm-cov", "cargo-llvm-cov"), Tool::Llvm], Lines(&["cargo llvm-cov --locked -p bonebeam --lib --features simd,std --summary-only"]),
         "the lines of the core that its own tests run, by cargo-llvm-cov"),
+    step(HostAll, "page", &[
+        Tool::Target("wasm32-unknown-unknown"), Tool::Debian(&["node", "npm"], &["nodejs", "npm"]),
+        Tool::Debian(&["chromium"], &["chromium"]), Tool::Command],
+        Lines(&[
+        "page/build",
+        "npm ci --silent --no-audit --no-fund --prefix page",
+        "page/node_modules/.bin/tsc -p page",
+        "node page/test.mjs @host-sim @target/release/page.html @target/page/seen",
+    ]), "the live page in headless Chromium, from disk and from a server: bits of the command, speed, files, access"),
     step(HostAll, "fuzz-smoke", FUZZ, Lines(&["python3 tests/fuzz.py 10"]),
         "ten seconds of every fuzz target, by cargo-fuzz and nightly Rust"),
 

@@ -118,19 +118,22 @@ impl Plan {
         Plan { adaptive, ..self }
     }
 
-    /// The same plan for the sub-lines of a scan.
+    /// The same plan for the sub-lines of some lines of a scan.
     ///
     /// [`Plan::run_source`] needs it if the parameters ask for sub-lines.
     ///
     /// # Errors
     /// None: the memory is of the length needed.
-    pub(super) fn steered(self, scan: &Scan<'_>) -> Result<Self> {
+    pub(super) fn steered(self, scan: &Scan<'_>, own: Range<usize>) -> Result<Self> {
         let count = self.sub_lines();
         if count == 1 {
             return Ok(self);
         }
         let length = Steering::need(scan.samples(), count).complex;
         let of_line = |line| {
+            if !own.contains(&line) {
+                return Ok(Vec::new());
+            }
             let mut directions = vec![Complex::ZERO; length];
             Steering::new(scan, line, count, &mut directions)?;
             Ok(directions)

@@ -3,7 +3,6 @@
 mod frames;
 
 use std::fmt::Display;
-use std::fs::File;
 use std::io::{BufReader, ErrorKind, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
@@ -29,10 +28,15 @@ const MAX_INFLATION: u64 = 900;
 /// A member of up to this size may have any compression, bytes.
 const SMALL: u64 = 16 << 20;
 
+/// Bytes of an archive: a file, or memory.
+pub trait Source: Read + Seek {}
+
+impl<S: Read + Seek> Source for S {}
+
 /// An open `.npz` file.
 pub struct Reader {
     path: PathBuf,
-    archive: ZipArchive<BufReader<File>>,
+    archive: ZipArchive<Box<dyn Source>>,
     spare: Spare,
     hash: Option<SharedHash>,
 }
@@ -66,10 +70,14 @@ impl Reader {
     pub fn open(path: &Path) -> Result<Self> {
         let file =
             input::open(path).map_err(|e| super::file_error(path, super::cannot_be_opened(&e)))?;
+        Self::of(Box::new(BufReader::new(file)), path)
+    }
+
+    /// Reads the table of contents of an archive; errors name it by `path`.
+    pub fn of(mut file: Box<dyn Source>, path: &Path) -> Result<Self> {
         let wrong = |e: &dyn Display| {
             super::file_error(path, format!("is truncated or not an .npz archive ({e})"))
         };
-        let mut file = BufReader::new(file);
         if !ends_as_archive(&mut file).map_err(|e| wrong(&e))? {
             return Err(wrong(&"no table of contents at its end"));
         }

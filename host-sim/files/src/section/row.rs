@@ -81,6 +81,11 @@ impl Row {
         }
     }
 
+    /// The least and the largest value that it accepts, if it has a range.
+    pub fn bounds(&self) -> Option<[f64; 2]> {
+        self.range.map(|range| [range.least, range.most])
+    }
+
     /// Accepts `range`; an error says "0 to 1 m".
     pub const fn within(self, range: [f64; 2], unit: &'static str) -> Self {
         self.range(range, Words::To, unit)

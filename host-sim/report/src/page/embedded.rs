@@ -11,7 +11,7 @@ pub fn embedded(png: &[u8]) -> String {
 /// Base64 with padding, RFC 4648 section 4.
 ///
 /// Each digit holds six bits; four digits hold three bytes.
-fn base64(bytes: &[u8]) -> String {
+pub fn base64(bytes: &[u8]) -> String {
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
     for three in bytes.chunks(3) {
         let byte = |k: usize| u32::from(three.get(k).copied().unwrap_or_default());

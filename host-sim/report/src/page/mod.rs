@@ -16,6 +16,7 @@ mod plot;
 pub mod tables;
 
 pub use contents::{Page, Report};
+pub use embedded::base64;
 pub use figure::figure;
 pub use numbers::csv;
 
