@@ -3,16 +3,20 @@
     tests/metamorphic.py HOST_SIM [--seconds S] [--seed N] [--table]
 
 The flags, their choices and their ranges are those that the program states itself: `--help` of each command, and the
-refusal of a value outside the range. So a new flag takes part without a word here. Recordings, pictures and lines are
-drawn. A run that is refused must be refused in one line, before its work, and leave nothing. A run that succeeds is
-repeated in other ways:
+refusal of a value outside the range. So a new flag takes part without a word here. Recordings, pictures, tracked
+sequences and bones are drawn. A run that is refused must be refused in one line, before its work, and leave nothing. A
+run that succeeds is repeated in other ways:
 
 threads, instruction sets (QEMU), by its own configuration, file formats   every output the same
 after a run that KILL, ALRM or USR1 ended at any moment                    the same, and nothing is left
-doubling, sign, lateral shift, frame order, clock, depth step              lines exactly as the relation has it
-mirror                                                                     lines of das within rounding
+doubling, sign, lateral shift, frame order, units, depth step              lines exactly as the relation has it
+mirror; shift and order of a sweep, of registered points                   within rounding
 
-A failure prints the commands and keeps their folder. --table writes the figures into docs/CONTRIBUTING.md.
+First come the jobs of which each is done: both scales of numbers in one recording by every reading and postfilter,
+every number at the ends of its range and at -0, every command after a killed run, limits of stack and memory. metamorphic_python.py does the same for the package.
+
+A failure prints the commands and keeps their folder. --table writes the figures into docs/CONTRIBUTING.md, and
+--walk those of a walk over the calls from C.
 """
 
 import argparse
@@ -23,12 +27,15 @@ import math
 import os
 import random
 import re
+import resource
 import shutil
 import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -36,7 +43,7 @@ import numpy as np
 ROOT = Path(__file__).resolve().parent.parent
 SETS = ["Nehalem", "Haswell"]
 # Numbers that no recording, no machine and no medium has.
-ABSURD = ["-1e300", "1e300", "1e-300", "inf", "nan", "18446744073709551615", "-1", "99999999999999999999999"]
+ABSURD = ["-1e300", "1e300", "inf", "99999999999999", "nan", "1e-300", "18446744073709551615", "-1", "99999999999999999999999"]
 SIGNALS = [signal.SIGKILL, signal.SIGALRM, signal.SIGUSR1]
 NUMBER = r"-?(?:\d+(?:\.\d+)?(?:e-?\d+)?(?:\^-?\d+)?|\bpi\b)"
 
@@ -53,8 +60,8 @@ def number(text):
 class Flag:
     """A flag as `--help` and the refusals describe it."""
 
-    def __init__(self, program, command, name, placeholder, text):
-        self.name, self.placeholder = name, placeholder
+    def __init__(self, name, placeholder, text, ask, group=""):
+        self.name, self.placeholder, self.ask, self.group = name, placeholder, ask, group
         self.choices = re.findall(r"^ +- ([\w-]+):", text, re.M)
         for choices in re.findall(r"\[possible values: ([^]]*)\]", text):
             self.choices += choices.split(", ")
@@ -62,28 +69,22 @@ class Flag:
         self.default = default and number(default[1])
         self.range, self.example, self.with_ = None, None, []
         self.wrong = []
-        for value in [*ABSURD, "0", "99999999999999"] if placeholder and not self.choices else []:
-            self.probe(program, command, value)
+        for value in [*ABSURD[:4], *random.Random(name).sample(ABSURD[4:], 2), "0"] if placeholder and not self.choices else []:
+            self.probe(value)
         if not (self.range or self.example):
             self.wrong = []
 
-    def probe(self, program, command, value):
-        words = [program, *command, *self.with_, f"--{self.name}={value}"]
-        with tempfile.TemporaryDirectory() as folder:
-            done = subprocess.run(words, capture_output=True, text=True, cwd=folder)
-            left = os.listdir(folder) if done.returncode else []
-        message = done.stderr
-        needs = re.search(rf"--{self.name} needs (--[\w-]+) ([\w-]+)", message)
+    def probe(self, value):
+        message, wrong = self.ask(self, value)
+        needs = re.search(rf"{self.name}`? needs `?([\w-]+)`? `?([\w-]+)", message)
         if needs and not self.with_:
             self.with_ = [*needs.groups()]
-            return self.probe(program, command, value)
-        if f"--{self.name} has no effect on the phantom" in message and command[1] != "point":
-            return self.probe(program, [command[0], "point", *command[2:]], value)
+            return self.probe(value)
         # Other refusals are of an input that is not there, or of what the flag needs.
-        named = f"--{self.name}" in message or self.name.replace("-", "_") in message
-        must = value in ("1e300", "-1e300", "inf", "nan") and done.returncode == 0 and "…" not in self.placeholder
-        if left or must or named and (done.returncode != 2 or len(message.split("\n")) != 2 or len(message) > 300):
-            self.wrong.append(f"--{self.name}={value}: status {done.returncode}, left {left}: {message}")
+        named = self.name in message or self.name.replace("-", "_") in message
+        must = value in ("1e300", "-1e300", "inf", "nan") and not message and "…" not in self.placeholder
+        if must or wrong or named and len(message) > 300:
+            self.wrong.append(f"{self.name}={value}: {wrong}: {message}")
         if not named:
             return None
         _, _, expected = message.partition("expected ")
@@ -109,7 +110,8 @@ class Flag:
             return re.sub(r"-?\d+(\.\d+)?", jitter, self.example)
         low, high = self.range or [0, 2 * (self.default or scale)]
         around = abs(self.default or (scale if self.placeholder.startswith("M") else 0) or 4)
-        kind = rng.choice([0, 1, 2, 3, 4, 5, 6, 7] if rng.random() < 0.7 else [0, 1, 2])
+        # Half of all values are at an end of the range, or zero.
+        kind = rng.choice([0, 1, 2, 3, 4, 5, 6, 7] if rng.random() < 0.6 else [0, 1, 2])
         if kind == 0:
             value = low
         elif kind == 1:
@@ -137,25 +139,54 @@ class Flag:
         return [*self.with_, f"--{self.name}=" + ",".join(self.value(rng, scale) for _ in range(count))]
 
 
-def table(program, recording, picture):
+class Asked:
+    """Asks the program for a value of a flag: its message, and what is wrong with the refusal."""
+
+    def __init__(self, program, command):
+        self.program, self.command = program, command
+
+    def __call__(self, flag, value):
+        words = [self.program, *self.command, *flag.with_, f"--{flag.name}={value}"]
+        with tempfile.TemporaryDirectory() as folder:
+            done = subprocess.run(words, capture_output=True, text=True, cwd=folder)
+            left = os.listdir(folder) if done.returncode else []
+        message = done.stderr
+        if f"--{flag.name} has no effect on the phantom" in message and self.command[1] != "point":
+            return Asked(self.program, [self.command[0], "point", *self.command[2:]])(flag, value)
+        named = f"--{flag.name}" in message
+        of_lines = named and (done.returncode != 2 or len(message.split("\n")) != 2)
+        return message, f"status {done.returncode}, left {left}" if left or of_lines else ""
+
+
+def names(program):
+    """The commands."""
+    text = subprocess.run([program, "--help"], capture_output=True, text=True).stdout
+    return re.findall(r"^  ([a-z-]+) {2,}", text.split("Commands:")[1].split("Options:")[0], re.M)
+
+
+def table(program, inputs):
     """The flags of each command that reads or makes a file."""
-    commands, known = {}, {}
-    for command in ["beamform", "surface", "phase-symmetry", "simulate", "info", "check", "convert"]:
-        text = subprocess.run([program, command, "--help"], capture_output=True, text=True, check=True).stdout
-        parts = re.split(r"^ {2,6}(?:-\w, +|    )?--([\w-]+)(?: <([^>]*)>)?\n", text.split("\nExamples:")[0], flags=re.M)
-        output = {"beamform": ["-o", "o.npz"], "surface": ["-o", "o.csv"], "phase-symmetry": ["-o", "o.npy"], "convert": ["-o", "o.npz"]}
-        begin = [command, picture if command == "phase-symmetry" else recording, *output.get(command, [])]
+    commands, found = {}, {}
+    skip = ("output", "help", "config", "threads", "image", "bone-map", "surface", "coherence", "json", "frames", "mesh",
+            "variable", "layout", "track", "calibration", "overlay", "start", "landmarks", "truth", "targets", "transform",
+            "report", "poses", "pose-columns", "euler", "pose-unit", "angle-unit", "to")
+    for command in names(program):
+        if command in ("help", "completions", "tune", "verify", "golden", "paper", "bench"):
+            continue
+        text = subprocess.run([program, command, "--help"], capture_output=True, text=True).stdout.split("\nExamples:")[0]
+        output = re.search(r"--output <\S*?(\.\w+)>", text)
+        begin = [command, *inputs.get(command, inputs["beamform"]), *(["-o", f"o{output[1]}"] if output else [])]
         begin = ["simulate", "vertebra-3d", "-o", "none/none.npz"] if command == "simulate" else begin
-        skip = ("output", "help", "config", "threads", "image", "bone-map", "surface", "coherence", "json", "frames", "mesh",
-                "variable", "layout", "track")
-        flags = zip(parts[1::3], parts[2::3], parts[3::3])
-        for name, placeholder, about in flags:
-            key = (name, command == "simulate")
-            if name not in skip and key not in known:
-                known[key] = Flag(program, begin, name, placeholder, about)
-        flags = zip(parts[1::3], parts[2::3], parts[3::3])
-        commands[command] = [known[name, command == "simulate"] for name, _, _ in flags if name not in skip]
-    return commands
+        commands[command], group = [], ""
+        parts = re.split(r"^(?: {2,6}(?:-\w, +|    )?--([\w-]+)(?: <([^>]*)>.*)?|(\S.*):)\n", text, flags=re.M)
+        for name, placeholder, heading, about in zip(parts[1::4], parts[2::4], parts[3::4], parts[4::4]):
+            group, key = heading or group, (name, command == "simulate")
+            if name and name not in skip:
+                found.setdefault(key, (name, placeholder, about, Asked(program, begin), group))
+                commands[command].append(key)
+    with ThreadPoolExecutor(4) as pool:
+        known = dict(zip(found, pool.map(lambda of: Flag(*of), found.values())))
+    return {command: [known[key] for key in keys] for command, keys in commands.items()}
 
 
 class Recording(dict):
@@ -165,7 +196,7 @@ class Recording(dict):
     def drawn(rng):
         exact = lambda x: np.round(np.asarray(x, float) * 2.0**20) / 2.0**20
         draw = np.random.default_rng(rng.getrandbits(64))
-        elements, samples, frames = rng.randint(8, 33), rng.randint(120, 360), rng.choice([1, 1, 3])
+        elements, samples, frames = rng.randint(8, 33), rng.choice([rng.randint(120, 360)] * 4 + [900]), rng.choice([1, 1, 3])
         pitch = exact(rng.choice([150e-6, 300e-6, 500e-6]))
         x = (np.arange(elements) - (elements - 1) / 2) * pitch
         keys = Recording(fs=rng.choice([20e6, 40e6]), c=1540.0, f0=5e6, element_x=x)
@@ -179,7 +210,8 @@ class Recording(dict):
             keys.update(tx_element=np.arange(elements)[:: max(1, elements // count)][:count].astype("i8"))
             count = len(keys["tx_element"])
         elif law == "source":
-            keys.update(tx_source_x=(np.arange(count) - (count - 1) / 2) * 4 * pitch, tx_source_z=-exact(4e-3))
+            # In front of the array, each is a line; behind it, they are compounded.
+            keys.update(tx_source_x=(np.arange(count) - (count - 1) / 2) * 4 * pitch, tx_source_z=exact(rng.choice([-4e-3, 8e-3])))
         start = rng.choice([0.0, 2e-6])
         keys["t0"] = np.full(count, start)
         time_ = np.arange(samples) / keys["fs"]
@@ -213,7 +245,8 @@ class Recording(dict):
         return next(key for key in ("rf", "iq", "x") if key in self)
 
     def by_transmit(self):
-        return "x" in self or "tx_x" in self
+        """Whether each transmit has a line of its own."""
+        return "x" in self or "tx_x" in self or self.get("tx_source_z", -1) > 0
 
     def changed(self, **keys):
         return Recording({**self, **keys})
@@ -245,7 +278,26 @@ def frames_reversed(data):
 def shifted(data):
     if not data.by_transmit() or "x" in data:
         return None
-    return data.changed(**{key: data[key] + 2.0**-8 for key in ("element_x", "tx_x")}), lambda z: z
+    return data.changed(**{key: data[key] + 2.0**-8 for key in ("element_x", "tx_x", "tx_source_x") if key in data}), lambda z: z
+
+
+def reordered(data):
+    """Transmits in another order, of which each has a line."""
+    if not data.by_transmit() or "x" in data:
+        return None
+    key = data.samples()
+    order = np.random.default_rng(data[key].shape[-1]).permutation(data[key].shape[1])
+    own = {k: data[k][order] for k in ("tx_x", "tx_source_x", "t0") if k in data}
+    return data.changed(**own, **{key: data[key][:, order]}), lambda z: z
+
+
+def repeated(data):
+    """Each transmit twice: those of one line are averaged."""
+    if "tx_x" not in data:
+        return None
+    twice = lambda key, axis: np.concatenate([data[key], data[key]], axis)
+    own = {k: twice(k, 0) for k in ("tx_x", "tx_source_x", "t0") if k in data}
+    return data.changed(**own, **{data.samples(): twice(data.samples(), 1)}), lambda z: z
 
 
 def mirrored(data):
@@ -254,6 +306,14 @@ def mirrored(data):
         return None
     own = data[data.samples()]
     return data.changed(**{data.samples(): own[:, ::-1, ::-1], "t0": data["t0"][::-1]}), lambda z: z[..., ::-1, :]
+
+
+def stretched(data):
+    """Twice the lengths and the speed: the same times."""
+    if "c" not in data:
+        return None
+    lengths = ("element_x", "tx_x", "tx_focus", "tx_source_x", "tx_source_z", "c")
+    return data.changed(**{key: 2 * data[key] for key in lengths if key in data}), lambda z: z
 
 
 def clocked(data):
@@ -272,20 +332,24 @@ class Run:
         self.words = words
         self.out = folder or Path(tempfile.mkdtemp(dir=harness.folder))
         begin = time.monotonic()
-        self.done = subprocess.run(
-            [*before, harness.program, *words], capture_output=True, text=True, cwd=self.out, timeout=300
-        )
+        command = [*before, harness.program, *words]
+        self.done = subprocess.run(command, capture_output=True, text=True, cwd=self.out, timeout=300)
         self.seconds = time.monotonic() - begin
 
     def outputs(self):
         """The bytes of all files; of configurations without comments, of archives the arrays."""
         found = {}
-        for path in sorted(self.out.iterdir()):
+        for path in sorted(p for p in self.out.rglob("*") if p.is_file()):
             content = path.read_bytes()
             if path.suffix == ".toml":
                 content = b"\n".join(line for line in content.split(b"\n") if not line.startswith(b"#"))
-            found[path.name] = content
+            found[str(path.relative_to(self.out))] = content
         return found
+
+    def arrays(self):
+        """The arrays of the outputs by their names; a zero with a sign equals one without."""
+        found = {path.name: np.load(path) for path in self.out.glob("o.np?")}
+        return {key: value for of in found.values() for key, value in (of.items() if hasattr(of, "items") else [("", of)])}
 
     def lines(self):
         with np.load(self.out / "o.npz") as archive:
@@ -306,35 +370,36 @@ class Run:
 
 
 class Harness:
-    def __init__(self, program, seed):
+    def __init__(self, program, seed, of=None):
         self.program, self.rng, self.runs = program, random.Random(seed), 0
         self.folder = Path(tempfile.mkdtemp(prefix="metamorphic"))
-        self.count, self.failures = collections.Counter(), []
-        recording = self.folder / "r.npz"
-        Recording.drawn(random.Random(12)).save(recording)
-        self.table = table(program, str(recording), str(self.picture()))
+        self.count, self.failures, self.jobs = collections.Counter(), [], []
+        if of:
+            self.table, self.jobs = of.table, of.jobs
+            return
+        Recording.drawn(random.Random(12)).save(self.folder / "r.npz")
+        recording = str(self.folder / "r.npz")
+        inputs = {"beamform": [recording], "phase-symmetry": [str(self.picture())], "sweep": self.sequence(), "register": self.bone()}
+        self.table = table(program, inputs)
         for flag in {flag.name: flag for flags in self.table.values() for flag in flags}.values():
-            self.count["absurd numbers"] += len(ABSURD) * bool(flag.placeholder and not flag.choices)
-            self.failures += flag.wrong
+            self.count["absurd numbers"] += 7 * bool(flag.placeholder and not flag.choices)
             for wrong in flag.wrong:
-                print(wrong)
+                self.failed(wrong, 0)
+        self.jobs = [*self.scales(), *self.ends(), *self.limits(), *self.left_over()]
 
     def flags(self, command, scale, without=()):
-        """Some flags, each at most once: of all, or neighbours of the table, which often belong together."""
+        """Some flags, each at most once: of all, or those of a heading, which often belong together."""
         own = [f for f in self.table[command] if f.name not in without]
         chosen = self.rng.sample(own, min(len(own), self.rng.choice([0, 1, 1, 2, 3, 4, 6])))
-        if self.rng.random() < 0.5:
-            first = self.rng.randrange(len(own))
-            chosen = [f for f in own[first : first + 12] if self.rng.random() < 0.5]
+        if own and self.rng.random() < 0.6:
+            group = self.rng.choice(sorted({f.group for f in own}))
+            chosen = [f for f in own if f.group == group and self.rng.random() < 0.5]
             self.rng.shuffle(chosen)
-        # A flag for one choice of another, such as --tukey-taper, comes with it.
-        choices = {choice: f.name for f in own for choice in f.choices}
         words, seen = [], set()
         for flag in chosen:
             new = flag.words(self.rng, scale)
-            of = flag.name.split("-")[0]
-            if of in choices and choices[of] != flag.name and self.rng.random() < 0.7:
-                new = [f"--{choices[of]}", of, *new]
+            if self.rng.random() < 0.7:
+                new = [*self.choice_of(command, flag), *new]
             names = {w.split("=")[0] for w in new if w.startswith("--")}
             if not names & seen:
                 seen |= names
@@ -404,7 +469,7 @@ class Harness:
             cpu = self.rng.choice(SETS)
             self.same("sets", base, Run(self, words, ["qemu-x86_64", "-cpu", cpu]))
         if self.rng.random() < 0.2:
-            self.killed(words, base)
+            self.killed(words, base, self.rng.choice(SIGNALS))
         configuration = next((p for p in base.out.iterdir() if p.name.endswith(".config.toml")), None)
         if configuration:
             kept, named = [], ("-o", "--image", "--bone-map", "--surface", "--coherence", "--coherence-of")
@@ -414,19 +479,30 @@ class Harness:
             kept += [w for w in words if w.split("=")[0] in ("--crop", "--pixel-size", "--sweep-step")]
             self.same("configuration", base, Run(self, [*kept, "--config", str(configuration)]), files)
 
-    def killed(self, words, base):
+    def killed(self, words, base, by):
         """A run in the folder of one that was ended removes what that one left."""
         folder = Path(tempfile.mkdtemp(dir=self.folder))
-        for _ in range(3):
+        place = folder / ("out" if "out" in words else "")
+        place.mkdir(exist_ok=True)
+        (place / ".host-sim-1-7").touch()
+        for _ in range(2):
             child = subprocess.Popen([self.program, *words], cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-            time.sleep(base.seconds * self.rng.random())
-            child.send_signal(self.rng.choice(SIGNALS))
+            time.sleep((base.seconds if base else 3) * self.rng.random())
+            child.send_signal(by)
             child.wait()
-            self.count["left by a killed run"] += any(p.name.startswith(".host-sim") for p in folder.iterdir())
-        self.same("killed", base, Run(self, words, folder=folder))
-        left = [p.name for p in folder.iterdir() if p.name not in base.outputs()]
+            self.count["left by a killed run"] += any(p.name.startswith(".host-sim") for p in folder.rglob("*"))
+        if base:
+            self.same("killed", base, Run(self, words, folder=folder))
+        else:
+            # A long one: its beginning removes them.
+            child = subprocess.Popen([self.program, *words], cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            time.sleep(2)
+            child.send_signal(signal.SIGTERM)
+            child.wait()
+            self.count["killed"] += 1
+        left = [str(p.relative_to(folder)) for p in folder.rglob("*") if p.name.startswith(".host-sim") or p.name.endswith(".partial")]
         if left:
-            raise Failure(f"after a killed run are left: {left}")
+            raise Failure(f"{' '.join(words)}: after a run that {by.name} ended are left: {left}")
 
     def beamform(self, light=False):
         data = Recording.drawn(self.rng)
@@ -454,10 +530,24 @@ class Harness:
         self.related("doubling", data, lines, base, doubled)
         self.related("sign", data, lines, base, negated)
         self.related("frames", data, lines, base, frames_reversed)
+        if not given & {"--transmit-weights"}:
+            self.related("transmits", data, lines, base, reordered)
+            self.related("transmits", data, lines, base, repeated)
+        frames = len(data[data.samples()])
+        first = self.rng.randrange(frames)
+        if frames > 1 and "--frames" not in given:
+            chosen = self.rng.choice([f"{first}", f"{first}..", f"{first}..{frames}"])
+            part = lambda z: z[first : first + 1] if chosen == f"{first}" else z[first:]
+            self.related("some frames", data, lines, base, lambda data: (data, part), more=["--frames", chosen])
+            self.related("one frame", data, lines, base, lambda data: (data.changed(**{data.samples(): data[data.samples()][first]}), lambda z: z[first : first + 1]))
         if not given & {"--lateral-start", "--lateral-end", "--line-spacing", "--line-count", "--lines"}:
             self.related("shift", data, lines, base, shifted)
+        lengths = {f"--{f.name}" for f in self.table["beamform"] if f.placeholder and re.match(r"M\b", f.placeholder)}
+        # Else the distance of lines may be an absolute one.
+        if not given & (lengths | {"--sound-speed"}) and ("tx_x" in data or "--line-count" in given):
+            self.related("units", data, lines, base, stretched)
         if not given & {"--sound-speed", "--output-rate"}:
-            self.related("clock", data, lines, base, clocked)
+            self.related("units", data, lines, base, clocked)
         if self.rng.random() < 0.3:
             chosen = ("--f-number", "--min-elements", "--method", "--beta", "--rank", "--exclude-first", "--power-steps")
             whole = without([w for w in lines if w not in ("mv", "esmv", "esmv-rank1", "das")], chosen)
@@ -503,11 +593,11 @@ class Harness:
                 if a.shape != b.shape or np.median(np.abs(a - b)) > 1e-3 * np.abs(a).max():
                     raise Failure(f"{name}: {a.shape} {b.shape}: {' '.join(words)}")
 
-    def picture(self):
+    def picture(self, least=1):
         rng = self.rng
         draw = np.random.default_rng(rng.getrandbits(64))
         side = lambda: rng.choice([rng.randint(1, 40), 64, 128, rng.randint(41, 200)])
-        rows, columns = side(), side()
+        rows, columns = max(side(), least), max(side(), least)
         z, x = np.mgrid[:rows, :columns]
         pixels = 20 * draw.random((rows, columns)) + 200 * np.exp(-(((z - rows / 2 - 3 * np.sin(x / 9)) / 2) ** 2))
         if rng.random() < 0.3:
@@ -555,69 +645,354 @@ class Harness:
         if not base.done.returncode and not light:
             self.again(words, base)
 
+    def sequence(self):
+        """A tracked sequence of a shaft, as PLUS writes it: its words on a command line."""
+        rng = self.rng
+        rows, columns, frames = rng.randint(80, 140), rng.randint(40, 90), rng.randint(3, 6)
+        path = self.folder / "s.igs.mha"
+        z, x = np.mgrid[:rows, :columns]
+        draw = np.random.default_rng(rng.getrandbits(64))
+        at = [rows / 2.5 + 0.01 * (x - columns / 2) ** 2 + k for k in range(frames)]
+        pixels = [np.where(z > a + 3, 8, 60) * draw.random((rows, columns)) + 190 * np.exp(-(((z - a) / 2) ** 2)) for a in at]
+        poses = []
+        for k in range(frames):
+            angle = rng.uniform(-0.05, 0.05)
+            turn = [[math.cos(angle), -math.sin(angle), 0], [math.sin(angle), math.cos(angle), 0], [0, 0, 1]]
+            poses.append(np.block([[np.array(turn), np.array([[0.5], [1.0], [0.75 * k]])], [np.array([[0, 0, 0, 1]])]]))
+        self.write_sequence(path, np.clip(pixels, 0, 255).astype("u1"), poses)
+        return [str(path), "--calibration=0.1 0 0 -4 0 0.1 0 2 0 0 0.1 0 0 0 0 1"]
+
+    def write_sequence(self, path, pixels, poses):
+        self.tracked = pixels, poses
+        frames, rows, columns = pixels.shape
+        header = (f"ObjectType = Image\nNDims = 3\nBinaryData = True\nCompressedData = False\nDimSize = {columns} {rows} {frames}\n"
+                  "ElementSpacing = 1 1 1\nElementType = MET_UCHAR\nUltrasoundImageOrientation = MFA\n")
+        for k, pose in enumerate(poses):
+            numbers = " ".join(repr(float(x)) for x in pose.ravel())
+            header += f"Seq_Frame{k:04}_ProbeToTrackerTransform = {numbers}\nSeq_Frame{k:04}_ProbeToTrackerTransformStatus = OK\n"
+            header += f"Seq_Frame{k:04}_Timestamp = {0.05 * k:.6f}\nSeq_Frame{k:04}_ImageStatus = OK\n"
+        path.write_bytes(f"{header}ElementDataFile = LOCAL\n".encode() + pixels.tobytes())
+
+    def points(self, run):
+        """Frame and position of each point of a sweep."""
+        rows = [row.split(",") for row in (run.out / "o.csv").read_text().split("\n") if row and row[0] not in "#f"]
+        return np.array([[float(x) for x in row[:5]] for row in rows]).reshape(-1, 5)
+
+    def near(self, name, expected, found, words):
+        self.count[name] += 1
+        if expected.shape != found.shape or not np.allclose(expected, found, rtol=0, atol=2e-4):
+            raise Failure(f"{name}: {expected.shape}, {found.shape}: {' '.join(words)}")
+
+    def sweep(self):
+        sequence = self.sequence()
+        words, base = self.first(["sweep", *sequence, "-o", "o.csv", *self.flags("sweep", 2e-3)], 5)
+        if base.done.returncode:
+            return
+        self.again(words, base)
+        pixels, poses = self.tracked
+        before, path = self.points(base), self.folder / "s.igs.mha"
+        move = np.eye(4)
+        move[:3, 3] = [8, -4, 2]
+        given = {w.split("=")[0] for w in words}
+        if not given & {"--pixel-size"}:
+            self.write_sequence(path, pixels, [move @ pose for pose in poses])
+            self.near("shift", before[:, 2:] + move[:3, 3], self.points(Run(self, words))[:, 2:], words)
+        # Joined points, and every second frame, depend on the order.
+        if "--every" not in given:
+            joined = [w for w in words if not w.startswith("--join")] + ["--join=0"]
+            self.write_sequence(path, pixels, poses)
+            before = self.points(Run(self, joined))
+            self.write_sequence(path, pixels[::-1], poses[::-1])
+            found = self.points(Run(self, joined))
+            found[:, 0] = len(poses) - 1 - found[:, 0]
+            sort = lambda rows: rows[np.lexsort((rows[:, 1], rows[:, 0]))]
+            self.near("frames", sort(before), sort(found), joined)
+
+    def bone(self):
+        """A dented ellipsoid and points on its upper half, a little away: words of a command line."""
+        rng = self.rng
+        draw = np.random.default_rng(rng.getrandbits(64))
+        u, v = np.meshgrid(np.linspace(0, np.pi, 17), np.linspace(0, 2 * np.pi, 24, endpoint=False), indexing="ij")
+        dented = 1 + 0.1 * np.cos(3 * v) * np.sin(u) ** 2
+        unit = np.stack([np.sin(u) * np.cos(v), np.sin(u) * np.sin(v), np.cos(u)], -1) * dented[..., None]
+        vertices = ([30.0, 20.0, 14.0] * unit).reshape(-1, 3)
+        i, j = np.meshgrid(np.arange(16), np.arange(24), indexing="ij")
+        a, b, c, d = (24 * i + j, 24 * (i + 1) + j, 24 * (i + 1) + (j + 1) % 24, 24 * i + (j + 1) % 24)
+        faces = np.concatenate([np.stack([a, b, c], -1).reshape(-1, 3), np.stack([a, c, d], -1).reshape(-1, 3)])
+        points = vertices[faces].mean(1)
+        points = points[points[:, 2] > 2] + draw.normal(0, 0.05, (np.count_nonzero(points[:, 2] > 2), 3)) + [2, -1, 1.5]
+        self.surface_of = vertices, faces, np.round(points * 2.0**20) / 2.0**20
+        return self.write_bone(*self.surface_of)
+
+    def write_bone(self, vertices, faces, points):
+        mesh, cloud = self.folder / "bone.obj", self.folder / "p.csv"
+        rows = [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()] + [f"f {a} {b} {c}" for a, b, c in (faces + 1).tolist()]
+        mesh.write_text("\n".join(rows) + "\n")
+        cloud.write_text("x,y,z\n" + "".join(f"{x!r},{y!r},{z!r}\n" for x, y, z in points.tolist()))
+        return [str(cloud), str(mesh)]
+
+    def register(self):
+        bone = self.bone()
+        start = "--start=1 0 0 -1.5 0 1 0 0.5 0 0 1 -1 0 0 0 1"
+        words, base = self.first(["register", *bone, "-o", "o.ply", "--transform", "pose.txt", start, *self.flags("register", 1)], 8)
+        if base.done.returncode:
+            return
+        self.again(words, base)
+        pose = lambda run: np.loadtxt(run.out / "pose.txt")
+        vertices, faces, points = self.surface_of
+        before = pose(base)
+        self.write_bone(vertices, faces, points[::-1])
+        self.near("order of points", before, pose(Run(self, words)), words)
+        # Both moved: the pose between them has the difference.
+        move = np.array([8.0, -4.0, 2.0])
+        self.write_bone(vertices + move, faces, points + move)
+        moved, back = np.eye(4), np.eye(4)
+        moved[:3, 3], back[:3, 3] = move, -move
+        if "--fit" not in words:
+            self.near("shift", moved @ before @ back, pose(Run(self, words)), words)
+
     def limits(self):
         """A small stack is enough; little memory is one line, counted before anything is made."""
-        Recording.drawn(random.Random(12)).save(self.folder / "r.npz")
-        run = Run(self, ["beamform", str(self.folder / "r.npz"), "-o", "o.npz"], ["sh", "-c", 'ulimit -s 64; exec "$0" "$@"'])
-        if run.done.returncode:
-            raise Failure(f"64 kB of stack: {run.done.stderr}")
-        for kind, kilobytes in itertools.product(["vertebra-3d", "laminae", "vertebra"], range(70_000, 230_000, 30_000)):
+
+        def stack(own):
+            Recording.drawn(random.Random(12)).save(own.folder / "r.npz")
+            run = Run(own, ["beamform", str(own.folder / "r.npz"), "-o", "o.npz"], ["sh", "-c", 'ulimit -s 64; exec "$0" "$@"'])
+            if run.done.returncode:
+                raise Failure(f"64 kB of stack: {run.done.stderr}")
+
+        def memory(own, kind, kilobytes):
             words = ["simulate", kind, "-o", "o.npz", "--threads=1"]
-            run = Run(self, words, ["sh", "-c", f'ulimit -v {kilobytes}; exec "$0" "$@"'])
+            run = Run(own, words, ["sh", "-c", f'ulimit -v {kilobytes}; exec "$0" "$@"'])
             run.judge_refusal()
             if "the record needs" not in run.done.stderr:
                 raise Failure(f"{kind} in {kilobytes} kB: {run.done.stderr}")
 
-    def run(self, seconds):
-        begin = time.monotonic()
-        try:
-            self.limits()
-        except Failure as failure:
-            self.failures.append(str(failure))
-            print(failure)
+        yield stack
+        for kind, kilobytes in itertools.product(["vertebra-3d", "laminae", "vertebra"], [70_000, 100_000, 160_000, 220_000]):
+            yield lambda own, kind=kind, kilobytes=kilobytes: memory(own, kind, kilobytes)
+
+    def scales(self):
+        """A pulse of the largest numbers beside noise of the smallest: the same bits, however they are computed."""
+
+        def scale(own, reading, postfilter, method):
+            draw = np.random.default_rng(own.rng.getrandbits(64))
+            while True:
+                data = Recording.drawn(own.rng)
+                if data.samples() == ("x" if reading == "x" else "rf") and data[data.samples()].shape[1] > 1 and (reading != "upsampled" or "tx_angle" in data):
+                    break
+            shape = data[data.samples()].shape
+            shape = (1, *shape[1:])
+            small = lambda: own.rng.choice([1e-20, 1e-25, 1e-38]) * draw.standard_normal(shape)
+            values = small() + (1j * small() if reading in ("x", "linear", "cubic", "sinc") else 0)
+            # Records have magnitudes of at most 1e29; aligned samples and lines have all that a float has.
+            largest = 3e38 if reading == "x" else 9e28
+            values[0, own.rng.randrange(shape[1]), own.rng.randrange(shape[2]), own.rng.randrange(shape[3])] = largest * own.rng.choice([1, 1e-9, 1e-28])
+            data.pop("iq", None), data.pop("rf", None)
+            key = "x" if reading == "x" else "iq" if reading in ("linear", "cubic", "sinc") else "rf"
+            data[key] = values.astype("f4" if key == "rf" else "c8")
+            if key == "iq":
+                data["f_demod"] = 5e6
+            data.save(own.folder / "r.npz")
+            words = ["beamform", str(own.folder / "r.npz"), "-o", "o.npz", "--image", "o.npy", "--bone-map", "map.npy", "--rows=64",
+                     "--columns=64", f"--postfilter={postfilter}", f"--method={method}"]
+            words += [f"--rf-interpolation={reading}"] if key == "rf" and "tx_angle" in data else []
+            words += [f"--iq-interpolation={reading}"] if key == "iq" else []
+            base = Run(own, [*words, "--threads=1"])
+            if base.done.returncode:
+                raise Failure(f"{' '.join(words)}: {base.done.stderr[:300]}")
+            if not np.isfinite(base.lines().view("f4")).all():
+                raise Failure(f"not finite: {' '.join(words)}")
+            for threads in (2, 3):
+                own.same("scales", base, Run(own, [*words, f"--threads={threads}"]))
+            if shutil.which("qemu-x86_64") and own.rng.random() < 0.1:
+                own.same("scales", base, Run(own, words, ["qemu-x86_64", "-cpu", own.rng.choice(SETS)]))
+
+        readings = ["filtered", "upsampled", "linear", "cubic", "sinc", "x"]
+        methods = ["das", "mv", "esmv", "esmv-rank1"]
+        postfilters = next(f for f in self.table["beamform"] if f.name == "postfilter").choices
+        for reading, postfilter in itertools.product(readings, postfilters):
+            for method in self.rng.sample(methods, 2):
+                yield lambda own, of=(reading, postfilter, method): scale(own, *of)
+
+    def ends(self):
+        """Each number of a command at the ends of its range; -0 is 0."""
+
+        def end(own, command, flag):
+            data = Recording.drawn(own.rng)
+            while data.samples() == "x" or len(data[data.samples()]) > 1:
+                data = Recording.drawn(own.rng)
+            data.save(own.folder / "r.npz")
+            if command == "phase-symmetry":
+                words = [command, str(own.picture(64)), "--pad", "-o", "o.npy"]
+            else:
+                words = [command, str(own.folder / "r.npz"), "-o", "o.npz"]
+                # Very many lines take long by others.
+                words += [] if flag.group == "Beamformer" else ["--method=das"]
+            of = own.choice_of(command, flag)
+            low, high = flag.range
+            if low <= 0 <= high and not flag.whole():
+                zero, minus = [Run(own, [*words, *of, *flag.with_, f"--{flag.name}={z}"]) for z in ("0", "-0.0")]
+                if not zero.done.returncode:
+                    own.count["zeros"] += 1
+                    a, b = zero.arrays(), minus.arrays()
+                    if not a or a.keys() != b.keys() or not all(np.array_equal(a[k], b[k]) for k in a):
+                        raise Failure(f"zeros: {' '.join(minus.words)}: {minus.done.stderr}")
+            for value in (low, high):
+                run = Run(own, [*words, *of, *flag.with_, f"--{flag.name}={round(value) if flag.whole() else value!r}"])
+                own.count["ends"] += 1
+                if run.done.returncode:
+                    run.judge_refusal()
+                elif command == "beamform" and not np.isfinite(run.lines().view("f4")).all():
+                    raise Failure(f"not finite: {' '.join(run.words)}")
+
+        for command in ("beamform", "phase-symmetry"):
+            for flag in self.table[command]:
+                if flag.range and "…" not in flag.placeholder and not flag.example:
+                    yield lambda own, of=(command, flag): end(own, *of)
+
+    def page(self):
+        """As much of the built page as `view` asks for."""
+        path = self.folder / "page.html"
+        path.write_text('<script id="recording"></script><script id="extra">{}</script>')
+        return str(path)
+
+    def choice_of(self, command, flag):
+        """A flag for one choice of another, such as --tukey-taper, comes with it."""
+        choices = {choice: f.name for f in self.table[command] for choice in f.choices}
+        of = flag.name.split("-")[0]
+        return [f"--{choices[of]}", of] if of in choices and choices[of] != flag.name else []
+
+    def left_over(self):
+        """Every command that writes, after a run in its folder that a signal ended."""
+        # Where bonebeam-paper is built.
+        os.environ["PATH"] += f":{ROOT}/paper/target/release"
+        recording = lambda own: (Recording.drawn(own.rng).save(own.folder / "r.npz"), str(own.folder / "r.npz"))[1]
+        small = ["--elements=16", "--beams=3", "--first-beam=6"]
+        words = {
+            "": lambda own: ["--quick", "--out", "out"],
+            "simulate": lambda own: ["simulate", "point", "-o", "o.npz", *small],
+            "beamform": lambda own: ["beamform", recording(own), "-o", "o.npz", "--image", "o.png"],
+            "phase-symmetry": lambda own: ["phase-symmetry", str(own.picture()), "--pad", "-o", "o.npy"],
+            "surface": lambda own: ["surface", str(own.picture(200)), "--pixel-size=1e-4", "-o", "o.csv", "--image", "o.png"],
+            "sweep": lambda own: ["sweep", *own.sequence(), "-o", "o.csv", "--image", "o.png"],
+            "register": lambda own: ["register", *own.bone(), "-o", "o.ply"],
+            "convert": lambda own: ["convert", recording(own), "-o", "o.npz"],
+            "view": lambda own: ["view", recording(own), "--page", own.page(), "-o", "o.html"],
+            "golden": lambda own: ["golden", "-o", "out"],
+            "tune": lambda own: ["tune", "--quick", "-o", "out"],
+            "paper": lambda own: ["paper", "--quick", "-o", "out"],
+            "bench": lambda own: ["bench", "--quick", "-o", "o.json"],
+        }
+        for name in ["", *names(self.program)]:
+            text = subprocess.run([self.program, *([name] if name else []), "--help"], capture_output=True, text=True).stdout
+            if not re.search(r"--(output|out) ", text):
+                continue
+            for by in SIGNALS if name else [self.rng.choice(SIGNALS)]:
+                yield lambda own, name=name, by=by: own.ended(name, words.get(name), by)
+
+    def ended(self, name, words, by):
+        if not words:
+            raise Failure(f"the command {name} writes; expected a row of left_over")
+        words, base = words(self), None
+        if name not in ("", "golden", "tune", "paper", "bench"):
+            base = Run(self, words)
+            if base.done.returncode:
+                raise Failure(f"{' '.join(words)}: {base.done.stderr[:300]}")
+        self.killed(words, base, by)
+
+    def failed(self, failure, seconds):
+        self.failures.append(str(failure))
+        own = resource.getrusage(resource.RUSAGE_CHILDREN)
+        print(f"{seconds:.0f} s ({own.ru_utime + own.ru_stime:.0f} s of the processor): {failure}", flush=True)
+
+    def run(self, begin, seconds):
         # Most are judged little, so that there are many.
         light = lambda way: lambda: way(light=True)
-        ways = [self.beamform] * 4 + [self.phase_symmetry, self.surface, self.simulate, self.other]
-        ways += [light(self.beamform)] * 14 + [light(self.phase_symmetry)] * 4 + [light(self.surface)] * 2
-        while time.monotonic() - begin < seconds:
+        ways = [self.beamform] * 4 + [self.phase_symmetry, self.surface, self.simulate, self.other, self.sweep, self.register]
+        ways += [light(self.beamform)] * 16 + [light(self.phase_symmetry)] * 4 + [light(self.surface)] * 2
+        jobs = 0
+        while self.jobs or time.monotonic() - begin < seconds:
             try:
-                self.rng.choice(ways)()
-                self.count["command lines"] += 1
+                # In turn with the jobs of which each is done.
+                jobs += 1
+                try:
+                    job = self.jobs.pop(0) if jobs % 2 or time.monotonic() - begin > seconds else None
+                except IndexError:
+                    job = None
+                if job:
+                    job(self)
+                else:
+                    self.rng.choice(ways)()
+                    self.count["command lines"] += 1
             except (Failure, subprocess.TimeoutExpired) as failure:
-                self.failures.append(str(failure))
-                print(f"{time.monotonic() - begin:.0f} s: {failure}", flush=True)
+                self.failed(failure, time.monotonic() - begin)
                 kept = Path(f"{self.folder}-failure-{len(self.failures)}")
                 shutil.copytree(self.folder, kept, dirs_exist_ok=True)
             for path in self.folder.iterdir():
-                shutil.rmtree(path) if path.is_dir() else path.unlink()
-        shutil.rmtree(self.folder)
-        return time.monotonic() - begin
+                remove(path)
+        self.folder.rmdir()
 
 
-def write_table(harness, seconds, path):
-    order = [name for name in harness.count if name not in ("command lines", "refused")]
-    judged = ", ".join(f"{name} {harness.count[name]:,}" for name in sorted(order))
-    row = (f"\n| command lines | refused | runs | judged | seconds | failures | on |\n|---|---|---|---|---|---|---|\n"
-           f"| {harness.count['command lines']:,} | {harness.count['refused']:,} | {harness.runs:,} | {judged} | {seconds:.0f} | "
-           f"{len(harness.failures)} | {datetime.date.today()} |\n\n")
+def remove(path):
+    shutil.rmtree(path) if path.is_dir() else path.unlink()
+
+
+def write_table(name, cells, judged, seconds, failures, path=None):
+    """Prints a row of the table, and puts it into a document."""
+    row = [name, *(f"{cell:,}" for cell in cells), judged, f"{seconds:.0f}", str(failures), str(datetime.date.today())]
+    line = f"| {' | '.join(row)} |\n"
+    print(line)
     if path:
-        text = path.read_text()
-        there = re.compile(r"(?<=<!-- metamorphic -->\n)(.*?)(?=<!-- end of metamorphic -->)", re.S)
-        path.write_text(there.sub(lambda _: row, text))
-    print(row)
+        begin, own, end = re.split(r"(?<=<!-- metamorphic -->\n)(.*)(?=<!-- end of metamorphic -->)", path.read_text(), flags=re.S)
+        head = "\n| by | runs | refused | judged | seconds | failures | on |\n|---|---|---|---|---|---|---|\n"
+        rows = [r + "\n" for r in own.split("\n")[3:] if r and not r.startswith(f"| {name} |")]
+        path.write_text(begin + head + "".join(sorted([*rows, line])) + "\n" + end)
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+def figures(harness, name, begin, arguments):
+    """The row of a harness; ends the program."""
+    judged = ", ".join(f"{key} {harness.count[key]:,}" for key in sorted(harness.count) if key != "refused")
+    path = ROOT / "docs/CONTRIBUTING.md" if arguments.table else None
+    write_table(name, [harness.runs, harness.count["refused"]], judged, time.monotonic() - begin, len(harness.failures), path)
+    sys.exit(bool(harness.failures))
+
+
+def walk(program, table):
+    """The row of bonebeam-c/examples/walk.c."""
+    done = subprocess.run([program, "20"], capture_output=True, text=True)
+    rounds, calls, accepted = [int(n) for n in re.findall(r"(\d+) (?:rounds|calls|of them)", done.stdout)] or [0, 0, 0]
+    path = ROOT / "docs/CONTRIBUTING.md" if table else None
+    write_table("C", [calls, calls - accepted], f"rounds {rounds:,}", 20, int(done.returncode != 0), path)
+    sys.exit(done.returncode)
+
+
+def given(about):
+    parser = argparse.ArgumentParser(description=about, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program", type=os.path.abspath)
     parser.add_argument("--seconds", type=float, default=60)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--table", action="store_true")
-    arguments = parser.parse_args()
+    parser.add_argument("--walk", metavar="PROGRAM", help="run only this walk over C")
+    return parser.parse_args()
+
+
+def main():
+    arguments = given(__doc__)
+    if arguments.walk:
+        walk(arguments.walk, arguments.table)
+    begin = time.monotonic()
     harness = Harness(arguments.program, arguments.seed)
-    seconds = harness.run(arguments.seconds)
-    write_table(harness, seconds, ROOT / "docs/CONTRIBUTING.md" if arguments.table else None)
-    sys.exit(bool(harness.failures))
+    workers = [harness, *(Harness(arguments.program, f"{arguments.seed} {k}", harness) for k in range(1, os.cpu_count() or 1))]
+    threads = [threading.Thread(target=worker.run, args=(begin, arguments.seconds)) for worker in workers]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for other in workers[1:]:
+        harness.count += other.count
+        harness.runs += other.runs
+        harness.failures += other.failures
+    figures(harness, "command", begin, arguments)
 
 
 if __name__ == "__main__":

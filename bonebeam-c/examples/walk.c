@@ -4,7 +4,8 @@
  *
  * Each array and each object ends at a page that nothing may touch. Most numbers are usual ones, some of no scanner. An
  * accepted call must give finite numbers, grey levels of 0 to 255, a map of 0 to below 1, and the same bits for a whole
- * line and for its parts; a refused one changes no output. The compiler's sanitizers watch this program. */
+ * line and for its parts; a refused one changes no output. Before it, each number of a structure has its bounds. The
+ * compiler's sanitizers watch this program. */
 
 #define _DEFAULT_SOURCE
 #include <math.h>
@@ -17,7 +18,7 @@
 
 #include "bonebeam.h"
 
-static uint64_t state;
+static uint64_t state, seed;
 
 static uint64_t next(void) {
     uint64_t z = state += 0x9e3779b97f4a7c15u;
@@ -66,7 +67,7 @@ static void drop(size_t before) {
 }
 
 static void fail(const char *what) {
-    printf("walk: %s\n", what);
+    printf("walk: %s, seed %llu\n", what, (unsigned long long)seed);
     exit(1);
 }
 static void within(const float *x, size_t count, double least, double most, const char *what) {
@@ -285,12 +286,132 @@ static void pictures(void) {
     if (ok(bonebeam_median(pixels, rows, columns, filtered))) within(filtered, rows * columns, 0, 255, "a filtered pixel");
 }
 
+/* A number of a structure, and the magnitudes that the command and files accept. */
+typedef struct {
+    const char *name;
+    double *at;
+    float *single;
+    double least, most;
+} field;
+
+static void put(const field *f, double value) {
+    if (f->at) *f->at = value;
+    if (f->single) *f->single = (float)value;
+}
+
+/* Values outside are refused: a frame by the field's name. */
+static void bounds(const field *fields, size_t count, bonebeam_status (*judge)(bonebeam_refusal *)) {
+    for (size_t k = 0; k < count; k++) {
+        const field *f = &fields[k];
+        const double before = f->at ? *f->at : (double)*f->single;
+        const double outside[] = {NAN, INFINITY, -INFINITY, 1e300, -1e300, 1.001 * f->most, -1.001 * f->most,
+                                  f->least > 0 ? 0.999 * f->least : -1e300};
+        for (size_t n = 0; n < sizeof outside / sizeof *outside; n++) {
+            if (isinf(outside[n]) && outside[n] > 0 && strcmp(f->name, "surface_to") == 0) continue;
+            if (isnan(outside[n]) && strcmp(f->name, "delays") == 0) continue;
+            bonebeam_refusal why = {{0}, 0, {0}};
+            put(f, outside[n]);
+            const bonebeam_status status = judge(&why);
+            if (status != BONEBEAM_STATUS_PARAMETER || (why.name[0] != 0 && !strstr(why.name, f->name))) {
+                printf("%s is %g: status %d, %s\n", f->name, outside[n], (int)status, why.name);
+                fail("bounds of a field");
+            }
+        }
+        put(f, before);
+    }
+}
+
+static double scale[] = {0.03125}, element_x[4] = {0, 3e-4, 6e-4, 9e-4}, firing[4];
+static bonebeam_element elements[4];
+static bonebeam_number numbers[] = {
+    {"temporal_half_window", 1}, {"diagonal_loading", 0.01}, {"subaperture_ratio", 0.5}, {"coherence_cutoff", 1},
+    {"tukey_taper", 0.5}, {"depth_step", 1}};
+static bonebeam_frame_parameters usual = {
+    .scan = {.delay = {1540, 20e6, 5e6, 20e6, 1e-6, 100, 4, 300, 0, 0, 0}, .aperture = {4, 3e-4, 1.5, 2},
+             .lines = {-3e-4, 2e-4, LINES}, .gate_from = 1e-3, .gate_to = 3e-3, .block = 40},
+    .beamformer = {.method = "esmv-beta", .argument = 0.1, .numbers = numbers, .count = 6},
+    .image = {64, 64, 64, scale, 1, 10}, .dynamic_range = 60,
+    .surface_from = 1e-3, .surface_to = 1, .surface_coherence = 4e-4};
+static bonebeam_scan_line line = {.origin = {0, 0, 0.1}, .pitch = 3e-4, .active = {0, 4}};
+static int16_t counts[2 * 4 * 300];
+static bonebeam_iq_record record = {.counts = counts, .scale = 1};
+static bonebeam_iq *iq;
+
+static bonebeam_status of_frame(bonebeam_refusal *why) { return bonebeam_frame_check(&usual, why); }
+static bonebeam_status of_line(bonebeam_refusal *why) {
+    static bonebeam_complex out[4 * 100];
+    (void)why;
+    return bonebeam_iq_line(iq, &line, &record, out);
+}
+
+static void fields(void) {
+    bonebeam_scan *s = &usual.scan;
+    const field of_frames[] = {
+        {"sound_speed", &s->delay.sound_speed, NULL, 100, 20e3}, {"sampling_rate", &s->delay.sampling_rate, NULL, 1e4, 1e10},
+        {"frequency", &s->delay.frequency, NULL, 1e4, 1e10}, {"output_rate", &s->delay.output_rate, NULL, 1e3, 1e10},
+        {"output_start", &s->delay.output_start, NULL, 0, 20 / 1540.0}, {"pitch", &s->aperture.pitch, NULL, 1e-6, 1e-2},
+        {"f_number", &s->aperture.f_number, NULL, 1e-3, 1e6}, {"lines.first", &s->lines.first, NULL, 0, 10},
+        {"lines.step", &s->lines.step, NULL, 1e-6, 1}, {"gate_from", &s->gate_from, NULL, 0, 10},
+        {"gate_to", &s->gate_to, NULL, 0, 10}, {"beta", &usual.beamformer.argument, NULL, 0, 1},
+        {"temporal_half_window", &numbers[0].value, NULL, 0, 1e9}, {"diagonal_loading", &numbers[1].value, NULL, 0, 1e9},
+        {"subaperture_ratio", &numbers[2].value, NULL, 0, 1}, {"coherence_cutoff", &numbers[3].value, NULL, 0, 1e9},
+        {"tukey_taper", &numbers[4].value, NULL, 0, 1}, {"depth_step", &numbers[5].value, NULL, 1, 1e9},
+        {"scale", &scale[0], NULL, 1 / 1024.0, 0.5}, {"threshold", NULL, &usual.image.threshold, 0, 1e12},
+        {"dynamic_range", NULL, &usual.dynamic_range, 0.1, 1000}, {"surface_from", &usual.surface_from, NULL, 0, 10},
+        {"surface_to", &usual.surface_to, NULL, 0, 10}, {"surface_coherence", &usual.surface_coherence, NULL, 0, 10}};
+    const field of_lines[] = {
+        {"t0", &line.wave.t0, NULL, 0, 20 / 1540.0}, {"origin.x", &line.origin.x, NULL, 0, 10},
+        {"origin.z", &line.origin.z, NULL, 0, 10}, {"origin.angle", &line.origin.angle, NULL, 0, 1.5708},
+        {"scale", NULL, &record.scale, 0, 1e29 / 32768}};
+    const field of_source[] = {{"x", &line.wave.x, NULL, 0, 10}, {"z", &line.wave.z, NULL, 0, 10}};
+    const field of_plane = {"angle", &line.wave.angle, NULL, 0, 1.5708}, of_delays = {"delays", &firing[2], NULL, 0, 1e-3};
+    const field of_elements[] = {{"pitch", &line.pitch, NULL, 1e-6, 1e-2}, {"x", &elements[1].x, NULL, 0, 10},
+                                 {"z", &elements[2].z, NULL, 0, 10}, {"angle", &elements[3].angle, NULL, 0, 1.5708}};
+    const field of_x[] = {{"element_x", &element_x[1], NULL, 0, 10}, {"element_x", &element_x[3], NULL, 0, 0.03}};
+    bonebeam_refusal why;
+    if (of_frame(&why) != BONEBEAM_STATUS_OK) fail(why.name);
+    bounds(of_frames, sizeof of_frames / sizeof *of_frames, of_frame);
+    bonebeam_delay_parameters p = s->delay;
+    p.interpolation = BONEBEAM_INTERPOLATION_LINEAR;
+    const size_t bytes = bonebeam_iq_bytes(&p);
+    if (bonebeam_iq_new(take(bytes), bytes, &p, &iq) != BONEBEAM_STATUS_OK) fail("a stage of usual numbers");
+    line.element_x = element_x;
+    if (of_line(&why) != BONEBEAM_STATUS_OK) fail("a line of usual numbers");
+    bounds(of_lines, sizeof of_lines / sizeof *of_lines, of_line);
+    bounds(of_x, sizeof of_x / sizeof *of_x, of_line);
+    line.wave.law = BONEBEAM_LAW_PLANE;
+    bounds(&of_plane, 1, of_line);
+    line.wave.delays = firing;
+    line.wave.law = BONEBEAM_LAW_DELAYS;
+    bounds(&of_delays, 1, of_line);
+    line.wave.law = BONEBEAM_LAW_ELEMENT;
+    bounds(of_source, 2, of_line);
+    line.wave.law = BONEBEAM_LAW_SOURCE;
+    bounds(of_source, 2, of_line);
+    line.element_x = NULL;
+    line.elements = elements;
+    if (bonebeam_convex_array(3e-4, 0.05, elements, 4) != BONEBEAM_STATUS_OK || of_line(&why) != BONEBEAM_STATUS_OK) fail("a curved array");
+    bounds(of_elements, sizeof of_elements / sizeof *of_elements, of_line);
+    const double outside[] = {NAN, INFINITY, 1e300, 0, 11};
+    for (size_t k = 0; k < sizeof outside / sizeof *outside; k++) {
+        float level = 0, envelope = 1;
+        bonebeam_element origin;
+        if (bonebeam_convex_array(outside[k], 0.05, elements, 4) == BONEBEAM_STATUS_OK ||
+            bonebeam_convex_array(3e-4, outside[k], elements, 4) == BONEBEAM_STATUS_OK ||
+            bonebeam_normal(elements, 4, outside[k], 1, &origin) == BONEBEAM_STATUS_OK ||
+            bonebeam_log_compression(0, &envelope, 1, 1, (float)outside[k] * 100, &level) == BONEBEAM_STATUS_OK)
+            fail("bounds of an argument");
+    }
+    drop(0);
+}
+
 int main(int count, char **words) {
     const double seconds = count > 1 ? atof(words[1]) : 10;
     const clock_t begin = clock();
     size_t rounds = 0;
+    fields();
     while ((double)(clock() - begin) / CLOCKS_PER_SEC < seconds) {
-        state = (count > 2 ? strtoull(words[2], NULL, 10) : 1) + rounds++;
+        state = seed = (count > 2 ? strtoull(words[2], NULL, 10) : 1) + rounds++;
         void (*const walks[])(void) = {stages, stages, frame, pictures};
         wild = once_in(3) ? 12 : 200;
         walks[below(4)]();

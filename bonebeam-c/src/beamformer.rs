@@ -1,5 +1,6 @@
 //! Beamformers: from aligned samples to a line.
 
+use crate::bounds::{F_NUMBER, PITCH};
 use crate::image::product;
 use crate::memory::{Output, array, bytes_of, complex, new, one, one_mut, possible, sum};
 use crate::status::{Refused, Status, chosen, status};
@@ -184,6 +185,13 @@ pub struct ApertureShape {
     pub min_elements: usize,
 }
 
+impl ApertureShape {
+    pub(crate) fn check(&self) -> Result<(), Refused> {
+        PITCH.check("pitch", self.pitch)?;
+        F_NUMBER.check("f_number", self.f_number)
+    }
+}
+
 /// Computes the active elements at each of `count` depths, m.
 ///
 /// `beam` is the lateral position, in pitches from element 0.
@@ -199,6 +207,7 @@ pub unsafe extern "C" fn bonebeam_active_elements(
     status(|| unsafe {
         let (shape, active) = (one(aperture)?, Output::new(active, count)?);
         let depths = active.apart(array(depths, count)?)?;
+        shape.check()?;
         let aperture = Aperture::new(ApertureParameters {
             elements: shape.elements,
             pitch: shape.pitch,

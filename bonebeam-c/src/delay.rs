@@ -2,6 +2,7 @@
 //!
 //! A call processes one scan line of one transmit.
 
+use crate::bounds::{FREQUENCY, OUTPUT_RATE, RATE, SPEED, check_time};
 use crate::image::product;
 use crate::iq::{Interpolation, Layout};
 use crate::memory::{Output, array, bytes_of, new, one, one_mut, possible, sum};
@@ -47,33 +48,19 @@ pub struct DelayParameters {
     pub interpolation: i32,
 }
 
-/// Accepted values in SI units, as of the command and of files: field, largest and smallest magnitude, words.
-#[rustfmt::skip]
-type Bound = (&'static str, fn(&DelayParameters) -> f64, [f64; 2], &'static str);
-#[rustfmt::skip]
-const BOUNDS: [Bound; 5] = [
-    ("sound_speed", |p| p.sound_speed, [100.0, 20e3], "100 to 20000 m/s"),
-    ("sampling_rate", |p| p.sampling_rate, [1e3, 10e9], "1e3 to 10e9 Hz"),
-    ("output_rate", |p| p.output_rate, [1e3, 10e9], "1e3 to 10e9 Hz"),
-    ("frequency", |p| p.frequency.abs(), [0.0, 10e9], "at most 10e9 Hz"),
-    ("output_start", |p| p.output_start.abs(), [0.0, 1.0], "at most 1 s"),
-];
-
 impl DelayParameters {
     /// Refuses values that no scanner and no medium has.
     pub(crate) fn check(&self) -> Result<(), Refused> {
-        let outside = |(_, value, [least, most], _): &&Bound| {
-            let value = value(self);
-            !(*least <= value && value <= *most)
-        };
-        match BOUNDS.iter().find(outside) {
-            None => Ok(()),
-            Some((name, value, _, expected)) => Err(Refused::field(name, value(self), expected)),
-        }
+        SPEED.check("sound_speed", self.sound_speed)?;
+        RATE.check("sampling_rate", self.sampling_rate)?;
+        OUTPUT_RATE.check("output_rate", self.output_rate)?;
+        FREQUENCY.check("frequency", self.frequency)?;
+        check_time("output_start", self.output_start, self.sound_speed)
     }
 
     pub(crate) fn rf(&self) -> Result<Rf, Refused> {
         self.check()?;
+        RATE.check("frequency", self.frequency)?;
         Ok(Rf {
             sound_speed: self.sound_speed,
             sampling_rate: self.sampling_rate,
@@ -167,7 +154,7 @@ impl DelayStage {
         let p = stage.parameters();
         // SAFETY: by the caller's promise. The stage has checked that the product is possible.
         let (line, out, rf) = unsafe {
-            let line = one(line)?.core(p.elements)?;
+            let line = one(line)?.core(p.elements, p.sound_speed)?;
             let out = Output::complex(out, product(p.elements, block.count)?)?;
             let rf = out.apart(array(rf, p.elements * p.record_samples)?)?;
             (line, out.values(), rf)
@@ -280,7 +267,8 @@ pub unsafe extern "C" fn bonebeam_delay_record_end(
     // SAFETY: by the caller's promise.
     status(|| unsafe {
         let (delay, samples) = (one(delay)?, one_mut(samples)?);
-        let line = one(line)?.core(delay.stage.parameters().elements)?;
+        let p = delay.stage.parameters();
+        let line = one(line)?.core(p.elements, p.sound_speed)?;
         *samples = delay.stage.record_end(&line, block.samples())?;
         Ok(())
     })

@@ -1,6 +1,7 @@
 //! The parameters of a frame.
 
 use crate::beamformer::BeamformParameters;
+use crate::bounds::{LENGTH, RANGE, RATE};
 use crate::phase_symmetry::PhaseSymmetryParameters;
 use crate::scan::Scan;
 use crate::status::Refused;
@@ -48,9 +49,19 @@ impl FrameParameters {
         // SAFETY: by the caller's promise.
         let (beamformer, image) = unsafe { (self.beamformer.core()?, self.image.core()?) };
         let scan = match input {
-            Input::Rf => self.scan.core(self.scan.delay.frequency)?,
+            Input::Rf => {
+                let frequency = self.scan.delay.frequency;
+                RATE.check("frequency", frequency)?;
+                self.scan.core(frequency)?
+            }
             Input::Iq => self.scan.core_of_iq()?,
         };
+        LENGTH.check("surface_from", self.surface_from)?;
+        if self.surface_to != f64::INFINITY {
+            LENGTH.check("surface_to", self.surface_to)?;
+        }
+        LENGTH.check("surface_coherence", self.surface_coherence)?;
+        RANGE.check("dynamic_range", self.dynamic_range.into())?;
         self.scan.check(geometry::Scan::of_iq(scan)?.samples())?;
         Ok(Parameters {
             scan,
@@ -90,8 +101,8 @@ impl FrameParameters {
         if [self.surface_from, self.surface_to] == [0.0; 2] || half_window == 0.0 {
             return Ok(None);
         }
-        if !(half_window > 0.0 && half_window.is_finite()) {
-            let expected = "a positive, finite number, or 0";
+        if half_window < 0.0 {
+            let expected = "at least 0";
             return Err(Refused::field("surface_coherence", half_window, expected));
         }
         let samples = geometry::Scan::of_iq(core.scan)?.depths();

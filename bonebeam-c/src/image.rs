@@ -1,5 +1,6 @@
 //! Lines to an image: envelope, decibels, pixels, median.
 
+use crate::bounds::RANGE;
 use crate::memory::{Output, array, complex, one};
 use crate::status::{Refused, Status, chosen, status};
 use crate::vectors::zero;
@@ -74,6 +75,7 @@ pub unsafe extern "C" fn bonebeam_log_compression(
 ) -> Status {
     // SAFETY: by the caller's promise.
     status(|| unsafe {
+        RANGE.check("dynamic_range", dynamic_range.into())?;
         let all = [image::Logarithm::Exact, image::Logarithm::Polynomial];
         let by = chosen("logarithm", logarithm, &all)?;
         let out = Output::new(out, length)?;

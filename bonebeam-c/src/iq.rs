@@ -146,7 +146,8 @@ pub unsafe extern "C" fn bonebeam_iq_line(
         let IqStage { stage, scratch } = one_mut(iq)?;
         let p = stage.parameters();
         let out = Output::complex(out, p.elements * p.output_samples)?;
-        let (line, record) = (one(line)?.core(p.elements)?, one(record)?.core(p, &out)?);
+        let line = one(line)?.core(p.elements, p.sound_speed)?;
+        let record = one(record)?.core(p, &out)?;
         Ok(stage.line(zero(), &line, &record, scratch, out.values())?)
     })
 }

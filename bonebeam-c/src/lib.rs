@@ -9,6 +9,7 @@
 #![allow(clippy::missing_safety_doc)]
 
 mod beamformer;
+mod bounds;
 mod delay;
 mod frame;
 mod frame_parameters;

@@ -1,5 +1,6 @@
 //! Phase symmetry of an image, in strips.
 
+use crate::bounds::THRESHOLD;
 use crate::memory::{Bytes, Output, array, bytes_of, new, one, one_mut, sum};
 use crate::status::{Refused, Status, status};
 use crate::workspace::{need_bytes, scratch};
@@ -38,6 +39,7 @@ impl PhaseSymmetryParameters {
     /// # Safety
     /// As [`array`], for the scales.
     pub(crate) unsafe fn core<'a>(&self) -> Result<Parameters<'a>, Refused> {
+        THRESHOLD.check("threshold", self.threshold.into())?;
         Ok(Parameters {
             sizes: self.sizes(),
             // SAFETY: by the caller's promise.

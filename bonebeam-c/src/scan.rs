@@ -2,6 +2,7 @@
 
 use crate::Axis;
 use crate::beamformer::ApertureShape;
+use crate::bounds::{LENGTH, SPACING};
 use crate::delay::DelayParameters;
 use crate::iq::IqRecord;
 use crate::memory::{Output, array};
@@ -59,6 +60,11 @@ impl Scan {
     pub(crate) fn core(&self, centre_frequency: f64) -> Result<ScanParameters<'static>, Refused> {
         let delay = &self.delay;
         delay.check()?;
+        self.aperture.check()?;
+        LENGTH.check("lines.first", self.lines.first)?;
+        SPACING.check("lines.step", self.lines.step)?;
+        LENGTH.check("gate_from", self.gate_from)?;
+        LENGTH.check("gate_to", self.gate_to)?;
         if self.aperture.elements != delay.elements {
             let elements = self.aperture.elements as f64;
             return Err(Refused::field(
@@ -158,7 +164,7 @@ impl RfWave {
             // SAFETY: by the caller's promise. A stage has checked that the product is possible.
             let (transmit, rf) = unsafe {
                 let rf = array(wave.rf, p.elements * p.record_samples)?;
-                (wave.wave.core(p.elements)?, out.apart(rf)?)
+                (wave.wave.core(p.elements, p.sound_speed)?, out.apart(rf)?)
             };
             Ok((transmit, Record::new(rf, p.elements)?))
         })
@@ -180,7 +186,11 @@ impl IqWave {
         let waves: &[IqWave] = unsafe { array(waves, count)? };
         transmits(waves, |wave| {
             // SAFETY: by the caller's promise.
-            unsafe { Ok((wave.wave.core(p.elements)?, wave.record.core(p, out)?)) }
+            let (transmit, record) = unsafe {
+                let transmit = wave.wave.core(p.elements, p.sound_speed)?;
+                (transmit, wave.record.core(p, out)?)
+            };
+            Ok((transmit, record))
         })
     }
 }

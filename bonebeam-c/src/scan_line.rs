@@ -1,6 +1,7 @@
 //! A scan line of one transmit: the wave, the ray, the array.
 
 use crate::Range;
+use crate::bounds::{ANGLE, FIRING, LENGTH, PITCH, RADIUS, check_time};
 use crate::memory::{Output, array, one_mut};
 use crate::status::{Refused, Status, status};
 use bonebeam::delay::{Compounding, ScanLine as CoreLine};
@@ -36,6 +37,14 @@ pub struct Element {
     ///
     /// For an element the angle of its normal.
     pub angle: f64,
+}
+
+impl Element {
+    fn check(&self, [x, z, angle]: [&'static str; 3]) -> Result<(), Refused> {
+        LENGTH.check(x, self.x)?;
+        LENGTH.check(z, self.z)?;
+        ANGLE.check(angle, self.angle)
+    }
 }
 
 const _: () = assert!(size_of::<Element>() == size_of::<geometry::Element>());
@@ -81,20 +90,34 @@ pub struct ScanLine {
 }
 
 impl Wave {
-    /// The core's transmit.
+    /// The core's transmit, in a medium with sound speed `c`.
     ///
     /// # Safety
     /// If the law needs delays, `delays` points to `elements` of them, and nobody writes them meanwhile.
-    pub(crate) unsafe fn core<'a>(&self, elements: usize) -> Result<Transmit<'a>, Refused> {
+    pub(crate) unsafe fn core<'a>(&self, elements: usize, c: f64) -> Result<Transmit<'a>, Refused> {
         let (x, z) = (self.x, self.z);
+        check_time("t0", self.t0, c)?;
         let law = match self.law {
             law if law == Law::Focused as i32 => TransmitLaw::Focused,
-            law if law == Law::Plane as i32 => TransmitLaw::Plane { angle: self.angle },
-            law if law == Law::Element as i32 => TransmitLaw::Element { x, z },
-            law if law == Law::Source as i32 => TransmitLaw::VirtualSource { x, z },
+            law if law == Law::Plane as i32 => {
+                ANGLE.check("angle", self.angle)?;
+                TransmitLaw::Plane { angle: self.angle }
+            }
+            law if law == Law::Element as i32 || law == Law::Source as i32 => {
+                LENGTH.check("x", x)?;
+                LENGTH.check("z", z)?;
+                match law == Law::Element as i32 {
+                    true => TransmitLaw::Element { x, z },
+                    false => TransmitLaw::VirtualSource { x, z },
+                }
+            }
             law if law == Law::Delays as i32 => {
                 // SAFETY: by the caller's promise.
-                TransmitLaw::Delays(unsafe { array(self.delays, elements)? })
+                let delays = unsafe { array(self.delays, elements)? };
+                for delay in delays.iter().filter(|delay| !delay.is_nan()) {
+                    FIRING.check("delays", *delay)?;
+                }
+                TransmitLaw::Delays(delays)
             }
             _ => return Err(Status::Parameter.into()),
         };
@@ -107,14 +130,26 @@ impl ScanLine {
     ///
     /// # Safety
     /// As [`Wave::core`]; the array's pointer leads to `elements` of them, and nobody writes them meanwhile.
-    pub(crate) unsafe fn core<'a>(&self, elements: usize) -> Result<CoreLine<'a>, Refused> {
+    pub(crate) unsafe fn core<'a>(&self, elements: usize, c: f64) -> Result<CoreLine<'a>, Refused> {
+        self.origin
+            .check(["origin.x", "origin.z", "origin.angle"])?;
         // SAFETY: by the caller's promise.
         let (transmit, array) = unsafe {
             let array = match self.element_x.is_null() {
-                false => Array::LinearAt(array(self.element_x, elements)?),
+                false => {
+                    let array = Array::LinearAt(array(self.element_x, elements)?);
+                    for m in 0..elements {
+                        LENGTH.check("element_x", array.x(m))?;
+                    }
+                    // A single element has none.
+                    if elements > 1 {
+                        PITCH.check("element_x", array.pitch())?;
+                    }
+                    array
+                }
                 true => any_array(self.elements, elements, self.pitch)?,
             };
-            (self.wave.core(elements)?, array)
+            (self.wave.core(elements, c)?, array)
         };
         Ok(CoreLine {
             transmit,
@@ -136,9 +171,13 @@ unsafe fn any_array<'a>(
     count: usize,
     pitch: f64,
 ) -> Result<Array<'a>, Refused> {
+    PITCH.check("pitch", pitch)?;
     // SAFETY: by the caller's promise. The core's element is three numbers in this order as well.
-    let elements: &[geometry::Element] = unsafe { array(elements.cast(), count)? };
-    Ok(Array::at(elements, pitch))
+    let (own, core) = unsafe { (array(elements, count)?, array(elements.cast(), count)?) };
+    for element in own {
+        element.check(["elements.x", "elements.z", "elements.angle"])?;
+    }
+    Ok(Array::at(core, pitch))
 }
 
 /// Computes the elements of a convex array.
@@ -153,6 +192,8 @@ pub unsafe extern "C" fn bonebeam_convex_array(
 ) -> Status {
     // SAFETY: by the caller's promise.
     status(|| unsafe {
+        PITCH.check("pitch", pitch)?;
+        RADIUS.check("radius", radius)?;
         let elements = Output::new(elements, count)?.values();
         for (index, element) in elements.iter_mut().enumerate() {
             let at = geometry::Element::convex(count, pitch, radius, index);

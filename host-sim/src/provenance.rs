@@ -1,15 +1,11 @@
 //! Provenance of a result: the program's version and commit, hashes of the inputs.
 
 use std::fs::{self, Metadata};
-#[cfg(unix)]
-use std::os::unix::fs::MetadataExt;
 use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Sender, channel};
 use std::thread::{self, JoinHandle};
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
-
-use twox_hash::XxHash3_128;
+use std::time::{Duration, SystemTime};
 
 use crate::{Error, Result};
 use bonebeam_files::{FileHash, SharedHash, cannot_be_opened, file_error};
@@ -139,34 +135,6 @@ impl Snapshot {
             path: self.path.clone(),
             xxh128: xxh128.map(|hash| format!("{hash:032x}")),
         })
-    }
-
-    /// A key that changes with the input's path, length or time, and with `settings`.
-    ///
-    /// The time is also that of the system, which no program can set, so other contents have another key.
-    ///
-    /// # Errors
-    /// A file that does not exist.
-    pub fn key(&self, settings: &str) -> Result<u128> {
-        let mut hasher = XxHash3_128::with_seed(0);
-        hasher.write(PROGRAM.as_bytes());
-        hasher.write(settings.as_bytes());
-        let full = fs::canonicalize(&self.path).map_err(|e| unreadable(&self.path, &e))?;
-        hasher.write(full.as_os_str().as_encoded_bytes());
-        for file in &self.files {
-            hasher.write(&file.bytes.to_le_bytes());
-            let changed = file.changed.and_then(|t| t.duration_since(UNIX_EPOCH).ok());
-            hasher.write(&changed.unwrap_or_default().as_nanos().to_le_bytes());
-            #[cfg(unix)]
-            {
-                let own = fs::metadata(&file.path).map_err(|e| unreadable(&self.path, &e))?;
-                let changed = [own.ctime() as u64, own.ctime_nsec() as u64];
-                for number in [own.dev(), own.ino()].into_iter().chain(changed) {
-                    hasher.write(&number.to_le_bytes());
-                }
-            }
-        }
-        Ok(hasher.finish_128())
     }
 }
 

@@ -1,6 +1,5 @@
 //! The tests of the host program, one module a subject, linked into one program.
 
-mod agreement;
 mod arrays;
 #[cfg(feature = "bench")]
 mod bench;

@@ -2,8 +2,7 @@
 //!
 //! A point appears at its position, and I/Q gives the lines of RF.
 
-use crate::common::changed;
-use crate::common::program::{Folder, USAGE, refused};
+use crate::common::program::Folder;
 use std::f64::consts::{PI, TAU};
 
 use bonebeam_drive::config::{Beamform, LineKind};
@@ -11,7 +10,7 @@ use bonebeam_drive::frame::{RecordingFrames, beamform_channel_data};
 use bonebeam_drive::image::{b_mode, grid_of_lines};
 use bonebeam_drive::methods::MethodName;
 use bonebeam_files::{BeamformedLines, ChannelData, Recording, Samples, Transmits};
-use ndarray::{Array2, Array3, Array4, Axis, Ix3};
+use ndarray::{Array2, Array3};
 use num_complex::Complex;
 use tempfile::tempdir;
 
@@ -360,69 +359,6 @@ fn the_loss_between_lines_counts_the_transmits() {
     assert!(said > said_of_plane + 1.0, "{said}, {said_of_plane}");
 }
 
-/// Lines go from left to right with the same bits in whatever order the transmits are.
-///
-/// Sub-lines reach half way to the neighbours: by the order of transmits, an echo of beams in ping-pong stood at
-/// −18.6 dB 3 mm away, and at −72.9 dB where the same beams came in order. Transmits at one position are averaged.
-#[test]
-fn lines_do_not_depend_on_the_order_of_transmits() {
-    let reordered = |data: &ChannelData, order: &[usize]| {
-        let pick = |values: &[f64]| order.iter().map(|&k| values[k]).collect::<Vec<_>>();
-        let transmits = match &data.transmits {
-            Transmits::Focused { x, focus, f_number } => Transmits::Focused {
-                x: pick(x),
-                focus: pick(focus),
-                f_number: *f_number,
-            },
-            Transmits::VirtualSource { x, z } => Transmits::VirtualSource {
-                x: pick(x),
-                z: pick(z),
-            },
-            other => panic!("{other:?}"),
-        };
-        let samples = match &data.samples {
-            Samples::Iq { iq, f_demod } => Samples::Iq {
-                iq: iq.select(Axis(1), order),
-                f_demod: *f_demod,
-            },
-            Samples::Rf(rf) => Samples::Rf(rf.select(Axis(1), order)),
-            Samples::Counts(_) => panic!("counts"),
-        };
-        ChannelData {
-            samples,
-            transmits,
-            t0: pick(&data.t0),
-            ..data.clone()
-        }
-    };
-    let focused = Transmits::focused(
-        (0..24).map(|k| (f64::from(k) - 11.5) * 0.5e-3).collect(),
-        25e-3,
-    );
-    let [.., foci, _, _, _] = scenes();
-    for (probe, transmits, is_iq) in [(straight(0.3e-3), focused, false), (foci.1, foci.3, true)] {
-        let count = transmits.len();
-        let mut data = recording(&probe, transmits, [1e-3, 27e-3], (is_iq, 0.0));
-        data.t0
-            .iter_mut()
-            .enumerate()
-            .for_each(|(k, t0)| *t0 -= 1e-9 * k as f64);
-        let parameters = parameters(MethodName::Mv);
-        let lines = |data: &ChannelData| beamform_channel_data(data, &parameters, &|_| ()).unwrap();
-        let expected = lines(&data);
-        let backwards: Vec<usize> = (0..count).rev().collect();
-        let half = count.div_ceil(2);
-        let ping_pong: Vec<usize> = (0..count).map(|k| k / 2 + (k % 2) * half).collect();
-        for order in [backwards, ping_pong] {
-            assert_eq!(lines(&reordered(&data, &order)), expected, "{order:?}");
-        }
-        if !is_iq {
-            let twice: Vec<usize> = (0..2 * count).map(|k| k % count).collect();
-            assert_eq!(lines(&reordered(&data, &twice)), expected, "twice");
-        }
-    }
-}
-
 #[test]
 fn a_fan_becomes_an_image_with_the_point_at_its_position() {
     for (what, probe, point, transmits) in scenes() {
@@ -443,53 +379,6 @@ fn a_fan_becomes_an_image_with_the_point_at_its_position() {
         let off = (x - point[0]).hypot(z - point[1]);
         assert!(off < 0.4e-3, "{what}: {x} {z}");
     }
-}
-
-#[test]
-fn frames_are_beamformed_each_by_itself() {
-    let folder = tempdir().unwrap();
-    let path = folder.path().join("frames.npz");
-    let (_, probe, _, transmits) = scenes().into_iter().next().unwrap();
-    let points = [[0.0, 26e-3], [2e-3, 27e-3], [-2e-3, 30e-3]];
-    let single = points.map(|point| recording(&probe, transmits.clone(), point, (true, 0.0)));
-    let views: Vec<_> = (single.iter())
-        .map(|data| match &data.samples {
-            Samples::Iq { iq, .. } => iq.index_axis(Axis(0), 0),
-            _ => unreachable!(),
-        })
-        .collect();
-    let iq: Array4<Complex<f32>> = ndarray::stack(Axis(0), &views).unwrap();
-    let data = changed(single[0].clone(), |s| {
-        s.samples = Samples::Iq { iq, f_demod: 3.9e6 }
-    });
-    data.write(&path).unwrap();
-
-    let parameters = parameters(MethodName::EsmvRank1);
-    let recording = Recording::Channel(data.clone());
-    let frames = RecordingFrames::new(&recording, &parameters).unwrap();
-    let all = frames.lines(&recording, 0..3, &|_| {}).unwrap();
-    for (lines, data) in all.iter().zip(&single) {
-        assert_eq!(
-            lines,
-            &beamform_channel_data(data, &parameters, &|_| {}).unwrap()
-        );
-    }
-    let flags = "--depth-start 0.024 --depth-end 0.033 -o lines.npz";
-    for (frames, range) in [("", 0..3), ("--frames 1..3 ", 1..3), ("--frames 2 ", 2..3)] {
-        let command = format!("beamform frames.npz {frames}{flags}");
-        folder.works(&command);
-        let z = folder.frames().into_dimensionality::<Ix3>().unwrap();
-        assert_eq!(z.dim().0, range.len());
-        for (k, frame) in range.enumerate() {
-            assert_eq!(z.index_axis(Axis(0), k), all[frame].z);
-        }
-    }
-    for frames in ["3", "1..1", "2..4"] {
-        let command = format!("beamform frames.npz --frames {frames} {flags}");
-        refused(&folder, &command, USAGE, &["frames 0 to 2"]);
-    }
-    let command = format!("beamform frames.npz --frames a..b {flags}");
-    refused(&folder, &command, USAGE, &["such as 0..10"]);
 }
 
 #[test]

@@ -13,7 +13,7 @@ use bonebeam_drive::frame::beamform_channel_data;
 use bonebeam_files::{ChannelData, FrameSamples, Recording, Samples, Transmits};
 use bonebeam_formats::{RecordingFile, Variables};
 use common::program::{Folder, ended, shell};
-use common::{Npz, channel_data_with, channel_data_without, npy, scalar};
+use common::{channel_data_with, channel_data_without, npy};
 use ndarray::{Array, Array3, Array4, ArrayD, Axis, ShapeBuilder};
 use ndarray_npy::{WritableElement, WriteNpyExt};
 use num_complex::Complex;
@@ -243,42 +243,4 @@ fn a_frame_cut_off_is_reported() {
         assert!(refused.contains("`rf` is truncated"), "{refused}");
         assert!(!folder.path().join("lines.npz").exists());
     }
-}
-
-#[test]
-fn aligned_data_have_frames() {
-    let folder = tempdir().unwrap();
-    let x = Array4::from_shape_fn((3, 2, 20, 8), |(f, b, n, m)| {
-        Complex::new(
-            (7 * b + 3 * n + m * m * (f + 1)) as f32 % 11.0,
-            (n * m) as f32 % 5.0,
-        )
-    });
-    let archive = |x: ArrayD<Complex<f32>>| {
-        Npz::create(&folder.path().join("data.npz"))
-            .with("x", x)
-            .with("fs", scalar(20e6))
-            .with("t0", scalar(1e-6))
-            .finish();
-    };
-    let command = "beamform data.npz -o lines.npz --method mv";
-    let one = |frame: usize| {
-        archive(x.index_axis(Axis(0), frame).to_owned().into_dyn());
-        run(&folder, command, None).unwrap();
-        folder.frames()
-    };
-    let single = [one(0), one(1), one(2)];
-    assert_eq!(single[0].shape(), [2, 20]);
-    archive(x.clone().into_dyn());
-    let printed = run(&folder, command, None).unwrap();
-    assert!(printed.starts_with("3 frames of 2 lines"), "{printed}");
-    let z = folder.frames();
-    assert_eq!(z.shape(), [3, 2, 20]);
-    for (frame, single) in single.iter().enumerate() {
-        assert_eq!(&z.index_axis(Axis(0), frame), single);
-    }
-    run(&folder, &format!("{command} --frames 1.."), None).unwrap();
-    assert_eq!(folder.frames(), z.slice_axis(Axis(0), (1..).into()));
-    let refused = run(&folder, &format!("{command} --frames 3"), None).unwrap_err();
-    assert!(refused.contains("frames 0 to 2"), "{refused}");
 }

@@ -13,9 +13,11 @@ use tempfile::tempdir;
 fn a_quick_figure_leaves_one_page_that_holds_its_pictures() {
     let folder = tempdir().unwrap();
     let out = folder.path().join("paper");
-    succeeded(&mut program(&folder, "paper --quick --figure 2 -o paper"));
+    let [text, _] = succeeded(&mut program(&folder, "paper --quick --figure 2 -o paper"));
+    assert!(text.starts_with("Coarse: smaller arrays, "), "{text}");
 
     let page = fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(page.contains(": smaller arrays, "));
     // The page needs no other file, so it can be sent alone.
     let sources = page.matches("src=\"").count();
     assert!(sources > 4, "{sources} pictures");

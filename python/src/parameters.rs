@@ -59,9 +59,17 @@ fn of_keys<T: DeserializeOwned>(given: Map<String, Value>) -> PyResult<T> {
     for (key, value) in &given {
         let alone = Map::from_iter([(key.clone(), value.clone())]);
         if let Err(error) = serde_json::from_value::<T>(Value::Object(alone)) {
-            let message = format!("`{key}`: {error}");
+            let error = error.to_string();
             // A fraction is a number, though not every key accepts one.
-            let other_type = error.to_string().starts_with("invalid type") && !value.is_f64();
+            let other_type = error.starts_with("invalid type") && !value.is_f64();
+            let (cause, expected) = error.rsplit_once(", expected ").unwrap_or((&error, ""));
+            let message = match expected {
+                "f64" => format!("`{key}`: {cause}, expected a number"),
+                "usize" | "u64" | "u32" => {
+                    format!("`{key}`: {cause}, expected a whole number from 0")
+                }
+                _ => format!("`{key}`: {error}"),
+            };
             return Err(match other_type {
                 true => PyTypeError::new_err(message),
                 false => PyValueError::new_err(message),

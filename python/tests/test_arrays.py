@@ -330,11 +330,7 @@ def test_a_forked_process_is_told_to_make_its_own():
 
 def test_a_preset_is_its_depth_step():
     x = np.ones((2, 9, 16), np.complex64)
-    for keywords, samples in [
-        ({"method": "mv"}, 3),
-        ({"method": "esmv-rank1"}, 5),
-        ({"depth_step": 8}, 2),
-    ]:
+    for keywords, samples in [({"method": "mv"}, 3), ({"method": "esmv-rank1"}, 5), ({"depth_step": 8}, 2)]:
         assert bonebeam.beamform(x, preset="live", **keywords).shape == (2, samples)
 
 

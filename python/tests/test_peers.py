@@ -38,13 +38,7 @@ def test_minimum_variance_is_that_of_ustb(peers, covariance, loading, shape):
     """A whole frame, K = 1."""
     pytest.importorskip("ustb")
     x = echoes(shape)
-    ours = bonebeam.beamform(
-        x,
-        method="mv",
-        temporal_half_window=1,
-        covariance=covariance,
-        diagonal_loading=loading,
-    )
+    ours = bonebeam.beamform(x, method="mv", temporal_half_window=1, covariance=covariance, diagonal_loading=loading)
     # f32 against f64: the issue's bound. It was 1.4e-6 when it was first tried.
     assert difference(ours, peers.ustb(x, covariance == "forward-backward", loading)) <= 1e-5
 

@@ -134,6 +134,11 @@ impl<'a> TransmitDelay<'a> {
         }
     }
 
+    /// Whether the wave comes from an element in front, so that deeper echoes may return earlier.
+    pub(super) fn is_in_front(&self) -> bool {
+        matches!(self.shape, Wavefront::Round { along, .. } if along > 0.0)
+    }
+
     /// Time at which the wave reaches the distance `r` m along the line, s.
     ///
     /// It is a path over c, with the path `offset + slope·r`, `s = √((r − along)·(r − along) + d·d)`, `s − range` or

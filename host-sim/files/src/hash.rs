@@ -6,6 +6,8 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::vec;
 
+use bytemuck::Pod;
+use ndarray::{ArrayView, Dimension};
 use twox_hash::XxHash3_128;
 
 use crate::{Result, cannot_be_opened, file_error, input};
@@ -100,6 +102,12 @@ impl FileHash {
         self.up_to(u64::MAX)?;
         Ok(self.hasher.finish_128())
     }
+}
+
+/// The hash of an array's numbers in memory.
+pub(crate) fn of_array<T: Pod, D: Dimension>(array: &ArrayView<'_, T, D>) -> u128 {
+    let array = array.as_standard_layout();
+    XxHash3_128::oneshot(bytemuck::cast_slice(array.as_slice().unwrap_or_default()))
 }
 
 /// A hash that the reader of a file shares with another thread.

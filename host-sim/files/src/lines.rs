@@ -87,7 +87,7 @@ impl BeamformedLines {
     /// Stages a file of `count` frames, whose `z` is [frame, beam, sample].
     ///
     /// The frames are those of `partial`, then those that `next` makes from the given number of frames on, a few at a
-    /// time to save memory. `partial` receives them, too. All other keys are shared by the frames. Returns the first
+    /// time to save memory, each with the hash of its samples. `partial` receives them, too. All other keys are shared by the frames. Returns the first
     /// frame.
     ///
     /// # Errors
@@ -98,13 +98,13 @@ impl BeamformedLines {
         path: &Path,
         outputs: &mut Outputs,
         partial: &mut PartialLines,
-        mut next: impl FnMut(usize) -> Result<Vec<Self>>,
+        mut next: impl FnMut(usize) -> Result<Vec<(Self, u128)>>,
     ) -> Result<Self> {
         let wrong = |message: &str| file_error(path, message);
         // One is made again where all are there: it has what is common to them.
         let known = partial.done().min(count.saturating_sub(1));
         let mut frames = next(known)?;
-        let first = frames.first().ok_or_else(|| wrong("has no frames"))?;
+        let (first, _) = frames.first().ok_or_else(|| wrong("has no frames"))?;
         let mut first = first.clone();
         if known > 0 {
             first.z = partial.read(0)?;
@@ -119,13 +119,13 @@ impl BeamformedLines {
             }
             let mut done = known;
             while !frames.is_empty() {
-                for lines in &frames {
+                for (lines, hash) in &frames {
                     lines.check().map_err(|message| wrong(&message))?;
                     if lines.z.dim() != first.z.dim() {
                         Err(wrong("has frames of several shapes"))?;
                     }
                     npz.append(&lines.z)?;
-                    partial.append(&lines.z)?;
+                    partial.append(&lines.z, *hash)?;
                 }
                 done += frames.len();
                 // Before the next are made, these are given back.

@@ -15,14 +15,14 @@ use crate::{Error, Result};
 
 /// Longest work that an interruption may lose.
 const INTERVAL: Duration = Duration::from_secs(10);
-const MAGIC: [u8; 16] = *b"bonebeam lines 1";
+const MAGIC: [u8; 16] = *b"bonebeam lines 2";
 /// The magic number, the key, and the numbers of beams and samples.
 const HEADER: usize = 16 + 16 + 8 + 8;
 
 /// A file beside the output with the lines of the frames done.
 ///
-/// Its frames are those of one run, which a key identifies. Each has a checksum, so a frame that was being written
-/// when the run was killed does not count. The file is removed when the output exists, and when a run of less than
+/// Its frames are those of one run, which a key identifies. Each has a hash of the samples of which it was made, and a
+/// checksum, so a frame that was being written when the run was killed does not count. The file is removed when the output exists, and when a run of less than
 /// ten seconds fails or is ended by a signal.
 pub struct PartialLines {
     path: PathBuf,
@@ -79,6 +79,26 @@ impl PartialLines {
         Ok(lines)
     }
 
+    /// Keeps the frames made of samples with these hashes, up to the first that is not.
+    ///
+    /// # Errors
+    /// Errors of `hash_of`.
+    pub fn keep(&mut self, mut hash_of: impl FnMut(usize) -> Result<u128>) -> Result<()> {
+        for frame in 0..self.done {
+            let kept = self.frame(frame).map_err(|e| self.error(e))?;
+            let hash = hash_of(frame)?;
+            if kept.is_none_or(|(_, own)| own != hash) {
+                warn(&format!(
+                    "{}: belongs to another run from frame {frame} on; these frames are computed again",
+                    self.path.display()
+                ));
+                (self.done, self.resumed) = (frame, frame);
+                break;
+            }
+        }
+        Ok(())
+    }
+
     /// Number of frames done.
     pub fn done(&self) -> usize {
         self.done
@@ -95,16 +115,16 @@ impl PartialLines {
     /// The file cannot be read, or has changed.
     pub fn read(&mut self, frame: usize) -> Result<Array2<Complex<f32>>> {
         let values = self.frame(frame).map_err(|e| self.error(e))?;
-        let z = values.and_then(|values| Array2::from_shape_vec(self.shape, values).ok());
+        let z = values.and_then(|(values, _)| Array2::from_shape_vec(self.shape, values).ok());
         z.ok_or_else(|| file_error(&self.path, "has changed; remove it"))
     }
 
-    /// Adds the lines of the next frame.
+    /// Adds the lines of the next frame, made of samples with a hash.
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn append(&mut self, z: &Array2<Complex<f32>>) -> Result<()> {
-        self.write(z).map_err(|e| self.error(e))?;
+    pub fn append(&mut self, z: &Array2<Complex<f32>>, hash: u128) -> Result<()> {
+        self.write(z, hash).map_err(|e| self.error(e))?;
         if self.is_temporary && self.begin.elapsed() > INTERVAL {
             self.is_temporary = false;
             temporary_files::lock().forget(&self.path);
@@ -121,10 +141,10 @@ impl PartialLines {
         file_error(&self.path, format!("cannot be used: {error}"))
     }
 
-    /// The bytes of a frame, with its checksum.
+    /// The bytes of a frame, with hash and checksum.
     fn bytes(&self) -> usize {
         let values = product(&[self.shape.0, self.shape.1, size_of::<Complex<f32>>()]);
-        values.saturating_add(size_of::<u32>())
+        values.saturating_add(size_of::<u128>() + size_of::<u32>())
     }
 
     /// Counts the whole frames; `false` if the file belongs to another run.
@@ -153,8 +173,8 @@ impl PartialLines {
         Ok(is_same)
     }
 
-    /// Values of a frame; `None` if its checksum does not match.
-    fn frame(&mut self, frame: usize) -> io::Result<Option<Vec<Complex<f32>>>> {
+    /// Values of a frame and their hash; `None` if the checksum does not match.
+    fn frame(&mut self, frame: usize) -> io::Result<Option<(Vec<Complex<f32>>, u128)>> {
         let (bytes, start) = (self.bytes(), self.start(frame));
         let Some(file) = &mut self.file else {
             return Ok(None);
@@ -163,23 +183,26 @@ impl PartialLines {
         let mut record = Vec::new();
         record.try_reserve_exact(bytes)?;
         file.take(bytes as u64).read_to_end(&mut record)?;
-        let Some((values, checksum)) = record.split_last_chunk::<4>() else {
+        let Some((hashed, checksum)) = record.split_last_chunk::<4>() else {
             return Ok(None);
         };
-        if record.len() != bytes || crc32fast::hash(values) != u32::from_le_bytes(*checksum) {
+        let Some((values, hash)) = hashed.split_last_chunk::<16>() else {
+            return Ok(None);
+        };
+        if record.len() != bytes || crc32fast::hash(hashed) != u32::from_le_bytes(*checksum) {
             return Ok(None);
         }
         let parts = values.as_chunks::<4>().0.as_chunks::<2>().0.iter();
         let complex =
             parts.map(|[re, im]| Complex::new(f32::from_le_bytes(*re), f32::from_le_bytes(*im)));
-        Ok(Some(complex.collect()))
+        Ok(Some((complex.collect(), u128::from_le_bytes(*hash))))
     }
 
     fn start(&self, frame: usize) -> u64 {
         (HEADER as u64).saturating_add((frame as u64).saturating_mul(self.bytes() as u64))
     }
 
-    fn write(&mut self, z: &Array2<Complex<f32>>) -> io::Result<()> {
+    fn write(&mut self, z: &Array2<Complex<f32>>, hash: u128) -> io::Result<()> {
         if self.done == 0 && self.file.is_none() {
             let mut guard = temporary_files::lock();
             guard.add(&self.path);
@@ -218,11 +241,12 @@ impl PartialLines {
         }
         let record = &mut self.record;
         record.clear();
-        record.try_reserve_exact(z.len() * size_of::<Complex<f32>>() + size_of::<u32>())?;
+        record.try_reserve_exact((z.len() + 3) * size_of::<Complex<f32>>())?;
         for value in z {
             record.extend(value.re.to_le_bytes());
             record.extend(value.im.to_le_bytes());
         }
+        record.extend(hash.to_le_bytes());
         record.extend(crc32fast::hash(record).to_le_bytes());
         file.seek(SeekFrom::Start(start))?;
         file.write_all(record)?;
@@ -260,13 +284,13 @@ mod tests {
         let mut lines = PartialLines::open(&path, 7).unwrap();
         assert!(!path.exists());
         for number in 0..4 {
-            lines.append(&frame(number)).unwrap();
+            lines.append(&frame(number), number as u128).unwrap();
         }
-        assert!(lines.append(&Array2::zeros((3, 4))).is_err());
+        assert!(lines.append(&Array2::zeros((3, 4)), 0).is_err());
         // As after a kill: nothing is dropped.
         std::mem::forget(lines);
         let whole = fs::read(&path).unwrap();
-        let size = 3 * 5 * 8 + 4;
+        let size = 3 * 5 * 8 + 16 + 4;
         assert_eq!(whole.len(), HEADER + 4 * size);
 
         let kept = |bytes: &[u8], key: u128| {
@@ -279,13 +303,22 @@ mod tests {
             }
             assert_eq!(lines.resumed(), done);
             // It goes on from there.
-            lines.append(&frame(done)).unwrap();
+            lines.append(&frame(done), done as u128).unwrap();
             assert_eq!(lines.read(done).unwrap(), frame(done));
             lines.finish();
             assert!(!path.exists());
             done
         };
         assert_eq!(kept(&whole, 7), 4);
+        // Of other samples from frame 2 on.
+        let again = folder.path().join("again.partial");
+        fs::write(&again, &whole).unwrap();
+        let mut lines = PartialLines::open(&again, 7).unwrap();
+        lines
+            .keep(|frame| Ok(if frame < 2 { frame as u128 } else { 9 }))
+            .unwrap();
+        assert_eq!((lines.done(), lines.resumed()), (2, 2));
+        drop(lines);
         assert_eq!(kept(&whole, 8), 0);
         assert_eq!(kept(&whole[..whole.len() - 1], 7), 3);
         assert_eq!(kept(&whole[..HEADER - 1], 7), 0);

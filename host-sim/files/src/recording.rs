@@ -9,7 +9,8 @@ use ndarray::{Array3, Array4, Axis};
 use num_complex::Complex;
 
 use super::atomic::Outputs;
-use super::{AlignedData, ChannelData, LineFrames, Samples, SharedHash, npz, npz_writer};
+use super::{AlignedData, ChannelData, FrameSamples, LineFrames, Samples, SharedHash};
+use super::{hash, npz, npz_writer};
 use crate::memory::product;
 use crate::{Error, Result};
 
@@ -25,6 +26,20 @@ pub enum Recording {
 }
 
 impl Recording {
+    /// A hash of the samples of a frame that exists.
+    pub fn frame_hash(&self, frame: usize) -> u128 {
+        match self {
+            Recording::Channel(data) => match data.samples.frame(frame) {
+                Some(FrameSamples::Rf(rf)) => hash::of_array(&rf),
+                Some(FrameSamples::Counts(counts)) => hash::of_array(&counts),
+                Some(FrameSamples::Iq { iq, .. }) => hash::of_array(&iq),
+                None => 0,
+            },
+            Recording::Aligned(data) => hash::of_array(&data.x.index_axis(Axis(0), frame)),
+            Recording::Lines(lines) => hash::of_array(&lines.z.index_axis(Axis(0), frame)),
+        }
+    }
+
     /// Reads some frames of a `.npz` archive of any kind, and the number of all.
     ///
     /// Lines are read whole.

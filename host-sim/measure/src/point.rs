@@ -139,9 +139,13 @@ impl PointSpread {
         }
         let (largest, beam, sample) = best;
         if largest == 0.0 {
-            return Err(Error::Data(
-                "no sample of the lines there is above 0".into(),
-            ));
+            let there = near.map_or(String::new(), |[x, z]| {
+                let reach = 1e3 * reach;
+                format!(" within {reach} mm of x = {x} m, z = {z} m")
+            });
+            return Err(Error::Data(format!(
+                "no sample of the lines{there} is above 0"
+            )));
         }
         let (beams, samples) = lines.z.dim();
         let places: Vec<[f64; 2]> = (0..beams).map(|k| place(k, depth(sample))).collect();

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
+use twox_hash::XxHash3_128;
 
 use super::check::EstimateArgument;
 use super::frames::{FrameRange, parse_frames};
@@ -16,7 +17,7 @@ use super::{about, command_line, load_config, recording_help, tell_assumed};
 use crate::config::Config;
 use crate::flags::{Flags, choice};
 use crate::progress::Progress;
-use crate::provenance::Snapshot;
+use crate::provenance::{PROGRAM, Snapshot};
 use crate::{Error, Result};
 use bonebeam::phase_symmetry::scale_for_display;
 use bonebeam_drive::coherence::{self, Measure};
@@ -31,7 +32,7 @@ use bonebeam_files::image::{self, Format};
 use bonebeam_files::memory;
 use bonebeam_files::terminal::{digits, print, warn};
 use bonebeam_files::{BeamformedLines, PartialLines, Recording, Transmits};
-use bonebeam_formats::RecordingFile;
+use bonebeam_formats::{Blocks, RecordingFile};
 use bonebeam_report::page::figure;
 
 /// Beamform channel data: one complex value per line and depth.
@@ -248,19 +249,24 @@ impl Arguments {
         Ok(())
     }
 
-    /// Lines of an interrupted run with the same configuration, recording and frames.
+    /// Lines of an interrupted run with the same configuration and frames of the same samples.
     fn partial(
-        &self,
         output: &Path,
-        snapshot: &Snapshot,
-        config: &Config,
+        settings: &Beamform,
         frames: &Range<usize>,
+        (shared, blocks): (&Recording, &mut Blocks),
     ) -> Result<PartialLines> {
-        let settings = format!("{:?} {:?} {frames:?}", config.beamform, config.variables);
-        let key = snapshot.key(&settings)?;
+        // All arrays are written out by `#`.
+        let key = format!("{PROGRAM} {settings:?} {frames:?} {shared:#?}");
         let mut path = output.as_os_str().to_owned();
         path.push(".partial");
-        PartialLines::open(Path::new(&path), key)
+        let key = XxHash3_128::oneshot(key.as_bytes());
+        let mut partial = PartialLines::open(Path::new(&path), key)?;
+        partial.keep(|frame| {
+            let (recording, own) = blocks.block(frames.start + frame)?;
+            Ok(recording.frame_hash(own.start))
+        })?;
+        Ok(partial)
     }
 
     /// Adds coherence and surface if asked for; returns the surface's summary.
@@ -388,10 +394,22 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let (shared, mut blocks) = file.into_blocks(frames.clone(), at_a_time);
     let beamformer = RecordingFrames::new(&shared, &config.beamform);
     let beamformer = beamformer.map_err(|e| about(&arguments.recording, e))?;
+    let mut partial = match &arguments.output {
+        Some(output) if of > 1 => {
+            let recorded = (&shared, &mut blocks);
+            Some(Arguments::partial(
+                output,
+                &config.beamform,
+                &frames,
+                recorded,
+            )?)
+        }
+        _ => None,
+    };
     let bar = Progress::new("beamforming", 1000);
     let mut seconds = 0.0;
-    // The lines of the next frames, after `done` of them.
-    let mut next = |done: usize| -> Result<Vec<BeamformedLines>> {
+    // The lines of the next frames, after `done` of them, and hashes of their samples.
+    let mut next = |done: usize| -> Result<Vec<(BeamformedLines, u128)>> {
         let (recording, own) = blocks.block(frames.start + done)?;
         snapshot.check()?;
         let block = own.len() as f64;
@@ -399,25 +417,25 @@ pub fn run(arguments: Arguments) -> Result<()> {
         let progress = |part: f64| bar.set((1000.0 * fraction(part)) as u64, 1000);
         hashing.follow(fraction(1.0));
         let begin = Instant::now();
-        let lines = beamformer.lines(recording, own, &progress);
+        let lines = beamformer.lines(recording, own.clone(), &progress);
         seconds += begin.elapsed().as_secs_f64();
-        lines.map_err(|e| about(&arguments.recording, e))
+        let lines = lines.map_err(|e| about(&arguments.recording, e))?;
+        let hashes = own.map(|frame| recording.frame_hash(frame));
+        Ok(lines.into_iter().zip(hashes).collect())
     };
 
     let mut outputs = Outputs::new();
-    let (lines, partial) = match (&arguments.output, of) {
-        (None, _) => (next(0)?.remove(0), None),
-        (Some(output), 1) => {
-            let lines = next(0)?.remove(0);
-            lines.add_to(output, &mut outputs)?;
-            (lines, None)
-        }
-        (Some(output), _) => {
-            let mut partial = arguments.partial(output, &snapshot, &config, &frames)?;
+    let lines = match (&arguments.output, &mut partial) {
+        (Some(output), Some(partial)) => {
             let count = frames.len();
-            let first =
-                BeamformedLines::add_frames_to(count, output, &mut outputs, &mut partial, next)?;
-            (first, Some(partial))
+            BeamformedLines::add_frames_to(count, output, &mut outputs, partial, next)?
+        }
+        (output, _) => {
+            let (lines, _) = next(0)?.remove(0);
+            if let Some(output) = output {
+                lines.add_to(output, &mut outputs)?;
+            }
+            lines
         }
     };
     let resumed = partial.as_ref().map_or(0, PartialLines::resumed);

@@ -17,7 +17,7 @@ use bonebeam_drive::config::Surface;
 use bonebeam_drive::image::BModeImage;
 use bonebeam_files::atomic::{Outputs, check_outputs};
 use bonebeam_files::image;
-use bonebeam_files::terminal::{print, remark};
+use bonebeam_files::terminal::{print, remark, short};
 use bonebeam_tracked::{
     Calibration, Cloud, Finder, Sequence, Settings, Space, Track, add_cloud_to, check_name, sweep,
     views,
@@ -137,7 +137,8 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let mm = |flag: &str, metres: f64| match (0.0..=1.0).contains(&metres) {
         true => Ok(1e3 * metres),
         false => Err(Error::Usage(format!(
-            "--{flag} is {metres}; expected 0 to 1 (m)"
+            "--{flag} is {}; expected 0 to 1 (m)",
+            short(metres)
         ))),
     };
     let pixel = match arguments.pixel_size[..] {

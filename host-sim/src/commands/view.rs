@@ -18,7 +18,7 @@ use crate::config::Config;
 use crate::progress::Progress;
 use crate::{Error, Result};
 use bonebeam_files::atomic::{Outputs, check_outputs};
-use bonebeam_files::terminal::print;
+use bonebeam_files::terminal::{print, short};
 use bonebeam_files::{
     ChannelData, Recording, Samples, cannot_be_opened, file_error, image, input, npz,
 };
@@ -90,8 +90,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     arguments.variables.apply(&mut config.variables)?;
     config.validate()?;
     if !(0.01..=1000.0).contains(&arguments.limit) {
-        let message = format!("--limit is {}; expected 0.01 to 1000 MB", arguments.limit);
-        return Err(Error::Usage(message));
+        let limit = short(arguments.limit);
+        return Err(Error::Usage(format!(
+            "--limit is {limit}; expected 0.01 to 1000 MB"
+        )));
     }
     let inputs = arguments.input.iter().map(PathBuf::as_path);
     check_outputs(&inputs.collect::<Vec<_>>(), &[&arguments.output])?;

@@ -76,7 +76,7 @@ impl Experiment for DynamicRange {
     fn quick() -> Self {
         let full = DynamicRange::default();
         DynamicRange {
-            thickness: 2e-3,
+            thickness: 1e-3,
             density: 10e9,
             simulation: common::quick(full.simulation),
             ..full

@@ -121,8 +121,8 @@ impl Experiment for Spine {
     fn quick() -> Self {
         let full = Spine::default();
         Spine {
-            thickness: 2e-3,
-            density: 10e9,
+            thickness: 0.5e-3,
+            density: 12e9,
             simulation: common::quick(full.simulation),
             ..full
         }

@@ -43,7 +43,10 @@ def wrong(function: str, name: str, value: Any, expected: str) -> TypeError:
     hint = HINTS.get(kind)
     if isinstance(value, (str, PathLike)):
         kind, hint = f"the path {os.fspath(value)!r}", "read it first: bonebeam.read(path)"
-    return TypeError(f"{function}(): `{name}` is {kind}; expected {expected}" + (f"; {hint}" if hint else ""))
+    elif isinstance(value, (list, tuple)) and value:
+        kind += f" of {type(value[0]).__name__}"
+    function = f"{function}(): " if function else ""
+    return TypeError(f"{function}`{name}` is {kind}; expected {expected}" + (f"; {hint}" if hint else ""))
 
 
 def in_order(array: Any, axes: Sequence[str]) -> Any:
@@ -57,7 +60,10 @@ def in_order(array: Any, axes: Sequence[str]) -> Any:
 def from_anywhere(name: str, array: Any) -> npt.NDArray[Any]:
     """A NumPy array of an array, an object with DLPack, or a sequence."""
     if isinstance(array, np.ndarray) or not hasattr(array, "__dlpack__"):
-        return np.asarray(array)
+        made = np.asarray(array)
+        if not isinstance(array, np.ndarray) and made.dtype.kind in "OSU":
+            raise wrong("", name, array, "an array of numbers")
+        return made
     try:
         return np.from_dlpack(array)
     except (BufferError, RuntimeError, TypeError) as error:
@@ -83,9 +89,15 @@ def taken(
     return np.require(array, dtype=dtype, requirements=["C", "A"])
 
 
-def written(
-    out: Any, dtype: type[Scalar], shape: tuple[int, ...], beside: npt.NDArray[Any]
-) -> npt.NDArray[Scalar]:
+def grey_levels(name: str, picture: Any) -> npt.NDArray[np.float32]:
+    """Grey levels of a picture; those of 0 to 1 are refused."""
+    levels = taken(name, picture, np.float32, ("row", "column"), ("float32", "float64", "uint8"))
+    if 0 < levels.max(initial=0) <= 1:
+        raise ValueError(f"`{name}` is at most {levels.max():g}; expected grey levels of 0 to 255")
+    return levels
+
+
+def written(out: Any, dtype: type[Scalar], shape: tuple[int, ...], beside: npt.NDArray[Any]) -> npt.NDArray[Scalar]:
     """Memory for a result of this type and shape: ``out`` if given, else new.
 
     ``out`` must not overlap the input ``beside``.

@@ -14,12 +14,7 @@ import numpy.typing as npt
 from . import _native
 from ._arrays import COMPLEX, REAL, SupportsDLPack, from_anywhere, in_order, taken, written, wrong
 from ._data import AlignedData, ChannelData, Lines
-from ._keywords import (
-    AlignedDataParameters,
-    BeamformerParameters,
-    ChannelDataParameters,
-    DelayParameters,
-)
+from ._keywords import AlignedDataParameters, BeamformerParameters, ChannelDataParameters, DelayParameters
 from ._parameters import documented, names, refuse_unknown, section
 
 if TYPE_CHECKING:
@@ -50,13 +45,7 @@ class Beamformer:
     threads.
     """
 
-    def __init__(
-        self,
-        elements: int,
-        *,
-        threads: int | None = None,
-        **parameters: Unpack[BeamformerParameters],
-    ) -> None:
+    def __init__(self, elements: int, *, threads: int | None = None, **parameters: Unpack[BeamformerParameters]) -> None:
         checked = section("Beamformer", BeamformerParameters, parameters)
         self._native = _native.Beamformer(checked, elements, threads)
         self._depth_step = checked.depth_step

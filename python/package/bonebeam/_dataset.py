@@ -139,9 +139,7 @@ class Dataset(Sequence[Recording]):
             ) from error
         return self._counted(_results(work, len(self), count), report)
 
-    def _counted(
-        self, results: Iterator[Result], progress: Callable[[int, int], None]
-    ) -> Iterator[Result]:
+    def _counted(self, results: Iterator[Result], progress: Callable[[int, int], None]) -> Iterator[Result]:
         for done, result in enumerate(results):
             progress(done + 1, len(self))
             yield result

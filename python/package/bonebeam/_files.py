@@ -59,9 +59,7 @@ def consecutive(frames: int | range, count: int) -> range:
     return wanted
 
 
-def frames(
-    path: str | PathLike[str], *, variables: Variables | None = None
-) -> Iterator[Recording]:
+def frames(path: str | PathLike[str], *, variables: Variables | None = None) -> Iterator[Recording]:
     """Iterates over a recording's frames, as a :class:`Dataset`.
 
     Args:
@@ -83,16 +81,14 @@ def frames(
 
 def opened(path: str | PathLike[str], variables: Variables | None) -> _native.RecordingFile:
     """Opens a recording's file and reads its first frame."""
+    path = os.fspath(path)
     if not os.path.isdir(path):
         # Tells of a file that is missing or may not be read as Python does.
         os.stat(path)
         if os.path.isfile(path):
             open(path, "rb").close()
-    given = {
-        key: value if isinstance(value, str) else np.asarray(value).tolist()
-        for key, value in (variables or {}).items()
-    }
-    return _native.RecordingFile(path, json.dumps(given))
+    plain = ((key, of if isinstance(of, str) else np.asarray(of).tolist()) for key, of in (variables or {}).items())
+    return _native.RecordingFile(path, json.dumps(dict(plain)))
 
 
 def recording(keys: dict[str, Any], one: bool = True) -> Recording:

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _native, _parameters
-from ._arrays import SupportsDLPack, taken, written, wrong
+from ._arrays import SupportsDLPack, grey_levels, written, wrong
 from ._data import Image, Lines
 from ._keywords import ImageParameters, PhaseSymmetryParameters
 
@@ -20,12 +20,7 @@ if TYPE_CHECKING:
 
 
 @_parameters.documented("image", ImageParameters)
-def bmode(
-    lines: Lines | Recording,
-    *,
-    threads: int | None = None,
-    **parameters: Unpack[ImageParameters],
-) -> Image:
+def bmode(lines: Lines | Recording, *, threads: int | None = None, **parameters: Unpack[ImageParameters]) -> Image:
     """Makes a B-mode image from lines: envelope, decibels, pixels of 0 to 255.
 
     Args:
@@ -51,8 +46,7 @@ def bmode(
     keys = _parameters.checked("bmode", _parameters.names(ImageParameters), parameters)
     pixels, x0, z0, pixel, angle = _native.bmode(lines._one_frame("bmode"), keys, threads)
     across, down = pixel
-    decibels = parameters.get("dynamic_range")
-    decibels = 60.0 if decibels is None else decibels
+    decibels = parameters.get("dynamic_range") or 60.0
     return Image(pixels, x0, z0, down, decibels, angle=angle, pixel_x=None if across == down else across)
 
 
@@ -105,8 +99,7 @@ def phase_symmetry(
     >>> int(bones[:, 10].argmax())
     32
     """
-    resize = parameters.get("resize")
-    pixel = None
+    resize, pixel = parameters.get("resize"), None
     if isinstance(image, Image):
         if resize is not None:
             raise ValueError("`resize` would change the size of the image's pixels; give `image.pixels`")
@@ -126,9 +119,7 @@ def phase_symmetry(
     if resize is not None:
         given["resize"] = dict(zip(("rows", "columns"), resize))
     keys = _parameters.checked("phase_symmetry", known, given)
-    dtypes = ("float32", "float64", "uint8")
-    source = image.pixels if isinstance(image, Image) else image
-    pixels = taken("image", source, np.float32, ("row", "column"), dtypes)
+    pixels = grey_levels("image", image.pixels if isinstance(image, Image) else image)
     bones = written(out, np.float32, pixels.shape if resize is None else resize, beside=pixels)
     _native.phase_symmetry(pixels, pixel, keys, bones, threads)
     bones = bones if out is None else out

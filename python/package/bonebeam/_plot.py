@@ -63,13 +63,7 @@ def surface(surface: Surface, ax: Axes) -> Axes:
     return ax
 
 
-def _drawn(
-    pixels: Any,
-    extent: Any,
-    limits: tuple[float, float],
-    ax: Axes | None,
-    label: str | None,
-) -> Axes:
+def _drawn(pixels: Any, extent: Any, limits: tuple[float, float], ax: Axes | None, label: str | None) -> Axes:
     """Draws pixels in grey, with a colour bar if it has a label."""
     if ax is None:
         _, ax = _pyplot().subplots(layout="constrained")

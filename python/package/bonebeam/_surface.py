@@ -12,15 +12,10 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _native, _parameters, _show
-from ._arrays import SupportsDLPack, taken, wrong
+from ._arrays import SupportsDLPack, grey_levels, taken, wrong
 from ._beamform import beamform, coherence as coherence_of
 from ._data import AlignedData, ChannelData, Image, Lines, Shown
-from ._keywords import (
-    AlignedDataParameters,
-    ChannelDataParameters,
-    RecordingSurfaceParameters,
-    SurfaceParameters,
-)
+from ._keywords import AlignedDataParameters, ChannelDataParameters, RecordingSurfaceParameters, SurfaceParameters
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -222,7 +217,7 @@ def surface(
     if isinstance(source, (str, PathLike, dict)) or type(source).__name__ in ("Dataset", "Surface"):
         raise wrong("surface", "source", source, "a recording, Lines, an Image or a picture")
     image = _image(source, pixel_size)
-    pixels = taken("source", image.pixels, np.float32, ("row", "column"), ("float32", "float64", "uint8"))
+    pixels = grey_levels("source", image.pixels)
     # A picture from elsewhere begins at its top, an image of lines where they do.
     depth = image.z0 if isinstance(source, Image) else 0.0
     points, searched, found, verdict = _native.surface_of_picture(
@@ -249,5 +244,4 @@ def _image(source: Any, pixel_size: float | tuple[float, float] | None) -> Image
     across, down = pixel_size if isinstance(pixel_size, tuple) else (pixel_size, pixel_size)
     if not all(1e-6 <= side <= 1e-2 for side in (across, down)):
         raise ValueError(f"`pixel_size` is {pixel_size}; expected 1e-6 to 0.01 (m)")
-    pixels = taken("source", source, np.float32, ("row", "column"), ("float32", "float64", "uint8"))
-    return Image(pixels, 0.0, 0.0, down, pixel_x=None if across == down else across)
+    return Image(grey_levels("source", source), 0.0, 0.0, down, pixel_x=None if across == down else across)

@@ -132,14 +132,17 @@ fn the_readme_has_the_figures_of_the_documents() {
     };
     let point = row(
         &readme,
-        "point at 60 dB channel SNR, fine lines: −12 dB width",
+        "point at 60 dB channel SNR, lines 0.04 mm apart: −12 dB width",
     );
     for (cell, name) in point.iter().zip(["DAS", "MV", "ESMV rank 1"]) {
         let name = format!("60 dB, {name}");
         let found = below(&experiments, "Fine beams, by channel SNR", &name);
         assert_eq!(Some(&cell[..]), found[0].split(' ').next(), "{name}");
     }
-    let sampled = row(&readme, "… without noise, on a line; half way to the next");
+    let sampled = row(
+        &readme,
+        "… without noise, 0.3 mm apart: on a line; half way to the next",
+    );
     let [on, between] = ["0.000", "0.154"].map(|off| {
         let title = format!("Point scatterer (Fig. 2), beams 0.308 mm apart, point {off}");
         below(&results, &title, "-12 dB width, mm")
@@ -150,14 +153,14 @@ fn the_readme_has_the_figures_of_the_documents() {
     assert_eq!(sampled[4], format!("{}; {}", on[1], on[3]));
     let water = row(
         &readme,
-        "vertebra in water: mean error of B-mode; phase symmetry",
+        "vertebra in water, noise at −40 dB: mean error of B-mode; phase symmetry",
     );
     let error = row(&results, "US: mean localization error, mm");
     assert_eq!(water[4], format!("{}; {} (B-mode)", error[1], error[3]));
     for (own, document, titles) in [
         (water, &results, ["Vertebra, US", "Vertebra, PS"]),
         (
-            row(&readme, "… in tissue"),
+            row(&readme, "… in tissue, clutter in the shadow"),
             &experiments,
             ["B-mode (US)", "Phase symmetry (PS)"],
         ),

@@ -17,13 +17,15 @@ pub(crate) const WHEEL: &[&str] = &[
 
 /// The package's two halves side by side, the native one built with the workspace: a wheel would build every crate
 /// again. With a test named, the features are those of the tests, so that nothing is built twice.
-const PYTHON: &[&str] = &[
+const PACKAGE: &[&str] = &[
     "cargo build --locked --quiet --workspace --release @bench --lib --test program",
     "cargo test --locked --quiet --workspace --release @bench --no-run --test program",
     "rm -rf @target/python-package",
     "mkdir -p @target/python-package",
     "cp -R python/package/bonebeam @target/python-package",
     "cp @target/release/lib_native.so @target/python-package/bonebeam/_native.abi3.so",
+];
+const PYTHON: &[&str] = &[
     "python$ PYTHONPATH=@target/python-package @venv/python/bin/python -m mypy package",
     "python$ PYTHONPATH=@target/python-package @venv/python/bin/python -m pytest -q \
      --doctest-modules --pyargs bonebeam tests",
@@ -31,7 +33,20 @@ const PYTHON: &[&str] = &[
 
 pub(crate) fn python(here: &Here) -> Result<()> {
     // On others the linker wants flags that only maturin knows.
+    if OS == "linux" {
+        here.lines(PACKAGE)?;
+    }
     here.lines(if OS == "linux" { PYTHON } else { WHEEL })
+}
+
+/// Command lines and calls of Python, by the same relations.
+pub(crate) fn metamorphic(here: &Here) -> Result<()> {
+    let python = "@venv/metamorphic/bin/python tests/metamorphic";
+    here.run(format!("{python}.py @host-sim"))?;
+    here.lines(PACKAGE)?;
+    here.run(format!(
+        "PYTHONPATH=@target/python-package {python}_python.py @host-sim --seconds 30"
+    ))
 }
 
 /// Whether an environment's Python runs this code.

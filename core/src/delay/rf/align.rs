@@ -36,6 +36,8 @@ struct CentrePath<'a> {
     depth: &'a mut [f32],
     whole: &'a mut [f32],
     fraction: &'a mut [f32],
+    /// Whether deeper positions are never earlier, for elements at the line's beginning.
+    in_order: bool,
 }
 
 /// Read positions of elements, and their records.
@@ -100,6 +102,7 @@ impl Delay {
                 depth,
                 whole,
                 fraction,
+                in_order: true,
             },
             buffers: Buffers {
                 decimator: DecimatorMemory { streams, decimated },
@@ -168,10 +171,12 @@ impl Delay {
     fn trace_centre(&self, source: &Source, centre: &mut CentrePath) {
         let reach = self.hilbert.reach() as f64;
         let flight = self.flight(&source.transmit, source.line);
+        centre.in_order = !source.transmit.is_in_front();
         let CentrePath {
             depth,
             whole,
             fraction,
+            ..
         } = centre;
         let positions = depth.iter_mut().zip(&mut **whole).zip(&mut **fraction);
         for (n, ((depth, whole), fraction)) in positions.enumerate() {
@@ -216,7 +221,7 @@ impl Delay {
 
     /// The samples of a decimated record that an element reads.
     ///
-    /// Deeper positions are never earlier, so the first and the last readable depth enclose all.
+    /// If deeper positions are never earlier, the first and the last readable depth enclose all.
     #[inline(always)]
     fn span<const ELEMENTS: usize>(&self, path: &ElementPath<ELEMENTS>) -> Range<usize> {
         let ElementPath {
@@ -224,7 +229,7 @@ impl Delay {
             receive_delay,
             ..
         } = path;
-        if !receive_delay.is_level() {
+        if !(receive_delay.is_level() && centre.in_order) {
             return self.widest_span(centre, receive_delay);
         }
         let depths = centre.depth.iter().zip(&*centre.whole);
@@ -252,7 +257,7 @@ impl Delay {
         (first + before) as usize..(last + after) as usize
     }
 
-    /// The same by all positions, for an element that the line first approaches.
+    /// The same by all positions, for an element that the line or the wave first approaches.
     #[inline(never)]
     fn widest_span(&self, centre: &CentrePath, receive_delay: &ReceiveDelay) -> Range<usize> {
         let (mut first, mut last) = (f64::INFINITY, f64::NEG_INFINITY);

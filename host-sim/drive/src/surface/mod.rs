@@ -108,8 +108,8 @@ fn of_lines_with<S: Data<Elem = Complex<f32>>>(
         None => Settings::DEFAULT,
     });
     let (mut points, _) = detect(&grey, coherence.as_deref(), samples, spacing, settings)?;
-    let fall = (POINT_FALL / section.grey_range * 255.0) as u8;
-    doubt_points(&mut points, &grey, samples, spacing, fall);
+    let falls = [POINT_FALL, SIDE_LOBES].map(|fall| (fall / section.grey_range * 255.0) as u8);
+    doubt_points(&mut points, &grey, samples, spacing, falls);
     Ok(placed(points, section.min_confidence, |line, r| {
         let (z, angle) = match &lines.rays {
             None => (0.0, 0.0),
@@ -123,16 +123,25 @@ fn of_lines_with<S: Data<Elem = Complex<f32>>>(
 const POINT_FALL: f64 = 20.0;
 /// Length below which a piece is an echo of a point with its side lobes, m.
 const POINT_LENGTH: f64 = 1.5e-3;
+/// Level of side lobes below their point, at most, dB.
+const SIDE_LOBES: f64 = 25.0;
 /// Largest confidence of such a piece.
 const POINT_CONFIDENCE: f32 = 0.25;
 /// Distance of an echo from its point, m.
 const ECHO: f64 = 0.4e-3;
 
-/// Lowers the confidence of pieces that are as short as the echo of a point.
+/// Lowers the confidence of pieces as short as a point's echo, and of its side lobes.
 ///
-/// Their length counts down to `fall` grey levels below their brightest echo.
+/// Their length counts down to the first number of grey levels below their brightest echo. Side lobes are the second
+/// number below the brightest point.
 /// In water a point has an echo and a shadow as bone has, and side lobes that go on from line to line.
-fn doubt_points(points: &mut [Option<Point>], grey: &[u8], samples: Axis, spacing: f64, fall: u8) {
+fn doubt_points(
+    points: &mut [Option<Point>],
+    grey: &[u8],
+    samples: Axis,
+    spacing: f64,
+    [fall, side_lobes]: [u8; 2],
+) {
     let reach = (ECHO / samples.step) as usize;
     let echo = |line: usize, point: &Point| {
         // The cast saturates.
@@ -150,6 +159,8 @@ fn doubt_points(points: &mut [Option<Point>], grey: &[u8], samples: Axis, spacin
         .enumerate()
         .map(|(line, point)| echo(line, point.as_ref()?))
         .collect();
+    // Each piece: its lines, its brightest echo, and whether it is a point.
+    let mut pieces = Vec::new();
     let mut first = 0;
     while first < points.len() {
         let goes_on = |point: &&Option<Point>| point.is_some_and(|point| !point.begins);
@@ -157,14 +168,21 @@ fn doubt_points(points: &mut [Option<Point>], grey: &[u8], samples: Axis, spacin
         let of_piece = echoes[first..end].iter().flatten();
         let brightest = of_piece.clone().copied().max().unwrap_or(0);
         let bright = of_piece.filter(|echo| **echo >= brightest.saturating_sub(fall));
-        if (bright.count() as f64) * spacing < POINT_LENGTH {
-            for point in points[first..end].iter_mut().flatten() {
-                if point.confidence > POINT_CONFIDENCE {
-                    point.confidence = POINT_CONFIDENCE;
-                }
+        let is_point = (bright.count() as f64) * spacing < POINT_LENGTH;
+        pieces.push((first..end, brightest, is_point));
+        first = end;
+    }
+    let brightest_points = pieces.iter().filter(|piece| piece.2).map(|piece| piece.1);
+    let faint = brightest_points
+        .max()
+        .unwrap_or(0)
+        .saturating_sub(side_lobes);
+    for (lines, brightest, is_point) in pieces {
+        if is_point || brightest < faint {
+            for point in points[lines].iter_mut().flatten() {
+                point.confidence = point.confidence.min(POINT_CONFIDENCE);
             }
         }
-        first = end;
     }
 }
 

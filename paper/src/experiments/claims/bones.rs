@@ -1,12 +1,9 @@
 //! Pictures of the first bones: one disturbed scene each in water and in tissue.
 
 use super::condition::Condition;
-use super::parameters::Claims;
+use super::parameters::{Claims, SHOWN};
 use super::pose::one;
 use crate::experiments::study::*;
-
-/// Number of bones shown.
-const SHOWN: u64 = 2;
 
 /// Pictures of the first bones with the paper's time windows.
 pub fn shown(claims: &Claims, context: &Context<'_>) -> Result<Vec<Section>> {

@@ -29,15 +29,22 @@ use tuning::Tuned;
 const TUNED: u64 = (1 << 40) + 100;
 
 impl Experiment for Claims {
-    /// Two bones, one to tune on, half the beams, one time window.
+    /// Disturbed tissue, two bones, one to tune on, fewer beams, large pixels.
     fn quick() -> Self {
         let full = Claims::default();
+        let coarse = |image: Image| Image {
+            rows: Some(256),
+            columns: Some(256),
+            ..image
+        };
         Claims {
             bones: 2,
-            volumes: 1,
             tuning_bones: 1,
             half_windows: vec![2],
+            only: ["tissue", "disturbed"].map(String::from).to_vec(),
             simulation: common::quick(full.simulation),
+            water: coarse(full.water),
+            tissue: coarse(full.tissue),
             ..full
         }
     }

@@ -4,6 +4,9 @@ use super::condition::{Condition, Medium};
 use crate::experiments::common::Common;
 use crate::experiments::study::*;
 
+/// Number of bones with figures.
+pub const SHOWN: u64 = 2;
+
 parameters! {
     /// Section `[claims]`.
     Claims "claims" {

@@ -14,7 +14,7 @@ const ABERRATION_LENGTH: f64 = 3e-3;
 pub const TISSUE: [[f64; 2]; 2] = [[-15e-3, 15e-3], [3e-3, 44e-3]];
 
 use super::condition::{Condition, Medium};
-use super::parameters::Claims;
+use super::parameters::{Claims, SHOWN};
 use super::population::Bone;
 
 /// Thickness of the slab of bone that echoes in three dimensions, m.
@@ -153,9 +153,14 @@ impl<'a> Pose<'a> {
         for part in parts {
             let (phantom, settings) = self.part(part, bone.clone(), settings.clone())?;
             let step = format!("{}: {part:?}", self.what).to_lowercase();
-            let data = channel_data(&settings, &phantom, Summation::Cells, &|done| {
-                (self.context.progress)(&step, done);
-            })?;
+            let in_figures = matches!(part, Part::Bone | Part::Cluttered | Part::Tissue)
+                && seed.wrapping_sub(self.claims.simulation.seed) < SHOWN;
+            let data = match in_figures {
+                true => recording(self.context, ["claims", &step], &settings, &phantom)?,
+                false => channel_data(&settings, &phantom, Summation::Cells, &|done| {
+                    (self.context.progress)(&step, done);
+                })?,
+            };
             recordings.parts.insert(part, data);
             if part == Part::Volume {
                 recordings.volume = phantom.bone;

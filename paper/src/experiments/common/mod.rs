@@ -14,3 +14,14 @@ pub mod truth;
 pub mod variants;
 
 pub use bonebeam_report::experiments::common::*;
+use bonebeam_simulate::Settings;
+
+/// Three quarters of the array, a beam for every second element.
+pub fn quick(simulation: Settings) -> Settings {
+    Settings {
+        elements: 96,
+        beams: 48,
+        beam_step: 2.0,
+        ..simulation
+    }
+}

@@ -70,8 +70,8 @@ impl Experiment for Surface {
         let full = Surface::default();
         Surface {
             seeds: 1,
-            thickness: 2e-3,
-            density: 10e9,
+            thickness: 0.5e-3,
+            density: 12e9,
             simulation: common::quick(full.simulation),
             ..full
         }

@@ -18,12 +18,12 @@ const VARIANTS: [&str; 8] = [
 ];
 
 impl Experiment for VertebraInTissue {
-    /// Half the beams at 40 MHz, and a slab of fewer scatterers.
+    /// Fewer beams at 40 MHz, and a thin slab of fewer scatterers.
     fn quick() -> Self {
         let full = VertebraInTissue::default();
         VertebraInTissue {
-            tissue_density: 20.0,
-            thickness: 3e-3,
+            tissue_density: 12.0,
+            thickness: 0.5e-3,
             simulation: Settings {
                 fs: 40e6,
                 ..common::quick(full.simulation)

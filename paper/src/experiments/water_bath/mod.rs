@@ -28,15 +28,15 @@ use specimen::Specimen;
 impl Experiment for WaterBath {
     /// Coarse parameters for a first run.
     ///
-    /// Every fourth beam, half the volume's slices, pixels and voxels of twice the size, a thin slab.
+    /// Every fourth beam, a third of the volume's slices, pixels and voxels of twice the size, a thin slab.
     fn quick() -> Self {
         let mut quick = WaterBath::default();
         (quick.image.rows, quick.image.columns) = (Some(256), Some(256));
         (quick.simulation.beams, quick.simulation.beam_step) = (64, 2.0);
-        (quick.sweep, quick.sweep_step) = (31, 1e-3);
-        quick.sweep_density = 4.0;
-        quick.thickness = 1e-3;
-        quick.tried = [f64::INFINITY, 0.0].map(Shadow::quiet).to_vec();
+        (quick.sweep, quick.sweep_step) = (17, 1.8e-3);
+        quick.sweep_density = 2.0;
+        quick.thickness = 0.5e-3;
+        quick.tried = vec![Shadow::quiet(0.0)];
         quick.ct_voxel = quick.ct_voxel.map(|v| 2.0 * v);
         quick
     }
