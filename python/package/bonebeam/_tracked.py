@@ -106,7 +106,7 @@ def read_sequence(
     pose_unit: str | None = None,
     angle_unit: str | None = None,
 ) -> TrackedSequence:
-    """Reads a tracked sequence of PLUS or 3D Slicer (``.mha``, ``.nrrd``), or a folder of PNGs with a table of poses.
+    """Reads a sequence of PLUS or 3D Slicer (``.mha``, ``.nrrd``), DICOM, or a folder of PNGs with a table of poses.
 
     Args:
         path: A file or a folder.
