@@ -180,9 +180,8 @@ class Engine {
    */
   async lines(shape, frame, coarse, check) {
     const z = new Float32Array(2 * shape.lines * shape.samples);
-    // Smaller parts end sooner for a newer request. Records upsampled for many transmits are so once a part.
-    const each = coarse || this.about.transmits >= 8 && !this.about.focused ? 1 : 3;
-    const parts = Math.min(shape.beams, this.hands.length * each);
+    // Smaller parts end sooner for a newer request, and take less memory where records are upsampled.
+    const parts = Math.min(shape.beams, this.hands.length * (coarse ? 1 : 3));
     let next = 0;
     const work = async (/** @type {Hand} */ hand) => {
       while (next < parts) {

@@ -71,12 +71,13 @@ class View {
   layout() {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     const count = this.curtain ? 1 : Math.max(1, this.panes.length);
-    const wide = width / count;
+    // One below the other on a narrow screen.
+    const [across, down] = width < 560 ? [1, count] : [count, 1];
     const areas = Array.from({ length: count }, (_, k) => ({
-      left: k * wide + MARGIN.left,
-      top: MARGIN.top,
-      width: Math.max(10, wide - MARGIN.left - MARGIN.right),
-      height: Math.max(10, height - MARGIN.top - MARGIN.bottom),
+      left: (k % across) * (width / across) + MARGIN.left,
+      top: (k % down) * (height / down) + MARGIN.top,
+      width: Math.max(10, width / across - MARGIN.left - MARGIN.right),
+      height: Math.max(10, height / down - MARGIN.top - MARGIN.bottom),
     }));
     const picture = this.panes.length ? this.picture(this.panes[0]) : null;
     const size = picture ? [picture.columns * picture.pixel[0], picture.rows * picture.pixel[1]] : [1, 1];
@@ -88,12 +89,12 @@ class View {
   /** A position of the canvas in m. @param {number} px @param {number} py */
   position(px, py) {
     const { areas, scale, middle } = this.layout();
-    const pane = this.curtain ? 0 : areas.findIndex((a) => px >= a.left - MARGIN.left && px < a.left + a.width + MARGIN.right);
-    const area = areas[Math.max(0, pane)];
+    const within = (/** @type {any} */ a) =>
+      px < a.left + a.width + MARGIN.right && py < a.top + a.height + MARGIN.bottom;
+    const area = areas.find(within) ?? areas[areas.length - 1];
     return {
       x: middle.x + (px - area.left - area.width / 2) / scale,
       z: middle.z + (py - area.top - area.height / 2) / scale,
-      pane: Math.max(0, pane),
     };
   }
 
@@ -225,10 +226,10 @@ class View {
     for (const mm of marks((area.left - x0) / perMm, (area.left + area.width - x0) / perMm)) {
       const x = x0 + mm * perMm;
       line(context, [[x, area.top + area.height], [x, area.top + area.height + 4]], ink, 1);
-      context.fillText(short(mm), x, area.top + area.height + 13);
+      context.fillText(short(mm).replace("-", "−"), x, area.top + area.height + 13);
     }
     context.fillText("mm", area.left + area.width / 2, area.top + area.height + 26);
-    if (this.truth.length) {
+    if (this.truth.length && area.width > 360) {
       context.textAlign = "left";
       context.fillText(`┄ ${WORDS.truth}`, area.left, area.top + area.height + 26, area.width / 2 - 16);
     }
@@ -236,7 +237,7 @@ class View {
     for (const mm of marks((area.top - z0) / perMm, (area.top + area.height - z0) / perMm)) {
       const z = z0 + mm * perMm;
       line(context, [[area.left - 4, z], [area.left, z]], ink, 1);
-      context.fillText(short(mm), area.left - 7, z);
+      context.fillText(short(mm).replace("-", "−"), area.left - 7, z);
     }
     const bar = { x: area.left + area.width + 10, width: 10 };
     const shades = context.createLinearGradient(0, area.top, 0, area.top + area.height);

@@ -19,7 +19,10 @@ class Prices:
     end: float = 10.0
     jump: float = 12.0
     slope: float = 1.5
+    step: float = 1.5  # mm
     spacing: float = 0.308
+    confidence: tuple = (-1.15, 0.94)
+    piece: float = 0.56
 
 
 PRICES = Prices()
@@ -102,6 +105,14 @@ def judged(network, picture, prices=PRICES, scores=None, frame=None):
     factor = picture.spacing / prices.spacing
     path = best_path(scores, prices.absence, prices.end, prices.jump, prices.slope * frame.cell, factor)
     answered = path >= 0
+    margin = np.where(answered, scores[np.arange(len(path)), path] - prices.absence, 0)
+    mean, around = np.zeros(len(path)), np.ones(9)
+    steps = (np.abs(np.diff(path)) > np.floor(prices.step / frame.cell)) | (np.diff(answered.astype(int)) != 0)
+    for piece in np.split(np.arange(len(path)), np.flatnonzero(steps) + 1):
+        sums = [np.convolve(of, around)[4:-4] for of in (margin[piece], np.ones(len(piece)))]
+        mean[piece] = sums[0] / sums[1]
+        sure = 1 / (1 + np.exp(-prices.confidence[0] - prices.confidence[1] * mean[piece]))
+        answered[piece] &= sure.mean() >= prices.piece
     samples = np.where(answered, (path + 0.5) * frame.stride - 0.5, np.nan)
 
     def near(depths):
@@ -113,8 +124,6 @@ def judged(network, picture, prices=PRICES, scores=None, frame=None):
     false = answered & ~hits & ~unknown
     bone = ~np.isnan(picture.bone).all(0) if len(picture.bone) else np.zeros(len(path), bool)
     missed = bone & ~hits & ~unknown
-    margin = np.where(answered, scores[np.arange(len(path)), path] - prices.absence, 0)
-    mean = np.convolve(margin, np.ones(9), "same") / np.maximum(np.convolve(answered, np.ones(9), "same"), 1)
     counts = answered & ~unknown
     margins = [(mean[counts], hits[counts])]
     return Result(picture.name, group_of(picture), hits.sum(), false.sum(), missed.sum(), margins, samples)

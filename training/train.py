@@ -15,11 +15,14 @@ from pathlib import Path
 import numpy as np
 
 from features import INPUTS, NAMES, Frame, pictures
-from path import judged, table
+from path import Prices, judged, table
 
 ROOT = Path(__file__).resolve().parent.parent
 HIDDEN = 24
 LIMIT = 3 * 64
+COUNT = 104 * 23  # pictures: of each subject in the mixture as many
+SEED = 4  # of the weights at the start
+MARGIN = 1.5  # least mean score above absence of a piece, nats
 EVERY = 4  # lines that train
 PLAIN = 100  # pictures without speckle
 ALONE = 0.3  # weight of the loss of echoes by themselves
@@ -213,7 +216,7 @@ pub const OUTPUT_BIAS: i32 = {network.output_bias};
 
 def main():
     arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    arguments.add_argument("--count", type=int, default=2400, help="drawn pictures to train on")
+    arguments.add_argument("--count", type=int, default=COUNT, help="drawn pictures to train on")
     arguments.add_argument("--seed", type=int, default=11)
     arguments.add_argument("--judge", action="append", default=[], help="folder with labels.json to report on")
     arguments.add_argument("--drawn", help="folder of pictures that are drawn already")
@@ -221,14 +224,14 @@ def main():
     arguments = arguments.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         data, held = data_of(arguments.drawn or drawn(folder, arguments.count, arguments.seed))
-    network = Network(*data, seed=1)
+    network = Network(*data, seed=SEED)
     labels = data[1]
     print(f"{len(labels)} echoes, {100 * (labels == 1).mean():.2f} % on bone")
     note = f"{arguments.count} pictures of seed {arguments.seed} that `bonebeam-draw` draws at the commit that added these weights."
-    results = [judged(network, picture) for picture in held]
-    print("drawn, held out:", *table(results), sep="\n")
+    results = [judged(network, picture, Prices(piece=0)) for picture in held]
     a, b = confidence([row for result in results for row in result.margins])
-    print(f"confidence: [{a:.2f}, {b:.2f}]")
+    print(f"confidence: [{a:.2f}, {b:.2f}], piece: {1 / (1 + np.exp(-a - b * MARGIN)):.2f}")
+    print("drawn, held out:", *table([judged(network, picture) for picture in held]), sep="\n")
     for folder in arguments.judge:
         judge = [picture.joined() for picture in pictures(folder)]
         print(folder, *table([judged(network, picture) for picture in judge]), sep="\n")

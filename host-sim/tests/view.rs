@@ -139,7 +139,7 @@ fn parts_of_a_frame_have_the_bits_of_the_whole() {
             let lines = |part: [usize; 2]| {
                 let frames = RecordingFrames::of_part(&data, &section, part).unwrap();
                 let stage = frames.stage().unwrap();
-                let mut z = Array2::zeros((stage.all_rays().len(), stage.samples()));
+                let mut z = Array2::zeros((frames.own_lines().len(), stage.samples()));
                 let frame = data.samples.frame(0).unwrap();
                 frames.frame(frame, &|_| (), z.view_mut()).unwrap();
                 (z, frames.own_lines())
@@ -152,8 +152,8 @@ fn parts_of_a_frame_have_the_bits_of_the_whole() {
                 let (own, range) = lines([part, 3]);
                 assert_eq!(range.start, next, "{method} {sub_lines:?}");
                 next = range.end;
-                let of = |z: &Array2<_>| z.slice_axis(Axis(0), range.clone().into()).to_owned();
-                assert_eq!(of(&own), of(&whole), "{method} {sub_lines:?}");
+                let of_whole = whole.slice_axis(Axis(0), range.into());
+                assert_eq!(own, of_whole, "{method} {sub_lines:?}");
             }
             assert_eq!(next, whole.nrows());
         }

@@ -14,7 +14,7 @@ use bonebeam_drive::{Error, Result, phase_symmetry};
 use bonebeam_files::{BeamformedLines, ChannelData, Recording, Transmits, image, npy, npz};
 use bonebeam_measure::contrast::gcnr;
 use bonebeam_measure::profile::{largest, width};
-use ndarray::{Array2, Axis};
+use ndarray::Array2;
 use num_complex::Complex;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -190,6 +190,10 @@ impl State {
         let index = match known {
             Some(index) => index,
             None => {
+                if !matches!(data.transmits, Transmits::Focused { .. }) {
+                    // Compounded records take memory, too.
+                    self.parts.clear();
+                }
                 let frames = RecordingFrames::of_part(data, beamform, [k, n])?;
                 self.parts.push(([k, n], frames));
                 self.parts.len() - 1
@@ -199,15 +203,11 @@ impl State {
         let stage = frames.stage().ok_or_else(no_recording)?;
         let samples = data.samples.frame(frame);
         let samples = samples.ok_or_else(|| Error::Usage(format!("there is no frame {frame}")))?;
-        let mut z = Array2::zeros((stage.all_rays().len(), stage.samples()));
-        frames.frame(samples, &|_| (), z.view_mut())?;
         let lines = frames.own_lines();
-        let own = z.slice_axis(Axis(0), lines.clone().into());
-        let bytes = own
-            .iter()
-            .flat_map(|z| [z.re, z.im].map(f32::to_le_bytes))
-            .flatten();
-        Ok((json!({ "first": lines.start }), bytes.collect()))
+        let mut z = Array2::zeros((lines.len(), stage.samples()));
+        frames.frame(samples, &|_| (), z.view_mut())?;
+        let z: &[f32] = bytemuck::cast_slice(z.as_slice().unwrap_or_default());
+        Ok((json!({ "first": lines.start }), bytes_of(z)))
     }
 
     pub fn image(&mut self, z: Vec<u8>) -> Result<Answer> {
@@ -228,14 +228,15 @@ impl State {
             }
             (Some(_), _) => {
                 let stage = self.stage.as_ref().ok_or_else(no_recording)?;
-                let number =
-                    |bytes: &[u8]| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
-                let z: Vec<_> = z
-                    .chunks_exact(8)
-                    .map(|bytes| Complex::new(number(bytes), number(&bytes[4..])))
-                    .collect();
-                let z = Array2::from_shape_vec((stage.all_rays().len(), stage.samples()), z);
-                let z = z.map_err(|e| Error::Data(e.to_string()))?;
+                let mut lines = Array2::zeros((stage.all_rays().len(), stage.samples()));
+                // The module's memory is little-endian, as all bytes here.
+                let own: &mut [Complex<f32>] = lines.as_slice_mut().unwrap_or_default();
+                let own: &mut [u8] = bytemuck::cast_slice_mut(own);
+                if own.len() != z.len() {
+                    return Err(Error::Data("the lines are those of other settings".into()));
+                }
+                own.copy_from_slice(&z);
+                let z = lines;
                 let lines = self.lines.insert(stage.lines(z));
                 image_of(lines, &self.settings.image)?
             }
@@ -343,7 +344,7 @@ fn points_of(points: &[SurfacePoint]) -> Vec<Value> {
 fn pixels_of(pixels: &Array2<f32>, image: &BModeImage) -> Result<Answer> {
     let mut file = Vec::new();
     npy::write(pixels, &mut file).map_err(|e| Error::Data(e.to_string()))?;
-    let bytes = pixels.iter().flat_map(|level| level.to_le_bytes());
+    let levels = pixels.as_standard_layout();
     Ok((
         json!({
             "rows": pixels.nrows(),
@@ -354,6 +355,10 @@ fn pixels_of(pixels: &Array2<f32>, image: &BModeImage) -> Result<Answer> {
             "polar": image.angles.is_some(),
             "hash": format!("{:032x}", XxHash3_128::oneshot(&file)),
         }),
-        bytes.collect(),
+        bytes_of(levels.as_slice().unwrap_or_default()),
     ))
+}
+
+fn bytes_of(numbers: &[f32]) -> Vec<u8> {
+    bytemuck::cast_slice(numbers).to_vec()
 }

@@ -295,3 +295,17 @@ def test_arrays_of_xarray_have_coordinates_and_units(point, plane, lines, image)
     assert array.tx_delay.dims == ("transmit", "element") and array.time.dims == ("sample",)
     iq = replace(plane, rf=None, iq=plane.rf.astype(np.complex64)[None], f_demod=plane.f0)
     assert iq.to_xarray().dims[0] == "frame" and iq.to_xarray().name == "iq"
+
+
+def test_a_live_page_has_the_recording_and_is_an_element_of_a_notebook(point, tmp_path):
+    built = tmp_path / "built.html"
+    built.write_text('<script id="recording"></script><script id="extra">{}</script>')
+    page = point.view(page=built)
+    assert "bits" in page.loss and repr(page).startswith("<LivePage: ")
+    assert '"name":"recording.npz"' in page.text and '"truth":[]' in page.text
+    assert page._repr_html_().startswith("<iframe")
+    page.save(tmp_path / "page.html")
+    assert (tmp_path / "page.html").read_text() == page.text
+    with pytest.raises(ValueError, match="is not the page that page/build makes"):
+        built.write_text("<html>")
+        point.view(page=built)

@@ -168,6 +168,8 @@ const fn prices(parameters: &Parameters, sizes: &Sizes) -> Result<Prices, Error>
         slope,
         spacing,
         confidence,
+        piece,
+        step: longest,
         ..
     } = parameters.settings;
     attempt!(within("absence", absence, [-64.0, 64.0], "-64 to 64 nats"));
@@ -176,6 +178,8 @@ const fn prices(parameters: &Parameters, sizes: &Sizes) -> Result<Prices, Error>
     attempt!(finite("slope", slope));
     attempt!(finite("confidence", confidence[0] as f64));
     attempt!(finite("confidence", confidence[1] as f64));
+    attempt!(within("step", longest, [0.0, f64::INFINITY], "0 m or more"));
+    attempt!(within("piece", piece as f64, [0.0, 1.0], "0 to 1"));
     let factor = parameters.spacing / spacing;
     attempt!(within(
         "line spacing over that of the settings",
@@ -196,6 +200,8 @@ const fn prices(parameters: &Parameters, sizes: &Sizes) -> Result<Prices, Error>
     let factor = integer(factor * 256.0);
     Ok(Prices {
         absence: integer(absence * nat),
+        // The cast saturates.
+        most: (longest / cell) as u32,
         absent: (integer(absence * nat) * factor) >> 8,
         end: integer(end * nat),
         jump,

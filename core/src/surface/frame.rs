@@ -75,6 +75,33 @@ impl Detector {
             }
         }
         tracker.finish(put);
+        self.keep_sure_pieces(out);
         Ok(())
+    }
+}
+
+impl Detector {
+    /// Leaves out pieces whose mean confidence is below the settings' `piece`.
+    ///
+    /// `points` are those of neighbouring lines. [`Detector::frame`] does this; it is for the points of a [`Tracker`].
+    pub fn keep_sure_pieces(&self, points: &mut [Option<Point>]) {
+        let least = self.parameters().settings.piece;
+        let mut rest = points;
+        while let Some((_, others)) = rest.split_first() {
+            let goes_on = |point: &&Option<Point>| point.is_some_and(|point| !point.begins);
+            let length = 1 + others.iter().take_while(goes_on).count();
+            let parts = core::mem::take(&mut rest).split_at_mut_checked(length);
+            let Some((piece, after)) = parts else {
+                return;
+            };
+            let (mut sum, mut count) = (0.0, 0.0);
+            for point in piece.iter().flatten() {
+                (sum, count) = (sum + point.confidence, count + 1.0);
+            }
+            if sum < least * count {
+                piece.fill(None);
+            }
+            rest = after;
+        }
     }
 }

@@ -110,6 +110,8 @@ pub struct Settings {
     ///
     /// A move that costs more than `jump` is a jump.
     pub slope: f64,
+    /// Greatest change in depth from line to line within a piece, m; may be infinite.
+    pub step: f64,
     /// Spacing of lines whose scores count fully, m.
     ///
     /// Scores of closer lines count less, in proportion.
@@ -119,6 +121,10 @@ pub struct Settings {
     /// The confidence is `1/(1 + e^−(a + b·m))`, with `m` the mean of the scores above absence, in nats, of up to
     /// four lines on either side of the same piece.
     pub confidence: [f32; 2],
+    /// Least mean confidence of a piece of a whole frame.
+    ///
+    /// [`Detector::keep_sure_pieces`](super::Detector::keep_sure_pieces) leaves out the others.
+    pub piece: f32,
 }
 
 impl Settings {
@@ -171,8 +177,10 @@ impl Settings {
         end: 8.0,
         jump: 8.5,
         slope: 2.5e3,
+        step: f64::INFINITY,
         spacing: 0.308e-3,
         confidence: [0.96, 0.69],
+        piece: 0.0,
     };
 
     /// Settings for lines of channel data with a map of coherence.
@@ -210,7 +218,9 @@ impl Settings {
         end: 10.0,
         jump: 12.0,
         slope: 1.5e3,
-        confidence: [-0.53, 0.70],
+        step: 1.5e-3,
+        confidence: [-1.15, 0.94],
+        piece: 0.56,
         ..Self::DEFAULT
     };
 }
@@ -386,6 +396,8 @@ pub(super) const fn window(name: &'static str, [from, to]: [f64; 2]) -> Result<(
 pub(super) struct Prices {
     /// Score of a line without bone.
     pub absence: i32,
+    /// Most cells of a move within a piece.
+    pub most: u32,
     /// `absence`, scaled by the weight of a line.
     pub absent: i32,
     /// Price of a start and of an end.

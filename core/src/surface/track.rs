@@ -28,7 +28,7 @@ pub struct Point {
     pub confidence: f32,
     /// Whether a piece of surface begins here.
     ///
-    /// If so, the line before has no surface, or one at the distance of a jump.
+    /// If so, the line before has no surface, or one at the distance of a jump or of more than the settings' `step`.
     pub begins: bool,
 }
 
@@ -319,10 +319,17 @@ impl<'p, 'm> Tracker<'p, 'm> {
                             mark |= BEGINS;
                             Some(best)
                         }
-                        _ if origin < Pointer::BELOW => {
-                            Some(cell.saturating_add_signed(Pointer::BELOW - origin))
+                        _ => {
+                            // Cells down to where the path comes from.
+                            let down = match origin < Pointer::BELOW {
+                                true => Pointer::BELOW - origin,
+                                false => origin - Pointer::HERE,
+                            };
+                            if down.unsigned_abs() > self.detector.prices.most {
+                                mark |= BEGINS;
+                            }
+                            Some(cell.saturating_add_signed(down))
                         }
-                        _ => Some(cell.saturating_add_signed(origin - Pointer::HERE)),
                     }
                 }
             };

@@ -44,7 +44,7 @@ impl Picture {
         let (field, mut label) = field(draw, subject, &view, &outlines, &Look::ANY);
         let (screen, corner, crop) = screen::framed(draw, &field, &view);
         let corner = corner.map(|corner| corner as f32);
-        for [x, y] in label.bone.iter_mut().chain(&mut label.maybe).flatten() {
+        for [x, y] in label.bone.iter_mut().flatten() {
             (*x, *y) = (*x + corner[0], *y + corner[1]);
         }
         label.image = format!("{number:05}.png");
@@ -91,7 +91,11 @@ fn field(
     let skin = Curve::of(|x| (standoff + bow.at(x)).clamp(0.0, 0.6 * highest));
     let mut medium = subject.tissue(draw, view, skin, outlines);
     let enters = shadow::contact(draw, &mut medium);
-    let sound = Sound::drawn(draw, view, look);
+    let mut sound = Sound::drawn(draw, view, look);
+    if matches!(subject, Subject::Bath | Subject::Wires) {
+        // Water has no echoes that hide the noise.
+        [sound.noise[0]] = draw.row("water");
+    }
     let [low, high] = look.0[0];
     let level = draw.within(low, high);
     let bones = outlines.iter().map(|outline| {
@@ -105,14 +109,13 @@ fn field(
     let grey = display::grey(draw, &levels, view);
     let mut field = display::pixels(&grey, view);
     display::stored(draw, &mut field);
-    let [bone, maybe] = labels::polylines(&grey, view, &bones, &sound);
+    let bone = labels::polylines(view, &bones, &sound);
     let label = Label {
         kind: ["no bone", "bone"][usize::from(subject.has_bone())],
         specimen: format!("{subject:?}"),
         pixel_mm: view.pixel,
         size: view.size,
         bone,
-        maybe,
         ..Label::default()
     };
     (field, label)
@@ -142,7 +145,7 @@ mod tests {
         let subjects = Subject::MIX.into_iter();
         for (subject, number) in subjects.flat_map(|subject| [0, 1, 2].map(|k| (subject, k))) {
             let Picture { pixels, label } = Picture::of(subject, 5, number);
-            assert!(subject.has_bone() || label.bone.len() + label.maybe.len() == 0);
+            assert!(subject.has_bone() || label.bone.is_empty());
             let mm = (1.0 / label.pixel_mm) as i32;
             for [x, y] in label.bone.iter().flatten() {
                 assert!(x.round() >= 0.0 && y.round() >= 0.0);

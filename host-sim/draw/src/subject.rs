@@ -19,6 +19,8 @@ pub enum Subject {
     Ribs,
     /// Processes and laminae of a vertebra, or laminae along the spine.
     Vertebra,
+    /// Bone in water.
+    Bath,
     /// Muscle between aponeuroses.
     Muscle,
     /// Fat lobules, ligaments and lesions.
@@ -31,15 +33,17 @@ pub enum Subject {
     Vessels,
     /// Gas, or lung, under tissue.
     Gas,
+    /// Wires in water or in a phantom.
+    Wires,
 }
 
 use Subject::*;
 
 impl Subject {
     /// The usual mixture: two thirds have bone.
-    pub const MIX: [Subject; 21] = [
+    pub const MIX: [Subject; 23] = [
         Shafts, Muscle, Along, Vertebra, Breast, Joint, Shafts, Thyroid, Row, Along, Liver, Ribs,
-        Shafts, Vessels, Joint, Vertebra, Gas, Along, Shafts, Muscle, Row,
+        Bath, Vessels, Joint, Vertebra, Gas, Along, Shafts, Muscle, Row, Bath, Wires,
     ];
 
     /// Whether its pictures have bone.
@@ -51,9 +55,9 @@ impl Subject {
     pub fn deep(self) -> f32 {
         match self {
             Liver => 0.9,
-            Vertebra => 0.4,
+            Vertebra | Bath => 0.4,
             Ribs | Gas => 0.25,
-            Breast | Thyroid => 0.0,
+            Breast | Thyroid | Wires => 0.0,
             _ => 0.08,
         }
     }
@@ -67,8 +71,10 @@ impl Subject {
             Along => vec![along(draw, view, at)],
             Joint => joint(draw, view, at),
             Row | Ribs => row(draw, view, at, self == Ribs),
-            Vertebra if draw.chance(0.6) => vertebra(draw, [0.6 * x, depth]),
-            Vertebra => laminae(draw, at),
+            Bath if draw.chance(0.3) => vec![along(draw, view, at)],
+            Bath if draw.chance(0.3) => shafts(draw, view, at),
+            Vertebra | Bath if draw.chance(0.6) => vertebra(draw, [0.6 * x, depth]),
+            Vertebra | Bath => laminae(draw, at),
             _ => Vec::new(),
         }
     }

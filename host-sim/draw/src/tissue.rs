@@ -15,7 +15,7 @@ impl Subject {
         let layers = self.layers(draw, &medium, bones, deep);
         medium.layers(draw, &layers);
         let number = match self {
-            Subject::Breast => 0,
+            Subject::Breast | Subject::Bath | Subject::Wires => 0,
             Subject::Vessels | Subject::Liver => draw.count(2, 8),
             _ => draw.count(0, 5),
         };
@@ -105,6 +105,13 @@ impl Subject {
                 let wave = draw.curve(height, 40.0, 8.0);
                 let surface = Curve::of(|x| z * depth + wave.at(x));
                 air(draw, medium, &surface, loss);
+            }
+            Subject::Wires => {
+                for _ in 0..draw.count(1, 12) {
+                    let [x, z, wide, level, thickness] = draw.row("wire");
+                    let (x, flat) = (x * reach, Curve::of(|_| z * depth));
+                    medium.curve(draw, &flat, [x, x + wide], [level, thickness]);
+                }
             }
             Subject::Ribs if draw.chance(0.7) => {
                 let pleura = Curve::of(|x| deep + 6.0 + 0.004 * x * x);

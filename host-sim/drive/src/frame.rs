@@ -65,7 +65,7 @@ impl<'a> RecordingFrames<'a> {
 
     /// As [`RecordingFrames::of_channel_data`], for part `k` of `n` parts of the lines.
     ///
-    /// Other lines stay zero, or as they are in the caller's memory. Parts together are the whole frame, bit for bit.
+    /// Its output has only [`RecordingFrames::own_lines`]. Parts together are the whole frame, bit for bit.
     ///
     /// # Errors
     /// As [`RecordingFrames::new`].
@@ -96,7 +96,7 @@ impl<'a> RecordingFrames<'a> {
         Ok(RecordingFrames {
             plan,
             all: Mutex::new(match stage.puts_out_beamformed() {
-                false => Array2::zeros((lines * stage.sub_lines(), stage.line_samples())),
+                false => Array2::zeros((own.len() * stage.sub_lines(), stage.line_samples())),
                 true => Array2::zeros((0, 0)),
             }),
             of: Of::Channel(Box::new(stage), passes),
@@ -152,7 +152,7 @@ impl<'a> RecordingFrames<'a> {
 
     /// Beamforms one frame of channel data of this shape into `z` [beam, sample].
     ///
-    /// The frame can be outside the recording. Lines are in the order of [`DelayStage::all_rays`]. `progress`
+    /// The frame can be outside the recording. Lines are [`RecordingFrames::own_lines`] of [`DelayStage::all_rays`]. `progress`
     /// receives the fraction done, from any thread.
     ///
     /// # Errors
@@ -180,13 +180,7 @@ impl<'a> RecordingFrames<'a> {
             })?;
         }
         match stage.puts_out_beamformed() {
-            false => {
-                let lines = self.own_lines();
-                let pooled = stage.pooled().unwrap_or(1);
-                let own = (lines.start * pooled..lines.end * pooled).into();
-                let own = all.slice_axis(Axis(0), own);
-                stage.pool(own, z.slice_axis_mut(Axis(0), lines.into()))
-            }
+            false => stage.pool(all.view(), z),
             true => Ok(()),
         }
     }

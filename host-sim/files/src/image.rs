@@ -1,4 +1,6 @@
-//! Images: grey levels 0 to 255 as `.npy` (float32 [row, column]) and as 8-bit PNG.
+//! Images: grey levels 0 to 255.
+//!
+//! They are `.npy` (float32 [row, column]), 8-bit PNG, and JPEG to read.
 
 use std::io::{Cursor, Write};
 use std::path::Path;
@@ -8,6 +10,10 @@ use png::{
     BitDepth, ColorType, Compression, Decoder, DecodingError, Encoder, EncodingError, Filter,
     Limits, Transformations,
 };
+use zune_jpeg::JpegDecoder;
+use zune_jpeg::zune_core::bytestream::ZCursor;
+use zune_jpeg::zune_core::colorspace::ColorSpace;
+use zune_jpeg::zune_core::options::DecoderOptions;
 
 use super::atomic::Outputs;
 use super::npy::{self, NpyError, or_type};
@@ -22,11 +28,11 @@ const MAX_BYTES: usize = 512 << 20;
 
 /// Reads an image, [row, column], row 0 at the top.
 ///
-/// A PNG becomes grey levels 0 to 255 (colours by their Rec. 709 luma, transparency ignored). The values of an
+/// A PNG or a JPEG becomes grey levels 0 to 255 (colours by their Rec. 709 luma, transparency ignored). The values of an
 /// `.npy` array (float32, float64 or uint8) are not changed.
 ///
 /// # Errors
-/// The name ends in neither `.png` nor `.npy`, or the file is damaged, has another shape or type,
+/// The name ends in none of `.png`, `.jpg`, `.jpeg` and `.npy`, or the file is damaged, has another shape or type,
 /// is empty, or holds a NaN or infinite pixel.
 pub fn read(path: &Path) -> Result<Array2<f32>> {
     Ok(decoded(path)?.0)
@@ -34,18 +40,36 @@ pub fn read(path: &Path) -> Result<Array2<f32>> {
 
 /// The image, and whether it is a PNG of 16 bits.
 fn decoded(path: &Path) -> Result<(Array2<f32>, bool)> {
-    let format = Format::of(path)?;
+    let format = match is_jpeg(path) {
+        true => None,
+        false => Some(Format::of(path)?),
+    };
     let bytes = input::read(path, u64::MAX).map_err(|e| file_error(path, cannot_be_opened(&e)))?;
     let pixels = match format {
-        Format::Png => decode_png(&bytes),
-        Format::Npy => decode_npy(&bytes),
+        Some(Format::Png) => decode_png(&bytes),
+        Some(Format::Npy) => decode_npy(&bytes),
+        None => decode_jpeg(&bytes),
     };
     let pixels = pixels.map_err(|message| file_error(path, message))?;
     validate::samples("image", &pixels, &["row", "column"])
         .map_err(|message| file_error(path, message))?;
     // The bit depth of a PNG is at a fixed place of its header.
-    let wide = format == Format::Png && bytes.get(24) == Some(&16);
+    let wide = format == Some(Format::Png) && bytes.get(24) == Some(&16);
     Ok((pixels, wide))
+}
+
+/// Whether the name is that of an image that [`read`] takes.
+pub fn is_image(path: &Path) -> bool {
+    is_jpeg(path) || Format::of(path).is_ok()
+}
+
+fn is_jpeg(path: &Path) -> bool {
+    let end = path.extension().and_then(|e| e.to_str());
+    end.is_some_and(|e| {
+        ["jpg", "jpeg"]
+            .iter()
+            .any(|own| e.eq_ignore_ascii_case(own))
+    })
 }
 
 /// As [`read`], of grey levels.
@@ -169,12 +193,34 @@ impl Format {
     }
 }
 
+/// Grey levels of a JPEG, colours by their Rec. 709 luma.
+///
+/// # Errors
+/// The problem, without the file's name.
+pub fn decode_jpeg(bytes: &[u8]) -> std::result::Result<Array2<f32>, String> {
+    let unreadable = |e| format!("is truncated or not a JPEG image ({e:?})");
+    let side = MAX_SIDE as usize;
+    let options = DecoderOptions::default()
+        .set_max_width(side)
+        .set_max_height(side)
+        .jpeg_set_out_colorspace(ColorSpace::RGB);
+    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
+    decoder.decode_headers().map_err(unreadable)?;
+    let (columns, rows) = decoder.dimensions().unwrap_or_default();
+    if columns * rows * 3 > MAX_BYTES {
+        return Err(too_large());
+    }
+    let colours = decoder.decode().map_err(unreadable)?;
+    let (pixels, _) = colours.as_chunks();
+    let levels = pixels.iter().map(|rgb| luma(rgb.map(u32::from), 255.0));
+    Array2::from_shape_vec((rows, columns), levels.collect()).map_err(|e| e.to_string())
+}
+
+fn too_large() -> String {
+    format!("is too large an image; expected at most {MAX_SIDE} × {MAX_SIDE} pixels and 512 MiB")
+}
+
 fn decode_png(bytes: &[u8]) -> std::result::Result<Array2<f32>, String> {
-    let too_large = || {
-        format!(
-            "is too large an image; expected at most {MAX_SIDE} × {MAX_SIDE} pixels and 512 MiB"
-        )
-    };
     let unreadable = |error| match error {
         DecodingError::LimitsExceeded => too_large(),
         e => format!("is truncated or not a PNG image ({e})"),
@@ -216,7 +262,7 @@ fn decode_png(bytes: &[u8]) -> std::result::Result<Array2<f32>, String> {
 /// Grey level, 0 to 255, of red, green and blue of 0 to `white`.
 ///
 /// It is the luma of Rec. 709, whose weights are those of its primaries in the white point D65.
-fn luma(colour: [u32; 3], white: f32) -> f32 {
+pub fn luma(colour: [u32; 3], white: f32) -> f32 {
     const SHARES: [f32; 3] = [0.212_647_84, 0.715_179_2, 0.072_173_04];
     let shares = colour.iter().zip(SHARES);
     let luma = shares.fold(0.0, |sum, (&v, fraction)| {

@@ -69,12 +69,20 @@ pub fn facts(sequence: &Sequence) -> Vec<(&'static str, String)> {
     let frames = &sequence.frames;
     let [columns, rows] = sequence.sides;
     let what = match sequence.content.is_lines() {
-        true => format!("{rows} lines of {columns} samples ({:?})", sequence.content),
+        true => {
+            let content = sequence.content.name();
+            format!("{rows} lines of {columns} samples ({content})")
+        }
         false => format!("pictures of {columns} x {rows} pixels"),
     };
+    let kind = match sequence.transform_names().is_empty() {
+        true => "without poses",
+        false => "a tracked sequence",
+    };
+    let s = if frames.len() == 1 { "" } else { "s" };
     let mut facts = vec![
-        ("format", format!("{}, a tracked sequence", sequence.format)),
-        ("holds", format!("{} frames of {what}", frames.len())),
+        ("format", format!("{}, {kind}", sequence.format)),
+        ("holds", format!("{} frame{s} of {what}", frames.len())),
     ];
     facts.extend(
         sequence
@@ -83,13 +91,16 @@ pub fn facts(sequence: &Sequence) -> Vec<(&'static str, String)> {
             .map(|what| ("assumed", what.clone())),
     );
     facts.push(("written", format!("as {}", sequence.orientation)));
-    facts.push((
-        "pixels",
-        match sequence.pixel {
-            Some([x, y]) => format!("{} x {} mm", digits(x), digits(y)),
-            None => "of a size that is in ImageToProbe, not in the file".into(),
-        },
-    ));
+    let pixels = match sequence.pixel {
+        Some([x, y]) => format!("{} x {} mm", digits(x), digits(y)),
+        None => "of a size that is in ImageToProbe, not in the file".into(),
+    };
+    if !sequence.content.is_lines() {
+        facts.push(("pixels", pixels));
+    }
+    if let Some([x, y, width, height]) = sequence.part {
+        facts.push(("used", format!("{width} x {height} pixels from {x},{y}")));
+    }
     let valid = frames.iter().filter(|frame| frame.has_picture).count();
     if valid < frames.len() {
         facts.push((

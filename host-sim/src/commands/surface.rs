@@ -22,11 +22,11 @@ use bonebeam_files::terminal::print;
 
 /// Find the bone surface: a depth in each line, or none.
 ///
-/// FILE is a recording, lines, or a picture. A recording is beamformed first, by das unless --method or --config names
-/// another method. Lines are an .npz file with `z`. A picture is a PNG or .npy file; its lines are its columns, or the
-/// beams of its fan for a curved array or a sector. Bone is a bright echo with a shadow below it, continuous from line to
-/// line. In a recording, coherence between neighbouring elements tells clutter in a shadow from tissue. The
-/// configuration used is written beside the surface as SURFACE.csv.config.toml.
+/// FILE is a recording, lines, or pictures. A recording is beamformed first, by das unless --method or --config names
+/// another method. Lines are an .npz file with `z`. Pictures are a PNG, JPEG or .npy file, or the frames of a DICOM, .mha
+/// or .nrrd file; their lines are their columns, or the beams of the fan of a curved array or a sector. Bone is a bright
+/// echo with a shadow below it, continuous from line to line. In a recording, coherence between neighbouring elements
+/// tells clutter in a shadow from tissue. The configuration used is written beside the surface as SURFACE.csv.config.toml.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES, allow_negative_numbers = true)]
 pub struct Arguments {
@@ -83,6 +83,7 @@ Examples:
   host-sim surface channels.npz --method das --search-end 0.04 -o surface.ply
   host-sim surface lines.npz -o surface.json --image surface.png --dynamic-range 60
   host-sim surface scan.png --pixel-size 0.0001 -o surface.csv --image surface.png
+  host-sim surface cine.dcm --frames 0..10 -o surface.csv --image surface.png
   host-sim surface frames.hdf5 --frames 0..10 -o surface.csv
   host-sim surface sweep.npz --sweep-step 0.0005 -o surface.ply
   host-sim surface sector.png --pixel-size 0.0002 --fan 0.032,0.004,0.006,0.15,-0.78,0.78 -o surface.csv

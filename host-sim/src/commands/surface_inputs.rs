@@ -13,10 +13,11 @@ use bonebeam_drive::frame::RecordingFrames;
 use bonebeam_drive::image::{BModeImage, image_of};
 use bonebeam_drive::policy::{Pictures, warnings, working_memory};
 use bonebeam_drive::surface::{self, FrameSurface, Picture, PictureFan, of_picture};
-use bonebeam_files::terminal::warn;
+use bonebeam_files::terminal::{remark, warn};
 use bonebeam_files::{BeamformedLines, Recording, image, memory};
 use bonebeam_formats::RecordingFile;
-use ndarray::Slice;
+use bonebeam_tracked::{PoseTable, Sequence};
+use ndarray::{Array2, Slice};
 
 /// Part of a picture, pixels.
 #[derive(Clone, Copy, Debug)]
@@ -77,13 +78,6 @@ impl Source<'_> {
     }
 }
 
-/// Whether a file is a picture, by its name.
-fn is_picture(path: &Path) -> bool {
-    let extension = path.extension().and_then(|e| e.to_str());
-    let is = |name: &str| extension.is_some_and(|e| e.eq_ignore_ascii_case(name));
-    is("png") || is("npy")
-}
-
 /// Surfaces of the frames, and the picture of the first.
 pub struct Found {
     /// At least one.
@@ -100,89 +94,136 @@ impl Found {
     /// # Errors
     /// Flags that have no effect on the source, invalid data, or an error of the core.
     pub fn of(source: &Source<'_>, config: &Config, snapshot: &Snapshot) -> Result<Self> {
-        if is_picture(source.path) {
-            return of_file_of_picture(source, config);
+        let path = source.path;
+        if image::is_image(path) {
+            if source.frames.is_some() {
+                let message = format!("--frames has no effect on {}, a picture", path.display());
+                return Err(Error::Usage(message));
+            }
+            return of_pictures(source, config, 1, (None, None), |_| {
+                image::read_levels(path)
+            });
+        }
+        if path.is_file() && Sequence::recognizes(path) {
+            let sequence = Sequence::open(path, &PoseTable::default())?;
+            if !sequence.content.is_lines() {
+                return of_sequence(source, config, &sequence);
+            }
         }
         source.refuse_of_picture()?;
         of_recording(source, config, snapshot)
     }
 }
 
-fn of_file_of_picture(source: &Source<'_>, config: &Config) -> Result<Found> {
-    let path = source.path;
-    if source.frames.is_some() {
-        let message = format!("--frames has no effect on {}, a picture", path.display());
-        return Err(Error::Usage(message));
+/// The surfaces of the pictures of a sequence.
+fn of_sequence(source: &Source<'_>, config: &Config, sequence: &Sequence) -> Result<Found> {
+    for what in &sequence.assumed {
+        remark(&format!("{}: {what}", source.path.display()));
     }
-    source.range(1, config)?;
-    let Some(pixel) = config.image.pixel_size else {
-        return Err(Error::Usage(format!(
-            "{} is a picture; give its pixel size in m, such as --pixel-size 0.0001",
-            path.display()
-        )));
+    let known = sequence.pixel.map(|sides| sides.map(|mm| 1e-3 * mm));
+    let part = sequence.part;
+    let mut reader = sequence.reader()?;
+    let count = sequence.frames.len();
+    of_pictures(source, config, count, (known, part), |frame| {
+        sequence.picture(reader.frame(frame)?)
+    })
+}
+
+/// The surfaces of pictures, of a number of frames.
+///
+/// A file may say the sides of a pixel in m, and the part that shows tissue, in pixels.
+fn of_pictures(
+    source: &Source<'_>,
+    config: &Config,
+    count: usize,
+    (known, part): (Option<[f64; 2]>, Option<[usize; 4]>),
+    mut picture: impl FnMut(usize) -> Result<Array2<f32>>,
+) -> Result<Found> {
+    let path = source.path;
+    let pixel = match (config.image.pixel_size, known) {
+        (Some(pixel), _) => pixel.sides(),
+        (None, Some(sides)) => sides,
+        (None, None) => {
+            return Err(Error::Usage(format!(
+                "{} is a picture; give its pixel size in m, such as --pixel-size 0.0001",
+                path.display()
+            )));
+        }
     };
-    let pixel = pixel.sides();
     if let Some(side) = pixel.iter().find(|side| !(1e-6..=1e-2).contains(*side)) {
         return Err(Error::Usage(format!(
             "--pixel-size is {side}; expected 1e-6 to 0.01 (m)"
         )));
     }
-    let pixels = image::read_levels(path)?;
-    let (rows, columns) = pixels.dim();
-    let Crop {
-        x,
-        y,
-        width,
-        height,
-    } = source.crop.unwrap_or(Crop {
-        x: 0,
-        y: 0,
-        width: columns,
-        height: rows,
-    });
-    let ends = [x.saturating_add(width), y.saturating_add(height)];
-    if ends[0] > columns || ends[1] > rows {
-        return Err(Error::Usage(format!(
-            "--crop ends at {},{}; {} has {columns} x {rows} pixels",
-            ends[0],
-            ends[1],
-            path.display()
-        )));
-    }
-    let part = pixels.slice_each_axis(|axis| match axis.axis.index() {
-        0 => Slice::from(y..ends[1]),
-        _ => Slice::from(x..ends[0]),
-    });
-    let picture = Picture {
-        pixels: part,
-        pixel,
-        x0: x as f64 * pixel[0],
-        z0: y as f64 * pixel[1],
-        depth: 0.0,
-    };
-    let mut found = of_picture(&picture, &config.surface).map_err(|e| about(path, e))?;
-    if found.fan.is_none() {
-        // Columns of the whole picture.
-        for point in &mut found.points {
-            point.line += x;
+    let crop = source
+        .crop
+        .map(|crop| [crop.x, crop.y, crop.width, crop.height]);
+    let (mut section, mut frames, mut first) = (config.surface.clone(), Vec::new(), None);
+    let range = source.range(count, config)?;
+    let bar = Progress::new("searching", range.len() as u64);
+    for frame in range.clone() {
+        bar.set((frame - range.start) as u64, range.len() as u64);
+        let pixels = picture(frame)?;
+        let (rows, columns) = pixels.dim();
+        let [x, y, width, height] = crop.or(part).unwrap_or([0, 0, columns, rows]);
+        let ends = [x.saturating_add(width), y.saturating_add(height)];
+        if ends[0] > columns || ends[1] > rows {
+            return Err(Error::Usage(format!(
+                "--crop ends at {},{}; {} has {columns} x {rows} pixels",
+                ends[0],
+                ends[1],
+                path.display()
+            )));
         }
-    }
-    Ok(Found {
-        frames: vec![FrameSurface {
-            frame: 0,
+        let cropped = pixels.slice_each_axis(|axis| match axis.axis.index() {
+            0 => Slice::from(y..ends[1]),
+            _ => Slice::from(x..ends[0]),
+        });
+        let cropped = Picture {
+            pixels: cropped,
+            pixel,
+            x0: x as f64 * pixel[0],
+            z0: y as f64 * pixel[1],
+            depth: 0.0,
+        };
+        let mut found = of_picture(&cropped, &section).map_err(|e| about(path, e))?;
+        if found.fan.is_none() {
+            // Columns of the whole picture.
+            for point in &mut found.points {
+                point.line += x;
+            }
+        }
+        frames.push(FrameSurface {
+            frame,
             points: found.points,
             verdict: Some(found.verdict.to_string()),
-        }],
-        lines: found.lines,
-        picture: Some(BModeImage {
-            pixels,
-            x0: 0.0,
-            z0: 0.0,
-            pixel,
-            angles: None,
-        }),
-        fan: found.fan,
+        });
+        if first.is_none() {
+            // The fan stays where it is.
+            section.fan = found.fan.or(section.fan);
+            let (x0, z0, angles) = (0.0, 0.0, None);
+            let picture = BModeImage {
+                pixels,
+                x0,
+                z0,
+                pixel,
+                angles,
+            };
+            first = Some((found.lines, picture, found.fan));
+        }
+    }
+    bar.clear();
+    let (lines, picture, fan) = first.ok_or_else(no_frame)?;
+    Ok(Found {
+        frames,
+        lines,
+        picture: Some(picture),
+        fan,
     })
+}
+
+fn no_frame() -> Error {
+    Error::Usage("--frames selects no frame".into())
 }
 
 /// Adds the surface of a frame; of the first frame also the picture if asked for.
@@ -257,5 +298,5 @@ fn of_recording(source: &Source<'_>, config: &Config, snapshot: &Snapshot) -> Re
         }
     }
     bar.clear();
-    found.ok_or_else(|| Error::Usage("--frames selects no frame".into()))
+    found.ok_or_else(no_frame)
 }

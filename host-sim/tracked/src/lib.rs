@@ -1,6 +1,6 @@
 //! Tracked sweeps: pictures with poses, and the bone surface over them.
 //!
-//! [`Sequence`] reads what PLUS and 3D Slicer write, and folders of PNGs with a table of poses. Poses are matrices in
+//! [`Sequence`] reads what PLUS and 3D Slicer write, DICOM, and folders of PNGs with a table of poses. Poses are matrices in
 //! millimetres that act on columns (x, y, z, 1), named by their frames: `ProbeToTracker` maps a point in the probe's
 //! frame to the tracker's. A point of a picture is (column, row, 0, 1) in the frame `Image`, with pixel centres at
 //! whole numbers and the picture in PLUS's orientation `MF`.
@@ -8,6 +8,7 @@
 mod calibration;
 mod cloud;
 mod cloud_files;
+mod dicom;
 mod folder;
 mod header;
 mod metaimage;

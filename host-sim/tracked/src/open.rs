@@ -12,7 +12,7 @@ use crate::pixels::Pixels;
 use crate::poses::PoseTable;
 use crate::sequence::{Content, Frame, Sequence, Source, Tracked};
 use crate::transforms::{Matrix, name_parts};
-use crate::{folder, metaimage, nrrd};
+use crate::{dicom, folder, metaimage, nrrd};
 
 /// Number of a frame's transforms that are read from a header at most.
 const MOST_TRANSFORMS: usize = 64;
@@ -35,16 +35,45 @@ impl Sequence {
         }
         let bytes = beginning(path).map_err(wrong)?;
         let kind = Kind::of(&bytes);
-        let kind =
-            kind.ok_or_else(|| wrong("is no tracked sequence (.mha, .nrrd or a folder)".into()))?;
+        let kind = kind.ok_or_else(|| {
+            wrong("is no tracked sequence (.mha, .nrrd, DICOM or a folder)".into())
+        })?;
+        if let Kind::Dicom = kind {
+            return Ok(Self::of_dicom(path, dicom::read(path).map_err(wrong)?));
+        }
         let file = input::open(path).map_err(|e| wrong(cannot_be_opened(&e)))?;
         let mut reader = BufReader::new(file);
         let (header, pixels) = match kind {
             Kind::MetaImage => metaimage::read(path, &mut reader),
-            Kind::Nrrd => nrrd::read(path, &mut reader),
+            _ => nrrd::read(path, &mut reader),
         }
         .map_err(wrong)?;
         Self::of_header(path, kind, header, pixels)
+    }
+
+    fn of_dicom(path: &Path, file: dicom::File) -> Self {
+        let frames = (0..file.pictures.frames).map(|k| Frame {
+            timestamp: file.interval.map(|interval| interval * k as f64),
+            has_picture: true,
+            ..Frame::default()
+        });
+        let whole = "no region with a size in cm: the whole picture is used".to_owned();
+        Self {
+            path: path.to_path_buf(),
+            format: "DICOM",
+            content: match file.pictures.is_grey() {
+                true => Content::Brightness,
+                false => Content::Rgb,
+            },
+            orientation: Orientation::MF,
+            sides: file.pictures.sides,
+            frames: frames.collect(),
+            pixel: file.pixel,
+            part: file.part,
+            fields: Fields::new(),
+            assumed: file.part.is_none().then_some(whole).into_iter().collect(),
+            source: Source::Dicom(Box::new(file.pictures)),
+        }
     }
 
     fn of_header(path: &Path, kind: Kind, header: Header, pixels: Pixels) -> Result<Self> {
@@ -56,7 +85,7 @@ impl Sequence {
                 "UltrasoundImageOrientation",
                 "ImageStatus",
             ],
-            Kind::Nrrd => [
+            _ => [
                 "ultrasound image type",
                 "ultrasound image orientation",
                 "Status",
@@ -130,13 +159,14 @@ impl Sequence {
             path: path.to_path_buf(),
             format: match kind {
                 Kind::MetaImage => "MetaImage",
-                Kind::Nrrd => "NRRD",
+                _ => "NRRD",
             },
             content,
             orientation,
             sides,
             frames,
             pixel,
+            part: None,
             fields: header.fields,
             assumed,
             source: Source::Pixels(pixels),
@@ -148,12 +178,17 @@ impl Sequence {
 enum Kind {
     MetaImage,
     Nrrd,
+    Dicom,
 }
 
 impl Kind {
     fn of(bytes: &[u8]) -> Option<Self> {
         if bytes.starts_with(nrrd::MAGIC) {
             return Some(Self::Nrrd);
+        }
+        let (at, mark) = dicom::MAGIC;
+        if bytes.get(at..).is_some_and(|rest| rest.starts_with(mark)) {
+            return Some(Self::Dicom);
         }
         let is = |magic: &&[u8]| bytes.starts_with(magic);
         metaimage::MAGIC.iter().any(is).then_some(Self::MetaImage)

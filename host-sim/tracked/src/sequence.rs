@@ -8,6 +8,7 @@ use num_complex::Complex32;
 
 use bonebeam_files::{Error, Result, file_error, image};
 
+use crate::dicom;
 use crate::header::Fields;
 use crate::orientation::Orientation;
 use crate::pixels::{Bytes, Element, Pixels};
@@ -29,15 +30,24 @@ pub enum Content {
 }
 
 impl Content {
+    /// Contents by PLUS's names.
+    const NAMES: [(&'static str, Self); 5] = [
+        ("BRIGHTNESS", Self::Brightness),
+        ("RGB_COLOR", Self::Rgb),
+        ("RF_REAL", Self::RfReal),
+        ("RF_IQ_LINE", Self::RfIqLine),
+        ("RF_I_LINE_Q_LINE", Self::RfILineQLine),
+    ];
+
     pub(crate) fn of(name: &str) -> Option<Self> {
-        Some(match name {
-            "BRIGHTNESS" => Self::Brightness,
-            "RGB_COLOR" => Self::Rgb,
-            "RF_REAL" => Self::RfReal,
-            "RF_IQ_LINE" => Self::RfIqLine,
-            "RF_I_LINE_Q_LINE" => Self::RfILineQLine,
-            _ => return None,
-        })
+        let own = Self::NAMES.iter().find(|(own, _)| *own == name)?;
+        Some(own.1)
+    }
+
+    /// PLUS's name.
+    pub fn name(self) -> &'static str {
+        let own = Self::NAMES.iter().find(|(_, own)| *own == self);
+        own.map_or("", |own| own.0)
     }
 
     /// Whether frames are lines along beams instead of pictures.
@@ -82,6 +92,8 @@ pub struct Sequence {
     pub frames: Vec<Frame>,
     /// Sides of a pixel along columns and rows, mm, if the file gives them.
     pub pixel: Option<[f64; 2]>,
+    /// The part that shows tissue, if the file says so: column, row, width, height.
+    pub part: Option<[usize; 4]>,
     /// Fields of the file.
     pub fields: Fields,
     /// What the file does not say and was assumed.
@@ -93,6 +105,7 @@ pub(crate) enum Source {
     Pixels(Pixels),
     Pictures(Vec<PathBuf>),
     Memory(Array3<f32>),
+    Dicom(Box<dicom::Pictures>),
 }
 
 impl Sequence {
@@ -114,6 +127,7 @@ impl Sequence {
             sides: [columns, rows],
             frames,
             pixel: None,
+            part: None,
             fields: Fields::new(),
             assumed,
             source: Source::Pictures(pictures),
@@ -151,6 +165,7 @@ impl Sequence {
             sides: [columns, rows],
             frames: poses.iter().map(frame).collect(),
             pixel: None,
+            part: None,
             fields: Fields::new(),
             assumed: Vec::new(),
             source: Source::Memory(pictures),
@@ -183,7 +198,7 @@ impl Sequence {
     pub fn reader(&self) -> Result<Reader<'_>> {
         let bytes = match &self.source {
             Source::Pixels(pixels) => Some(pixels.open()?),
-            Source::Pictures(_) | Source::Memory(_) => None,
+            Source::Pictures(_) | Source::Memory(_) | Source::Dicom(_) => None,
         };
         Ok(Reader {
             sequence: self,
@@ -216,6 +231,10 @@ impl Sequence {
             }
             (Source::Memory(pictures), Encoded::Held(frame)) => {
                 pictures.index_axis(Axis(0), frame).to_owned()
+            }
+            (Source::Dicom(pictures), Encoded::Held(frame)) => {
+                let picture = pictures.picture(frame);
+                picture.map_err(|message| file_error(&self.path, message))?
             }
             _ => Array2::zeros((rows, columns)),
         };
@@ -312,7 +331,7 @@ pub enum Encoded {
     Bytes(Vec<u8>),
     /// A PNG, not yet read.
     Picture(PathBuf),
-    /// A frame in memory.
+    /// A frame in memory, or in a DICOM file.
     Held(usize),
 }
 
@@ -333,6 +352,9 @@ impl Reader<'_> {
                 Ok(Encoded::Bytes(bytes.frame(frame)?))
             }
             (None, Source::Memory(pictures)) if frame < pictures.len_of(Axis(0)) => {
+                Ok(Encoded::Held(frame))
+            }
+            (None, Source::Dicom(_)) if frame < self.sequence.frames.len() => {
                 Ok(Encoded::Held(frame))
             }
             (None, Source::Pictures(pictures)) if frame < pictures.len() => {

@@ -159,7 +159,8 @@ impl<'s> Finder<'s> {
     ) -> Result<Self> {
         let own = |message: String| bonebeam_files::file_error(&sequence.path, message);
         let [columns, rows] = sequence.sides;
-        let part = settings.crop.unwrap_or([0, 0, columns, rows]);
+        let part = settings.crop.or(sequence.part);
+        let part = part.unwrap_or([0, 0, columns, rows]);
         if part[0].saturating_add(part[2]) > columns || part[1].saturating_add(part[3]) > rows {
             let message =
                 format!("--crop ends beyond the {columns} x {rows} pixels of the pictures");

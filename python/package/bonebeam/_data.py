@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from xarray import DataArray
 
+    from ._live import LivePage
+
 Float64s = npt.NDArray[np.float64]
 
 TRANSMITS = {
@@ -235,6 +237,20 @@ class ChannelData(Shown):
         from . import _plot
 
         return _plot.channel_data(self, ax, transmit, frame, dynamic_range, colour_bar)
+
+    def view(self, *, limit: float = 6.0, page: str | PathLike[str] | None = None) -> LivePage:
+        """The live page of the recording, as ``host-sim view`` makes it; a notebook shows it in its cell.
+
+        Args:
+            limit: Largest size of the recording in the page, MB.
+            page: The page that ``page/build`` makes; by default that of the package.
+
+        Returns:
+            The page, with ``save(path)``.
+        """
+        from . import _live
+
+        return _live.view(self.keys(), None if self.truth is None else self.truth.outline, limit, page)
 
     def to_xarray(self) -> DataArray:
         """The samples as an ``xarray.DataArray``.

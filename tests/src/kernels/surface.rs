@@ -34,6 +34,8 @@ pub fn settings(draw: &mut impl Draw, wild: bool) -> Settings {
     settings.absence = at([-6.0, 1.0]);
     settings.end = at([0.0, 6.0]);
     settings.jump = at([0.0, 20.0]);
+    settings.step = at([0.0, 5e-3]);
+    settings.piece = at([0.0, 1.0]) as f32;
     settings.slope = at([0.0, 1e4]);
     settings.margin = at([0.0, 1.0]);
     settings.onset_weight = at([0.0, 2.0]);
@@ -162,6 +164,7 @@ impl Kernel for Frame {
                 tracker.finish(|point| points.push(point));
                 assert_eq!(points.len(), self.lines);
                 out.copy_from_slice(&points);
+                detector.keep_sure_pieces(out);
             }
         }
         let Axis { first, step, .. } = self.parameters.samples;

@@ -46,7 +46,7 @@ fn surface_settings() -> String {
     let window = |[from, to]: [f64; 2]| format!("{} to {}", (from * 1e9).round() / 1e6, mm(to));
     let ramp = |r: Ramp| format!("{}, {}, {}", r.weight, r.centre, r.width);
     // Rows up to the prices, except for the cell, are of the terms.
-    let rows: [(&str, &dyn Fn(Settings) -> String); 23] = [
+    let rows: [(&str, &dyn Fn(Settings) -> String); 25] = [
         ("length of a cell, at least", &|s| mm(s.cell)),
         ("`B`, around the cell", &|s| format!("±{}", mm(s.echo))),
         ("`S₁`, below", &|s| window(s.near)),
@@ -73,10 +73,20 @@ fn surface_settings() -> String {
             format!("{}; {}", s.end, s.jump)
         }),
         ("move, nats per mm", &|s| (s.slope * 1e-3).to_string()),
+        ("move within a piece, at most", &|s| {
+            if s.step.is_finite() {
+                mm(s.step)
+            } else {
+                "any".into()
+            }
+        }),
         ("reference spacing of lines", &|s| mm(s.spacing)),
         ("confidence: `a`, `b`", &|s| {
             let [a, b] = s.confidence;
             format!("{a}, {b}")
+        }),
+        ("a piece's mean confidence, at least", &|s| {
+            s.piece.to_string()
         }),
     ];
     let mut table = String::from("| | lines | with coherence | pictures |\n|---|---|---|---|\n");

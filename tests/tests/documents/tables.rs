@@ -66,8 +66,14 @@ fn measured(
     for preset in presets {
         let (_, text) = parameters.split_once(&format!("const {preset}: Settings"))?;
         let (text, _) = text.split_once("};")?;
-        // The model that is off changes no result, nor does the limit of a shadow, which was taken out.
-        let off = ["learnt: false", "shadow_drop: 0.0", "shadow_black: 1.0"];
+        // What is off changes no result, nor does the limit of a shadow, which was taken out.
+        let off = [
+            "learnt: false",
+            "shadow_drop: 0.0",
+            "shadow_black: 1.0",
+            "step: f64::INFINITY",
+            "piece: 0.0",
+        ];
         let text = off.iter().fold(text.to_owned(), |text, row| {
             text.replace(&format!("        {row},\n"), "")
         });

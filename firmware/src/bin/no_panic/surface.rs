@@ -29,7 +29,6 @@ fn detector() -> Result<(), Error> {
     }
     let mut points = [None; 9];
     take(detector.frame(line, scratch(real), opaque(&mut points[..])));
-    take(points);
     let coherence = opaque(line);
     take(detector.frame_with_coherence(line, coherence, scratch(real), opaque(&mut points[..])));
     let mut survey = Survey::new(&detector, scratch(real))?;
@@ -39,5 +38,7 @@ fn detector() -> Result<(), Error> {
     take(tracker.line(line, levels)?);
     take(tracker.line_with_coherence(line, coherence, levels)?);
     tracker.finish(take);
+    detector.keep_sure_pieces(opaque(&mut points[..]));
+    take(points);
     Ok(())
 }

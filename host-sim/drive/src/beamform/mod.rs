@@ -63,6 +63,8 @@ pub struct Plan {
     adaptive: Range<usize>,
     das: Beamformer,
     sizes: Sizes,
+    /// The lines that the output of records has.
+    lines: Range<usize>,
     /// Directions of each line's sub-lines, if there are any.
     steering: Vec<Vec<Complex<f32>>>,
     lanes: usize,
@@ -107,6 +109,7 @@ impl Plan {
             adaptive: 0..usize::MAX,
             das,
             sizes,
+            lines: 0..usize::MAX,
             steering: Vec::new(),
             lanes: first.memory.lanes(),
             workers: Mutex::new(vec![first]),
@@ -118,29 +121,27 @@ impl Plan {
         Plan { adaptive, ..self }
     }
 
-    /// The same plan for the sub-lines of some lines of a scan.
+    /// The same plan for some lines of a scan, and their sub-lines.
     ///
     /// [`Plan::run_source`] needs it if the parameters ask for sub-lines.
     ///
     /// # Errors
     /// None: the memory is of the length needed.
-    pub(super) fn steered(self, scan: &Scan<'_>, own: Range<usize>) -> Result<Self> {
+    pub(super) fn steered(self, scan: &Scan<'_>, lines: Range<usize>) -> Result<Self> {
         let count = self.sub_lines();
         if count == 1 {
-            return Ok(self);
+            return Ok(Plan { lines, ..self });
         }
         let length = Steering::need(scan.samples(), count).complex;
         let of_line = |line| {
-            if !own.contains(&line) {
-                return Ok(Vec::new());
-            }
             let mut directions = vec![Complex::ZERO; length];
             Steering::new(scan, line, count, &mut directions)?;
             Ok(directions)
         };
-        let lines = (0..scan.lines()).into_par_iter().map(of_line);
+        let steering = lines.clone().into_par_iter().map(of_line);
         Ok(Plan {
-            steering: lines.collect::<Result<_>>()?,
+            steering: steering.collect::<Result<_>>()?,
+            lines,
             ..self
         })
     }
@@ -206,7 +207,7 @@ impl Plan {
 
     /// Beamforms the `tiles` of some lines from records into `z`.
     ///
-    /// `z` is `[line, computed sample]` of all lines, or of all their sub-lines.
+    /// `z` is `[line, computed sample]` of the plan's lines, or of all their sub-lines.
     ///
     /// # Errors
     /// Errors of the core, and of [`Plan::run`] about `z`.
@@ -219,6 +220,7 @@ impl Plan {
     ) -> Result<()> {
         let (lines, samples) = source.shape();
         let computed = self.beamformer.line_samples(samples);
+        let lines = self.lines.end.min(lines) - self.lines.start;
         let z = in_order(z, (lines * self.sub_lines(), computed))?;
         self.work(tiles, Input::Source(source), progress, (computed, z))
     }
@@ -379,7 +381,9 @@ impl Plan {
                 memory.segments(beamformer, &segments, active, &mut out)?;
                 continue;
             }
-            let steering = |item: &WorkItem| Steering::of(&self.steering[item.beam], sub_lines);
+            let steering = |item: &WorkItem| {
+                Steering::of(&self.steering[item.beam - self.lines.start], sub_lines)
+            };
             let steering: Vec<_> = group.iter().map(steering).collect();
             let lines = SteeredSegments::new(&segments, &steering);
             memory.sub_lines(beamformer, lines, active, &mut out)?;
@@ -417,7 +421,7 @@ impl Plan {
             let own = from + first - of_item.start..from + of_item.len();
             let own = &outputs[own.start * sub_lines..own.end * sub_lines];
             for sub_line in 0..sub_lines {
-                let line = item.beam * sub_lines + sub_line;
+                let line = (item.beam - self.lines.start) * sub_lines + sub_line;
                 let first = line * samples + first;
                 let own = own.iter().skip(sub_line).step_by(sub_lines);
                 for (z, &own) in z[first..].iter_mut().zip(own) {

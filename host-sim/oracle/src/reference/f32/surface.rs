@@ -352,7 +352,9 @@ fn paths(p: &Parameters, scores: &[Vec<i64>]) -> Vec<Best> {
 }
 
 /// The best path to the last of some lines: cell, and whether a piece begins there.
-fn trace(lines: &[Best]) -> Vec<Option<(usize, bool)>> {
+///
+/// A piece has no move by more than `most` cells.
+fn trace(lines: &[Best], most: f64) -> Vec<Option<(usize, bool)>> {
     let mut path = vec![None; lines.len()];
     let Some(last) = lines.last() else {
         return path;
@@ -365,7 +367,8 @@ fn trace(lines: &[Best]) -> Vec<Option<(usize, bool)>> {
             continue;
         };
         let from = best.from[at];
-        path[line] = Some((at, !matches!(from, From::Cell(_))));
+        let goes_on = matches!(from, From::Cell(cell) if cell.abs_diff(at) as f64 <= most);
+        path[line] = Some((at, !goes_on));
         cell = match from {
             From::Cell(cell) | From::Jump(cell) => Some(cell),
             From::Absence => None,
@@ -385,7 +388,7 @@ pub fn of_scores(p: &Parameters, scores: &[Vec<i64>]) -> Vec<Option<Point>> {
     let cells = cells(p);
     let decide = |line: usize| {
         let known = (line + p.latency + 1).min(lines.len());
-        let path = trace(&lines[..known]);
+        let path = trace(&lines[..known], p.settings.step / cells.length);
         let (cell, begins) = path[line]?;
         // From the first line that the piece reaches to the last, of those around it.
         let mut first = line;
@@ -457,7 +460,19 @@ pub fn surface(p: &Parameters, frame: &[u8]) -> Vec<Option<Point>> {
     let levels = levels(p, frame);
     let lines = frame.chunks(p.samples.count);
     let scores: Vec<_> = lines.map(|line| scores(p, line, levels)).collect();
-    of_scores(p, &scores)
+    sure(p, of_scores(p, &scores))
+}
+
+/// The pieces whose mean confidence is at least the settings' `piece`.
+fn sure(p: &Parameters, points: Vec<Option<Point>>) -> Vec<Option<Point>> {
+    let goes_on = |_: &Option<Point>, next: &Option<Point>| next.is_some_and(|p| !p.begins);
+    let pieces = points.chunk_by(goes_on).flat_map(|piece| {
+        let confidences = piece.iter().flatten().map(|point| point.confidence);
+        let count = confidences.clone().count() as f32;
+        let keeps = confidences.fold(0.0, |sum, own| sum + own) >= p.settings.piece * count;
+        piece.iter().map(move |point| point.filter(|_| keeps))
+    });
+    pieces.collect()
 }
 
 /// The surface of a frame with the coherence of its samples, 0 to 255.
@@ -474,5 +489,5 @@ pub fn surface_with_coherence(
         let own = self::scores(p, grey, levels);
         own.iter().zip(term).map(|(own, term)| own + term).collect()
     });
-    of_scores(p, &scores.collect::<Vec<_>>())
+    sure(p, of_scores(p, &scores.collect::<Vec<_>>()))
 }

@@ -1,0 +1,273 @@
+//! DICOM ultrasound of all colours and packings, with the same grey levels.
+//!
+//! The layouts are those of pydicom 3.0.2, tried with its files: https://dicom.nema.org/medical/dicom/current (PS3.3, PS3.5).
+
+use std::fs;
+use std::path::Path;
+
+use bonebeam_tracked::{PoseTable, Sequence};
+use ndarray::Array2;
+use tempfile::tempdir;
+
+/// An element in explicit little-endian order, of even length.
+fn element(tag: u32, vr: &str, value: &[u8]) -> Vec<u8> {
+    let mut bytes = [(tag >> 16) as u16, tag as u16]
+        .map(u16::to_le_bytes)
+        .concat();
+    bytes.extend(vr.as_bytes());
+    let length = value.len().next_multiple_of(2);
+    match vr {
+        "OB" | "OW" | "SQ" => {
+            bytes.extend([0, 0]);
+            bytes.extend((length as u32).to_le_bytes());
+        }
+        _ => bytes.extend((length as u16).to_le_bytes()),
+    }
+    bytes.extend(value);
+    bytes.resize(
+        bytes.len().next_multiple_of(2),
+        if vr == "CS" { b' ' } else { 0 },
+    );
+    bytes
+}
+
+fn short(tag: u32, value: u16) -> Vec<u8> {
+    element(tag, "US", &value.to_le_bytes())
+}
+
+fn item(bytes: &[u8]) -> Vec<u8> {
+    let head = [0xfe, 0xff, 0x00, 0xe0];
+    [&head, &(bytes.len() as u32).to_le_bytes()[..], bytes].concat()
+}
+
+/// Pixels in fragments.
+fn packed(fragments: &[&[u8]]) -> Vec<u8> {
+    let mut bytes = [&[0xe0, 0x7f, 0x10, 0x00], &b"OB\0\0"[..], &[0xff; 4]].concat();
+    bytes.extend(item(&[]));
+    fragments
+        .iter()
+        .for_each(|fragment| bytes.extend(item(fragment)));
+    bytes.extend([0xfe, 0xff, 0xdd, 0xe0, 0, 0, 0, 0]);
+    bytes
+}
+
+/// A region with pixels of 0.01 × 0.02 cm.
+fn region(columns: [u32; 2], rows: [u32; 2]) -> Vec<u8> {
+    let ends = [columns[0], rows[0], columns[1], rows[1]].into_iter();
+    let ends = ends.zip([0x0018_6018, 0x0018_601a, 0x0018_601c, 0x0018_601e]);
+    let region = [
+        short(0x0018_6012, 1),
+        short(0x0018_6014, 1),
+        ends.flat_map(|(at, tag)| element(tag, "UL", &at.to_le_bytes()))
+            .collect(),
+        short(0x0018_6024, 3),
+        short(0x0018_6026, 3),
+        element(0x0018_602c, "FD", &0.01f64.to_le_bytes()),
+        element(0x0018_602e, "FD", &0.02f64.to_le_bytes()),
+    ];
+    item(&region.concat())
+}
+
+struct File<'a> {
+    syntax: &'a str,
+    colours: &'a str,
+    samples: u16,
+    bits: [u16; 2],
+    frames: u16,
+    more: Vec<u8>,
+    pixels: Vec<u8>,
+}
+
+impl File<'_> {
+    fn write(&self, path: &Path) {
+        let meta = element(0x0002_0010, "UI", self.syntax.as_bytes());
+        let mut bytes = [&[0; 128][..], b"DICM"].concat();
+        bytes.extend(element(
+            0x0002_0000,
+            "UL",
+            &(meta.len() as u32).to_le_bytes(),
+        ));
+        bytes.extend(meta);
+        if !self.more.is_empty() {
+            bytes.extend(element(0x0018_6011, "SQ", &self.more));
+        }
+        bytes.extend(short(0x0028_0002, self.samples));
+        bytes.extend(element(0x0028_0004, "CS", self.colours.as_bytes()));
+        if self.samples == 3 {
+            bytes.extend(short(0x0028_0006, 0));
+        }
+        bytes.extend(element(
+            0x0028_0008,
+            "IS",
+            self.frames.to_string().as_bytes(),
+        ));
+        [
+            (0x0028_0010, 2),
+            (0x0028_0011, 3),
+            (0x0028_0100, self.bits[0]),
+            (0x0028_0101, self.bits[1]),
+        ]
+        .into_iter()
+        .for_each(|(tag, value)| bytes.extend(short(tag, value)));
+        bytes.extend(short(0x0028_0103, 0));
+        if self.colours == "PALETTE COLOR" {
+            // Falling levels: an index is the inverse of the brightness.
+            let table: Vec<u8> = (0..=255u8).rev().flat_map(|level| [level, level]).collect();
+            for k in 1..=3 {
+                let words = [256u16, 0, 16].map(u16::to_le_bytes).concat();
+                bytes.extend(element(0x0028_1100 + k, "US", &words));
+            }
+            (1..=3).for_each(|k| bytes.extend(element(0x0028_1200 + k, "OW", &table)));
+        }
+        bytes.extend(&self.pixels);
+        fs::write(path, bytes).unwrap();
+    }
+}
+
+const PLAIN: &str = "1.2.840.10008.1.2.1";
+const RLE: &str = "1.2.840.10008.1.2.5";
+const LEVELS: [u8; 6] = [0, 10, 200, 30, 255, 90];
+
+fn plain(bytes: &[u8]) -> Vec<u8> {
+    element(0x7fe0_0010, "OW", bytes)
+}
+
+/// One frame in RLE: a literal run and a repeated byte in each plane.
+fn rle(planes: usize) -> Vec<u8> {
+    let plane = [&[5u8][..], &LEVELS].concat();
+    let mut words = [0u32; 16];
+    words[0] = planes as u32;
+    (0..planes).for_each(|k| words[k + 1] = (64 + k * (plane.len() + 1)) as u32);
+    let mut bytes = words.map(u32::to_le_bytes).concat();
+    (0..planes).for_each(|_| bytes.extend(plane.iter().chain(&[0x80])));
+    bytes
+}
+
+fn read(file: &File<'_>) -> Result<(Sequence, Vec<Array2<f32>>), String> {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("picture");
+    file.write(&path);
+    assert!(Sequence::recognizes(&path));
+    let sequence = Sequence::open(&path, &PoseTable::default()).map_err(|e| e.to_string())?;
+    let mut reader = sequence.reader().unwrap();
+    let frames = 0..sequence.frames.len();
+    let pictures = frames.map(|k| {
+        sequence
+            .picture(reader.frame(k).unwrap())
+            .map_err(|e| e.to_string())
+    });
+    let pictures = pictures.collect::<Result<Vec<_>, _>>()?;
+    drop(reader);
+    Ok((sequence, pictures))
+}
+
+/// Pixels of colours with samples and bits, in a transfer syntax.
+fn file<'a>(
+    colours: &'a str,
+    [samples, bits]: [u16; 2],
+    syntax: &'a str,
+    pixels: Vec<u8>,
+) -> File<'a> {
+    File {
+        syntax,
+        colours,
+        samples,
+        bits: [bits; 2],
+        frames: 1,
+        more: Vec::new(),
+        pixels,
+    }
+}
+
+#[test]
+fn every_colour_and_packing_gives_the_same_grey_levels() {
+    let expected = Array2::from_shape_vec((2, 3), LEVELS.map(f32::from).to_vec()).unwrap();
+    let three = |f: fn(u8) -> [u8; 3]| plain(&LEVELS.map(f).concat());
+    let wide = LEVELS.map(|v| (u16::from(v) * 257).to_le_bytes()).concat();
+    let falling = || plain(&LEVELS.map(|v| 255 - v));
+    let shared = plain(&[0, 10, 1, 1, 200, 30, 1, 1, 255, 90, 1, 1]);
+    for mut file in [
+        file("MONOCHROME2", [1, 8], PLAIN, plain(&LEVELS)),
+        file("MONOCHROME1", [1, 8], PLAIN, falling()),
+        file("PALETTE COLOR", [1, 8], PLAIN, falling()),
+        file("MONOCHROME2", [1, 16], PLAIN, plain(&wide)),
+        file("RGB", [3, 8], PLAIN, three(|v| [v; 3])),
+        file("YBR_FULL", [3, 8], PLAIN, three(|v| [v, 7, 9])),
+        file("YBR_FULL_422", [3, 8], PLAIN, shared),
+        file("MONOCHROME2", [1, 8], RLE, packed(&[&rle(1)])),
+        file("RGB", [3, 8], RLE, packed(&[&rle(3)])),
+        file("MONOCHROME2", [1, 8], RLE, packed(&[&rle(1), &rle(1)])),
+    ] {
+        // The last has as many frames as fragments.
+        file.frames = if file.pixels.len() > 150 && file.samples == 1 {
+            2
+        } else {
+            1
+        };
+        let (sequence, pictures) = read(&file).unwrap();
+        assert_eq!(sequence.format, "DICOM");
+        assert_eq!(pictures.len(), usize::from(file.frames));
+        for picture in pictures {
+            assert_eq!(picture, expected, "{} {:?}", file.colours, file.bits);
+        }
+    }
+}
+
+#[test]
+fn the_largest_region_gives_the_part_and_the_size_in_mm() {
+    let with = |regions: &[[[u32; 2]; 2]]| {
+        let mut file = file("MONOCHROME2", [1, 8], PLAIN, plain(&LEVELS));
+        file.more = regions
+            .iter()
+            .flat_map(|[columns, rows]| region(*columns, *rows))
+            .collect();
+        read(&file).map(|(sequence, _)| sequence)
+    };
+    let refused = with(&[[[0, 0], [0, 0]], [[1, 2], [0, 1]]]).err().unwrap();
+    assert!(refused.contains("region from 0,0 to 0,0"), "{refused}");
+    let refused = with(&[[[0, 9], [0, 1]]]).err().unwrap();
+    assert!(refused.contains("region beyond its 3 x 2"), "{refused}");
+    let sequence = with(&[[[0, 1], [0, 1]], [[0, 2], [0, 1]]]).unwrap();
+    assert_eq!(
+        (sequence.part, sequence.pixel),
+        (Some([0, 0, 3, 2]), Some([0.1, 0.2]))
+    );
+    let sequence = with(&[]).unwrap();
+    assert_eq!((sequence.part, sequence.pixel), (None, None));
+    assert_eq!(sequence.assumed.len(), 1);
+}
+
+#[test]
+fn files_that_lie_are_refused_in_words() {
+    let damaged = || packed(&[&LEVELS]);
+    for (file, words) in [
+        (
+            file("MONOCHROME2", [1, 8], PLAIN, plain(&LEVELS[..4])),
+            "holds 4 bytes of pixels; its header says 6",
+        ),
+        (
+            file("MONOCHROME2", [1, 8], "1.2.840.10008.1.2.4.50", damaged()),
+            "not a JPEG",
+        ),
+        (file("MONOCHROME2", [1, 8], RLE, damaged()), "damaged RLE"),
+        (
+            file("MONOCHROME2", [1, 8], "1.2.840.10008.1.2.4.90", damaged()),
+            "transfer syntax 1.2.840.10008.1.2.4.90",
+        ),
+        (
+            file("YBR_ICT", [3, 8], PLAIN, plain(&LEVELS)),
+            "YBR_ICT of 3 samples; expected",
+        ),
+        (
+            file("MONOCHROME2", [1, 4], PLAIN, plain(&LEVELS)),
+            "4 of 4 bits",
+        ),
+        (file("RGB", [3, 16], PLAIN, plain(&LEVELS)), "16 of 16 bits"),
+    ] {
+        let message = read(&file).err().unwrap();
+        assert!(
+            message.contains(words) && !message.contains('\n'),
+            "{message}"
+        );
+    }
+}
