@@ -61,7 +61,7 @@ def from_anywhere(name: str, array: Any) -> npt.NDArray[Any]:
     """A NumPy array of an array, an object with DLPack, or a sequence."""
     if isinstance(array, np.ndarray) or not hasattr(array, "__dlpack__"):
         made = np.asarray(array)
-        if not isinstance(array, np.ndarray) and made.dtype.kind in "OSU":
+        if not isinstance(array, np.ndarray) and made.dtype == object:
             raise wrong("", name, array, "an array of numbers")
         return made
     try:
