@@ -35,6 +35,7 @@ import sys
 import tempfile
 import threading
 import time
+import traceback
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -633,7 +634,7 @@ class Harness:
         data = Recording.drawn(self.rng)
         path = self.folder / "r.npz"
         data.save(path)
-        command = self.rng.choice(["info", "check", "convert"])
+        command = self.rng.choice([name for name in ("info", "check", "convert") if name in self.table])
         words = [command, str(path)] + (["-o", self.rng.choice(["o.npz", "o.uff", "o.hdf5"])] if command == "convert" else [])
         run = Run(self, [*words, *self.flags(command, data.deepest())])
         # 3 and 4 of `check`: it found something, or could not tell.
@@ -908,7 +909,9 @@ class Harness:
     def run(self, begin, seconds):
         # Most are judged little, so that there are many.
         light = lambda way: lambda: way(light=True)
-        ways = [self.beamform] * 4 + [self.phase_symmetry, self.surface, self.simulate, self.other, self.sweep, self.register]
+        ways = [self.beamform] * 4 + [self.phase_symmetry, self.surface, self.simulate, self.other]
+        # An older program may lack these.
+        ways += [way for way in (self.sweep, self.register) if way.__name__ in self.table]
         ways += [light(self.beamform)] * 16 + [light(self.phase_symmetry)] * 4 + [light(self.surface)] * 2
         jobs = 0
         while self.jobs or time.monotonic() - begin < seconds:
@@ -924,8 +927,8 @@ class Harness:
                 else:
                     self.rng.choice(ways)()
                     self.count["command lines"] += 1
-            except (Failure, subprocess.TimeoutExpired) as failure:
-                self.failed(failure, time.monotonic() - begin)
+            except Exception as failure:
+                self.failed(failure if isinstance(failure, Failure) else traceback.format_exc(), time.monotonic() - begin)
                 kept = Path(f"{self.folder}-failure-{len(self.failures)}")
                 shutil.copytree(self.folder, kept, dirs_exist_ok=True)
             for path in self.folder.iterdir():
