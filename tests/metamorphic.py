@@ -277,9 +277,10 @@ def frames_reversed(data):
 
 
 def shifted(data):
-    if not data.by_transmit() or "x" in data:
+    """Of focused beams: the times of a virtual source count from x = 0."""
+    if "tx_x" not in data:
         return None
-    return data.changed(**{key: data[key] + 2.0**-8 for key in ("element_x", "tx_x", "tx_source_x") if key in data}), lambda z: z
+    return data.changed(**{key: data[key] + 2.0**-8 for key in ("element_x", "tx_x")}), lambda z: z
 
 
 def reordered(data):
@@ -820,7 +821,7 @@ class Harness:
 
         def end(own, command, flag):
             data = Recording.drawn(own.rng)
-            while data.samples() == "x" or len(data[data.samples()]) > 1:
+            while "tx_angle" not in data or len(data[data.samples()]) > 1:
                 data = Recording.drawn(own.rng)
             data.save(own.folder / "r.npz")
             if command == "phase-symmetry":
@@ -838,14 +839,27 @@ class Harness:
                     a, b = zero.arrays(), minus.arrays()
                     if not a or a.keys() != b.keys() or not all(np.array_equal(a[k], b[k]) for k in a):
                         raise Failure(f"zeros: {' '.join(minus.words)}: {minus.done.stderr}")
-            for value in (low, high):
-                run = Run(own, [*words, *of, *flag.with_, f"--{flag.name}={round(value) if flag.whole() else value!r}"])
+            # The last with several directions a line.
+            more = [[], [], ["--sub-lines=8"]] if command == "beamform" and flag.name != "sub-lines" else [[], []]
+            for value, more in zip((low, high, high), more):
+                run = Run(own, [*words, *of, *flag.with_, *more, f"--{flag.name}={round(value) if flag.whole() else value!r}"])
                 own.count["ends"] += 1
                 if run.done.returncode:
                     run.judge_refusal()
                 elif command == "beamform" and not np.isfinite(run.lines().view("f4")).all():
                     raise Failure(f"not finite: {' '.join(run.words)}")
 
+        def small(own, flag):
+            """A picture with few pixels."""
+            path = own.folder / "p.npy"
+            np.save(path, np.load(own.picture(20))[: own.rng.randint(1, 19)])
+            run = Run(own, ["phase-symmetry", str(path), "-o", "o.npy", *dict.fromkeys(["--pad", *flag.words(own.rng, 1e-4)])])
+            own.count["ends"] += 1
+            if run.done.returncode:
+                run.judge_refusal()
+
+        for flag in self.table["phase-symmetry"]:
+            yield lambda own, flag=flag: small(own, flag)
         for command in ("beamform", "phase-symmetry"):
             for flag in self.table[command]:
                 if flag.range and "…" not in flag.placeholder and not flag.example:
