@@ -16,7 +16,7 @@ use super::scene::{ELEMENTS, SAMPLES, SUBAPERTURE, TRACED};
 use super::stages::{Stage, Values};
 use crate::{Error, Result};
 use bonebeam_files::atomic::Outputs;
-use bonebeam_files::npy;
+use bonebeam_files::{npy, temporary_files};
 
 /// Contents of the folder.
 #[derive(Clone, Debug, Serialize)]
@@ -247,6 +247,7 @@ pub fn write(folder: &Path, stages: &[Stage]) -> Result<Manifest> {
         path: folder.to_path_buf(),
         message: format!("cannot be made: {e}"),
     })?;
+    temporary_files::remove_leftovers(folder);
     let mut outputs = Outputs::new();
     for stage in stages {
         let path = folder.join(format!("{}.npy", stage.name));
