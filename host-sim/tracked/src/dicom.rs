@@ -411,20 +411,19 @@ fn unpacked_rle(bytes: &[u8], length: usize) -> Read<Vec<u8>> {
             if out.len() >= plane {
                 break;
             }
-            let head = *head as i8;
-            let (part, used) = match head {
-                0.. => (
-                    tail.get(..head as usize + 1).map(<[u8]>::to_vec),
-                    head as usize + 1,
-                ),
-                -127..=-1 => (
-                    tail.first()
-                        .map(|byte| vec![*byte; 1 - head as isize as usize]),
-                    1,
-                ),
-                _ => (Some(Vec::new()), 0),
+            let used = match *head as i8 {
+                head @ 0.. => {
+                    let run = tail.get(..head as usize + 1).ok_or_else(wrong)?;
+                    out.extend(run);
+                    run.len()
+                }
+                -128 => 0,
+                head => {
+                    let byte = *tail.first().ok_or_else(wrong)?;
+                    out.resize(out.len() + 1 + usize::from(head.unsigned_abs()), byte);
+                    1
+                }
             };
-            out.extend(part.ok_or_else(wrong)?);
             rest = &tail[used..];
         }
         if out.len() != plane {

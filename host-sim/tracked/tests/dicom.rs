@@ -126,7 +126,7 @@ impl File<'_> {
 
 const PLAIN: &str = "1.2.840.10008.1.2.1";
 const RLE: &str = "1.2.840.10008.1.2.5";
-const LEVELS: [u8; 6] = [0, 10, 200, 30, 255, 90];
+const LEVELS: [u8; 6] = [0, 10, 200, 30, 255, 255];
 
 fn plain(bytes: &[u8]) -> Vec<u8> {
     element(0x7fe0_0010, "OW", bytes)
@@ -134,7 +134,7 @@ fn plain(bytes: &[u8]) -> Vec<u8> {
 
 /// One frame in RLE: a literal run and a repeated byte in each plane.
 fn rle(planes: usize) -> Vec<u8> {
-    let plane = [&[5u8][..], &LEVELS].concat();
+    let plane = [&[3u8][..], &LEVELS[..4], &[0xff, 255]].concat();
     let mut words = [0u32; 16];
     words[0] = planes as u32;
     (0..planes).for_each(|k| words[k + 1] = (64 + k * (plane.len() + 1)) as u32);
@@ -185,7 +185,7 @@ fn every_colour_and_packing_gives_the_same_grey_levels() {
     let three = |f: fn(u8) -> [u8; 3]| plain(&LEVELS.map(f).concat());
     let wide = LEVELS.map(|v| (u16::from(v) * 257).to_le_bytes()).concat();
     let falling = || plain(&LEVELS.map(|v| 255 - v));
-    let shared = plain(&[0, 10, 1, 1, 200, 30, 1, 1, 255, 90, 1, 1]);
+    let shared = plain(&[0, 10, 1, 1, 200, 30, 1, 1, 255, 255, 1, 1]);
     for mut file in [
         file("MONOCHROME2", [1, 8], PLAIN, plain(&LEVELS)),
         file("MONOCHROME1", [1, 8], PLAIN, falling()),
