@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use bonebeam_files::{ChannelData, FrameSamples};
-use ndarray::Array3;
+use ndarray::{Array3, Axis};
 use num_complex::Complex;
 use rayon::prelude::*;
 
@@ -24,6 +24,8 @@ pub(crate) struct Base {
     pub carrier: f64,
     /// Time of sample 0 of each transmit, s.
     pub t0: Vec<f64>,
+    /// Variance of each element's samples, times a constant.
+    pub power: Vec<f64>,
 }
 
 impl Base {
@@ -38,16 +40,25 @@ impl Base {
                 })
             }
             Some(FrameSamples::Iq { iq, f_demod }) => Base {
-                z: iq.select(ndarray::Axis(0), transmits),
+                z: iq.select(Axis(0), transmits),
                 rate: fs,
                 carrier: f_demod,
                 t0: transmits.iter().map(|&t| data.t0[t]).collect(),
+                power: (0..iq.dim().1)
+                    .map(|m| {
+                        iq.index_axis(Axis(1), m)
+                            .iter()
+                            .map(|z| f64::from(z.norm_sqr()))
+                            .sum()
+                    })
+                    .collect(),
             },
             None => Base {
                 z: Array3::default((0, data.element_x.len(), 0)),
                 rate: fs,
                 carrier,
                 t0: Vec::new(),
+                power: vec![0.0; data.element_x.len()],
             },
         }
     }
@@ -87,6 +98,17 @@ impl Base {
                 })
             })
             .collect();
+        let power = (0..elements).map(|m| {
+            let (mut sum, mut squares) = (0.0, 0.0);
+            for &t in transmits {
+                for n in 0..samples {
+                    let value = f64::from(sample([t, m, n]));
+                    sum += value;
+                    squares += value * value;
+                }
+            }
+            squares - sum * sum / (transmits.len() * samples).max(1) as f64
+        });
         // The filter's middle.
         let late = (taps - 1) as f64 / 2.0 / fs;
         Base {
@@ -95,6 +117,7 @@ impl Base {
             rate: fs / every as f64,
             carrier,
             t0: transmits.iter().map(|&t| data.t0[t] + late).collect(),
+            power: power.collect(),
         }
     }
 }

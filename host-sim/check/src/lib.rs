@@ -20,9 +20,6 @@ pub use time::Speed;
 use elements::Elements;
 use table::{Table, View};
 
-/// Mean coherence of neighbours below which geometry cannot be judged.
-const COHERENT: f64 = 0.05;
-
 /// All findings of a recording's first frame, the worst first.
 #[must_use]
 pub fn check(data: &ChannelData) -> Vec<Finding> {
@@ -49,14 +46,7 @@ pub fn check(data: &ChannelData) -> Vec<Finding> {
     let elements = Elements::new(&base, &view, &table);
     findings.extend(elements.check(&base, &view, &table));
     findings.extend(order::transmits(data, &base, &view, &table));
-    if table.coherence() < COHERENT {
-        let text = "echoes of neighbouring elements do not agree: geometry and sound speed cannot be checked";
-        findings.push(
-            Finding::new("incoherent", Severity::Note, text).valued(table.coherence(), "coherence"),
-        );
-    } else {
-        findings.extend(time::check(data, &base, &view, &elements.good));
-    }
+    findings.extend(time::check(data, &base, &view, &elements.good));
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
     findings
 }

@@ -2,6 +2,8 @@
 //!
 //! An alternative is named if echoes agree clearly better with it. Rows of one table.
 
+use std::f64::consts::TAU;
+
 use bonebeam_files::{ChannelData, Samples, Transmits};
 
 use crate::base::Base;
@@ -9,8 +11,15 @@ use crate::finding::{Finding, Severity};
 use crate::table::{Table, View, Wave};
 
 /// Gain of the score from which an alternative is named.
-const GAIN: f64 = 0.06;
-/// Least share of the missing coherence that it brings.
+const GAIN: f64 = 0.07;
+/// Least gain of a small change, if it is that of all lines by so many standard deviations of their mean.
+const LEAST: f64 = 0.02;
+const SURE: f64 = 3.0;
+/// Cosine of the phase from which neighbouring transmits are of opposite polarity.
+const OPPOSITE: f64 = 0.8;
+/// Every how many lines are read for it.
+const EVERY: usize = 2;
+/// Least share of the missing coherence that it brings, but for a small change of the waves.
 const SHARE: f64 = 0.15;
 
 /// A mistake, the view without it, and its remedy.
@@ -131,7 +140,7 @@ fn alternatives(view: &View, all_read: bool) -> Vec<Alternative> {
             "subtract 1 from tx_element",
         ),
     ];
-    if all_read {
+    if all_read && !view.own {
         for by in [1, -1] {
             all.push((
                 "transmit-order",
@@ -144,6 +153,15 @@ fn alternatives(view: &View, all_read: bool) -> Vec<Alternative> {
     all
 }
 
+/// Whether the scores of lines are surely higher than others.
+fn all_gain(scores: &[f64], others: &[f64]) -> bool {
+    let gains: Vec<f64> = scores.iter().zip(others).map(|(a, b)| a - b).collect();
+    let count = gains.len() as f64;
+    let mean = gains.iter().sum::<f64>() / count;
+    let squares: f64 = gains.iter().map(|gain| (gain - mean).powi(2)).sum();
+    count > 3.0 && mean > SURE * (squares / (count - 1.0) / count).sqrt()
+}
+
 /// The view that echoes agree with best, and a finding if it is not that of the file.
 pub(crate) fn check(
     base: &Base,
@@ -151,35 +169,115 @@ pub(crate) fn check(
     table: Table,
     all_read: bool,
 ) -> (View, Table, Vec<Finding>) {
-    let own = table.score();
+    let coarse = View {
+        every: EVERY,
+        ..view.clone()
+    };
+    let own = Table::new(base, &coarse);
+    let (own, lines) = (own.score(), own.scores());
     let most = if table.transmit_coherence().is_some() {
         2.0
     } else {
         1.0
     };
-    let mut best: Option<(f64, Table, Alternative)> = None;
-    for alternative in alternatives(&view, all_read) {
+    let mut best: Option<(f64, Alternative)> = None;
+    for alternative in alternatives(&coarse, all_read) {
         let Some(other) = &alternative.1 else {
             continue;
         };
         let other = Table::new(base, other);
         let score = other.score();
-        if best.as_ref().is_none_or(|(best, ..)| score > *best) {
-            best = Some((score, other, alternative));
+        let gain = score - own;
+        let small = matches!(alternative.0, "element-index" | "transmit-order");
+        let named = match small {
+            true => gain > GAIN || gain > LEAST && all_gain(&other.scores(), &lines),
+            false => gain > GAIN && gain > SHARE * (most - own),
+        };
+        if named && best.as_ref().is_none_or(|(best, ..)| score > *best) {
+            best = Some((score, alternative));
         }
     }
     match best {
-        Some((score, other, (name, Some(view), text, remedy)))
-            if score > own + GAIN && score - own > SHARE * (most - own) =>
-        {
+        Some((score, (name, Some(other), text, remedy))) => {
             let text = format!(
                 "echoes agree better if {text}: neighbours' coherence {score:.2} and not {own:.2}"
             );
             let finding = Finding::new(name, Severity::Error, text).remedy(remedy);
-            (view, other, vec![finding.valued(score - own, "coherence")])
+            let view = View { every: 1, ..other };
+            let table = Table::new(base, &view);
+            (view, table, vec![finding.valued(score - own, "coherence")])
         }
-        _ => (view, table, Vec::new()),
+        _ => match listed(&view, &table, all_read) {
+            Some((other, finding)) => {
+                let table = Table::new(base, &other);
+                (other, table, vec![finding])
+            }
+            None => (view, table, Vec::new()),
+        },
     }
+}
+
+/// Records and a list of transmits that are shifted by one: all echoes then lie beside their lines, by the distance of
+/// a transmit from the next, or by its angle.
+fn listed(view: &View, table: &Table, all_read: bool) -> Option<(View, Finding)> {
+    let count = view.waves.len();
+    let last = view.elements.len() - 1;
+    let pitch = (view.elements[last][0] - view.elements[0][0]) / last as f64;
+    if view.elements.iter().any(|at| at[1] != 0.0) || pitch == 0.0 || count < 4 {
+        return None;
+    }
+    let usual = |of: &dyn Fn(usize) -> f64| {
+        let mut steps: Vec<f64> = (1..count).map(|t| of(t) - of(t - 1)).collect();
+        steps.sort_by(f64::total_cmp);
+        steps[steps.len() / 2]
+    };
+    let step = match &view.waves[0] {
+        Wave::Own | Wave::Source(_) if view.own => {
+            let parallel = view.lines.iter().all(|line| line.angle == 0.0);
+            parallel.then(|| usual(&|t| view.lines[t].from[0]))?
+        }
+        _ => return None,
+    };
+    // The direction from which echoes come, from their phases between neighbours, beside 1/r or beside 1.
+    let mut lines = vec![[0.0; 2]; view.lines.len()];
+    for block in table.blocks.iter().filter(|block| block.total() > 0.0) {
+        let sum = block.next();
+        let sine = f64::from(sum.arg()) * view.c / (TAU * table.frequency * pitch);
+        let weight = (f64::from(sum.norm()) / block.total()).powi(2);
+        let by = 1.0 / (view.c * block.time);
+        lines[block.line][0] += weight * by * by;
+        lines[block.line][1] += weight * by * sine;
+    }
+    let without = |left: usize| {
+        let kept = lines
+            .iter()
+            .enumerate()
+            .filter(|(line, _)| line.abs_diff(left) > 1);
+        let [xx, xy] = kept.fold([0.0; 2], |sum, (_, own)| [sum[0] + own[0], sum[1] + own[1]]);
+        xy / xx
+    };
+    let shift = without(usize::MAX);
+    // Each line is left out three times.
+    let variance = (0..lines.len())
+        .map(|line| (without(line) - shift).powi(2))
+        .sum::<f64>()
+        / 3.0;
+    let is = |step: f64| {
+        let share = shift / step;
+        (0.65..1.35).contains(&share) && shift.powi(2) > 2.0 * variance
+    };
+    let by = [1, -1]
+        .into_iter()
+        .find(|&by| all_read && is(by as f64 * step))?;
+    let text = "records and the list of transmits are shifted by one, a transmit is missing or doubled: all echoes lie \
+                beside their lines, by the distance of two transmits";
+    let finding = Finding::new("transmit-order", Severity::Error, text);
+    Some((
+        shifted(view, by)?,
+        finding
+            .valued(1e3 * shift, "mm")
+            .remedy("take out the doubled record, or the entry of the missing one"),
+    ))
 }
 
 /// Base band at the frequency, rate and sign of the echoes, and a finding if they are not the file's.
@@ -292,7 +390,7 @@ pub(crate) fn transmits(
     let mut findings = Vec::new();
     let negative = |t: usize| {
         let (sum, power) = table.transmits[t];
-        power > 0.0 && sum.re < -0.2 * power
+        sum.norm() > 0.2 * power && sum.re < -OPPOSITE * sum.norm()
     };
     let count = view.waves.len();
     if !view.own && count > 2 && table.coherence() > 0.0 {

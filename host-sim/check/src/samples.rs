@@ -9,7 +9,7 @@ use crate::finding::{Finding, Severity};
 /// Mean of RF over its RMS from which it is reported.
 const CONSTANT: f64 = 0.2;
 /// Equal samples at the extreme that are a flat top.
-const FLAT: usize = 3;
+const FLAT: usize = 2;
 /// Flat tops of an element from which it is clipped.
 const TOPS: usize = 3;
 
@@ -79,7 +79,7 @@ fn of_frame<T: Copy>(
         );
     }
     let permille = 1e3 * share as f64 / count;
-    if 2 * clipped.len() > elements {
+    if 8 * clipped.len() > elements {
         let text = format!(
             "{} of {elements} elements have flat tops at their largest sample: the receiver clips",
             clipped.len()

@@ -5,21 +5,29 @@
 
 use std::f64::consts::TAU;
 
+use nalgebra::{SMatrix, SVector};
 use num_complex::Complex;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
 use crate::base::Base;
-use crate::table::{Block, LAGS, Table, View};
+use crate::table::{Block, Part, Table, View};
 
-/// Alignments, each at the speed that the one before found.
+/// Alignments, each at the speed that the one before found: by neighbours, whose phases are small, and by subapertures.
+const COARSE: usize = 4;
 const PASSES: usize = 4;
+/// Gain of the focused echoes from which the first estimate counts.
+const MORE: f64 = 1.1;
+/// Largest step of the time, s.
+const LONGEST: f64 = 1e-6;
 /// Largest step of the speed, as a share.
 const STEP: f64 = 0.1;
 /// Speeds that are tried, m/s.
 const RANGE: [f64; 2] = [1000.0, 2200.0];
 /// Resamples of the bootstrap.
 const RESAMPLES: usize = 200;
+/// Lines that are drawn together.
+const RUN: usize = 4;
 /// Sizes of a block's own step, in medians, from which it is left out.
 const OUTLYING: f64 = 6.0;
 /// Half-width of an interval of 95 %, in standard deviations.
@@ -46,55 +54,190 @@ pub(crate) struct Speeds {
     pub speed: Estimate,
     /// The same with time zero free, m/s.
     pub free: Estimate,
-    /// Time by which echoes come later than the file's times, s.
+    /// Time to be added to the file's times, s.
     pub late: Estimate,
 }
 
-/// Curvature of a block: sums over its pairs of xx, xy, yy, px, py, with the phases p and their derivatives x by c and
-/// y by time, less their means.
-type Curvature = [f64; 5];
+/// Cosines over the array, of which the delays of tissue before it are a sum.
+const MODES: usize = 12;
+/// Standard deviation of each, s.
+const PRIOR: f64 = 10e-9;
+/// Standard deviation of the speed by delays of tissue that turn echoes by one radian, m/s.
+const UNEVEN: f64 = 12.0;
+/// Least standard deviation, ns.
+const LEAST: f64 = 0.2;
+const ROUNDS: usize = 10;
+/// The unknowns: c, m/s; time, s; the cosines, s.
+const UNKNOWNS: usize = 2 + MODES;
+/// Each unknown's unit, so that matrices are of one size.
+const TIME_UNIT: f64 = 1e-9;
+
+type Row = SVector<f64, UNKNOWNS>;
+
+/// Least squares of the phases of pairs: sums over pairs of xxᵀ and xp, with the phases p and their derivatives x by the
+/// unknowns, less their means in a block; of p²; and of 1.
+#[derive(Clone)]
+struct Curvature {
+    xx: SMatrix<f64, UNKNOWNS, UNKNOWNS>,
+    xp: Row,
+    pp: f64,
+    count: f64,
+}
+
+impl Curvature {
+    fn new() -> Self {
+        Curvature {
+            xx: SMatrix::zeros(),
+            xp: Row::zeros(),
+            pp: 0.0,
+            count: 0.0,
+        }
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.xx += other.xx;
+        self.xp += other.xp;
+        self.pp += other.pp;
+        self.count += other.count;
+    }
+
+    /// The unknowns that turn the phases to 0; time is one only if `both`. `at` has the cosines so far, which are as
+    /// large as they are found to be.
+    fn solve(&self, both: bool, at: &Row) -> Option<Row> {
+        let mut found = Row::zeros();
+        let mut variance = (PRIOR / TIME_UNIT).powi(2);
+        for _ in 0..ROUNDS {
+            let left = self.pp - 2.0 * found.dot(&self.xp) + found.dot(&(self.xx * found));
+            let noise = (left / self.count.max(1.0)).max(0.0);
+            let (mut xx, mut xp) = (self.xx, self.xp);
+            for k in 2..UNKNOWNS {
+                let by = noise / variance;
+                xx[(k, k)] += by;
+                xp[k] -= by * at[k];
+            }
+            if !both {
+                xx.row_mut(1).fill(0.0);
+                xx.column_mut(1).fill(0.0);
+                xx[(1, 1)] = 1.0;
+                xp[1] = 0.0;
+            }
+            if xx[(0, 0)] <= 0.0 {
+                return None;
+            }
+            let factor = xx.cholesky()?;
+            found = factor.solve(&xp);
+            let inverse = factor.inverse();
+            let sizes = (2..UNKNOWNS).map(|k| (at[k] + found[k]).powi(2) + noise * inverse[(k, k)]);
+            variance = (sizes.sum::<f64>() / MODES as f64).max(LEAST * LEAST);
+        }
+        Some(found)
+    }
+}
+
+fn sum<'a>(lines: impl Iterator<Item = &'a Curvature>) -> Curvature {
+    let mut all = Curvature::new();
+    lines.for_each(|own| all.add(own));
+    all
+}
 
 /// Estimates the speed of the echoes between elements for which `good` is true.
 ///
 /// `None` if too few echoes are coherent.
 pub(crate) fn estimate(base: &Base, view: &View, good: &[bool]) -> Option<Speeds> {
     let mut view = view.clone();
+    view.without = (0..good.len()).filter(|&m| !good[m]).collect();
+    let mut coarse = view.clone();
+    for _ in 0..COARSE {
+        let blocks = curvatures(&Table::new(base, &coarse), &coarse, true);
+        let [xx, xp] = blocks.iter().fold([0.0; 2], |sum, own| {
+            [sum[0] + own.xx[(0, 0)], sum[1] + own.xp[0]]
+        });
+        coarse.step(xp / xx)?;
+    }
+    // Echoes from beside the line make neighbours' phases imprecise.
+    if Table::new(base, &coarse).focus() > MORE * Table::new(base, &view).focus() {
+        view.c = coarse.c;
+    }
+    let [speed, _] = refined(base, view.clone(), false)?;
+    let [free, late] = refined(base, view, true)?;
+    Some(Speeds { speed, free, late })
+}
+
+impl View {
+    fn step(&mut self, step: f64) -> Option<()> {
+        let step = step.is_finite().then_some(step)?;
+        self.c = (self.c + step.clamp(-STEP * self.c, STEP * self.c)).clamp(RANGE[0], RANGE[1]);
+        Some(())
+    }
+}
+
+/// Speed and time by the phases between subapertures; the time is the file's unless `both`.
+fn refined(base: &Base, mut view: View, both: bool) -> Option<[Estimate; 2]> {
+    let count = view.elements.len();
+    let file = view.late;
     let mut table = Table::new(base, &view);
-    for pass in 0..PASSES {
-        let lags = if pass == 0 { 1 } else { LAGS.len() };
-        let [step, _] = solve(&curvatures(&table, &view, good, lags), false)?;
-        view.c = (view.c + step.clamp(-STEP * view.c, STEP * view.c)).clamp(RANGE[0], RANGE[1]);
+    let mut at = Row::zeros();
+    for _ in 0..PASSES {
+        let step = sum(curvatures(&table, &view, false).iter()).solve(both, &at)?;
+        view.step(step[0])?;
+        view.late -= (TIME_UNIT * step[1]).clamp(-LONGEST, LONGEST);
+        at += step;
+        for k in 0..MODES {
+            for m in 0..count {
+                view.screen[m] += TIME_UNIT * step[2 + k] * mode(k, m as f64, count);
+            }
+        }
         table = Table::new(base, &view);
     }
-    let blocks = robust(curvatures(&table, &view, good, LAGS.len()));
-    let mut lines = vec![Curvature::default(); view.lines.len()];
-    for (block, own) in table.blocks.iter().zip(blocks) {
-        lines[block.line]
-            .iter_mut()
-            .zip(own)
-            .for_each(|(sum, term)| *sum += term);
+    let blocks = robust(curvatures(&table, &view, false));
+    let mut lines = vec![Curvature::new(); view.lines.len()];
+    for (block, own) in table.blocks.iter().zip(&blocks) {
+        lines[block.line].add(own);
     }
-    let [step, _] = solve(&lines, false)?;
-    let [free, late] = solve(&lines, true)?;
+    let step = sum(lines.iter()).solve(both, &at)?;
     let mut random = ChaCha8Rng::seed_from_u64(58);
-    let mut samples = Vec::new();
-    for _ in 0..RESAMPLES {
-        let drawn: Vec<Curvature> = (0..lines.len())
-            .map(|_| lines[random.random_range(0..lines.len())])
-            .collect();
-        if let (Some([step, _]), Some([free, late])) = (solve(&drawn, false), solve(&drawn, true)) {
-            samples.push([step, free, late]);
-        }
+    let drawn: Vec<Row> = (0..RESAMPLES)
+        .filter_map(|_| {
+            // Lines side by side have echoes in common.
+            let first = (0..lines.len())
+                .step_by(RUN)
+                .map(|_| random.random_range(0..lines.len()));
+            let run =
+                first.flat_map(|first| (first..first + RUN).map(|line| &lines[line % lines.len()]));
+            sum(run).solve(both, &at)
+        })
+        .collect();
+    if drawn.len() <= RESAMPLES / 2 {
+        return None;
     }
-    let estimate = |k: usize, value: f64| Estimate {
+    // Waves that are sent through uneven tissue are not focused again.
+    let phase = (at + step).rows(2, MODES).norm() * TIME_UNIT * TAU * table.frequency;
+    let uneven = UNEVEN * phase * phase;
+    let times = table
+        .blocks
+        .iter()
+        .map(|block| 2.0 * block.time)
+        .sum::<f64>();
+    let middle = times / table.blocks.len() as f64;
+    let estimate = |k: usize, value: f64, unit: f64, uneven: f64| Estimate {
         value,
-        deviation: deviation(samples.iter().map(|sample| sample[k])),
+        deviation: (unit * deviation(drawn.iter().map(|row| row[k]))).hypot(uneven),
     };
-    (samples.len() > RESAMPLES / 2).then(|| Speeds {
-        speed: estimate(0, view.c + step),
-        free: estimate(1, view.c + free),
-        late: estimate(2, late),
-    })
+    Some([
+        estimate(0, view.c + step[0], 1.0, uneven),
+        estimate(
+            1,
+            file - view.late + TIME_UNIT * step[1],
+            TIME_UNIT,
+            uneven / view.c * middle,
+        ),
+    ])
+}
+
+/// A cosine over the array: k half periods and more than one.
+fn mode(k: usize, m: f64, count: usize) -> f64 {
+    let at = (m + 0.5) / count as f64;
+    std::f64::consts::SQRT_2 * (0.5 * TAU * (k + 2) as f64 * at).cos()
 }
 
 fn deviation(values: impl Iterator<Item = f64> + Clone) -> f64 {
@@ -107,16 +250,28 @@ fn deviation(values: impl Iterator<Item = f64> + Clone) -> f64 {
 ///
 /// A transmit that reaches a point of a line is as good a witness as an element that receives from it. The mean phase of
 /// a block's pairs is left out: an echo that comes from beside the line.
-fn curvatures(table: &Table, view: &View, good: &[bool], lags: usize) -> Vec<Curvature> {
+fn curvatures(table: &Table, view: &View, coarse: bool) -> Vec<Curvature> {
     let count = view.elements.len();
     let turn = -TAU * table.frequency;
-    let (dc, dt) = (1.0, 5e-9);
+    let (dc, dt) = (1.0, TIME_UNIT);
     let bare = |c: f64| View {
         c,
         order: Vec::new(),
         ..view.clone()
     };
     let views = [bare(view.c), bare(view.c + dc)];
+    let sums_of = |delays: &dyn Fn(usize) -> f64| {
+        let mut sum = 0.0;
+        let mut until = vec![0.0];
+        until.extend((0..count).map(|m| {
+            sum += delays(m);
+            sum
+        }));
+        until
+    };
+    let modes: Vec<Vec<f64>> = (0..MODES)
+        .map(|k| sums_of(&|m| mode(k, m as f64, count)))
+        .collect();
     let of = |block: &Block| {
         let line = &view.lines[block.line];
         // Here, at a higher speed, later.
@@ -125,29 +280,36 @@ fn curvatures(table: &Table, view: &View, good: &[bool], lags: usize) -> Vec<Cur
             (&views[1], block.time),
             (&views[0], block.time + 0.5 * dt),
         ];
-        let by = |delays: &[Vec<f64>; 3], a: usize, b: usize| {
-            let [here, faster, later] = [0, 1, 2].map(|k| delays[k][b] - delays[k][a]);
-            [turn * (faster - here) / dc, turn * (later - here) / dt]
-        };
-        let mut sums = Curvature::default();
-        let power = block.total();
-        if power > 0.0 {
-            let received = at.map(|(view, time)| -> Vec<f64> {
-                (0..count)
-                    .map(|m| view.receive(line, time, m, view.c))
-                    .collect()
+        let mut sums = Curvature::new();
+        let until = at.map(|(view, time)| sums_of(&|m| view.receive(line, time, m, view.c)));
+        let neighbours = (0..count.saturating_sub(1))
+            .filter(|&m| coarse && block.lags[0][m] != Complex::default())
+            .map(|m| Part {
+                first: m,
+                elements: 1,
+                product: block.lags[0][m],
+                power: (block.power[m] + block.power[m + 1]) / 2.0,
             });
-            for (k, lag) in LAGS.into_iter().enumerate().take(lags) {
-                let pairs = (0..count.saturating_sub(lag)).filter(|&m| good[m] && good[m + lag]);
-                let pairs = pairs.filter(|&m| block.lags[k][m] != Complex::default());
-                add(
-                    &mut sums,
-                    power,
-                    pairs.map(|m| (block.lags[k][m], by(&received, m, m + lag))),
-                );
+        let parts = block
+            .parts
+            .iter()
+            .filter(|part| !coarse && part.power > 0.0);
+        let each = neighbours.chain(parts.cloned()).map(|part| {
+            let between = |until: &[f64]| {
+                let [a, b, c] = [0, 1, 2].map(|n| until[part.first + n * part.elements]);
+                (c - 2.0 * b + a) / part.elements as f64
+            };
+            let [here, faster, later] = [0, 1, 2].map(|k| between(&until[k]));
+            let mut by = Row::zeros();
+            by[0] = turn * (faster - here) / dc;
+            by[1] = turn * (later - here);
+            for k in 0..MODES {
+                by[2 + k] = turn * TIME_UNIT * between(&modes[k]);
             }
-        }
-        let power = f64::from(block.transmits.iter().map(|pair| pair.1).sum::<f32>());
+            (part.product / part.power, by)
+        });
+        add(&mut sums, each);
+        let power = block.transmits.iter().map(|pair| pair.1).sum::<f32>();
         if !view.own && power > 0.0 {
             let reached = at.map(|(view, time)| -> Vec<f64> {
                 view.waves
@@ -156,11 +318,21 @@ fn curvatures(table: &Table, view: &View, good: &[bool], lags: usize) -> Vec<Cur
                     .collect()
             });
             let pairs = block.transmits.iter().enumerate();
-            add(
-                &mut sums,
-                power,
-                pairs.map(|(t, (value, _))| (*value, by(&reached, t, t + 1))),
-            );
+            let each = pairs.map(|(t, (value, _))| {
+                let [here, faster, later] = [0, 1, 2].map(|k| reached[k][t + 1] - reached[k][t]);
+                let mut by = Row::zeros();
+                by[0] = turn * (faster - here) / dc;
+                by[1] = turn * (later - here);
+                let crossing =
+                    |t: usize| view.crossing(&view.waves[t], line.at(view.c * block.time));
+                if let (Some(a), Some(b)) = (crossing(t), crossing(t + 1)) {
+                    for k in 0..MODES {
+                        by[2 + k] = turn * TIME_UNIT * (mode(k, b, count) - mode(k, a, count));
+                    }
+                }
+                (value * (block.transmits.len() as f32 / power), by)
+            });
+            add(&mut sums, each);
         }
         sums
     };
@@ -168,54 +340,27 @@ fn curvatures(table: &Table, view: &View, good: &[bool], lags: usize) -> Vec<Cur
 }
 
 /// Adds the pairs of one kind: correlations and the derivatives of their phases.
-fn add(sums: &mut Curvature, power: f64, pairs: impl Iterator<Item = (Complex<f32>, [f64; 2])>) {
-    let pairs: Vec<(Complex<f64>, [f64; 2])> = pairs
-        .map(|(value, by)| {
-            (
-                Complex::new(f64::from(value.re), f64::from(value.im)) / power,
-                by,
-            )
-        })
+fn add(sums: &mut Curvature, pairs: impl Iterator<Item = (Complex<f32>, Row)>) {
+    let pairs: Vec<(Complex<f64>, Row)> = pairs
+        .map(|(value, by)| (Complex::new(f64::from(value.re), f64::from(value.im)), by))
         .collect();
-    let shared: Complex<f64> = pairs.iter().map(|pair| pair.0).sum();
+    let number = pairs.len() as f64;
+    let shared: Complex<f64> = pairs.iter().map(|pair| pair.0).sum::<Complex<f64>>() / number;
     let coherence = shared.norm();
     if pairs.len() < 3 || coherence == 0.0 {
         return;
     }
-    let number = pairs.len() as f64;
-    let mean = |k: usize| pairs.iter().map(|pair| pair.1[k]).sum::<f64>() / number;
-    let means = [mean(0), mean(1)];
+    let mean = pairs.iter().map(|pair| pair.1).sum::<Row>() / number;
     // Blocks without echoes have little to say.
-    let weight = coherence * coherence / number;
+    let weight = coherence * coherence;
     for (value, by) in &pairs {
-        let [x, y] = [by[0] - means[0], by[1] - means[1]];
+        let x = by - mean;
         let phase = (value * shared.conj()).im;
-        let terms = [
-            weight * x * x,
-            weight * x * y,
-            weight * y * y,
-            phase * x,
-            phase * y,
-        ];
-        sums.iter_mut()
-            .zip(terms)
-            .for_each(|(sum, term)| *sum += term);
+        sums.xx += weight * x * x.transpose();
+        sums.xp += phase * x;
+        sums.pp += phase * phase / weight;
+        sums.count += 1.0;
     }
-}
-
-/// The step of c and of time zero that turns the phases to 0; of c alone unless `both`.
-fn solve(all: &[Curvature], both: bool) -> Option<[f64; 2]> {
-    let [xx, xy, yy, px, py] = [0, 1, 2, 3, 4].map(|k| all.iter().map(|own| own[k]).sum::<f64>());
-    if !both {
-        return (xx > 0.0).then(|| [px / xx, 0.0]);
-    }
-    let determinant = xx * yy - xy * xy;
-    (determinant > 1e-9 * xx * yy).then(|| {
-        [
-            (px * yy - py * xy) / determinant,
-            (py * xx - px * xy) / determinant,
-        ]
-    })
 }
 
 /// Leaves out blocks whose own speed is far from the others'.
@@ -223,8 +368,8 @@ fn solve(all: &[Curvature], both: bool) -> Option<[f64; 2]> {
 /// A mirror's echo does not come from where it lies.
 fn robust(mut blocks: Vec<Curvature>) -> Vec<Curvature> {
     let size = |own: &Curvature| {
-        if own[0] > 0.0 {
-            own[3].abs() / own[0].sqrt()
+        if own.xx[(0, 0)] > 0.0 {
+            own.xp[0].abs() / own.xx[(0, 0)].sqrt()
         } else {
             0.0
         }
@@ -234,7 +379,7 @@ fn robust(mut blocks: Vec<Curvature>) -> Vec<Curvature> {
     let usual = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
     for own in &mut blocks {
         if size(own) > OUTLYING * usual {
-            *own = Curvature::default();
+            *own = Curvature::new();
         }
     }
     blocks

@@ -5,13 +5,16 @@
 use std::f64::consts::TAU;
 
 use bonebeam_files::{ChannelData, Transmits};
+use ndarray::Axis;
 use num_complex::Complex;
 use rayon::prelude::*;
 
 use crate::base::Base;
 
-/// Distances of correlated elements, in elements.
-pub(crate) const LAGS: [usize; 4] = [1, 2, 3, 4];
+/// Elements to either side that an element is compared with.
+pub(crate) const NEAR: usize = 4;
+/// Subapertures of the aligned elements, side by side.
+const PARTS: usize = 4;
 /// Receive f-number of the aligned elements.
 const F_NUMBER: f64 = 1.2;
 /// Least number of aligned elements.
@@ -44,7 +47,7 @@ pub(crate) struct Line {
 }
 
 impl Line {
-    fn at(&self, r: f64) -> [f64; 2] {
+    pub fn at(&self, r: f64) -> [f64; 2] {
         let (sin, cos) = self.angle.sin_cos();
         [self.from[0] + r * sin, self.from[1] + r * cos]
     }
@@ -60,6 +63,8 @@ pub(crate) struct View {
     /// Factor of each transmit: 0 leaves it out.
     pub signs: Vec<f32>,
     pub lines: Vec<Line>,
+    /// Every how many of them are read.
+    pub every: usize,
     /// Whether each transmit has its own line.
     pub own: bool,
     pub c: f64,
@@ -68,6 +73,10 @@ pub(crate) struct View {
     /// The carrier's sign in I/Q.
     pub conjugate: bool,
     pub f_number: f64,
+    /// Delays of tissue before the elements, s.
+    pub screen: Vec<f64>,
+    /// Elements that are left out.
+    pub without: Vec<usize>,
 }
 
 /// The transmits that are read: all, or some evenly from the list.
@@ -148,11 +157,14 @@ impl View {
             signs: vec![1.0; waves.len()],
             waves,
             lines,
+            every: 1,
             own: own_sources || matches!(data.transmits, Transmits::Focused { .. }),
             c: data.c,
             late: 2.0 * data.lens_delay,
             conjugate: false,
             f_number: F_NUMBER,
+            screen: vec![0.0; count],
+            without: Vec::new(),
         }
     }
 
@@ -176,7 +188,28 @@ impl View {
                 each.fold(f64::INFINITY, f64::min)
             }
         };
-        path / self.c
+        path / self.c + self.crossing(wave, p).map_or(0.0, |m| self.screen_at(m))
+    }
+
+    /// Where a wave to a point crosses the array, in elements.
+    pub fn crossing(&self, wave: &Wave, [x, z]: [f64; 2]) -> Option<f64> {
+        let (first, last) = (self.elements[0], self.elements[self.elements.len() - 1]);
+        let at = |x: f64| {
+            let share = (x - first[0]) / (last[0] - first[0]);
+            ((self.elements.len() - 1) as f64 * share.clamp(0.0, 1.0)).into()
+        };
+        match wave {
+            Wave::Element(m) => Some(*m as f64),
+            Wave::Plane(angle) => at(x - z * angle.tan()),
+            Wave::Source([sx, sz]) if *sz < 0.0 => at(sx + (x - sx) * sz / (sz - z)),
+            _ => None,
+        }
+    }
+
+    fn screen_at(&self, m: f64) -> f64 {
+        let low = (m as usize).min(self.screen.len().saturating_sub(2));
+        let part = m - low as f64;
+        self.screen[low] * (1.0 - part) + self.screen[low + 1] * part
     }
 
     /// Receive delay of an element from the distance `c·time` along a line, s.
@@ -204,6 +237,17 @@ impl View {
     }
 }
 
+/// Sums of the elements from `first` on, and of as many after them.
+#[derive(Clone, Debug)]
+pub(crate) struct Part {
+    pub first: usize,
+    pub elements: usize,
+    /// Their correlation.
+    pub product: Complex<f32>,
+    /// Their mean power.
+    pub power: f32,
+}
+
 /// A part of a line.
 pub(crate) struct Block {
     pub line: usize,
@@ -211,13 +255,43 @@ pub(crate) struct Block {
     pub time: f64,
     /// Power of each element.
     pub power: Vec<f32>,
-    /// Correlation of each element with the one that lies a lag further.
-    pub lags: [Vec<Complex<f32>>; LAGS.len()],
+    /// Correlation of each element with those 1, 2, … elements further.
+    pub lags: [Vec<Complex<f32>>; NEAR],
+    /// Subapertures, focused, and each with the one beside it.
+    pub parts: Vec<Part>,
     /// Correlation of each transmit with the next, both focused on receive; and their power.
     pub transmits: Vec<(Complex<f32>, f32)>,
 }
 
 impl Block {
+    /// Correlation of neighbours, all over the aperture.
+    pub fn next(&self) -> Complex<f32> {
+        self.lags[0].iter().sum()
+    }
+
+    /// Correlation of each element with the sum of those nearby, in the direction of the echoes; and that sum's power.
+    pub fn near(&self) -> Vec<(Complex<f32>, f32)> {
+        let next = self.next();
+        let tilt = if next.norm() > 0.0 {
+            next / next.norm()
+        } else {
+            next
+        };
+        let mut near = vec![(Complex::default(), 0.0); self.power.len()];
+        let mut turn = Complex::from(1.0);
+        for (lag, products) in (1..).zip(&self.lags) {
+            turn *= tilt;
+            for m in 0..self.power.len().saturating_sub(lag) {
+                let product = products[m] * turn.conj();
+                near[m].0 += product.conj();
+                near[m + lag].0 += product;
+                near[m].1 += self.power[m + lag];
+                near[m + lag].1 += self.power[m];
+            }
+        }
+        near
+    }
+
     /// Power of all elements.
     pub fn total(&self) -> f64 {
         f64::from(self.power.iter().sum::<f32>())
@@ -237,9 +311,9 @@ impl Table {
     /// Aligns the records as `view` has them.
     pub fn new(base: &Base, view: &View) -> Self {
         let lines = view.lines.len();
-        let found: Vec<_> = (0..lines)
+        let found: Vec<_> = (0..lines.div_ceil(view.every))
             .into_par_iter()
-            .map(|line| of_line(base, view, line))
+            .map(|line| of_line(base, view, line * view.every))
             .collect();
         let mut table = Table {
             blocks: Vec::new(),
@@ -269,8 +343,7 @@ impl Table {
         for block in &self.blocks {
             let power = block.total();
             if power > 0.0 {
-                let sum: Complex<f32> = block.lags[0].iter().sum();
-                shared += f64::from(sum.re) / power.sqrt();
+                shared += f64::from(block.next().re) / power.sqrt();
                 all += power.sqrt();
             }
         }
@@ -286,14 +359,62 @@ impl Table {
 
     /// Power of the echoes that neighbouring elements have in common, also of those beside the lines.
     pub fn coherent_power(&self) -> f64 {
-        let of = |block: &Block| f64::from(block.lags[0].iter().sum::<Complex<f32>>().norm());
+        let of = |block: &Block| f64::from(block.next().norm());
         self.blocks.iter().map(of).sum::<f64>() / self.blocks.len().max(1) as f64
     }
 
-    /// What alternatives are compared by.
+    /// Power that subapertures have in common, also of echoes beside the lines.
+    pub fn focus(&self) -> f64 {
+        let of = |block: &Block| {
+            let sum: Complex<f32> = block.parts.iter().map(|part| part.product).sum();
+            f64::from(sum.norm())
+        };
+        self.blocks.iter().map(of).sum()
+    }
+
+    /// What alternatives are compared by: the coherence of elements and of transmits.
     pub fn score(&self) -> f64 {
         self.coherence() + self.transmit_coherence().unwrap_or(0.0)
     }
+
+    /// The score of each line.
+    pub fn scores(&self) -> Vec<f64> {
+        let of = |blocks: &[Block]| {
+            let (mut shared, mut all, mut sent, mut power) = (0.0, 0.0, 0.0, 0.0);
+            for block in blocks.iter().filter(|block| block.total() > 0.0) {
+                let root = block.total().sqrt();
+                shared += f64::from(block.next().re) / root;
+                all += root;
+                for (product, own) in &block.transmits {
+                    sent += f64::from(product.re);
+                    power += f64::from(*own);
+                }
+            }
+            let share = |part: f64, whole: f64| if whole > 0.0 { part / whole } else { 0.0 };
+            share(shared, all) + share(sent, power)
+        };
+        let lines = self.blocks.chunk_by(|a, b| a.line == b.line);
+        lines.map(of).collect()
+    }
+}
+
+fn parts(active: &std::ops::Range<usize>) -> Vec<Part> {
+    let elements = (active.len() / PARTS).max(2);
+    let last = (active.end + 1).saturating_sub(2 * elements);
+    let firsts = (active.start..last).step_by(elements / 2);
+    firsts
+        .map(|first| Part {
+            first,
+            elements,
+            product: Complex::default(),
+            power: 0.0,
+        })
+        .collect()
+}
+
+/// The phase of some cycles, times a factor.
+fn turned(cycles: f64, factor: f32) -> Complex<f32> {
+    Complex::from_polar(factor, (TAU * (cycles - cycles.floor())) as f32)
 }
 
 type OfLine = (Vec<Block>, Complex<f64>);
@@ -319,6 +440,8 @@ fn of_line(base: &Base, view: &View, line: usize) -> OfLine {
     let mut turn = Complex::<f64>::default();
     let mut aligned = vec![Complex::<f32>::default(); count];
     let mut sums = vec![Complex::<f32>::default(); view.waves.len()];
+    let mut until = vec![Complex::<f32>::default(); count + 1];
+    let mut received = vec![(0.0, Complex::<f32>::default()); count];
     for first in (0..samples.saturating_sub(BLOCK - 1)).step_by(BLOCK) {
         let middle = from + (first as f64 + 0.5 * (BLOCK - 1) as f64) * step;
         let active = view.active(&rays, view.c * middle);
@@ -326,7 +449,8 @@ fn of_line(base: &Base, view: &View, line: usize) -> OfLine {
             line,
             time: middle,
             power: vec![0.0; count],
-            lags: LAGS.map(|_| vec![Complex::default(); count]),
+            lags: std::array::from_fn(|_| vec![Complex::default(); count]),
+            parts: parts(&active),
             transmits: vec![Default::default(); view.waves.len().saturating_sub(1)],
         };
         let mut before = Complex::<f32>::default();
@@ -334,24 +458,34 @@ fn of_line(base: &Base, view: &View, line: usize) -> OfLine {
             let time = from + n as f64 * step;
             aligned.fill(Complex::default());
             sums.fill(Complex::default());
+            // Delay and phase are sums of the way there and the way back.
+            for m in active.clone() {
+                if view.without.contains(&m) {
+                    received[m] = (0.0, Complex::default());
+                    continue;
+                }
+                let back = view.receive(&rays, time, m, view.c) + view.screen[m];
+                received[m] = (back * rate, turned(base.carrier * back, 1.0));
+            }
             for &t in &own {
                 let arrival = view.arrival(&view.waves[t], &rays, view.c * time);
+                let start = (arrival - starts[t]) * rate;
+                let there = turned(base.carrier * (arrival + view.late), view.signs[t]);
+                let rows = base.z.index_axis(Axis(0), t);
                 for m in active.clone() {
-                    let at = arrival + view.receive(&rays, time, m, view.c);
-                    let position = (at - starts[t]) * rate;
+                    let (back, phase) = received[m];
+                    let position = start + back;
                     if !(position >= 0.0 && position < (length.max(1) - 1) as f64) {
                         continue;
                     }
                     let (whole, part) = (position as usize, position.fract() as f32);
                     let row = view.order[m];
-                    let [a, b] = [base.z[[t, row, whole]], base.z[[t, row, whole + 1]]];
+                    let [a, b] = [rows[[row, whole]], rows[[row, whole + 1]]];
                     let mut value = a + (b - a) * part;
                     if view.conjugate {
                         value = value.conj();
                     }
-                    let cycles = base.carrier * (at + view.late);
-                    let phase = TAU * (cycles - cycles.floor());
-                    value *= Complex::from_polar(view.signs[t], phase as f32);
+                    value *= phase * there;
                     aligned[m] += value;
                     sums[t] += value;
                 }
@@ -366,9 +500,22 @@ fn of_line(base: &Base, view: &View, line: usize) -> OfLine {
             let product = all * before.conj();
             turn += Complex::new(f64::from(product.re), f64::from(product.im));
             before = all;
+            let mut sum = Complex::default();
+            for (before, value) in until.iter_mut().zip(&aligned) {
+                *before = sum;
+                sum += value;
+            }
+            until[count] = sum;
+            for part in &mut block.parts {
+                let middle = part.first + part.elements;
+                let a = until[middle] - until[part.first];
+                let b = until[middle + part.elements] - until[middle];
+                part.product += b * a.conj();
+                part.power += (a.norm_sqr() + b.norm_sqr()) / 2.0;
+            }
             for m in active.clone() {
                 block.power[m] += aligned[m].norm_sqr();
-                for (sums, lag) in block.lags.iter_mut().zip(LAGS) {
+                for (lag, sums) in (1..).zip(&mut block.lags) {
                     if m + lag < active.end {
                         sums[m] += aligned[m + lag] * aligned[m].conj();
                     }

@@ -186,7 +186,7 @@ pub const FAULTS: &[Fault] = &[
     }),
     fault("t0 1 us early", &["time-zero"], |data, _| {
         data.t0.iter_mut().for_each(|t| *t -= 1e-6);
-        true
+        !matches!(data.transmits, Transmits::Focused { .. })
     }),
 ];
 

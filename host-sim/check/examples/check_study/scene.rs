@@ -1,5 +1,7 @@
 //! Recordings with a known truth, drawn from a seed: array, transmits, tissue, aberration, noise.
 
+#![allow(dead_code, reason = "the study and the tests use a part each")]
+
 use std::f64::consts::TAU;
 
 use bonebeam_files::{ChannelData, Samples, Transmits};
@@ -14,6 +16,8 @@ use rayon::prelude::*;
 /// Taps of the fractional delays.
 const TAPS: usize = 12;
 const ELEMENTS: usize = 64;
+/// RMS of the delays of tissue before the elements, s.
+pub const ABERRATIONS: [f64; 3] = [0.0, 20e-9, 35e-9];
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Law {
@@ -57,17 +61,17 @@ impl Scene {
             f0: random.random_range(3e6..8e6),
             c: random.random_range(1400.0..1620.0),
             pitch: random.random_range(0.6..1.0),
-            aberration: [0.0, 20e-9, 35e-9][random.random_range(0..3)],
+            aberration: ABERRATIONS[random.random_range(0..3)],
             snr: random.random_range(0.0..30.0),
             seed,
         }
     }
 
-    /// Points under clean conditions.
+    /// Tissue under clean conditions.
     pub fn small(law: Law) -> Self {
         Scene {
             law,
-            medium: Medium::Points,
+            medium: Medium::Speckle,
             f0: 5e6,
             c: 1540.0,
             pitch: 0.9,

@@ -1,0 +1,68 @@
+//! Recordings without a fault have no finding; each fault is named.
+
+#[path = "../examples/check_study/faults.rs"]
+mod faults;
+#[path = "../examples/check_study/scene.rs"]
+mod scene;
+
+use bonebeam_check::{Finding, Severity, check, sound_speed};
+use faults::FAULTS;
+use scene::{Law, Scene};
+
+fn wrong(findings: Vec<Finding>) -> Vec<Finding> {
+    findings
+        .into_iter()
+        .filter(|finding| finding.severity > Severity::Note)
+        .collect()
+}
+
+#[test]
+fn each_fault_is_named_and_none_in_sound_recordings() {
+    for law in [Law::Focused, Law::Plane] {
+        let sound = Scene::small(law).record();
+        let found = wrong(check(&sound));
+        assert!(found.is_empty(), "{law:?}: {found:#?}");
+        for (index, fault) in FAULTS.iter().enumerate() {
+            let mut data = sound.clone();
+            if (fault.put)(&mut data, &mut faults::random(7, index)) {
+                let found = wrong(check(&data));
+                let is_named = found
+                    .iter()
+                    .any(|finding| fault.named.contains(&finding.name));
+                assert!(is_named, "{law:?}: {}: {found:#?}", fault.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_sound_speed_is_that_of_the_scene_within_a_percent() {
+    for law in [Law::Focused, Law::Plane, Law::Diverging, Law::Element] {
+        let scene = Scene::small(law);
+        let mut data = scene.record();
+        data.c *= 0.97;
+        let found = sound_speed(&data).expect("sure");
+        assert!(
+            (found.value - scene.c).abs() < 0.01 * scene.c,
+            "{law:?}: {found:?}"
+        );
+    }
+}
+
+#[test]
+fn a_shift_of_time_is_measured_with_its_sign() {
+    let sound = Scene::small(Law::Element).record();
+    for shift in [-1e-6, 1e-6] {
+        let mut data = sound.clone();
+        data.t0.iter_mut().for_each(|t| *t += shift);
+        let found = check(&data);
+        let found = found
+            .iter()
+            .find(|finding| finding.name == "time-zero")
+            .unwrap_or_else(|| panic!("{found:#?}"));
+        // What mends it, and by how much echoes are too deep before.
+        let (value, depth) = (found.value.expect("us"), found.shift_mm.expect("mm"));
+        assert!((value + 1e6 * shift).abs() < 0.1, "{found}");
+        assert!((depth - 1e3 * shift * data.c / 2.0).abs() < 0.1, "{found}");
+    }
+}
