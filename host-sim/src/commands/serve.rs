@@ -236,6 +236,9 @@ impl End {
     }
 }
 
+/// The messages for a picture.
+type Answers = Arc<Vec<u8>>;
+
 /// The newest picture, and the ends that get the answers.
 #[derive(Default)]
 struct Hub {
@@ -250,7 +253,7 @@ struct State {
     job: Option<(Job, Arc<End>)>,
     /// Whether the server has ended, and its error.
     ended: Option<Option<String>>,
-    ends: Vec<(Arc<End>, SyncSender<Arc<Vec<u8>>>)>,
+    ends: Vec<(Arc<End>, SyncSender<Answers>)>,
 }
 
 impl Hub {
@@ -268,7 +271,7 @@ impl Hub {
         stream.set_read_timeout(Some(PATIENCE))?;
         stream.set_write_timeout(Some(PATIENCE))?;
         let reader = stream.try_clone()?;
-        let (sender, receiver) = sync_channel::<Arc<Vec<u8>>>(WAITING);
+        let (sender, receiver) = sync_channel::<Answers>(WAITING);
         let counts = Mutex::default();
         let (hub, end) = (self.clone(), Arc::new(End { name, counts }));
         let mut state = self.state();
@@ -356,7 +359,7 @@ impl Hub {
     }
 
     /// Sends answers to all ends that keep up.
-    fn send(&self, bytes: &Arc<Vec<u8>>) {
+    fn send(&self, bytes: &Answers) {
         for (end, sender) in &self.state().ends {
             if let Err(TrySendError::Full(_)) = sender.try_send(bytes.clone()) {
                 end.counts().unread += 1;
