@@ -78,7 +78,7 @@ use Group::{Emulated, EmulatedAll, Host, HostAll, Named};
 use Run::{Call, Lines};
 
 /// Python's packages for the tests of ours.
-const OF_TESTS: &str = "numpy>=1.23 pytest scipy mypy pyright[nodejs] matplotlib xarray h5py dask[array] nbconvert \
+const OF_TESTS: &str = "numpy>=1.23 pytest pyigtl==0.3.4 scipy mypy pyright[nodejs] matplotlib xarray h5py dask[array] nbconvert \
     ipykernel";
 
 /// All steps, in the order in which they run.
