@@ -497,8 +497,10 @@ class Harness:
             self.same("killed", base, Run(self, words, folder=folder))
         else:
             # A long one: its beginning removes them.
+            old, end = [p for p in folder.rglob("*") if p.name.startswith(".host-sim")], time.monotonic() + 60
             child = subprocess.Popen([self.program, *words], cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-            time.sleep(2)
+            while any(p.exists() for p in old) and time.monotonic() < end:
+                time.sleep(0.05)
             child.send_signal(signal.SIGTERM)
             child.wait()
             self.count["killed"] += 1
@@ -886,8 +888,6 @@ class Harness:
 
     def left_over(self):
         """Every command that writes, after a run in its folder that a signal ended."""
-        # Where bonebeam-paper is built.
-        os.environ["PATH"] += f":{ROOT}/paper/target/release"
         def recording(own):
             # Aligned data are not shown by `view`.
             drawn = next(drawn for drawn in iter(lambda: Recording.drawn(own.rng), None) if "x" not in drawn)

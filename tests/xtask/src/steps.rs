@@ -149,7 +149,7 @@ pub const STEPS: &[Step] = &[
     ]), "a small campaign by Snakemake, where Python and the network are there"),
     step(HostAll, "fpga", &[Tool::Debian(&["iverilog", "verilator", "yosys"], &["iverilog", "verilator", "yosys"]), Tool::Paper],
         Call(packages::fpga), "the cores in Verilog beside golden vectors, where Icarus Verilog can be had"),
-    step(HostAll, "metamorphic", &[Tool::Python("metamorphic", "numpy"), Tool::Command, USER],
+    step(HostAll, "metamorphic", &[Tool::Python("metamorphic", "numpy"), Tool::Command, Tool::Paper, USER],
         Call(python::metamorphic),
         "random command lines and Python calls, judged by scale, sign, mirror, threads, instruction sets, formats and more"),
     step(HostAll, "c-walk", &[], Call(c::walk), "a random walk over the calls from C, between guard pages and with sanitizers"),
