@@ -801,7 +801,7 @@ class Harness:
                 data["f_demod"] = 5e6
             data.save(own.folder / "r.npz")
             words = ["beamform", str(own.folder / "r.npz"), "-o", "o.npz", "--image", "o.npy", "--bone-map", "map.npy",
-                     "--surface", "o.csv", "--coherence", "c.npy", "--rows=64", "--columns=64", f"--postfilter={postfilter}", f"--method={method}"]
+                     "--coherence", "c.npy", "--rows=64", "--columns=64", f"--postfilter={postfilter}", f"--method={method}"]
             words += [f"--rf-interpolation={reading}"] if key == "rf" and "tx_angle" in data else []
             words += [f"--iq-interpolation={reading}"] if key == "iq" else []
             base = Run(own, [*words, "--threads=1"])
@@ -837,8 +837,8 @@ class Harness:
                 words += [] if flag.group == "Beamformer" else ["--method=das"]
             of = own.choice_of(command, flag)
             low, high = flag.range
-            # Lines of 10 GHz, and 8 times 65,536 lines, take minutes and 11 GB.
-            high = min(high, 100e6 if flag.placeholder == "HZ" else 8192 if flag.name == "line-count" else high)
+            # Lines of 10 GHz, and 8 times 65,536 lines, take minutes.
+            high = min(high, 100e6 if flag.placeholder == "HZ" else 2048 if flag.name == "line-count" else high)
             if low <= 0 <= high and not flag.whole():
                 zero, minus = [Run(own, [*words, *of, *flag.with_, f"--{flag.name}={z}"]) for z in ("0", "-0.0")]
                 if not zero.done.returncode:
@@ -986,12 +986,12 @@ def figures(harness, name, begin, arguments):
     sys.exit(bool(harness.failures))
 
 
-def walk(program, table):
+def walk(program, seconds, table):
     """The row of bonebeam-c/examples/walk.c."""
-    done = subprocess.run([program, "20"], capture_output=True, text=True)
+    done = subprocess.run([program, f"{seconds:.0f}"], capture_output=True, text=True)
     rounds, calls, accepted = [int(n) for n in re.findall(r"(\d+) (?:rounds|calls|of them)", done.stdout)] or [0, 0, 0]
     path = ROOT / "docs/CONTRIBUTING.md" if table else None
-    write_table("C", [calls, calls - accepted], f"rounds {rounds:,}", 20, int(done.returncode != 0), path)
+    write_table("C", [calls, calls - accepted], f"rounds {rounds:,}", seconds, int(done.returncode != 0), path)
     sys.exit(done.returncode)
 
 
@@ -1008,7 +1008,7 @@ def given(about):
 def main():
     arguments = given(__doc__)
     if arguments.walk:
-        walk(arguments.walk, arguments.table)
+        walk(arguments.walk, arguments.seconds, arguments.table)
     begin = time.monotonic()
     harness = Harness(arguments.program, arguments.seed)
     workers = [harness, *(Harness(arguments.program, f"{arguments.seed} {k}", harness) for k in range(1, os.cpu_count() or 1))]
