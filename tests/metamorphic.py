@@ -172,7 +172,7 @@ def table(program, inputs):
             "variable", "layout", "track", "calibration", "overlay", "start", "landmarks", "truth", "targets", "transform",
             "report", "poses", "pose-columns", "euler", "pose-unit", "angle-unit", "to")
     for command in names(program):
-        if command in ("help", "completions", "tune", "verify", "golden", "paper", "bench"):
+        if command in ("help", "completions", "tune", "verify", "golden", "paper", "bench", "serve"):
             continue
         text = subprocess.run([program, command, "--help"], capture_output=True, text=True).stdout.split("\nExamples:")[0]
         output = re.search(r"--output <\S*?(\.\w+)>", text)
