@@ -2,13 +2,15 @@
 
     tests/metamorphic_python.py HOST_SIM [--seconds S] [--seed N]
 
-Keywords, their types and their choices are those of the package's classes of keywords, ranges those of its refusals.
-Only TypeError and ValueError of one line may come of a call. A result has the bits of the command with the same flags,
+Keywords, their types and their choices are those of the package's classes of keywords, and of the functions `sweep` and
+`register`; ranges are those of its refusals. Only TypeError and ValueError of one line may come of a call. A result has the bits of the command with the same flags,
 for any number of threads, in the caller's memory, and of a file that was written and read again.
 """
 
 import collections
+import inspect
 import random
+import resource
 import sys
 import tempfile
 import time
@@ -78,6 +80,8 @@ class Harness(metamorphic.Harness):
         aligned = bonebeam.delay(data.frame(0) if data.samples.ndim == 4 else data)
         lines = bonebeam.beamform(data)
         picture = np.load(self.picture())
+        pictures, poses = self.pictures_and_poses()
+        bone, points, more = self.bone_and_points()
         call = {
             bonebeam.ChannelDataParameters: lambda **own: bonebeam.beamform(data, **own),
             bonebeam.AlignedDataParameters: lambda **own: bonebeam.beamform(aligned, **own),
@@ -85,10 +89,14 @@ class Harness(metamorphic.Harness):
             bonebeam.PhaseSymmetryParameters: lambda **own: bonebeam.phase_symmetry(picture, **{"pad": True, **own}),
             bonebeam.SurfaceParameters: lambda **own: bonebeam.surface(picture, pixel_size=1e-4, **own),
             bonebeam.ScannerParameters: lambda **own: bonebeam.simulate("point", scanner={"elements": 16, "beams": 2, **own}),
+            bonebeam.sweep: lambda **own: bonebeam.sweep(pictures, poses, **own),
+            bonebeam.register: lambda **own: bonebeam.register(points, bone, **{**more, **own}),
         }
         self.tables = {}
         for class_, function in call.items():
             hints = typing.get_type_hints(class_)
+            if not isinstance(class_, type):
+                hints = {p.name: hints[p.name] for p in inspect.signature(class_).parameters.values() if p.kind == p.KEYWORD_ONLY}
             own = [Keyword(name, type_, Asked(function)) for name, type_ in hints.items() if name not in ("resize", "scales", "beams")]
             self.tables[class_] = own
             for keyword in own:
@@ -105,7 +113,7 @@ class Harness(metamorphic.Harness):
 
     def keywords(self, class_, scale, without=()):
         own = [k for k in self.tables[class_] if k.name not in without]
-        chosen, found = self.rng.sample(own, self.rng.choice([0, 1, 2, 3, 4, 6])), {}
+        chosen, found = self.rng.sample(own, min(len(own), self.rng.choice([0, 1, 2, 3, 4, 6]))), {}
         for keyword in chosen:
             found = {**keyword.keywords(self.rng, scale), **found}
         return found
@@ -152,10 +160,7 @@ class Harness(metamorphic.Harness):
         own = np.full_like(lines.z, np.nan)
         bonebeam.beamform(data, out=own, **keywords)
         self.equal("memory", lines.z, own, keywords)
-        flags = [f"--{k.replace('_', '-')}" + (f"={v}" if v is not True else "") for k, v in keywords.items()]
-        run = Run(self, ["beamform", str(self.folder / "r.npz"), "-o", "o.npz", *flags])
-        if run.done.returncode:
-            raise Failure(f"{keywords}: the command: {run.done.stderr[:300]}")
+        run = self.ran(["beamform", str(self.folder / "r.npz"), "-o", "o.npz", *self.flags_of(keywords)])
         with np.load(run.out / "o.npz") as archive:
             self.equal("command", archive["z"], lines.z, keywords)
         for name, relation in [("doubling", metamorphic.doubled), ("sign", metamorphic.negated), ("frames", metamorphic.frames_reversed)]:
@@ -184,7 +189,10 @@ class Harness(metamorphic.Harness):
         self.equal(name, expected(lines.z if lines.z.ndim == 3 else lines.z[None]), found.z if found.z.ndim == 3 else found.z[None], keywords)
 
     def pictures(self, lines):
-        keywords, image = self.asked(lambda **own: bonebeam.bmode(lines, **own), self.keywords(bonebeam.ImageParameters, 1e-3))
+        own = self.keywords(bonebeam.ImageParameters, 1e-3)
+        # A picture of 65,536 rows and columns takes 17 GB.
+        own = {name: min(value, 2048) if name in ("rows", "columns") else value for name, value in own.items()}
+        keywords, image = self.asked(lambda **own: bonebeam.bmode(lines, **own), own)
         if image is None or image.pixels.size > 1 << 22:
             return
         if not (image.pixels >= 0).all() or not (image.pixels <= 255).all():
@@ -219,6 +227,68 @@ class Harness(metamorphic.Harness):
             there, back = function(**columns), bonebeam.surface(picture[:, ::-1].copy(), pixel_size=1e-4, **columns)
             self.equal("mirror", np.isfinite(there.z).sum(), np.isfinite(back.z).sum(), columns)
 
+    def pictures_and_poses(self):
+        path, calibration = self.sequence()
+        file = bonebeam.read_sequence(path)
+        self.command_of_sweep = ["sweep", path, calibration, "-o", "o.csv"]
+        return file.pictures, file.poses(calibration.partition("=")[2], jump=1.0)
+
+    def bone_and_points(self):
+        self.command_of_register = ["register", *self.bone(), "-o", "o.ply", "--transform", "pose.txt"]
+        vertices, faces, points = self.surface_of
+        start = np.array([[1, 0, 0, -1.5], [0, 1, 0, 0.5], [0, 0, 1, -1], [0, 0, 0, 1.0]])
+        self.command_of_register.append("--start=" + " ".join(str(x) for x in start.ravel()))
+        return (vertices, faces), points, {"start": start}
+
+    def flags_of(self, keywords):
+        text = lambda v: "" if v is True else "=" + str(v).replace("_", "-")
+        return [f"--{k.replace('_', '-')}{text(v)}" for k, v in keywords.items()]
+
+    def ran(self, words):
+        run = Run(self, words)
+        if run.done.returncode:
+            raise Failure(f"the command: {' '.join(words)}: {run.done.stderr[:300]}")
+        return run
+
+    def sweep(self):
+        pictures, poses = self.pictures_and_poses()
+        function = lambda **own: bonebeam.sweep(pictures, poses, **own)
+        keywords, found = self.asked(function, self.keywords(bonebeam.sweep, 2e-3))
+        if found is None:
+            return
+        self.equal("repeat", found.points, function(**keywords).points, keywords)
+        rows = lambda cloud: np.column_stack([cloud.frame, cloud.line, cloud.points])
+        self.near("command", self.points(self.ran([*self.command_of_sweep, *self.flags_of(keywords)])), rows(found), [str(keywords)])
+        moved = poses + np.array([8.0, -4.0, 2.0, 0.0])[:, None] * [0, 0, 0, 1]
+        self.near("shift", found.points + [8, -4, 2], bonebeam.sweep(pictures, moved, **keywords).points, [str(keywords)])
+        # Frames apart: points that are joined depend on the order.
+        apart = {**keywords, "join": 0.0}
+        there, back = [rows(bonebeam.sweep(p, q, **apart)) for p, q in [(pictures, poses), (pictures[::-1], poses[::-1])]]
+        back[:, 0] = len(poses) - 1 - back[:, 0]
+        sort = lambda rows: rows[np.lexsort((rows[:, 1], rows[:, 0]))]
+        self.near("frames", sort(there), sort(back), [str(keywords)])
+
+    def register(self):
+        bone, points, more = self.bone_and_points()
+        function = lambda points=points, bone=bone, **own: bonebeam.register(points, bone, **{**more, **own})
+        keywords, found = self.asked(function, self.keywords(bonebeam.register, 1))
+        if found is None:
+            return
+        if not (np.isfinite(found.pose).all() and np.isfinite(found.points).all()):
+            raise Failure(f"not finite: {keywords}")
+        self.equal("repeat", found.pose, function(**keywords).pose, keywords)
+        run = self.ran([*self.command_of_register, *self.flags_of(keywords)])
+        self.poses("command", np.loadtxt(run.out / "pose.txt"), found.pose, [str(keywords)])
+        self.poses("order of points", found.pose, function(points[::-1], **keywords).pose, [str(keywords)])
+        weights = np.full(len(points), 0.5)
+        self.poses("weights", found.pose, function(confidence=weights, **keywords).pose, [str(keywords)])
+        if "fit" not in keywords:
+            move = np.array([8.0, -4.0, 2.0])
+            moved, back = np.eye(4), np.eye(4)
+            moved[:3, 3], back[:3, 3] = move, -move
+            more["start"] = moved @ more["start"] @ back
+            self.poses("shift", moved @ found.pose @ back, function(points + move, (bone[0] + move, bone[1]), **keywords).pose, [str(keywords)])
+
     def simulate(self):
         own = self.keywords(bonebeam.ScannerParameters, 0.015, ("elements", "fs"))
         scanner = {"elements": 16, "beams": 2, **own}
@@ -229,8 +299,7 @@ class Harness(metamorphic.Harness):
             self.equal("threads", samples, again.samples, keywords)
 
     def run(self, begin, seconds):
-
-        ways = [self.beamform] * 5 + [self.maps, self.surface, self.simulate]
+        ways = [self.beamform] * 5 + [self.maps, self.surface, self.simulate, self.sweep, self.register]
         while time.monotonic() - begin < seconds:
             try:
                 self.rng.choice(ways)()
@@ -244,6 +313,8 @@ class Harness(metamorphic.Harness):
 
 def main():
     arguments = metamorphic.given(__doc__)
+    # Results that do not fit are refused.
+    resource.setrlimit(resource.RLIMIT_AS, (8 << 30, 8 << 30))
     warnings.simplefilter("ignore")
     begin = time.monotonic()
     harness = Harness(arguments.program, arguments.seed)

@@ -5,7 +5,7 @@
  * Each array and each object ends at a page that nothing may touch. Most numbers are usual ones, some of no scanner. An
  * accepted call must give finite numbers, grey levels of 0 to 255, a map of 0 to below 1, and the same bits for a whole
  * line and for its parts; a refused one changes no output. Before it, each number of a structure has its bounds. The
- * compiler's sanitizers watch this program. */
+ * compilers' sanitizers watch this program and the library; for them nothing lies before an array either. */
 
 #define _DEFAULT_SOURCE
 #include <math.h>
@@ -15,6 +15,13 @@
 #include <sys/mman.h>
 #include <time.h>
 #include <unistd.h>
+
+#ifdef __SANITIZE_ADDRESS__
+#include <sanitizer/asan_interface.h>
+#else
+#define ASAN_POISON_MEMORY_REGION(place, bytes)
+#define ASAN_UNPOISON_MEMORY_REGION(place, bytes)
+#endif
 
 #include "bonebeam.h"
 
@@ -56,12 +63,14 @@ static void *take(size_t bytes) {
     if (pages == MAP_FAILED || used == sizeof all / sizeof *all) abort();
     mprotect(pages + whole, page, PROT_NONE);
     all[used++] = (guarded){pages, whole + page};
+    ASAN_POISON_MEMORY_REGION(pages, whole - bytes);
     /* Objects are aligned to 16 bytes and numbers to 8: their sizes are multiples of it. */
     return pages + whole - bytes;
 }
 static void drop(size_t before) {
     while (used > before) {
         used--;
+        ASAN_UNPOISON_MEMORY_REGION(all[used].pages, all[used].bytes);
         munmap(all[used].pages, all[used].bytes);
     }
 }

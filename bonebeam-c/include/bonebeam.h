@@ -165,7 +165,7 @@ typedef struct {
   double pitch;
   /// F-number: depth divided by the width of the aperture.
   double f_number;
-  /// Minimum number of active elements.
+  /// Minimum number of active elements; fewer at the ends of the array.
   size_t min_elements;
 } bonebeam_aperture;
 

@@ -181,7 +181,7 @@ pub struct ApertureShape {
     pub pitch: f64,
     /// F-number: depth divided by the width of the aperture.
     pub f_number: f64,
-    /// Minimum number of active elements.
+    /// Minimum number of active elements; fewer at the ends of the array.
     pub min_elements: usize,
 }
 

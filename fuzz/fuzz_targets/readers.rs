@@ -8,11 +8,14 @@ use std::path::{Path, PathBuf};
 use bonebeam_files::{ChannelData, Recording, Result, Transmits, image};
 use bonebeam_formats::Variables;
 use bonebeam_simulate::slice_mesh;
+use bonebeam_tracked::{Image, Live, Message, PoseTable, Sequence};
 use host_sim::config::Config;
 use libfuzzer_sys::fuzz_target;
 
 /// Endings of the file's name; the first byte of an input chooses one.
-const ENDINGS: [&str; 7] = ["npz", "npy", "png", "ply", "toml", "h5", "mat"];
+const ENDINGS: [&str; 11] = [
+    "npz", "npy", "png", "ply", "toml", "h5", "mat", "mha", "nrrd", "dcm", "igtl",
+];
 
 fuzz_target!(|input: &[u8]| {
     let Some((&kind, bytes)) = input.split_first() else {
@@ -24,6 +27,8 @@ fuzz_target!(|input: &[u8]| {
     match ending {
         "npz" | "h5" | "mat" => recording(&path),
         "npy" | "png" => picture(&path),
+        "mha" | "nrrd" | "dcm" => sequence(&path),
+        "igtl" => messages(bytes),
         "ply" => {
             let _ = slice_mesh(&path, 0.0).and_then(|outline| outline.at_depth(15e-3));
         }
@@ -92,4 +97,55 @@ fn picture(path: &Path) {
         pixels,
         image::read(&again).expect("what was written is read")
     );
+}
+
+/// Frames of a sequence, read in order.
+const FRAMES: usize = 3;
+
+fn sequence(path: &Path) {
+    let Ok(sequence) = Sequence::open(path, &PoseTable::default()) else {
+        return;
+    };
+    let Ok(mut reader) = sequence.reader() else {
+        return;
+    };
+    for frame in 0..sequence.frames.len().min(FRAMES) {
+        let Ok(encoded) = reader.frame(frame) else {
+            return;
+        };
+        if sequence.content.is_lines() {
+            let _ = sequence.lines(encoded);
+        } else if let Ok(picture) = sequence.picture(encoded) {
+            assert!(picture.iter().all(|level| level.is_finite()));
+        }
+    }
+}
+
+/// The bytes as a stream, and as the body of messages whose CRC is right.
+fn messages(bytes: &[u8]) {
+    let mut stream = bytes;
+    while let Ok(Some(_)) = Message::read(&mut stream) {}
+    for kind in ["IMAGE", "TRANSFORM"] {
+        let body = Message {
+            version: 1,
+            kind: kind.into(),
+            content: bytes.to_vec(),
+            ..Message::default()
+        };
+        for version in 1..=3 {
+            let mut own = body.bytes();
+            // The CRC is that of the body alone.
+            own[1] = version;
+            let Ok(Some(message)) = Message::read(&mut &own[..]) else {
+                continue;
+            };
+            let again = message.bytes();
+            assert_eq!(Message::read(&mut &again[..]), Ok(Some(message.clone())));
+            let mut poses = Live::default();
+            let _ = poses.add(&message);
+            if let Ok(image) = Image::of(message) {
+                let _ = (image.pixels(), poses.pose(&image));
+            }
+        }
+    }
 }

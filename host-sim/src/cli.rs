@@ -16,7 +16,7 @@ use crate::commands::bench;
 use crate::commands::bench_left_out as bench;
 use crate::commands::{
     beamform, check, completions, convert, elsewhere, info, main_job, phase_symmetry, register,
-    simulate, surface, sweep, view,
+    serve, simulate, surface, sweep, view,
 };
 use crate::provenance::PROGRAM;
 use crate::{Error, Result};
@@ -52,6 +52,7 @@ enum Command {
     Surface(Box<surface::Arguments>),
     Sweep(Box<sweep::Arguments>),
     Register(Box<register::Arguments>),
+    Serve(Box<serve::Arguments>),
     /// Tune beamformer, image and bone-surface detector together, on simulated bones
     Tune(elsewhere::Arguments),
     Info(Box<info::Arguments>),
@@ -85,6 +86,7 @@ Examples:
   host-sim surface scan.png --pixel-size 0.0001 -o surface.csv --image surface.png
   host-sim sweep sweep.igs.mha --calibration PlusConfiguration.xml -o bone.ply --image views.png
   host-sim register bone.ply ct.stl -o registered.ply --image residuals.png
+  host-sim serve --calibration PlusConfiguration.xml
   host-sim tune -o tuned
   host-sim info recording.hdf5
   host-sim check recording.hdf5
@@ -181,6 +183,7 @@ fn dispatch(cli: Cli) -> Result<()> {
         Some(Command::Surface(arguments)) => surface::run(*arguments),
         Some(Command::Sweep(arguments)) => sweep::run(*arguments),
         Some(Command::Register(arguments)) => register::run(&arguments),
+        Some(Command::Serve(arguments)) => serve::run(*arguments),
         Some(Command::Tune(_) | Command::Paper(_) | Command::Verify(_) | Command::Golden(_)) => {
             Ok(())
         }

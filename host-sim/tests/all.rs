@@ -22,6 +22,7 @@ mod main_job;
 mod refused;
 mod register;
 mod resumed;
+mod serve;
 mod surface;
 mod sweep;
 mod view;

@@ -2,7 +2,7 @@
 //!
 //! A point appears at its position, and I/Q gives the lines of RF.
 
-use crate::common::program::Folder;
+use crate::common::program::{Folder, program, succeeded};
 use std::f64::consts::{PI, TAU};
 
 use bonebeam_drive::config::{Beamform, LineKind};
@@ -378,6 +378,21 @@ fn a_fan_becomes_an_image_with_the_point_at_its_position() {
         let z = grid.z0 + row as f64 * grid.pixel;
         let off = (x - point[0]).hypot(z - point[1]);
         assert!(off < 0.4e-3, "{what}: {x} {z}");
+    }
+}
+
+/// The size of the image that `info` gives is that of `beamform`, also of a fan.
+#[test]
+fn info_has_the_size_of_the_image() {
+    let folder = tempdir().unwrap();
+    for (what, probe, point, transmits) in scenes() {
+        let data = recording(&probe, transmits, point, (false, 0.0));
+        data.write(&folder.path().join("data.npz")).unwrap();
+        folder.works("beamform data.npz -o lines.npz --image image.npy --method das");
+        let (rows, columns) = folder.image("image.npy").dim();
+        let [said, _] = succeeded(&mut program(&folder, "info data.npz --method das"));
+        let expected = format!("image      {rows} x {columns} pixels");
+        assert!(said.contains(&expected), "{what}: {said}");
     }
 }
 

@@ -743,6 +743,35 @@ def told():
     with h5py.File(tracks, "r+") as file:
         del file["tracks/track_0/data"]
     read_alike(tracks, "rf", rf, exact=False, t0=np.zeros(3))
+    # RF that was not demodulated; delays of other waves than the angles'.
+    says(["8.000 times the centre frequency of 4.1943 MHz"], "info", zea("undemodulated", demodulation_frequency=0))
+    says(["elements fire by t0_delays, which are not the waves"], "info", zea("straight", t0_delays=np.zeros((3, ELEMENTS))))
+    says(["c is 1540 m/s, which the file does not give"], "info", zea("speed", sound_speed=None))
+    # What other readers take without a word: the first of several, values that a file lacks.
+    path = folder / "told.hdf5"
+    write_picmus(path, "rf", rf)
+    with h5py.File(path, "r+") as file:
+        file.copy("US/US_DATASET0000", "US/US_DATASET0001")
+    says(["f0 is that of PICMUS, 5.208 MHz", "`US/US_DATASET0000` is read, of 2 data sets"], "info", path)
+    path = folder / "told.uff"
+    write_uff(path, "rf", rf[:1])
+    with h5py.File(path, "r+") as file:
+        file.copy("channel_data", "other")
+        del file["channel_data/sound_speed"]
+    says(["`channel_data` is read, of channel_data, other", "c is 1540 m/s, which the file does not give"], "info", path)
+    path = folder / "told.mat"
+    simulated = dict(f0=F0, pitch=PITCH, start_time=0.0, angles=ANGLES)
+    scipy.io.savemat(path, dict(simulated, scat=rf[0].transpose(2, 1, 0), fs=FS, c=C))
+    says(["the pulse peaks when an element fires"], "info", path)
+    scipy.io.savemat(path, dict(simulated, sensor_data=rf[0].transpose(1, 2, 0), dt=1 / FS, medium={"sound_speed": C + np.arange(-50, 51.0)[:, None] * np.ones(3)}))
+    says(["the pulse peaks when an element fires", "c is 1540 m/s, the median of medium.sound_speed"], "info", path)
+    says(["c is 1540 m/s"], "info", path, "--variable", "t0=-3e-7")
+    delay, passes = steered((X, 0 * X))
+    mat5(path, workspace(rf[:1], delay, passes, Receive=dict(aperture=1.0)))
+    says(["`Receive.aperture`, which switches elements to channels"], "info", path, status=1)
+    pairs = workspace(np.repeat(rf[:1], 2, 1) * np.tile([1, -1], 3)[:, None, None], np.repeat(delay, 2, 0), np.repeat(passes, 2))
+    mat5(path, pairs)
+    says(["transmits 0 and 1 are the same wave with records of opposite sign"], "info", path)
     # Samples that show what they are.
     path = folder / "told.npz"
     for dtype, zero in ((np.uint16, 2**15), (np.uint16, 2**11), (np.int16, 2**13)):

@@ -49,7 +49,7 @@ pub struct ApertureParameters {
     pub pitch: f64,
     /// F# = depth / aperture width.
     pub f_number: f64,
-    /// Minimum number of active elements at any depth.
+    /// Minimum number of active elements at any depth; fewer at the ends of the array.
     ///
     /// Above M it counts as M: M elements around the beam, cut at the ends of the array.
     pub min_elements: usize,

@@ -28,7 +28,7 @@ pub struct ScanParameters<'a> {
     pub end: Depth,
     /// Receive f-number: depth over aperture.
     pub f_number: f64,
-    /// Minimum number of active elements at any depth.
+    /// Minimum number of active elements at any depth; fewer at the ends of the array.
     pub min_elements: usize,
 }
 

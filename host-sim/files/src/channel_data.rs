@@ -1,5 +1,6 @@
 //! Channel data as recorded, with the delay law of the transmits.
 
+use std::collections::HashMap;
 use std::io::{Seek, Write};
 use std::ops::Range;
 use std::path::Path;
@@ -327,6 +328,7 @@ impl ChannelData {
         warnings.extend(self.few_receivers());
         warnings.extend(self.silent());
         warnings.extend(self.turned());
+        warnings.extend(self.opposite());
         warnings
     }
 
@@ -455,6 +457,22 @@ impl ChannelData {
                 digits(found.round()),
                 digits(expected)
             )
+        })
+    }
+
+    /// Warns of a wave that was sent again with the opposite sign, as for pulse inversion.
+    fn opposite(&self) -> Option<String> {
+        let mut firsts = HashMap::new();
+        (0..self.t0.len()).find_map(|k| {
+            // Text, since the delay of a silent element, NaN, is not equal to itself.
+            let wave = format!("{:#?} {}", self.transmits.only(&[k]), self.t0[k]);
+            let first = *firsts.entry(wave).or_insert(k);
+            (first != k && self.samples.likeness([first, k]) < -0.5).then(|| {
+                format!(
+                    "transmits {first} and {k} are the same wave with records of opposite sign, as of pulse inversion: \
+                     their mean lacks the fundamental; keep one sign, or give the harmonic's frequency as `f0`"
+                )
+            })
         })
     }
 

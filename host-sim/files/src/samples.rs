@@ -247,6 +247,35 @@ impl Samples {
         is_half.then_some(zero as f32)
     }
 
+    /// Correlation of two transmits' records in the first frame, −1 to 1; NaN of silent ones.
+    pub(super) fn likeness(&self, transmits: [usize; 2]) -> f64 {
+        fn of<T: Copy>(
+            frame: ArrayView3<'_, T>,
+            [a, b]: [usize; 2],
+            parts: impl Fn(T) -> [f64; 2],
+        ) -> f64 {
+            let sum = |a, b| -> f64 {
+                let pairs = frame
+                    .index_axis(Axis(0), a)
+                    .into_iter()
+                    .zip(frame.index_axis(Axis(0), b));
+                pairs
+                    .map(|(a, b)| {
+                        let (a, b) = (parts(*a), parts(*b));
+                        a[0] * b[0] + a[1] * b[1]
+                    })
+                    .sum()
+            };
+            sum(a, b) / (sum(a, a) * sum(b, b)).sqrt()
+        }
+        match self.frame(0) {
+            Some(FrameSamples::Rf(rf)) => of(rf, transmits, |x| [x.into(), 0.0]),
+            Some(FrameSamples::Counts(counts)) => of(counts, transmits, |x| [x.into(), 0.0]),
+            Some(FrameSamples::Iq { iq, .. }) => of(iq, transmits, |z| [z.re.into(), z.im.into()]),
+            None => f64::NAN,
+        }
+    }
+
     /// The mean of the first frame of RF if no sample is below 0, and they deviate by less than half of it.
     pub(super) fn mean_if_positive(&self) -> Option<f64> {
         fn mean<T: Copy + Into<f64>>(frame: ArrayView3<'_, T>) -> Option<f64> {

@@ -112,16 +112,17 @@ impl Completion<'_> {
         let [transmits, elements] = self.counts(&sides);
         if self.layout != Layout::Field2 {
             if !self.is_given("c") {
-                self.assume(
-                    "c",
-                    Given::Number(1540.0),
-                    "c is 1540 m/s, which the file does not give",
-                );
+                let (c, why) = self.speed()?;
+                self.assume("c", Given::Number(c), &why);
             }
             if !self.is_given("t0") {
                 let why = "t0 is 0: sample 0 is when the first element fires";
                 self.assume("t0", Given::Number(0.0), why);
             }
+        }
+        if matches!(self.layout, Layout::KWave | Layout::Field2) && self.given.get("t0").is_none() {
+            let why = "the pulse peaks when an element fires; of a pulse that peaks later give t0 earlier by as much";
+            self.assumed.push(why.into());
         }
         let is_one = self.layout != Layout::Cubdl || transmits == 1;
         if self.layout != Layout::Field2 && is_one && !LAWS.iter().any(|key| self.is_given(key)) {
@@ -214,13 +215,27 @@ impl Completion<'_> {
         Ok(())
     }
 
-    /// k-Wave's time step `dt`, from any place in the file, s.
+    /// An array from any place in the file.
+    fn anywhere(&self, wanted: &str) -> Option<String> {
+        let is = |name: &String| steps(name).last().is_some_and(|(last, _)| *last == wanted);
+        self.source.names().into_iter().find(is)
+    }
+
+    /// The speed of sound if no number gives it, m/s, and why: the median of a map.
+    fn speed(&self) -> Result<(f64, String)> {
+        let Some(name) = self.anywhere("sound_speed") else {
+            return Ok((1540.0, "c is 1540 m/s, which the file does not give".into()));
+        };
+        let mut map: Vec<f64> = self.source.all_numbers(&name)?.into_iter().collect();
+        map.sort_by(f64::total_cmp);
+        let median = map.get(map.len() / 2).copied().unwrap_or(1540.0);
+        Ok((median, format!("c is {median} m/s, the median of {name}")))
+    }
+
+    /// k-Wave's time step `dt`, s.
     fn step_in_time(&self) -> Result<Option<f64>> {
-        let names = self.source.names();
-        let name = names
-            .iter()
-            .find(|name| steps(name).last().is_some_and(|(last, _)| *last == "dt"));
-        name.map(|name| self.source.scalar(name)).transpose()
+        let name = self.anywhere("dt");
+        name.map(|name| self.source.scalar(&name)).transpose()
     }
 
     /// The delay law if delays give it, as MUST's: a plane wave if they match one.

@@ -262,12 +262,12 @@ fn read_hdf5(
         return keyed(&store, variables, frames, format);
     } else if picmus::is(&store) {
         only(&["fs", "c", "f0", "lens_delay"])?;
-        let data = picmus::read(&store, variables)?;
-        ((data, 1), Format::Picmus, Vec::new())
+        let (data, assumed) = picmus::read(&store, variables)?;
+        ((data, 1), Format::Picmus, assumed)
     } else if uff::is(&store) {
         only(&["fs", "c", "f0", "f_demod", "lens_delay"])?;
-        let data = uff::read(&store, variables, frames)?;
-        (data, Format::Uff, Vec::new())
+        let (data, held, assumed) = uff::read(&store, variables, frames)?;
+        ((data, held), Format::Uff, assumed)
     } else if zea::is(&store, variables)? {
         only(&[TRACK, "fs", "c", "f0", "lens_delay"])?;
         let (data, held, assumed) = zea::read(&store, variables, frames)?;

@@ -20,13 +20,13 @@ pub fn is(store: &Store) -> bool {
     store.has(&format!("{GROUP}/data/real"))
 }
 
-/// The channel data.
+/// The channel data, and assumptions.
 ///
 /// Times count from the moment when the wave passes x = 0, z = 0, as in channel data.
 ///
 /// # Errors
 /// An array is missing, of another type or shape, or not valid.
-pub fn read(store: &Store, variables: &Variables) -> Result<ChannelData> {
+pub fn read(store: &Store, variables: &Variables) -> Result<(ChannelData, Vec<String>)> {
     let at = |name: &str| format!("{GROUP}/{name}");
     let one = |name: &str| store.scalar(&at(name));
     let angle = store.vector(&at("angles"))?;
@@ -59,7 +59,16 @@ pub fn read(store: &Store, variables: &Variables) -> Result<ChannelData> {
         },
         false => Samples::Rf(samples.mapv(|sample: Complex<f32>| sample.re)),
     };
-    let given = (modulation > 0.0).then_some(modulation);
+    let given = variables.number("f0");
+    let given = given.or((modulation > 0.0).then_some(modulation));
+    let mut assumed = Vec::new();
+    if given.is_none() {
+        assumed.push("f0 is that of PICMUS, 5.208 MHz, which RF files do not give".into());
+    }
+    let sets = store.groups("US").len();
+    if sets > 1 {
+        assumed.push(format!("`{GROUP}` is read, of {sets} data sets"));
+    }
     let data = ChannelData {
         samples,
         fs: variables.number("fs").unwrap_or(one("sampling_frequency")?),
@@ -68,11 +77,11 @@ pub fn read(store: &Store, variables: &Variables) -> Result<ChannelData> {
         element_z: Some(coordinate(2)).filter(|z: &Vec<f64>| z.iter().any(|&z| z != 0.0)),
         element_angle: None,
         c: variables.number("c").unwrap_or(one("sound_speed")?),
-        f0: variables.number("f0").or(given).unwrap_or(CENTRE_FREQUENCY),
+        f0: given.unwrap_or(CENTRE_FREQUENCY),
         transmits: Transmits::Plane { angle },
         lens_delay: variables.number("lens_delay").unwrap_or(0.0),
     };
     let data = data.normalised();
     data.check().map_err(|message| store.error(message))?;
-    Ok(data)
+    Ok((data, assumed))
 }

@@ -30,11 +30,11 @@ enum Kind {
     VirtualSource([f64; 2], [f64; 2]),
 }
 
-/// The group that holds the channel data.
-fn group(store: &Store) -> Option<String> {
-    let groups = store.groups("");
-    let is = |name: &&String| store.mark(name, "class").as_deref() == Some("uff.channel_data");
-    groups.iter().find(is).cloned()
+/// The groups that hold channel data.
+fn groups(store: &Store) -> Vec<String> {
+    let mut groups = store.groups("");
+    groups.retain(|name| store.mark(name, "class").as_deref() == Some("uff.channel_data"));
+    groups
 }
 
 /// Whether a file is UFF, with or without channel data.
@@ -69,7 +69,7 @@ pub fn refuse_other_version(store: &Store, variables: &Variables) -> Result<()> 
     }
 }
 
-/// Channel data of some frames, and the number of all frames.
+/// Channel data of some frames, the number of all frames, and assumptions.
 ///
 /// # Errors
 /// There are no channel data, or an array of them is missing, has another type or shape, or is not valid.
@@ -77,10 +77,15 @@ pub fn read(
     store: &Store,
     variables: &Variables,
     frames: Range<usize>,
-) -> Result<(ChannelData, usize)> {
-    let group = group(store).ok_or_else(|| {
+) -> Result<(ChannelData, usize, Vec<String>)> {
+    let groups = groups(store);
+    let group = groups.first().ok_or_else(|| {
         store.error("holds no `channel_data`; beamformed data are not read".into())
     })?;
+    let mut assumed = Vec::new();
+    if groups.len() > 1 {
+        assumed.push(format!("`{group}` is read, of {}", groups.join(", ")));
+    }
     let at = |name: &str| format!("{group}/{name}");
     let optional = |name: &str| match store.has(&at(name)) {
         true => store.scalar(&at(name)).map(Some),
@@ -96,9 +101,13 @@ pub fn read(
         store.error("has no centre frequency (`pulse`); give it by --variable f0=HZ".into())
     })?;
     let c = match variables.number("c") {
-        Some(c) => c,
-        None => optional("sound_speed")?.unwrap_or(SOUND_SPEED),
+        Some(c) => Some(c),
+        None => optional("sound_speed")?,
     };
+    let c = c.unwrap_or_else(|| {
+        assumed.push("c is 1540 m/s, which the file does not give".into());
+        SOUND_SPEED
+    });
     let start = optional("initial_time")?.unwrap_or(0.0);
     let positions: Vec<[f64; 2]> = element_x
         .iter()
@@ -125,7 +134,7 @@ pub fn read(
     };
     let data = data.normalised();
     data.check().map_err(|message| store.error(message))?;
-    Ok((data, held))
+    Ok((data, held, assumed))
 }
 
 /// The elements' x, z and angles.

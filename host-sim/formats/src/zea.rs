@@ -14,7 +14,7 @@ use crate::variables::{Given, TRACK, Variables};
 use crate::waves::{Fired, Wave, inverted, silence};
 use bonebeam_files::memory::{self, product};
 use bonebeam_files::terminal::digits;
-use bonebeam_files::{ChannelData, Result, Samples};
+use bonebeam_files::{ChannelData, Result, Samples, Transmits};
 
 /// Sampling rate of zea's waveforms, Hz.
 const WAVEFORM_RATE: f64 = 250e6;
@@ -111,10 +111,14 @@ pub fn read(
         }
     };
     let elements = elements(store, &scan)?;
+    let mut assumed = Vec::new();
     let c = match variables.number("c") {
         Some(c) => c,
         None if store.has(&scan("sound_speed")) => number("sound_speed")?,
-        None => SOUND_SPEED,
+        None => {
+            assumed.push("c is 1540 m/s, which the file does not give".into());
+            SOUND_SPEED
+        }
     };
     // The pulse is sent at one frequency, and a harmonic is received at another.
     let optional = |name: &str| store.has(&scan(name)).then(|| number(name)).transpose();
@@ -122,11 +126,14 @@ pub fn read(
         optional("center_frequency")?,
         optional("demodulation_frequency")?,
     );
-    let f0 = variables.number("f0").or(received).or(sent);
+    let name = format!("{folder}data/raw_data");
+    // RF that was not demodulated may have 0.
+    let is_iq = store.shape(&name)?.last() == Some(&2);
+    let f0 = variables.number("f0");
+    let f0 = f0.or(received.filter(|&f0| is_iq || f0 != 0.0)).or(sent);
     let Some((f0, sent)) = f0.map(|f0| (f0, sent.unwrap_or(f0))) else {
         return Err(store.error("has no `center_frequency`; give it by --variable f0=HZ".into()));
     };
-    let mut assumed = Vec::new();
     if f0 != sent {
         let from = if variables.number("f0").is_some() {
             "as given"
@@ -161,8 +168,10 @@ pub fn read(
         f0,
     };
     let (law, t0) = fired.law(&waves(store, &scan, transmits)?);
+    if matches!(law, Transmits::Delays { .. }) {
+        assumed.push("elements fire by t0_delays, which are not the waves of polar_angles and focus_distances".into());
+    }
     let f_demod = received.unwrap_or(f0);
-    let name = format!("{folder}data/raw_data");
     let receivers = scan("rx_aperture_indices");
     let channels = match store.has(&receivers) {
         true => Some(channels(store, &receivers, [transmits, elements.len()])?),

@@ -13,6 +13,7 @@
 //! array.
 
 use std::f64::consts::{LN_10, PI};
+use std::sync::OnceLock;
 
 use num_complex::Complex;
 
@@ -22,6 +23,9 @@ use super::settings::{Baffle, Settings};
 
 /// Largest number of nodes of the quadrature over an element's height.
 pub const MOST_NODES: usize = 400;
+/// Those of each number of nodes.
+static QUADRATURES: [OnceLock<Vec<(f64, f64)>>; MOST_NODES + 1] =
+    [const { OnceLock::new() }; MOST_NODES + 1];
 
 /// The elements' response.
 #[derive(Clone, Copy, Debug)]
@@ -109,8 +113,10 @@ impl Response {
         let [least, greatest] = self.patch_delays(rho, y);
         // As many nodes as integrate a phase that turns so often to 1e-10.
         let nodes = 10 + (2.8 * f * (greatest - least)).ceil() as usize;
-        let terms = gauss_legendre(nodes.min(MOST_NODES))
-            .into_iter()
+        let nodes = nodes.min(MOST_NODES);
+        let terms = QUADRATURES[nodes]
+            .get_or_init(|| gauss_legendre(nodes))
+            .iter()
             .map(|(position, weight)| {
                 let (delay, ratio) = self.patch(0.5 * self.height * position, rho, y);
                 unit(-f * delay) * (0.5 * weight * ratio)

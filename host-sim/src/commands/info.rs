@@ -3,14 +3,17 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use ndarray::arr0;
+use num_complex::Complex;
 
 use super::sequence::{self, SequenceArguments};
 use super::{ConfigArgument, VariableArguments, load_config, recording_help};
 use crate::Result;
 use crate::config::Config;
 use crate::flags::Flags;
-use bonebeam_drive::config::{Beamform, Image};
+use bonebeam_drive::config::{Beamform, Grid};
 use bonebeam_drive::delay::DelayStage;
+use bonebeam_drive::image::sides_of;
 use bonebeam_drive::policy::warnings;
 use bonebeam_files::terminal::{digits, one_line, print};
 use bonebeam_files::{AlignedData, ChannelData, LineFrames, Recording, Samples, Transmits};
@@ -229,11 +232,13 @@ fn to_be_done(data: &ChannelData, config: &Config) -> Vec<Fact> {
                 ),
             ));
             facts.extend(sub_lines(&stage));
-            let across = stage.beam_x()[beams - 1] - stage.beam_x()[0];
-            let image: &Image = &config.image;
-            if across > 0.0
+            let zero = arr0(Complex::ZERO);
+            if beams > 1
                 && last > first
-                && let Ok([rows, columns]) = image.sides(across, last - first)
+                && config.image.grid == Grid::Cartesian
+                && (stage.pooled().is_some() || stage.sub_lines() == 1)
+                && let Some(z) = zero.broadcast((beams, samples))
+                && let Ok([rows, columns]) = sides_of(&stage.lines(z), &config.image)
             {
                 facts.push(("image", format!("{rows} x {columns} pixels")));
             }

@@ -16,6 +16,7 @@ mod measures;
 pub mod phase_symmetry;
 pub mod register;
 mod sequence;
+pub mod serve;
 pub mod simulate;
 pub mod surface;
 mod surface_files;

@@ -3,14 +3,15 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use crate::Result;
+use super::surface_inputs::{Crop, parse_crop};
+use crate::{Error, Result};
 use bonebeam_files::terminal::digits;
-use bonebeam_tracked::{AngleUnit, Euler, LengthUnit, PoseTable, Sequence};
+use bonebeam_tracked::{AngleUnit, Calibration, Euler, LengthUnit, PoseTable, Sequence};
 
 /// Flags on the poses of a folder of pictures.
 #[derive(Debug, clap::Args)]
 pub struct SequenceArguments {
-    /// CSV table of a folder's poses, with a header [default: the only .csv in the folder or in the one above]
+    /// CSV table of the poses of a folder or DICOM file, with a header [default: the only .csv in the folder or above it]
     ///
     /// A column such as file_path, timestamp or frame names the PNG of a row. Otherwise rows have the order of the
     /// names. A pose maps the probe to the reference (or to the CT).
@@ -61,6 +62,70 @@ impl SequenceArguments {
             angle: self.angle_unit,
         };
         Sequence::open(path, &poses)
+    }
+}
+
+/// Flags on the place of pictures in space.
+#[derive(Debug, clap::Args)]
+pub struct PlaceArguments {
+    /// Fixed transforms, mm: a configuration of PLUS (.xml), JSON, a file of numbers, or [NAME=]16 numbers; repeatable
+    ///
+    /// Numbers are a matrix, rows first, or x, y, z in mm and three Euler angles in degrees (--euler). Without a name they
+    /// are ImageToProbe. They replace transforms of the same name in the sequence.
+    #[arg(long, value_name = "FILE|NUMBERS")]
+    calibration: Vec<String>,
+
+    /// Frame of reference of the points [default: the first with a chain from Image of Reference, World, CT, Tracker]
+    #[arg(long, value_name = "NAME")]
+    to: Option<String>,
+
+    /// Side of a pixel, m, or along columns and rows: for a calibration in mm instead of pixels
+    #[arg(long, value_name = "M[,M]", value_delimiter = ',', num_args = 1)]
+    pixel_size: Vec<f64>,
+
+    /// Part of the pictures to use, in pixels from the top left [default: all]
+    #[arg(long, value_name = "X,Y,WIDTH,HEIGHT", value_parser = parse_crop)]
+    crop: Option<Crop>,
+}
+
+impl PlaceArguments {
+    /// The fixed transforms.
+    ///
+    /// # Errors
+    /// As [`Calibration::of`].
+    pub fn calibration(&self, euler: Euler) -> Result<Calibration> {
+        let mut calibration = Calibration::default();
+        for text in &self.calibration {
+            let own = Calibration::of(text, euler)?.transforms;
+            calibration.transforms.extend(own);
+        }
+        Ok(calibration)
+    }
+
+    /// Name of the frame of reference.
+    pub fn target(&self) -> Option<&str> {
+        self.to.as_deref()
+    }
+
+    /// Sides of a pixel along columns and rows, mm.
+    ///
+    /// # Errors
+    /// More than two numbers.
+    pub fn pixel(&self) -> Result<Option<[f64; 2]>> {
+        match self.pixel_size[..] {
+            [] => Ok(None),
+            [side] => Ok(Some([1e3 * side; 2])),
+            [x, y] => Ok(Some([1e3 * x, 1e3 * y])),
+            _ => Err(Error::Usage(
+                "--pixel-size has more than two numbers".into(),
+            )),
+        }
+    }
+
+    /// The part of the pictures: x, y, width, height.
+    pub fn part(&self) -> Option<[usize; 4]> {
+        let crop = self.crop?;
+        Some([crop.x, crop.y, crop.width, crop.height])
     }
 }
 

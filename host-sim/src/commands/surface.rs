@@ -146,7 +146,8 @@ pub fn run(arguments: Arguments) -> Result<()> {
     add_surfaces_to(&found.frames, lines, step, path, &mut outputs)?;
     if let (Some(path), Some(picture)) = (&arguments.image, &found.picture) {
         let points = found.frames.first().map_or(&[][..], |frame| &frame.points);
-        Overlay::of(picture, found.fan.as_ref(), points).add_to(path, &mut outputs)?;
+        Overlay::of(picture, found.fan.as_ref(), points, Overlay::colour)
+            .add_to(path, &mut outputs)?;
     }
     // The written configuration has the fan that was found, so that it repeats the run.
     config.surface.fan = found.fan;

@@ -12,7 +12,8 @@ use bonebeam_files::image;
 
 /// An RGB picture with a surface drawn over it.
 pub struct Overlay {
-    pixels: Array2<[u8; 3]>,
+    /// The pixels.
+    pub pixels: Array2<[u8; 3]>,
 }
 
 impl Overlay {
@@ -23,7 +24,12 @@ impl Overlay {
     const OUTLINE: [u8; 3] = [0, 110, 60];
 
     /// Draws each piece as a polyline, and the outline of the searched fan.
-    pub fn of(picture: &BModeImage, fan: Option<&PictureFan>, points: &[SurfacePoint]) -> Self {
+    pub fn of(
+        picture: &BModeImage,
+        fan: Option<&PictureFan>,
+        points: &[SurfacePoint],
+        colour: fn(f32) -> [u8; 3],
+    ) -> Self {
         // The cast saturates.
         let pixels = picture.pixels.mapv(|level| [(level + 0.5) as u8; 3]);
         let mut overlay = Self { pixels };
@@ -40,13 +46,14 @@ impl Overlay {
             for (k, point) in piece.iter().enumerate() {
                 let next = piece.get(k + 1).unwrap_or(point);
                 let [from, to] = [point, next].map(|point| position([point.x, point.z]));
-                overlay.line(from, to, Self::colour(point.confidence));
+                overlay.line(from, to, colour(point.confidence));
             }
         }
         overlay
     }
 
-    fn colour(confidence: f32) -> [u8; 3] {
+    /// From doubtful blue to sure orange.
+    pub fn colour(confidence: f32) -> [u8; 3] {
         std::array::from_fn(|k| {
             let (low, high) = (Self::DOUBTFUL[k], Self::SURE[k]);
             (low + (high - low) * confidence + 0.5) as u8

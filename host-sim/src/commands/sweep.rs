@@ -6,9 +6,8 @@ use clap::Args;
 use clap::builder::PossibleValuesParser;
 
 use super::frames::{FrameRange, parse_frames};
-use super::sequence::SequenceArguments;
+use super::sequence::{PlaceArguments, SequenceArguments};
 use super::surface_files::Overlay;
-use super::surface_inputs::{Crop, parse_crop};
 use crate::flags::Flags;
 use crate::progress::Progress;
 use crate::provenance::Snapshot;
@@ -19,8 +18,7 @@ use bonebeam_files::atomic::{Outputs, check_outputs};
 use bonebeam_files::image;
 use bonebeam_files::terminal::{print, remark, short};
 use bonebeam_tracked::{
-    Calibration, Cloud, Finder, Sequence, Settings, Space, Track, add_cloud_to, check_name, sweep,
-    views,
+    Cloud, Finder, Sequence, Settings, Space, Track, add_cloud_to, check_name, sweep, views,
 };
 
 /// Find the bone surface in a tracked sweep.
@@ -44,26 +42,11 @@ pub struct Arguments {
     #[arg(short, long, value_name = "BONE.ply")]
     output: PathBuf,
 
-    /// Fixed transforms, mm: a configuration of PLUS (.xml), JSON, a file of numbers, or [NAME=]16 numbers; repeatable
-    ///
-    /// Numbers are a matrix, rows first, or x, y, z in mm and three Euler angles in degrees (--euler). Without a name they
-    /// are ImageToProbe. They replace transforms of the same name in the sequence.
-    #[arg(long, value_name = "FILE|NUMBERS")]
-    calibration: Vec<String>,
-
-    /// Frame of reference of the points [default: the first with a chain from Image of Reference, World, CT, Tracker]
-    #[arg(long, value_name = "NAME")]
-    to: Option<String>,
-
     /// Axes of the frame of reference, written into the files; positions are not changed
     ///
     /// 3D Slicer shows the frames of PLUS as RAS. Frames of a CT are LPS by DICOM.
     #[arg(long, value_name = "LPS|RAS", value_parser = PossibleValuesParser::new(["LPS", "RAS"]), default_value = "RAS")]
     space: String,
-
-    /// Side of a pixel, m, or along columns and rows: for a calibration in mm instead of pixels
-    #[arg(long, value_name = "M[,M]", value_delimiter = ',', num_args = 1)]
-    pixel_size: Vec<f64>,
 
     /// Frames A to B−1, or frame A alone: A..B or A [default: all]
     #[arg(long, value_name = "A..B", value_parser = parse_frames)]
@@ -72,10 +55,6 @@ pub struct Arguments {
     /// Use every Nth frame
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     every: u32,
-
-    /// Part of the pictures to use, in pixels from the top left [default: all]
-    #[arg(long, value_name = "X,Y,WIDTH,HEIGHT", value_parser = parse_crop)]
-    crop: Option<Crop>,
 
     /// Deviation of a picture from the median of five frames that is a jump, m; up to four usual steps are none
     #[arg(long, value_name = "M", default_value_t = 0.005)]
@@ -92,6 +71,9 @@ pub struct Arguments {
     /// Also write the middle one of the searched frames with the surface drawn over it
     #[arg(long, value_name = "FRAME.png")]
     overlay: Option<PathBuf>,
+
+    #[command(flatten)]
+    place: PlaceArguments,
 
     #[command(flatten)]
     sequence: SequenceArguments,
@@ -141,33 +123,20 @@ pub fn run(arguments: Arguments) -> Result<()> {
             short(metres)
         ))),
     };
-    let pixel = match arguments.pixel_size[..] {
-        [] => None,
-        [side] => Some([1e3 * side; 2]),
-        [x, y] => Some([1e3 * x, 1e3 * y]),
-        _ => {
-            return Err(Error::Usage(
-                "--pixel-size has more than two numbers".into(),
-            ));
-        }
-    };
+    let pixel = arguments.place.pixel()?;
 
     let snapshot = Snapshot::of(&arguments.input)?;
     let sequence = arguments.sequence.open(&arguments.input)?;
     for what in &sequence.assumed {
         remark(&format!("{}: {what}", arguments.input.display()));
     }
-    let mut calibration = Calibration::default();
-    for text in &arguments.calibration {
-        calibration
-            .transforms
-            .extend(Calibration::of(text, arguments.sequence.euler())?.transforms);
-    }
+    let euler = arguments.sequence.euler();
+    let calibration = arguments.place.calibration(euler)?;
     let jump = mm("jump", arguments.jump)?;
     let track = Track::of(
         &sequence,
         &calibration,
-        arguments.to.as_deref(),
+        arguments.place.target(),
         pixel,
         jump,
     )?;
@@ -175,9 +144,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let settings = Settings {
         surface: section,
         frames: range.step_by(arguments.every as usize).collect(),
-        crop: arguments
-            .crop
-            .map(|crop| [crop.x, crop.y, crop.width, crop.height]),
+        crop: arguments.place.part(),
         join: mm("join", arguments.join)?,
     };
     let bar = Progress::new("searching", 1000);
@@ -210,7 +177,8 @@ fn overlay(sequence: &Sequence, track: &Track, settings: &Settings) -> Result<Ov
     let frames = track.usable(&settings.frames);
     let finder = Finder::new(sequence, track, settings, &frames)?;
     let (frame, _) = frames[frames.len() / 2];
-    let pixels = finder.picture(sequence.reader()?.frame(frame)?)?;
+    let encoded = sequence.reader()?.frame(frame)?;
+    let pixels = finder.part_of(sequence.picture(encoded)?);
     let found = finder.search(&pixels)?;
     let picture = BModeImage {
         pixels,
@@ -219,7 +187,12 @@ fn overlay(sequence: &Sequence, track: &Track, settings: &Settings) -> Result<Ov
         pixel: finder.pixel(),
         angles: None,
     };
-    Ok(Overlay::of(&picture, found.fan.as_ref(), &found.points))
+    Ok(Overlay::of(
+        &picture,
+        found.fan.as_ref(),
+        &found.points,
+        Overlay::colour,
+    ))
 }
 
 /// One line for the terminal.

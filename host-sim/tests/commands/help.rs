@@ -35,7 +35,7 @@ fn info_tells_what_is_there_and_what_would_be_done() {
 
 #[test]
 fn help_has_examples_that_name_real_flags() {
-    const COMMANDS: &str = "simulate beamform phase-symmetry surface sweep register";
+    const COMMANDS: &str = "simulate beamform phase-symmetry surface sweep register serve";
     let help = |command: &str| {
         let [text, _] = succeeded(&mut program(".", format!("{command} --help").trim()));
         text

@@ -68,7 +68,7 @@ impl Calibration {
 }
 
 /// The numbers of a text that has nothing else.
-fn numbers(text: &str) -> Option<Vec<f64>> {
+pub(crate) fn numbers(text: &str) -> Option<Vec<f64>> {
     let words = text.split([',', ';', ' ', '\t', '\n', '\r', '[', ']']);
     let numbers: Option<Vec<f64>> = words
         .filter(|word| !word.is_empty())
@@ -77,7 +77,7 @@ fn numbers(text: &str) -> Option<Vec<f64>> {
     numbers.filter(|numbers| !numbers.is_empty())
 }
 
-fn matrix(numbers: &[f64], euler: Euler) -> std::result::Result<Matrix, String> {
+pub(crate) fn matrix(numbers: &[f64], euler: Euler) -> std::result::Result<Matrix, String> {
     if numbers.iter().any(|number| !number.is_finite()) {
         return Err("has a NaN or infinite number".into());
     }

@@ -47,15 +47,30 @@ pub fn open(path: &Path, table: &PoseTable) -> Result<Sequence> {
         let assumed = vec!["no table of poses (--poses)".into()];
         return Sequence::of_pictures(path, pictures, frames, assumed);
     };
-    let (rows, mut assumed) = table.read(&file)?;
-    let of_pictures = matched(&pictures, &rows).ok_or_else(|| {
+    let names: Vec<String> = pictures.iter().map(|picture| stem(picture)).collect();
+    let (frames, assumed) = posed_frames(path, &names, table, &file)?;
+    Sequence::of_pictures(path, pictures, frames, assumed)
+}
+
+/// The frames of names, with the poses of a table; and what was assumed.
+///
+/// # Errors
+/// A table whose rows cannot be matched to the names.
+pub fn posed_frames(
+    path: &Path,
+    names: &[String],
+    table: &PoseTable,
+    file: &Path,
+) -> Result<(Vec<Frame>, Vec<String>)> {
+    let (rows, mut assumed) = table.read(file)?;
+    let of_pictures = matched(names, &rows).ok_or_else(|| {
         let message = format!(
-            "has {} rows, but {} has {} PNGs, and no column such as file_path or timestamp names them",
+            "has {} rows, but {} has {} pictures, and no column such as file_path or timestamp names them",
             rows.len(),
             path.display(),
-            pictures.len()
+            names.len()
         );
-        file_error(&file, message)
+        file_error(file, message)
     })?;
     let frames = of_pictures.iter().map(|row| {
         let row = row.map(|row| &rows[row]);
@@ -72,9 +87,8 @@ pub fn open(path: &Path, table: &PoseTable) -> Result<Sequence> {
             transforms: [(POSE.to_owned(), pose)].into(),
         }
     });
-    let frames = frames.collect();
     assumed.insert(0, format!("poses of {} are {POSE}", file.display()));
-    Sequence::of_pictures(path, pictures, frames, assumed)
+    Ok((frames.collect(), assumed))
 }
 
 /// The table: as given, or the only one in the folder or in the one above.
@@ -107,9 +121,9 @@ fn table_of(path: &Path, table: &PoseTable) -> Result<Option<PathBuf>> {
 }
 
 /// The row of each picture: by a column that names most of them, or in order.
-fn matched(pictures: &[PathBuf], rows: &[Row]) -> Option<Vec<Option<usize>>> {
+fn matched(pictures: &[String], rows: &[Row]) -> Option<Vec<Option<usize>>> {
     let columns = rows.first().map_or(0, |row| row.names.len());
-    let keys: Vec<String> = pictures.iter().map(|picture| key(&stem(picture))).collect();
+    let keys: Vec<String> = pictures.iter().map(|name| key(name)).collect();
     for column in 0..columns {
         let named = rows.iter().enumerate();
         let named: HashMap<String, usize> = named

@@ -39,7 +39,7 @@ impl Sequence {
             wrong("is no tracked sequence (.mha, .nrrd, DICOM or a folder)".into())
         })?;
         if let Kind::Dicom = kind {
-            return Ok(Self::of_dicom(path, dicom::read(path).map_err(wrong)?));
+            return Self::of_dicom(path, dicom::read(path).map_err(wrong)?, poses);
         }
         let file = input::open(path).map_err(|e| wrong(cannot_be_opened(&e)))?;
         let mut reader = BufReader::new(file);
@@ -51,14 +51,28 @@ impl Sequence {
         Self::of_header(path, kind, header, pixels)
     }
 
-    fn of_dicom(path: &Path, file: dicom::File) -> Self {
-        let frames = (0..file.pictures.frames).map(|k| Frame {
-            timestamp: file.interval.map(|interval| interval * k as f64),
-            has_picture: true,
-            ..Frame::default()
-        });
+    fn of_dicom(path: &Path, file: dicom::File, poses: &PoseTable) -> Result<Self> {
+        let count = file.pictures.frames;
         let whole = "no region with a size in cm: the whole picture is used".to_owned();
-        Self {
+        let mut assumed: Vec<String> = file.part.is_none().then_some(whole).into_iter().collect();
+        let mut frames = vec![
+            Frame {
+                has_picture: true,
+                ..Frame::default()
+            };
+            count
+        ];
+        if let Some(table) = &poses.path {
+            let names: Vec<String> = (0..count).map(|k| k.to_string()).collect();
+            let (own, also) = folder::posed_frames(path, &names, poses, table)?;
+            frames = own;
+            assumed.extend(also);
+        }
+        for (k, frame) in frames.iter_mut().enumerate() {
+            let time = file.interval.map(|interval| interval * k as f64);
+            frame.timestamp = frame.timestamp.or(time);
+        }
+        Ok(Self {
             path: path.to_path_buf(),
             format: "DICOM",
             content: match file.pictures.is_grey() {
@@ -67,13 +81,13 @@ impl Sequence {
             },
             orientation: Orientation::MF,
             sides: file.pictures.sides,
-            frames: frames.collect(),
+            frames,
             pixel: file.pixel,
             part: file.part,
             fields: Fields::new(),
-            assumed: file.part.is_none().then_some(whole).into_iter().collect(),
+            assumed,
             source: Source::Dicom(Box::new(file.pictures)),
-        }
+        })
     }
 
     fn of_header(path: &Path, kind: Kind, header: Header, pixels: Pixels) -> Result<Self> {

@@ -61,6 +61,14 @@ impl Element {
     }
 }
 
+/// The grey level of a pixel of 1, 3 or 4 numbers: of colours their Rec. 709 luma.
+pub fn grey(components: usize, value: impl Fn(usize) -> f32) -> f32 {
+    match components {
+        1 => value(0),
+        _ => 0.2126 * value(0) + 0.7152 * value(1) + 0.0722 * value(2),
+    }
+}
+
 /// What an axis counts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Axis {

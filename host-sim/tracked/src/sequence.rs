@@ -11,7 +11,7 @@ use bonebeam_files::{Error, Result, file_error, image};
 use crate::dicom;
 use crate::header::Fields;
 use crate::orientation::Orientation;
-use crate::pixels::{Bytes, Element, Pixels};
+use crate::pixels::{Bytes, Element, Pixels, grey};
 use crate::transforms::Matrix;
 
 /// Content of the frames.
@@ -265,13 +265,7 @@ impl Sequence {
         Array2::from_shape_fn((rows, columns), |(row, column)| {
             let [a, b] = self.orientation.place([column, row], [columns, rows]);
             let at = a * fast + b * slow;
-            match pixels.components {
-                1 => value(at),
-                _ => {
-                    let [red, green, blue] = [0, 1, 2].map(|k| value(at + k * of_component));
-                    0.2126 * red + 0.7152 * green + 0.0722 * blue
-                }
-            }
+            grey(pixels.components, |k| value(at + k * of_component))
         })
     }
 

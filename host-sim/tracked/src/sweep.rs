@@ -1,8 +1,9 @@
 //! The bone surface of a tracked sweep.
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 
-use ndarray::{Array2, Slice};
+use ndarray::{Array2, ArrayView2, Slice};
 use rayon::prelude::*;
 
 use bonebeam_drive::config::Surface;
@@ -97,8 +98,10 @@ pub fn sweep(
         let (found, ahead) = rayon::join(
             || {
                 let frames = own.par_iter().zip(encoded);
-                let found =
-                    frames.map(|((frame, pose), encoded)| finder.points(*frame, pose, encoded));
+                let found = frames.map(|((frame, pose), encoded)| {
+                    let found = finder.search(&finder.part_of(sequence.picture(encoded)?))?;
+                    Ok(finder.points(&found, *frame, pose))
+                });
                 found.collect::<Result<Vec<_>>>()
             },
             || read(next),
@@ -134,45 +137,81 @@ fn axes(pose: &Matrix) -> Axes {
     }
 }
 
-/// Finds the surface in single frames.
-pub struct Finder<'s> {
-    sequence: &'s Sequence,
+/// A part of a picture: x, y, width, height.
+fn cut(picture: &Array2<f32>, [x, y, width, height]: [usize; 4]) -> ArrayView2<'_, f32> {
+    picture.slice_each_axis(|axis| match axis.axis.index() {
+        0 => Slice::from(y..y + height),
+        _ => Slice::from(x..x + width),
+    })
+}
+
+/// Finds the surface in single pictures.
+#[derive(Clone, Debug)]
+pub struct Finder {
+    /// The detector as asked for, and with the fan that the first pictures show.
+    asked: Surface,
     surface: Surface,
+    /// Columns and rows of the pictures.
+    sides: [usize; 2],
     /// First column and row, columns, rows.
     part: [usize; 4],
     /// Distances of columns and of rows, m.
     pixel: [f64; 2],
     /// Factor that makes the largest number 255.
     scale: f32,
+    /// The brightest levels of the first pictures, and the number of these.
+    brightest: Array2<f32>,
+    shown: usize,
+    /// The sequence, for errors.
+    path: PathBuf,
 }
 
-impl<'s> Finder<'s> {
+impl Finder {
     /// Finds the fan in the brightest levels of some frames.
     ///
     /// # Errors
     /// No frame, a crop beyond the pictures, or errors as of [`sweep`].
     pub fn new(
-        sequence: &'s Sequence,
+        sequence: &Sequence,
         track: &Track,
         settings: &Settings,
         frames: &[(usize, Matrix)],
     ) -> Result<Self> {
-        let own = |message: String| bonebeam_files::file_error(&sequence.path, message);
-        let [columns, rows] = sequence.sides;
+        if frames.is_empty() {
+            let message = "has no frame with a picture and a pose";
+            return Err(bonebeam_files::file_error(&sequence.path, message));
+        }
         let part = settings.crop.or(sequence.part);
+        let mut finder = Self::of(&settings.surface, part, sequence.sides, track.pixel)?;
+        finder.path.clone_from(&sequence.path);
+        let mut reader = sequence.reader()?;
+        for (frame, _) in frames.iter().take(SHOWN) {
+            finder.show(&sequence.picture(reader.frame(*frame)?)?);
+        }
+        finder.settle()?;
+        Ok(finder)
+    }
+
+    /// For pictures of `sides` pixels of the sides `pixel` in mm, or a part of them.
+    ///
+    /// # Errors
+    /// A part beyond the pictures.
+    pub fn of(
+        surface: &Surface,
+        part: Option<[usize; 4]>,
+        [columns, rows]: [usize; 2],
+        [x, y]: [f64; 2],
+    ) -> Result<Self> {
         let part = part.unwrap_or([0, 0, columns, rows]);
         if part[0].saturating_add(part[2]) > columns || part[1].saturating_add(part[3]) > rows {
             let message =
                 format!("--crop ends beyond the {columns} x {rows} pixels of the pictures");
             return Err(Error::Usage(message));
         }
-        if frames.is_empty() {
-            return Err(own("has no frame with a picture and a pose".into()));
-        }
-        let [x, y] = track.pixel;
-        let mut finder = Self {
-            sequence,
-            surface: settings.surface.clone(),
+        Ok(Self {
+            asked: surface.clone(),
+            surface: surface.clone(),
+            sides: [columns, rows],
             part,
             // By matrices: sides that differ by rounding are one.
             pixel: match (x - y).abs() < 1e-3 * x {
@@ -180,24 +219,42 @@ impl<'s> Finder<'s> {
                 false => [1e-3 * x, 1e-3 * y],
             },
             scale: 1.0,
-        };
-        let mut brightest = Array2::<f32>::zeros((part[3], part[2]));
-        let mut reader = sequence.reader()?;
-        for (frame, _) in frames.iter().take(SHOWN) {
-            let picture = finder.picture(reader.frame(*frame)?)?;
-            brightest.zip_mut_with(&picture, |most, level| *most = most.max(*level));
+            brightest: Array2::zeros((part[3], part[2])),
+            shown: 0,
+            path: "pictures".into(),
+        })
+    }
+
+    /// Whether pictures have these sides, and pixels of these sides in mm, up to a hundredth.
+    pub fn is_for(&self, sides: [usize; 2], pixel: [f64; 2]) -> bool {
+        let mut own = self.pixel.iter().zip(pixel);
+        let near = |(own, side): (&f64, f64)| (1e3 * own - side).abs() < 0.01 * side;
+        self.sides == sides && own.all(near)
+    }
+
+    /// Adds one of the first pictures, and says whether it was one.
+    pub fn show(&mut self, picture: &Array2<f32>) -> bool {
+        let part = cut(picture, self.part);
+        self.shown += 1;
+        self.brightest
+            .zip_mut_with(&part, |most, level| *most = most.max(*level));
+        self.shown <= SHOWN
+    }
+
+    /// Finds the scale of the levels and the fan in the pictures shown.
+    ///
+    /// # Errors
+    /// As [`of_picture`].
+    pub fn settle(&mut self) -> Result<()> {
+        let most = self.brightest.iter().copied().fold(255.0, f32::max);
+        self.scale = 255.0 / most;
+        self.surface.clone_from(&self.asked);
+        if self.asked.fan.is_none() && !self.asked.columns_as_lines {
+            let found = self.search(&(&self.brightest * self.scale))?;
+            self.surface.fan = found.fan;
+            self.surface.columns_as_lines = found.fan.is_none();
         }
-        let most = brightest.iter().copied().fold(0.0, f32::max);
-        if most > 255.0 {
-            finder.scale = 255.0 / most;
-            brightest *= finder.scale;
-        }
-        if finder.surface.fan.is_none() && !finder.surface.columns_as_lines {
-            let found = finder.search(&brightest)?;
-            finder.surface.fan = found.fan;
-            finder.surface.columns_as_lines = found.fan.is_none();
-        }
-        Ok(finder)
+        Ok(())
     }
 
     /// Distances of columns and of rows, m.
@@ -205,24 +262,20 @@ impl<'s> Finder<'s> {
         self.pixel
     }
 
-    /// The levels of a frame's part, 0 to 255.
-    ///
-    /// # Errors
-    /// As [`Sequence::picture`].
-    pub fn picture(&self, encoded: Encoded) -> Result<Array2<f32>> {
-        let mut picture = self.sequence.picture(encoded)?;
-        let [x, y, width, height] = self.part;
-        if picture.dim() != (height, width) {
-            let part = picture.slice_each_axis(|axis| match axis.axis.index() {
-                0 => Slice::from(y..y + height),
-                _ => Slice::from(x..x + width),
-            });
-            picture = part.to_owned();
+    /// First column and row, columns and rows of the searched part.
+    pub fn part(&self) -> [usize; 4] {
+        self.part
+    }
+
+    /// The levels of a picture's part, 0 to 255.
+    pub fn part_of(&self, mut picture: Array2<f32>) -> Array2<f32> {
+        if picture.dim() != self.brightest.dim() {
+            picture = cut(&picture, self.part).to_owned();
         }
         if self.scale != 1.0 {
             picture *= self.scale;
         }
-        Ok(picture)
+        picture
     }
 
     /// The surface in the levels of a part.
@@ -240,12 +293,12 @@ impl<'s> Finder<'s> {
         let found = of_picture(&of, &self.surface);
         found.map_err(|e| match e {
             Error::Usage(message) => Error::Usage(message),
-            e => bonebeam_files::file_error(&self.sequence.path, e.to_string()),
+            e => bonebeam_files::file_error(&self.path, e.to_string()),
         })
     }
 
-    fn points(&self, frame: usize, pose: &Matrix, encoded: Encoded) -> Result<Vec<CloudPoint>> {
-        let found = self.search(&self.picture(encoded)?)?;
+    /// The points of a surface in space, without normals.
+    pub fn points(&self, found: &PictureSurface, frame: usize, pose: &Matrix) -> Vec<CloudPoint> {
         let place = |[x, z]: [f64; 2]| {
             let [column, row] = [x / self.pixel[0], z / self.pixel[1]];
             apply(
@@ -269,6 +322,6 @@ impl<'s> Finder<'s> {
                 line: point.line + if found.fan.is_none() { self.part[0] } else { 0 },
             }
         };
-        Ok(found.points.iter().map(point).collect())
+        found.points.iter().map(point).collect()
     }
 }

@@ -1,8 +1,10 @@
 //! The pose of each frame's picture, and the frames without a usable one.
 
+use std::collections::BTreeSet;
+
 use crate::Result;
 use crate::calibration::Calibration;
-use crate::sequence::Sequence;
+use crate::sequence::{Frame, Sequence};
 use crate::transforms::{Chain, Matrix, apply};
 
 /// Frames of reference that are chosen without a name, in this order.
@@ -41,64 +43,27 @@ impl Track {
         pixel: Option<[f64; 2]>,
         jump: f64,
     ) -> Result<Self> {
-        let path = &sequence.path;
-        let own = |message: String| bonebeam_files::file_error(path, message);
-        let fixed = |name: &str| calibration.transforms.iter().rfind(|(own, _)| own == name);
-        let names = || {
-            let fixed = calibration.transforms.iter().map(|(name, _)| &name[..]);
-            sequence.transform_names().into_iter().chain(fixed)
-        };
-        let found = match target {
-            Some(target) => Chain::of(names(), "Image", target).map(|chain| (target, chain)),
-            None => TARGETS
-                .iter()
-                .find_map(|target| Some((*target, Chain::of(names(), "Image", target).ok()?)))
-                .map_or_else(
-                    || Chain::of(names(), "Image", TARGETS[0]).map(|c| (TARGETS[0], c)),
-                    Ok,
-                ),
-        };
-        let (target, chain) = found.map_err(|message| {
-            let known = names().any(|name| name.starts_with("ImageTo"));
-            let hint = if known {
-                ""
-            } else {
-                "; give ImageToProbe by --calibration"
-            };
-            own(message + hint)
-        })?;
+        let own = |message: String| bonebeam_files::file_error(&sequence.path, message);
+        let fixed = calibration.transforms.iter().map(|(name, _)| &name[..]);
+        let names = sequence
+            .transform_names()
+            .into_iter()
+            .chain(fixed)
+            .collect();
+        let (target, chain) = chain_from_image(&names, target).map_err(own)?;
         let mut poses: Vec<std::result::Result<Matrix, String>> = Vec::new();
+        // All frames have the first one's sides of a pixel, up to rounding.
+        let mut side = None;
         for frame in &sequence.frames {
-            let link = |name: &str| match (fixed(name), frame.transforms.get(name)) {
-                (Some((_, matrix)), _) => Ok(*matrix),
-                (None, Some(transform)) if transform.status != "OK" => {
-                    Err(format!("{name} {}", transform.status))
-                }
-                (None, transform) => transform
-                    .and_then(|transform| transform.matrix)
-                    .filter(|matrix| matrix.as_flattened().iter().all(|value| value.is_finite()))
-                    .ok_or_else(|| format!("{name} missing")),
-            };
-            let pose = match frame.has_picture {
-                true => chain.product(link, |name| format!("{name} singular")),
-                false => Err("no picture".into()),
-            };
+            let mut pose = pose(&chain, calibration, frame);
+            if let Ok(matrix) = &mut pose {
+                let (scaled, sides) = in_pixels(*matrix, pixel, sequence.pixel).map_err(own)?;
+                *matrix = scaled;
+                side.get_or_insert(sides);
+            }
             poses.push(pose);
         }
-        let sides = |poses: &[std::result::Result<Matrix, String>]| {
-            let first = poses.iter().flatten().next()?;
-            Some([0, 1].map(|k| (0..3).map(|row| first[row][k].powi(2)).sum::<f64>().sqrt()))
-        };
-        let is_one =
-            sides(&poses).is_some_and(|sides| sides.iter().all(|side| (side - 1.0).abs() < 1e-3));
-        if let Some([x, y]) = pixel.or(sequence.pixel.filter(|_| is_one)) {
-            for pose in poses.iter_mut().flatten() {
-                *pose = pose.map(|[a, b, c, d]| [a * x, b * y, c, d]);
-            }
-        }
-        let pixel = sides(&poses);
-        pixel.map_or(Ok(()), check_pixel).map_err(own)?;
-        let pixel = pixel.unwrap_or([1.0; 2]);
+        let pixel = side.unwrap_or([1.0; 2]);
         let [columns, rows] = sequence.sides.map(|side| side as f64);
         leave_out_jumps(
             &mut poses,
@@ -106,7 +71,7 @@ impl Track {
             jump,
         );
         Ok(Self {
-            target: target.into(),
+            target,
             chain,
             poses,
             pixel,
@@ -120,6 +85,80 @@ impl Track {
         let of = |&frame: &usize| Some((frame, *self.poses.get(frame)?.as_ref().ok()?));
         frames.iter().filter_map(of).collect()
     }
+}
+
+/// The frame of reference and the chain to it from `Image`.
+///
+/// # Errors
+/// No chain.
+pub(crate) fn chain_from_image(
+    names: &BTreeSet<&str>,
+    target: Option<&str>,
+) -> std::result::Result<(String, Chain), String> {
+    let of = |target: &str| {
+        let chain = Chain::of(names.iter().copied(), "Image", target);
+        chain.map(|chain| (target.to_owned(), chain))
+    };
+    let found = match target {
+        Some(target) => of(target),
+        None => {
+            let found = TARGETS.iter().find_map(|target| of(target).ok());
+            found.map_or_else(|| of(TARGETS[0]), Ok)
+        }
+    };
+    let known = names.iter().any(|name| name.starts_with("ImageTo"));
+    found.map_err(|message| match known {
+        true => message,
+        false => message + "; give ImageToProbe by --calibration",
+    })
+}
+
+/// The product of a chain for a frame; or the reason why there is none.
+pub(crate) fn pose(
+    chain: &Chain,
+    calibration: &Calibration,
+    frame: &Frame,
+) -> std::result::Result<Matrix, String> {
+    let fixed = |name: &str| calibration.transforms.iter().rfind(|(own, _)| own == name);
+    let link = |name: &str| match (fixed(name), frame.transforms.get(name)) {
+        (Some((_, matrix)), _) => Ok(*matrix),
+        (None, Some(transform)) if transform.status != "OK" => {
+            Err(format!("{name} {}", transform.status))
+        }
+        (None, transform) => transform
+            .and_then(|transform| transform.matrix)
+            .filter(|matrix| matrix.as_flattened().iter().all(|value| value.is_finite()))
+            .ok_or_else(|| format!("{name} missing")),
+    };
+    match frame.has_picture {
+        true => chain.product(link, |name| format!("{name} singular")),
+        false => Err("no picture".into()),
+    }
+}
+
+/// The lengths of a matrix's first two columns.
+pub(crate) fn sides(matrix: &Matrix) -> [f64; 2] {
+    [0, 1].map(|k| (0..3).map(|row| matrix[row][k].powi(2)).sum::<f64>().sqrt())
+}
+
+/// A pose with the pixel's sides in it, and the sides.
+///
+/// `pixel` are sides to multiply by, and `own` those of the file, for a pose in mm.
+///
+/// # Errors
+/// Sides that no scanner has.
+pub(crate) fn in_pixels(
+    pose: Matrix,
+    pixel: Option<[f64; 2]>,
+    own: Option<[f64; 2]>,
+) -> std::result::Result<(Matrix, [f64; 2]), String> {
+    let is_one = sides(&pose).iter().all(|side| (side - 1.0).abs() < 1e-3);
+    let pose = match pixel.or(own.filter(|_| is_one)) {
+        Some([x, y]) => pose.map(|[a, b, c, d]| [a * x, b * y, c, d]),
+        None => pose,
+    };
+    let sides = sides(&pose);
+    check_pixel(sides).map(|()| (pose, sides))
 }
 
 fn check_pixel(pixel: [f64; 2]) -> std::result::Result<(), String> {

@@ -271,3 +271,29 @@ fn files_that_lie_are_refused_in_words() {
         );
     }
 }
+
+#[test]
+fn frames_take_their_poses_from_a_table() {
+    let folder = tempdir().unwrap();
+    let [path, table] = ["picture", "poses.csv"].map(|name| folder.path().join(name));
+    let mut own = file("MONOCHROME2", [1, 8], PLAIN, plain(&LEVELS.repeat(3)));
+    own.frames = 3;
+    own.write(&path);
+    let read = |rows: &str| {
+        fs::write(&table, format!("frame,x,y,z,qx,qy,qz,qw\n{rows}")).unwrap();
+        let poses = PoseTable {
+            path: Some(table.clone()),
+            ..PoseTable::default()
+        };
+        let sequence = Sequence::open(&path, &poses).map_err(|e| e.to_string())?;
+        let poses = sequence.frames.iter().map(|frame| {
+            let matrix = frame.transforms["ProbeToReference"].matrix;
+            matrix.map(|matrix| matrix[0][3])
+        });
+        Ok::<_, String>(poses.collect::<Vec<_>>())
+    };
+    let poses = read("2,7,0,0,0,0,0,1\n0,5,0,0,0,0,0,1\n").unwrap();
+    assert_eq!(poses, [Some(5.0), None, Some(7.0)]);
+    let refused = read("0,5,0,0,0,0,0,1\n").unwrap_err();
+    assert!(refused.contains("1 rows, but"), "{refused}");
+}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from os import PathLike
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -48,7 +48,7 @@ def register(
     paths: npt.ArrayLike | None = None,
     start: npt.ArrayLike | None = None,
     landmarks: tuple[npt.ArrayLike, npt.ArrayLike] | None = None,
-    fit: str | None = None,
+    fit: Literal["scale", "sound_speed"] | None = None,
     both_sides: bool = False,
     threshold: float | None = None,
 ) -> Registration:

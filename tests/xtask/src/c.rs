@@ -105,9 +105,14 @@ pub(crate) fn c(here: &Here) -> Result<()> {
     archive(here, &compiler)
 }
 
-/// A random walk over the calls, between pages without access, with the compiler's sanitizers.
+/// A random walk over the calls, between pages without access, with sanitizers in both languages.
 pub(crate) fn walk(here: &Here) -> Result<()> {
-    let library = build(here, "", "--features sub-lines", "c-sub-lines")?;
+    // The library has a sanitizer, too, which is not stable.
+    let sanitized = "bonebeam-c$ RUSTC_BOOTSTRAP=1 RUSTFLAGS=-Zsanitizer=address cargo build --locked --release --quiet";
+    here.run(format!(
+        "{sanitized} --features sub-lines --target @host --target-dir @target/c-walk"
+    ))?;
+    let library = "@target/c-walk/@host/release/libbonebeam_c.a";
     let compiler = std::env::var("CC").unwrap_or_else(|_| "cc".to_owned());
     let sanitizers = "-g -fsanitize=address,undefined -fno-sanitize-recover=all";
     here.run(format!(

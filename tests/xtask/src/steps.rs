@@ -78,7 +78,7 @@ use Group::{Emulated, EmulatedAll, Host, HostAll, Named};
 use Run::{Call, Lines};
 
 /// Python's packages for the tests of ours.
-const OF_TESTS: &str = "numpy>=1.23 pytest scipy mypy pyright[nodejs] matplotlib xarray h5py dask[array] nbconvert \
+const OF_TESTS: &str = "numpy>=1.23 pytest pyigtl==0.3.4 scipy mypy pyright[nodejs] matplotlib xarray h5py dask[array] nbconvert \
     ipykernel";
 
 /// All steps, in the order in which they run.
@@ -149,7 +149,7 @@ pub const STEPS: &[Step] = &[
     ]), "a small campaign by Snakemake, where Python and the network are there"),
     step(HostAll, "fpga", &[Tool::Debian(&["iverilog", "verilator", "yosys"], &["iverilog", "verilator", "yosys"]), Tool::Paper],
         Call(packages::fpga), "the cores in Verilog beside golden vectors, where Icarus Verilog can be had"),
-    step(HostAll, "metamorphic", &[Tool::Python("metamorphic", "numpy"), Tool::Command, USER],
+    step(HostAll, "metamorphic", &[Tool::Python("metamorphic", "numpy"), Tool::Command, Tool::Paper, USER],
         Call(python::metamorphic),
         "random command lines and Python calls, judged by scale, sign, mirror, threads, instruction sets, formats and more"),
     step(HostAll, "c-walk", &[], Call(c::walk), "a random walk over the calls from C, between guard pages and with sanitizers"),

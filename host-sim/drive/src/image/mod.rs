@@ -359,6 +359,42 @@ pub(super) fn pooled_lines(
     Ok(lines)
 }
 
+/// Lateral positions and depths of an image of lines, without a polar grid, m.
+fn region<S: Data<Elem = Complex<f32>>>(
+    lines: &BeamformedLines<ArrayBase<S, Ix2>>,
+    parameters: &config::Image,
+) -> Result<[[f64; 2]; 2]> {
+    let depth = |sample: usize| lines.c * (lines.t0 + sample as f64 / lines.fs) / 2.0;
+    let [beams, [first, last]] = match lines.rays {
+        None => [
+            [lines.beam_x[0], lines.beam_x[lines.beam_x.len() - 1]],
+            [depth(0), depth(lines.z.ncols() - 1)],
+        ],
+        Some(_) => extent(lines),
+    };
+    let bottom = parameters.bottom(first, last)?;
+    let across = match parameters.width {
+        Some(width) => {
+            let centre = (beams[0] + beams[1]) / 2.0;
+            [centre - width / 2.0, centre + width / 2.0]
+        }
+        None => beams,
+    };
+    Ok([across, [first, bottom]])
+}
+
+/// Rows and columns of an image of lines, without a polar grid.
+///
+/// # Errors
+/// As [`image_of`].
+pub fn sides_of<S: Data<Elem = Complex<f32>>>(
+    lines: &BeamformedLines<ArrayBase<S, Ix2>>,
+    parameters: &config::Image,
+) -> Result<[usize; 2]> {
+    let [across, depths] = region(lines, parameters)?;
+    parameters.sides(across[1] - across[0], depths[1] - depths[0])
+}
+
 /// The B-mode image over the given depths and width, on the given grid.
 ///
 /// The grid has square pixels, or columns at even angles.
@@ -380,23 +416,8 @@ pub fn image_of<S: Data<Elem = Complex<f32>>>(
     if parameters.grid == config::Grid::Polar {
         return polar(lines, parameters);
     }
-    let depth = |sample: usize| lines.c * (lines.t0 + sample as f64 / lines.fs) / 2.0;
-    let [beams, [first, last]] = match lines.rays {
-        None => [
-            [lines.beam_x[0], lines.beam_x[lines.beam_x.len() - 1]],
-            [depth(0), depth(lines.z.ncols() - 1)],
-        ],
-        Some(_) => extent(lines),
-    };
-    let bottom = parameters.bottom(first, last)?;
-    let across = match parameters.width {
-        Some(width) => {
-            let centre = (beams[0] + beams[1]) / 2.0;
-            [centre - width / 2.0, centre + width / 2.0]
-        }
-        None => beams,
-    };
-    let [rows, columns] = parameters.sides(across[1] - across[0], bottom - first)?;
+    let [across, [first, bottom]] = region(lines, parameters)?;
+    let [rows, columns] = sides_of(lines, parameters)?;
     let grid = |pixel: f64, [x0, z0]: [f64; 2], [rows, columns]: [usize; 2]| PixelGrid {
         x0,
         z0,

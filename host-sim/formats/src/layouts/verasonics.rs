@@ -127,6 +127,12 @@ impl Workspace<'_> {
 
     /// The channel of each element, from 0.
     fn channels(&mut self, elements: usize, channels: usize) -> Result<Vec<usize>> {
+        let switched = ["Receive.aperture", "TX.aperture"];
+        if let Some(name) = switched.iter().find(|name| self.source.has(name)) {
+            return self.refuse(format!(
+                "has `{name}`, which switches elements to channels; multiplexed apertures are not read"
+            ));
+        }
         let names = ["Trans.ConnectorES", "Trans.Connector"];
         let Some(name) = names.iter().find(|name| self.source.has(name)) else {
             self.assumed

@@ -201,7 +201,7 @@ section! {
         "Delay (channel data only)" {
             /// Receive f-number: depth over aperture
             f_number: f64 = 1.5, row("").positive([1e-3, 1e6], "");
-            /// Minimum number of active elements
+            /// Minimum number of active elements; fewer at the ends of the array
             min_elements: usize = 8, row("N").at_least(COUNTS, "");
             /// Sampling rate of the lines, Hz [default: 4 x centre frequency]
             ///
