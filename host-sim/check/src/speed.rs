@@ -1,7 +1,10 @@
-//! Sound speed and time zero, by the curvature of echoes over the aperture.
+//! Sound speed, time zero and delays of tissue before the array, by the phases of echoes over the aperture.
 //!
-//! The phase between two neighbours of an aligned echo, elements or transmits, is 2πf·(D(c₀) − D(c)), with D the difference of their
-//! delays: `Table` has it for every block. The mean over a block's pairs is left out, so only the curvature counts.
+//! An aligned echo has the phase 2πf·(D(c₀) − D(c)) between two focused subapertures side by side, or between two
+//! transmits, with D the difference of their delays. Subapertures, since a single element also hears echoes from beside
+//! the line, which look like a higher speed. The mean over a block's pairs is left out: it is the echo's direction.
+//! Tissue before the array delays each element; twelve cosines over the array have these delays. Their variance is
+//! found with them, so that even tissue adds nothing.
 
 use std::f64::consts::TAU;
 
@@ -13,8 +16,9 @@ use rand::{RngExt, SeedableRng};
 use crate::base::Base;
 use crate::table::{Block, Part, Table, View};
 
-/// Alignments, each at the speed that the one before found: by neighbours, whose phases are small, and by subapertures.
+/// Alignments, each at the speed that the one before found: by neighbours, whose phases are small.
 const COARSE: usize = 4;
+/// The same by subapertures.
 const PASSES: usize = 4;
 /// Gain of the focused echoes from which the first estimate counts.
 const MORE: f64 = 1.1;

@@ -29,7 +29,7 @@ fn main() {
     };
     let number =
         |flag: &str, default: u64| value(flag).map_or(default, |n| n.parse().expect("a number"));
-    let (seed, count) = (number("--seed", 100_000), number("--count", 60));
+    let (seed, count) = (number("--seed", 100_000), number("--count", 24));
     let verbose = arguments.iter().any(|a| a == "--verbose");
     let mut named: Vec<Counts> = vec![Counts::default(); FAULTS.len()];
     let mut alarms = Counts::default();
