@@ -1,7 +1,7 @@
 //! Sound speed, time zero and delays of tissue before the array, by the phases of echoes over the aperture.
 //!
 //! An aligned echo has the phase 2πf·(D(c₀) − D(c)) between two focused subapertures side by side, or between two
-//! transmits, with D the difference of their delays. Subapertures, since a single element also hears echoes from beside
+//! elements that send, with D the difference of their delays. Subapertures, since a single element also hears echoes from beside
 //! the line, which look like a higher speed. The mean over a block's pairs is left out: it is the echo's direction.
 //! Tissue before the array delays each element; twelve cosines over the array have these delays. Their variance is
 //! found with them, so that even tissue adds nothing.
@@ -14,7 +14,7 @@ use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
 use crate::base::Base;
-use crate::table::{Block, Part, Table, View};
+use crate::table::{Block, Part, Table, View, Wave};
 
 /// Alignments, each at the speed that the one before found: by neighbours, whose phases are small.
 const COARSE: usize = 4;
@@ -252,8 +252,8 @@ fn deviation(values: impl Iterator<Item = f64> + Clone) -> f64 {
 
 /// The curvature of each block.
 ///
-/// A transmit that reaches a point of a line is as good a witness as an element that receives from it. The mean phase of
-/// a block's pairs is left out: an echo that comes from beside the line.
+/// An element that sends is as good a witness as one that receives. The mean phase of a block's pairs is left out: an
+/// echo that comes from beside the line.
 fn curvatures(table: &Table, view: &View, coarse: bool) -> Vec<Curvature> {
     let count = view.elements.len();
     let turn = -TAU * table.frequency;
@@ -314,7 +314,7 @@ fn curvatures(table: &Table, view: &View, coarse: bool) -> Vec<Curvature> {
         });
         add(&mut sums, each);
         let power = block.transmits.iter().map(|pair| pair.1).sum::<f32>();
-        if !view.own && power > 0.0 {
+        if matches!(view.waves.first(), Some(Wave::Element(_))) && power > 0.0 {
             let reached = at.map(|(view, time)| -> Vec<f64> {
                 view.waves
                     .iter()
