@@ -21,6 +21,8 @@ const NOISY: f64 = 2.5;
 const INDEPENDENT: f64 = 3.0;
 /// Standard deviation of an amplitude above which an element is not judged.
 const UNSURE: f64 = 0.25;
+/// Elements at each end that are not judged: few lines reach them.
+const ENDS: usize = 2 * NEAR;
 /// Standard deviations by which an amplitude must be less than 1.
 const SURE: f64 = 4.0;
 /// Largest number of exchanged neighbours.
@@ -93,7 +95,7 @@ impl Elements {
 
     /// The amplitude of an element that can be judged, with neighbours on both sides.
     fn judged(&self, m: usize) -> Option<f64> {
-        let within = m >= NEAR && m + NEAR < self.amplitude.len();
+        let within = m >= ENDS && m + ENDS < self.amplitude.len();
         (within && self.deviation[m] < UNSURE).then_some(self.amplitude[m])
     }
 

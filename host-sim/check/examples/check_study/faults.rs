@@ -65,22 +65,22 @@ pub const FAULTS: &[Fault] = &[
         },
     ),
     fault("an element inverted", &["inverted"], |data, random| {
-        scale(data, random.random_range(4..60), -1.0);
+        scale(data, random.random_range(8..56), -1.0);
         true
     }),
     fault("an element dead", &["dead"], |data, random| {
-        scale(data, random.random_range(4..60), 0.0);
+        scale(data, random.random_range(8..56), 0.0);
         true
     }),
     fault("an element 12 dB weak", &["weak"], |data, random| {
-        scale(data, random.random_range(4..60), 0.25);
+        scale(data, random.random_range(8..56), 0.25);
         true
     }),
     fault(
         "an element with noise of 10 times its power",
         &["noisy"],
         |data, random| {
-            let m = random.random_range(4..60);
+            let m = random.random_range(8..56);
             let mut own = rf(data).index_axis_mut(Axis(2), m).to_owned();
             let power = own.iter().map(|v| v * v).sum::<f32>() / own.len() as f32;
             own.mapv_inplace(|v| v + (10.0 * power).sqrt() * complex_gaussian(random).re as f32);
@@ -89,7 +89,7 @@ pub const FAULTS: &[Fault] = &[
         },
     ),
     fault("an element saturated", &["saturated"], |data, random| {
-        let m = random.random_range(4..60);
+        let m = random.random_range(8..56);
         clip(&mut rf(data).index_axis_mut(Axis(2), m));
         true
     }),
