@@ -12,7 +12,7 @@ use crate::table::{Table, View, Wave};
 
 /// Gain of the score from which an alternative is named.
 const GAIN: f64 = 0.07;
-/// Least gain of a small change, if it is that of all lines by so many standard deviations of their mean.
+/// Least gain of a small change, and the standard deviations by which the lines' mean gain exceeds 0.
 const LEAST: f64 = 0.02;
 const SURE: f64 = 3.0;
 /// Cosine of the phase from which neighbouring transmits are of opposite polarity.

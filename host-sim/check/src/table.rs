@@ -335,26 +335,14 @@ impl Table {
         table
     }
 
-    /// Mean coherence of elements a lag of one apart, −1 to 1.
-    ///
-    /// Strong echoes count more, by the root of their power.
+    /// Mean coherence of neighbouring elements, −1 to 1.
     pub fn coherence(&self) -> f64 {
-        let (mut shared, mut all) = (0.0, 0.0);
-        for block in &self.blocks {
-            let power = block.total();
-            if power > 0.0 {
-                shared += f64::from(block.next().re) / power.sqrt();
-                all += power.sqrt();
-            }
-        }
-        if all > 0.0 { shared / all } else { 0.0 }
+        coherence(&self.blocks)
     }
 
     /// Mean coherence of neighbouring transmits; `None` of a single one, or if each has its line.
     pub fn transmit_coherence(&self) -> Option<f64> {
-        let power: f64 = self.transmits.iter().map(|pair| pair.1).sum();
-        let sum: f64 = self.transmits.iter().map(|pair| pair.0.re).sum();
-        (power > 0.0).then(|| sum / power)
+        transmit_coherence(&self.blocks)
     }
 
     /// Power of the echoes that neighbouring elements have in common, also of those beside the lines.
@@ -372,30 +360,42 @@ impl Table {
         self.blocks.iter().map(of).sum()
     }
 
-    /// What alternatives are compared by: the coherence of elements and of transmits.
+    /// The coherence of elements and of transmits, by which alternatives are compared.
     pub fn score(&self) -> f64 {
-        self.coherence() + self.transmit_coherence().unwrap_or(0.0)
+        score(&self.blocks)
     }
 
     /// The score of each line.
     pub fn scores(&self) -> Vec<f64> {
-        let of = |blocks: &[Block]| {
-            let (mut shared, mut all, mut sent, mut power) = (0.0, 0.0, 0.0, 0.0);
-            for block in blocks.iter().filter(|block| block.total() > 0.0) {
-                let root = block.total().sqrt();
-                shared += f64::from(block.next().re) / root;
-                all += root;
-                for (product, own) in &block.transmits {
-                    sent += f64::from(product.re);
-                    power += f64::from(*own);
-                }
-            }
-            let share = |part: f64, whole: f64| if whole > 0.0 { part / whole } else { 0.0 };
-            share(shared, all) + share(sent, power)
-        };
         let lines = self.blocks.chunk_by(|a, b| a.line == b.line);
-        lines.map(of).collect()
+        lines.map(score).collect()
     }
+}
+
+/// Strong echoes count more, by the root of their power.
+fn coherence(blocks: &[Block]) -> f64 {
+    let (mut shared, mut all) = (0.0, 0.0);
+    for block in blocks {
+        let power = block.total();
+        if power > 0.0 {
+            shared += f64::from(block.next().re) / power.sqrt();
+            all += power.sqrt();
+        }
+    }
+    if all > 0.0 { shared / all } else { 0.0 }
+}
+
+fn transmit_coherence(blocks: &[Block]) -> Option<f64> {
+    let (mut shared, mut all) = (0.0, 0.0);
+    for (product, power) in blocks.iter().flat_map(|block| &block.transmits) {
+        shared += f64::from(product.re);
+        all += f64::from(*power);
+    }
+    (all > 0.0).then(|| shared / all)
+}
+
+fn score(blocks: &[Block]) -> f64 {
+    coherence(blocks) + transmit_coherence(blocks).unwrap_or(0.0)
 }
 
 fn parts(active: &std::ops::Range<usize>) -> Vec<Part> {

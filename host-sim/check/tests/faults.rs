@@ -60,7 +60,7 @@ fn a_shift_of_time_is_measured_with_its_sign() {
             .iter()
             .find(|finding| finding.name == "time-zero")
             .unwrap_or_else(|| panic!("{found:#?}"));
-        // What mends it, and by how much echoes are too deep before.
+        // The correction of t0, and the error of depth without it.
         let (value, depth) = (found.value.expect("us"), found.shift_mm.expect("mm"));
         assert!((value + 1e6 * shift).abs() < 0.1, "{found}");
         assert!((depth - 1e3 * shift * data.c / 2.0).abs() < 0.1, "{found}");

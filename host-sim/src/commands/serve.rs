@@ -16,7 +16,6 @@ use super::surface_files::Overlay;
 use crate::flags::Flags;
 use crate::{Error, Result};
 use bonebeam_drive::config::Surface;
-use bonebeam_drive::image::BModeImage;
 use bonebeam_files::terminal::{print, remark};
 use bonebeam_tracked::{
     Euler, Finder, Image, Live, Matrix, Message, apply, image_content, point_content,
@@ -79,7 +78,7 @@ Examples:
   host-sim serve --calibration PlusConfiguration.xml --to Reference
   host-sim serve --connect localhost:18944 --port 18945 --device Image_Reference";
 
-/// What is sent for a picture.
+/// An answer to a picture.
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
 enum Answer {
     /// POLYDATA Bone: the surface as lines, with the confidence of each point
@@ -398,13 +397,7 @@ fn answers(
         .zip(corner)
         .for_each(|(row, value)| row[3] = value);
     let drawn = |pixels: Array2<f32>, fan, colour| {
-        let picture = BModeImage {
-            pixels,
-            x0: 0.0,
-            z0: 0.0,
-            pixel: finder.pixel(),
-            angles: None,
-        };
+        let picture = finder.image(pixels);
         Overlay::of(&picture, fan, &found.points, colour).pixels
     };
     let answer = |answer: &Answer| {

@@ -13,7 +13,6 @@ use crate::progress::Progress;
 use crate::provenance::Snapshot;
 use crate::{Error, Result};
 use bonebeam_drive::config::Surface;
-use bonebeam_drive::image::BModeImage;
 use bonebeam_files::atomic::{Outputs, check_outputs};
 use bonebeam_files::image;
 use bonebeam_files::terminal::{print, remark, short};
@@ -180,13 +179,7 @@ fn overlay(sequence: &Sequence, track: &Track, settings: &Settings) -> Result<Ov
     let encoded = sequence.reader()?.frame(frame)?;
     let pixels = finder.part_of(sequence.picture(encoded)?);
     let found = finder.search(&pixels)?;
-    let picture = BModeImage {
-        pixels,
-        x0: 0.0,
-        z0: 0.0,
-        pixel: finder.pixel(),
-        angles: None,
-    };
+    let picture = finder.image(pixels);
     Ok(Overlay::of(
         &picture,
         found.fan.as_ref(),

@@ -263,7 +263,7 @@ pub fn point_content(points: &[CloudPoint], owner: &str) -> Vec<u8> {
     content
 }
 
-/// The content of a POLYDATA: a line for each piece of so many points, and the confidence of each point.
+/// The content of a POLYDATA: a line for each piece, of `pieces` points, and the confidence of each point.
 pub fn polydata_content(points: &[CloudPoint], pieces: &[usize]) -> Vec<u8> {
     let mut first = 0;
     // A piece of one point is a vertex.

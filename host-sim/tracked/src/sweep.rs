@@ -7,6 +7,7 @@ use ndarray::{Array2, ArrayView2, Slice};
 use rayon::prelude::*;
 
 use bonebeam_drive::config::Surface;
+use bonebeam_drive::image::BModeImage;
 use bonebeam_drive::surface::{Picture, PictureFan, PictureSurface, of_picture};
 
 use crate::cloud::{Axes, CloudPoint, join, set_normals, unit};
@@ -257,9 +258,15 @@ impl Finder {
         Ok(())
     }
 
-    /// Distances of columns and of rows, m.
-    pub fn pixel(&self) -> [f64; 2] {
-        self.pixel
+    /// A searched part as an image from its own top left.
+    pub fn image(&self, pixels: Array2<f32>) -> BModeImage {
+        BModeImage {
+            pixels,
+            x0: 0.0,
+            z0: 0.0,
+            pixel: self.pixel,
+            angles: None,
+        }
     }
 
     /// First column and row, columns and rows of the searched part.
