@@ -17,7 +17,7 @@ use bonebeam_files::atomic::{Outputs, check_outputs};
 use bonebeam_files::image;
 use bonebeam_files::terminal::{print, remark, short};
 use bonebeam_tracked::{
-    Cloud, Finder, Sequence, Settings, Space, Track, add_cloud_to, check_name, sweep, views,
+    Cloud, Delay, Finder, Sequence, Settings, Space, Track, add_cloud_to, check_name, sweep, views,
 };
 
 /// Find the bone surface in a tracked sweep.
@@ -63,6 +63,13 @@ pub struct Arguments {
     #[arg(long, value_name = "M", default_value_t = 0.0001)]
     join: f64,
 
+    /// Delay of the pictures behind the poses, in the unit of the timestamps (s by PLUS), or `estimate`
+    ///
+    /// A picture of time t has the pose of t minus the delay, interpolated between frames. The estimate is the delay at
+    /// which passes over the same bone agree best, within eight frames; a sweep without such passes is refused.
+    #[arg(long, value_name = "TIME|estimate", value_parser = parse_delay, default_value = "0")]
+    delay: Delay,
+
     /// Also write a picture of the points from three sides: x and y, x and z, y and z
     #[arg(long, value_name = "VIEWS.png")]
     image: Option<PathBuf>,
@@ -87,6 +94,14 @@ Examples:
   host-sim sweep sweep.seq.nrrd --calibration ImageToProbe.json --to Tracker -o bone.mrk.json
   host-sim sweep UltrasoundImages --poses tracking.csv --euler xyz --pose-unit mm --angle-unit degrees \\
       --calibration 26.4,-0.5,128.0,92.5,-0.5,179.2 --pixel-size 0.00005392 --space LPS -o bone.ply";
+
+fn parse_delay(text: &str) -> std::result::Result<Delay, String> {
+    match (text, text.parse::<f64>()) {
+        ("estimate", _) => Ok(Delay::Estimated),
+        (_, Ok(delay)) if delay.is_finite() => Ok(Delay::Known(delay)),
+        _ => Err("expected a time or estimate".into()),
+    }
+}
 
 /// Runs the command.
 ///
@@ -145,6 +160,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
         frames: range.step_by(arguments.every as usize).collect(),
         crop: arguments.place.part(),
         join: mm("join", arguments.join)?,
+        delay: arguments.delay,
     };
     let bar = Progress::new("searching", 1000);
     let cloud = sweep(&sequence, &track, &settings, &|share| {
@@ -153,6 +169,15 @@ pub fn run(arguments: Arguments) -> Result<()> {
     bar.clear();
     let cloud = cloud?;
     snapshot.check()?;
+    if let Some([delay, deviation]) = cloud.delay {
+        let within = 1.96 * deviation;
+        remark(&format!(
+            "{}: pictures are {delay:.4} behind their poses, {:.4} to {:.4}",
+            arguments.input.display(),
+            delay - within,
+            delay + within
+        ));
+    }
 
     let space = if arguments.space == "LPS" {
         Space::Lps

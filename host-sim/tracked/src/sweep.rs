@@ -11,6 +11,7 @@ use bonebeam_drive::image::BModeImage;
 use bonebeam_drive::surface::{Picture, PictureFan, PictureSurface, of_picture};
 
 use crate::cloud::{Axes, CloudPoint, join, set_normals, unit};
+use crate::delay::{Delay, estimate};
 use crate::sequence::{Encoded, Sequence};
 use crate::track::Track;
 use crate::transforms::{Matrix, apply};
@@ -32,6 +33,8 @@ pub struct Settings {
     pub crop: Option<[usize; 4]>,
     /// Distance within which points of different frames are one, mm; 0 joins none.
     pub join: f64,
+    /// Delay of the pictures behind the poses.
+    pub delay: Delay,
 }
 
 /// The bone surface of a sweep.
@@ -49,6 +52,8 @@ pub struct Cloud {
     pub joined: usize,
     /// The fan, m from the first pixel's centre; `None` if columns are lines.
     pub fan: Option<PictureFan>,
+    /// The delay that was estimated and its standard deviation, in the unit of the timestamps.
+    pub delay: Option<[f64; 2]>,
 }
 
 /// Finds the bone in the frames of a sweep.
@@ -68,20 +73,57 @@ pub fn sweep(
     if sequence.content.is_lines() {
         return Err(own("holds lines of RF; a sweep needs pictures"));
     }
-    let mut cloud = Cloud {
-        target: track.target.clone(),
-        ..Cloud::default()
+    let known = match settings.delay {
+        Delay::Known(delay) if delay != 0.0 => Some(track.delayed(sequence, delay)?),
+        Delay::Known(_) | Delay::Estimated => None,
     };
+    let mut track = known.as_ref().unwrap_or(track);
     let frames = track.usable(&settings.frames);
+    let finder = Finder::new(sequence, track, settings, &frames)?;
+    let surfaces = search(sequence, &finder, &frames, progress)?;
+    let estimated;
+    let mut delay = None;
+    if settings.delay == Delay::Estimated {
+        let found = estimate(sequence, track, &finder, &surfaces)?;
+        delay = Some(found);
+        estimated = track.delayed(sequence, found[0])?;
+        track = &estimated;
+    }
+    let mut points: Vec<CloudPoint> = placed(track, &finder, &surfaces).concat();
+    let joined = join(&mut points, settings.join);
+    set_normals(&mut points, |frame| axes(track, frame));
+    let mut left_out = BTreeMap::new();
     let poses = settings
         .frames
         .iter()
         .filter_map(|&frame| track.poses.get(frame));
     for reason in poses.filter_map(|pose| pose.as_ref().err()) {
-        *cloud.left_out.entry(reason.clone()).or_default() += 1;
+        *left_out.entry(reason.clone()).or_default() += 1;
     }
-    let finder = Finder::new(sequence, track, settings, &frames)?;
-    cloud.fan = finder.surface.fan;
+    let searched = surfaces
+        .iter()
+        .filter(|(frame, _)| track.poses[*frame].is_ok());
+    let with = searched
+        .clone()
+        .filter(|(_, found)| !found.points.is_empty());
+    Ok(Cloud {
+        target: track.target.clone(),
+        searched: [searched.clone().count(), with.count()],
+        left_out,
+        joined,
+        points,
+        fan: finder.surface.fan,
+        delay,
+    })
+}
+
+/// The surface in each of the frames.
+fn search(
+    sequence: &Sequence,
+    finder: &Finder,
+    frames: &[(usize, Matrix)],
+    progress: &(dyn Fn(f64) + Sync),
+) -> Result<Vec<(usize, PictureSurface)>> {
     let at_a_time = AHEAD * rayon::current_num_threads();
     let mut reader = sequence.reader()?;
     let mut blocks = frames.chunks(at_a_time);
@@ -92,6 +134,7 @@ pub fn sweep(
             .map(|(frame, _)| reader.frame(*frame))
             .collect()
     };
+    let mut surfaces = Vec::with_capacity(frames.len());
     let mut block = blocks.next();
     let mut encoded = read(block)?;
     while let Some(own) = block {
@@ -99,39 +142,40 @@ pub fn sweep(
         let (found, ahead) = rayon::join(
             || {
                 let frames = own.par_iter().zip(encoded);
-                let found = frames.map(|((frame, pose), encoded)| {
+                let found = frames.map(|((frame, _), encoded)| {
                     let found = finder.search(&finder.part_of(sequence.picture(encoded)?))?;
-                    Ok(finder.points(&found, *frame, pose))
+                    Ok((*frame, found))
                 });
                 found.collect::<Result<Vec<_>>>()
             },
             || read(next),
         );
-        for points in found? {
-            cloud.searched[0] += 1;
-            cloud.searched[1] += usize::from(!points.is_empty());
-            cloud.points.extend(points);
-        }
-        progress(cloud.searched[0] as f64 / frames.len() as f64);
+        surfaces.extend(found?);
+        progress(surfaces.len() as f64 / frames.len() as f64);
         (block, encoded) = (next, ahead?);
     }
-    cloud.joined = join(&mut cloud.points, settings.join);
-    let axes: BTreeMap<usize, Axes> = frames
-        .iter()
-        .map(|(frame, pose)| (*frame, axes(pose)))
-        .collect();
-    let none = Axes {
-        across: [0.0; 3],
-        down: [0.0; 3],
-    };
-    set_normals(&mut cloud.points, |frame| {
-        axes.get(&frame).copied().unwrap_or(none)
-    });
-    Ok(cloud)
+    Ok(surfaces)
 }
 
-fn axes(pose: &Matrix) -> Axes {
-    let column = |k: usize| unit([0, 1, 2].map(|row| pose[row][k]));
+/// The points of each surface in space, by the poses of a track, without normals.
+pub(crate) fn placed(
+    track: &Track,
+    finder: &Finder,
+    surfaces: &[(usize, PictureSurface)],
+) -> Vec<Vec<CloudPoint>> {
+    let of = |(frame, found): &(usize, PictureSurface)| match &track.poses[*frame] {
+        Ok(pose) => finder.points(found, *frame, pose),
+        Err(_) => Vec::new(),
+    };
+    surfaces.iter().map(of).collect()
+}
+
+/// Directions of a frame's picture; 0 without a pose.
+pub(crate) fn axes(track: &Track, frame: usize) -> Axes {
+    let column = |k: usize| match &track.poses[frame] {
+        Ok(pose) => unit([0, 1, 2].map(|row| pose[row][k])),
+        Err(_) => [0.0; 3],
+    };
     Axes {
         across: column(0),
         down: column(1),
