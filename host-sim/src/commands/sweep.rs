@@ -10,7 +10,7 @@ use super::sequence::{PlaceArguments, SequenceArguments};
 use super::surface_files::Overlay;
 use crate::flags::Flags;
 use crate::progress::Progress;
-use crate::provenance::Snapshot;
+use crate::provenance::{PROGRAM, Snapshot};
 use crate::{Error, Result};
 use bonebeam_drive::config::Surface;
 use bonebeam_files::atomic::{Outputs, check_outputs};
@@ -26,7 +26,8 @@ use bonebeam_tracked::{
 ///
 /// SEQUENCE is a file of PLUS or 3D Slicer (.mha, .nrrd), or a folder of PNGs with a table of poses. A point of a
 /// picture (column, row, 0, 1) is mapped by ImageToProbe and the sequence's transforms. Frames without a picture, with
-/// a pose that is missing or not OK, and frames that jump are left out and counted.
+/// a pose that is missing or not OK, and frames that jump are left out and counted. An interrupted run of more than ten
+/// seconds resumes from BONE.ply.partial.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES, allow_negative_numbers = true)]
 pub struct Arguments {
@@ -155,12 +156,15 @@ pub fn run(arguments: Arguments) -> Result<()> {
         jump,
     )?;
     let range = FrameRange::of(arguments.frames.as_ref(), sequence.frames.len())?;
+    let mut partial = arguments.output.clone().into_os_string();
+    partial.push(".partial");
     let settings = Settings {
         surface: section,
         frames: range.step_by(arguments.every as usize).collect(),
         crop: arguments.place.part(),
         join: mm("join", arguments.join)?,
         delay: arguments.delay,
+        partial: Some((partial.into(), PROGRAM)),
     };
     let bar = Progress::new("searching", 1000);
     let cloud = sweep(&sequence, &track, &settings, &|share| {
@@ -225,8 +229,12 @@ fn summary(cloud: &Cloud, space: Space) -> String {
         true => "none".to_owned(),
         false => left_out.join(", "),
     };
+    let resumed = match cloud.resumed {
+        0 => String::new(),
+        resumed => format!(" ({resumed} of them from an interrupted run)"),
+    };
     format!(
-        "{} points of bone in {with} of {searched} frames, in the frame {} ({}), {} joined; left out: {left_out}; lines are {}",
+        "{} points of bone in {with} of {searched} frames{resumed}, in the frame {} ({}), {} joined; left out: {left_out}; lines are {}",
         cloud.points.len(),
         cloud.target,
         space.name(),
