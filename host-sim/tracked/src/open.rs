@@ -36,7 +36,7 @@ impl Sequence {
         let bytes = beginning(path).map_err(wrong)?;
         let kind = Kind::of(&bytes);
         let kind = kind.ok_or_else(|| {
-            wrong("is no tracked sequence (.mha, .nrrd, DICOM or a folder)".into())
+            wrong("is no tracked sequence (.mha, .nrrd, DICOM, zea's HDF5 or a folder)".into())
         })?;
         if let Kind::Dicom = kind {
             return Self::of_dicom(path, dicom::read(path).map_err(wrong)?, poses);

@@ -8,10 +8,12 @@ use rayon::prelude::*;
 
 use bonebeam_drive::config::Surface;
 use bonebeam_drive::image::BModeImage;
-use bonebeam_drive::surface::{Picture, PictureFan, PictureSurface, of_picture};
+use bonebeam_drive::surface::{
+    FrameSurface, Picture, PictureFan, PictureSurface, SurfacePoint, of_picture,
+};
 
 use crate::cloud::{Axes, CloudPoint, join, set_normals, unit};
-use crate::sequence::{Encoded, Sequence};
+use crate::sequence::{Encoded, RECORDING_PIXEL, Sequence};
 use crate::track::Track;
 use crate::transforms::{Matrix, apply};
 use crate::{Error, Result};
@@ -68,18 +70,8 @@ pub fn sweep(
     if sequence.content.is_lines() {
         return Err(own("holds lines of RF; a sweep needs pictures"));
     }
-    let mut cloud = Cloud {
-        target: track.target.clone(),
-        ..Cloud::default()
-    };
+    let mut cloud = Cloud::of(track, &settings.frames);
     let frames = track.usable(&settings.frames);
-    let poses = settings
-        .frames
-        .iter()
-        .filter_map(|&frame| track.poses.get(frame));
-    for reason in poses.filter_map(|pose| pose.as_ref().err()) {
-        *cloud.left_out.entry(reason.clone()).or_default() += 1;
-    }
     let finder = Finder::new(sequence, track, settings, &frames)?;
     cloud.fan = finder.surface.fan;
     let at_a_time = AHEAD * rayon::current_num_threads();
@@ -107,27 +99,87 @@ pub fn sweep(
             },
             || read(next),
         );
-        for points in found? {
-            cloud.searched[0] += 1;
-            cloud.searched[1] += usize::from(!points.is_empty());
-            cloud.points.extend(points);
-        }
+        found?.into_iter().for_each(|points| cloud.add(points));
         progress(cloud.searched[0] as f64 / frames.len() as f64);
         (block, encoded) = (next, ahead?);
     }
-    cloud.joined = join(&mut cloud.points, settings.join);
-    let axes: BTreeMap<usize, Axes> = frames
-        .iter()
-        .map(|(frame, pose)| (*frame, axes(pose)))
-        .collect();
-    let none = Axes {
-        across: [0.0; 3],
-        down: [0.0; 3],
-    };
-    set_normals(&mut cloud.points, |frame| {
-        axes.get(&frame).copied().unwrap_or(none)
-    });
+    cloud.finish(&frames, settings.join);
     Ok(cloud)
+}
+
+impl Cloud {
+    /// No points yet, and the frames that are left out.
+    fn of(track: &Track, frames: &[usize]) -> Self {
+        let mut left_out = BTreeMap::new();
+        let poses = frames.iter().filter_map(|&frame| track.poses.get(frame));
+        for reason in poses.filter_map(|pose| pose.as_ref().err()) {
+            *left_out.entry(reason.clone()).or_default() += 1;
+        }
+        Self {
+            target: track.target.clone(),
+            left_out,
+            ..Self::default()
+        }
+    }
+
+    /// The cloud of surfaces in frames of a recording, in the coordinates of its array; `starts` are those of its beams.
+    pub fn of_surfaces(
+        track: &Track,
+        (frames, join): (&[usize], f64),
+        surfaces: &[FrameSurface],
+        starts: &[[f64; 2]],
+    ) -> Self {
+        let mut cloud = Self::of(track, frames);
+        let frames = track.usable(frames);
+        for (frame, pose) in &frames {
+            let place = |x: f64, z: f64| {
+                apply(
+                    pose,
+                    [x, z, 0.0].map(|metres| 1e3 * metres / RECORDING_PIXEL),
+                )
+            };
+            let point = |point: &SurfacePoint| {
+                let position = place(point.x, point.z);
+                let [x, z] = starts.get(point.line).copied().unwrap_or([point.x, 0.0]);
+                CloudPoint {
+                    position,
+                    normal: [0.0; 3],
+                    path: crate::cloud::sub(position, place(x, z)),
+                    confidence: point.confidence,
+                    frame: *frame,
+                    line: point.line,
+                }
+            };
+            if let Some(own) = surfaces.iter().find(|own| own.frame == *frame) {
+                cloud.add(own.points.iter().map(point).collect());
+            }
+        }
+        cloud.finish(&frames, join);
+        cloud
+    }
+
+    /// Adds the points of a searched frame.
+    fn add(&mut self, points: Vec<CloudPoint>) {
+        self.searched[0] += 1;
+        self.searched[1] += usize::from(!points.is_empty());
+        self.points.extend(points);
+    }
+
+    /// Joins points within a distance in mm, and finds their normals.
+    fn finish(&mut self, frames: &[(usize, Matrix)], distance: f64) {
+        self.joined = join(&mut self.points, distance);
+        let axes: BTreeMap<usize, Axes> = frames
+            .iter()
+            .map(|(frame, pose)| (*frame, axes(pose)))
+            .collect();
+        let none = Axes {
+            across: [0.0; 3],
+            down: [0.0; 3],
+        };
+        set_normals(&mut self.points, |frame| {
+            axes.get(&frame).copied().unwrap_or(none)
+        });
+    }
 }
 
 fn axes(pose: &Matrix) -> Axes {
@@ -190,6 +242,7 @@ impl Finder {
             finder.show(&sequence.picture(reader.frame(*frame)?)?);
         }
         finder.settle()?;
+        sequence.check_levels(&(&finder.brightest * finder.scale))?;
         Ok(finder)
     }
 
@@ -313,7 +366,7 @@ impl Finder {
                 [column + self.part[0] as f64, row + self.part[1] as f64, 0.0],
             )
         };
-        let point = |point: &bonebeam_drive::surface::SurfacePoint| {
+        let point = |point: &SurfacePoint| {
             let [x, z] = [point.x, point.z];
             let start = match &found.fan {
                 Some(fan) => fan.at(fan.radii[0], (x - fan.x).atan2(z - fan.z)),
