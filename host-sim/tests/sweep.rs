@@ -2,11 +2,12 @@
 
 use crate::common;
 
+use std::f64::consts::PI;
 use std::fs;
 use std::path::Path;
 
 use bonebeam_files::image;
-use bonebeam_tracked::{Matrix, apply, inverse, product};
+use bonebeam_tracked::{IDENTITY, Matrix, apply, inverse, product};
 use common::program::{Folder, program, run, succeeded};
 use ndarray::Array2;
 use rand::rngs::ChaCha8Rng;
@@ -92,13 +93,11 @@ fn image_to_reference(frame: usize) -> Matrix {
 }
 
 /// Speckle, with an echo of 0.25 mm on the shaft and a shadow below it.
-fn picture(frame: usize) -> Vec<u8> {
+fn picture(frame: usize, matrix: &Matrix) -> Vec<u8> {
     let mut rng = ChaCha8Rng::seed_from_u64(59 + frame as u64);
-    let matrix = image_to_reference(frame);
     let mut pixels = vec![0; ROWS * COLUMNS];
     for column in 0..COLUMNS {
-        let depth =
-            |row: f64| length(from_axis(apply(&matrix, [column as f64, row, 0.0]))) - RADIUS;
+        let depth = |row: f64| length(from_axis(apply(matrix, [column as f64, row, 0.0]))) - RADIUS;
         let bone = (0..ROWS)
             .map(|row| row as f64)
             .find(|row| depth(*row) < 0.0);
@@ -125,18 +124,29 @@ fn text(matrix: &Matrix) -> String {
 
 /// The sweep as PLUS writes it, and its configuration.
 fn folder() -> TempDir {
+    let noted = |k: usize| {
+        let mut pose = image_to_reference(k);
+        pose[1][3] += if k == JUMP { 30.0 } else { 0.0 };
+        pose
+    };
+    folder_of(FRAMES, image_to_reference, noted)
+}
+
+/// Pictures by their poses, and the poses that are written.
+fn folder_of(
+    count: usize,
+    true_pose: impl Fn(usize) -> Matrix,
+    noted: impl Fn(usize) -> Matrix,
+) -> TempDir {
     let folder = tempdir().unwrap();
     let mut header = format!(
         "ObjectType = Image\nNDims = 3\nBinaryData = True\nCompressedData = False\n\
-         DimSize = {COLUMNS} {ROWS}                {FRAMES} \nElementSpacing = 1 1 1\nElementType = MET_UCHAR\n\
+         DimSize = {COLUMNS} {ROWS}                {count} \nElementSpacing = 1 1 1\nElementType = MET_UCHAR\n\
          Kinds = domain domain               list\nUltrasoundImageOrientation = MFA\n"
     );
     let to_image = inverse(&calibration()).unwrap();
-    for k in 0..FRAMES {
-        let mut probe = product(&reference(), &product(&image_to_reference(k), &to_image));
-        if k == JUMP {
-            probe[1][3] += 30.0;
-        }
+    for k in 0..count {
+        let probe = product(&reference(), &product(&noted(k), &to_image));
         let status = if k == LOST { "OUT_OF_VIEW" } else { "OK" };
         let valid = if k == EMPTY { "INVALID" } else { "OK" };
         let of = |name: &str, matrix: &Matrix, status: &str| {
@@ -149,7 +159,7 @@ fn folder() -> TempDir {
         header += &format!("Seq_Frame{k:04}_ImageStatus = {valid}\n");
     }
     header += "ElementDataFile = LOCAL\n";
-    let pixels: Vec<u8> = (0..FRAMES).flat_map(picture).collect();
+    let pixels: Vec<u8> = (0..count).flat_map(|k| picture(k, &true_pose(k))).collect();
     fs::write(
         folder.path().join("sweep.igs.mha"),
         [header.as_bytes(), &pixels].concat(),
@@ -275,7 +285,10 @@ fn a_folder_of_pngs_gives_the_points_of_the_same_sweep() {
     fs::create_dir(&pngs).unwrap();
     let mut table = "file,tx,ty,tz,qw,qx,qy,qz\n".to_owned();
     for k in 0..6 {
-        let levels: Vec<f32> = picture(k).into_iter().map(f32::from).collect();
+        let levels: Vec<f32> = picture(k, &image_to_reference(k))
+            .into_iter()
+            .map(f32::from)
+            .collect();
         let picture = Array2::from_shape_vec((ROWS, COLUMNS), levels).unwrap();
         image::write(&picture, &pngs.join(format!("{k}.png"))).unwrap();
         let to_image = inverse(&calibration()).unwrap();
@@ -308,6 +321,37 @@ fn a_folder_of_pngs_gives_the_points_of_the_same_sweep() {
         assert_eq!(a[..2], b[..2]);
         assert!((2..5).all(|k| (a[k] - b[k]).abs() < 2e-4), "{a:?} {b:?}");
     }
+}
+
+#[test]
+fn a_delay_is_taken_away_and_estimated_by_passes_over_the_same_bone() {
+    // To and fro across the shaft, 5 mm in 24 frames; poses of 0.08 s later.
+    let at = |k: f64| {
+        let mut sideways = IDENTITY;
+        sideways[0][3] = 5.0 / PIXEL * (k * std::f64::consts::TAU / 24.0).sin();
+        product(&image_to_reference(12), &sideways)
+    };
+    let folder = folder_of(72, |k| at(k as f64), |k| at(k as f64 + 0.08 / 0.05));
+    let common = "sweep sweep.igs.mha --calibration plus.xml --join 0 --min-confidence 0.3";
+    let mean = |name: &str| {
+        let rows = rows(&folder.path().join(name));
+        let off = rows
+            .iter()
+            .map(|row| (length(from_axis([2, 3, 4].map(|k| row[k]))) - RADIUS).abs());
+        off.sum::<f64>() / rows.len() as f64
+    };
+    folder.works(&format!("{common} -o late.csv"));
+    folder.works(&format!("{common} --delay 0.08 -o known.csv"));
+    let (status, message) = run(&folder, &format!("{common} --delay estimate -o found.csv"));
+    assert_eq!(status, 0, "{message}");
+    let [late, known, found] = ["late.csv", "known.csv", "found.csv"].map(mean);
+    assert!(
+        late > 0.5 && known < 0.15 && found < 0.15,
+        "{late} {known} {found}"
+    );
+    let number = message.split("pictures are ").nth(1).expect(&message);
+    let number: f64 = number.split(' ').next().unwrap().parse().unwrap();
+    assert!((number - 0.08).abs() < 0.01, "{message}");
 }
 
 #[test]
@@ -361,6 +405,8 @@ sweep.igs.mha -o a.ply --calibration plus.xml --frames 5 | 1 | no frame with a p
 sweep.igs.mha -o a.ply --calibration plus.xml --frames 30 | 2 | frames 0 to 23
 sweep.igs.mha -o a.ply --calibration plus.xml --sweep-step 0.001 | 2 | --sweep-step
 sweep.igs.mha -o a.ply --calibration plus.xml --join 3 | 2 | --join is 3
+sweep.igs.mha -o a.ply --calibration plus.xml --delay soon | 2 | expected a time or estimate
+sweep.igs.mha -o a.ply --calibration plus.xml --delay estimate | 1 | passes too seldom
 sweep.igs.mha -o a.ply --calibration plus.xml --euler abc | 2 | xyz";
 
 /// A recording of zea with poses of the probe: the points of its frames, at the poses of their middles.
@@ -375,7 +421,9 @@ fn a_recording_with_poses_is_a_sweep() {
     folder.works("surface s.npz -o s.csv");
     // A millisecond between transmits, a pose each 10 ms from -2 ms on; the third frame's middle is after the last.
     let (transmits, step, count) = (16, 1e-3, 4);
-    let q = [0.8, 0.2, -0.4, 0.4];
+    // Of 0.3 rad about x, then a quarter about y.
+    let [sin, cos] = [0.15f64.sin(), 0.15f64.cos()].map(|part| part / 2f64.sqrt());
+    let q = [cos, sin, cos, -sin];
     let position = |k: f64| [0.01 + 0.002 * k, 0.03, -0.05 + 0.001 * k];
     let file = rust_hdf5::H5File::open_rw(folder.path().join("s.hdf5")).unwrap();
     let put = |name: &str, shape: &[usize], values: Vec<f64>| {
@@ -432,21 +480,7 @@ fn a_recording_with_poses_is_a_sweep() {
         found.len(),
         surface.len()
     );
-    let [w, x, y, z] = q;
-    let turn = |[a, b, c]: [f64; 3]| {
-        // v + 2 w (u x v) + 2 u x (u x v)
-        let cross = |p: [f64; 3], q: [f64; 3]| {
-            [
-                p[1] * q[2] - p[2] * q[1],
-                p[2] * q[0] - p[0] * q[2],
-                p[0] * q[1] - p[1] * q[0],
-            ]
-        };
-        let u = [x, y, z];
-        let once = cross(u, [a, b, c]);
-        let twice = cross(u, once);
-        [0, 1, 2].map(|k| [a, b, c][k] + 2.0 * w * once[k] + 2.0 * twice[k])
-    };
+    let turn = |[a, b, c]: [f64; 3]| apply(&pose([0.3, PI / 2.0, 0.0], [0.0; 3]), [a, b, c]);
     for (found, own) in found.iter().zip(&surface) {
         let middle = step * (own[0] * transmits as f64 + (transmits - 1) as f64 / 2.0);
         let from = position((middle + 2e-3) / 0.01);

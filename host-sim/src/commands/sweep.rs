@@ -23,7 +23,7 @@ use bonebeam_files::terminal::{print, remark, short};
 use bonebeam_files::{image, input};
 use bonebeam_formats::RecordingFile;
 use bonebeam_tracked::{
-    Cloud, Finder, Sequence, Settings, Space, Track, add_cloud_to, check_name, sweep, views,
+    Cloud, Delay, Finder, Sequence, Settings, Space, Track, add_cloud_to, check_name, sweep, views,
 };
 
 /// Find the bone surface in a tracked sweep.
@@ -70,6 +70,13 @@ pub struct Arguments {
     #[arg(long, value_name = "M", default_value_t = 0.0001)]
     join: f64,
 
+    /// Delay of the pictures behind the poses, in the unit of the timestamps (s by PLUS), or `estimate`
+    ///
+    /// A picture of time t has the pose of t minus the delay, interpolated between frames. The estimate is the delay at
+    /// which passes over the same bone agree best, within eight frames; a sweep without such passes is refused.
+    #[arg(long, value_name = "TIME|estimate", value_parser = parse_delay, default_value = "0")]
+    delay: Delay,
+
     /// Also write a picture of the points from three sides: x and y, x and z, y and z
     #[arg(long, value_name = "VIEWS.png")]
     image: Option<PathBuf>,
@@ -97,6 +104,14 @@ Examples:
   host-sim sweep sweep.seq.nrrd --calibration ImageToProbe.json --to Tracker -o bone.mrk.json
   host-sim sweep UltrasoundImages --poses tracking.csv --euler xyz --pose-unit mm --angle-unit degrees \\
       --calibration 26.4,-0.5,128.0,92.5,-0.5,179.2 --pixel-size 0.00005392 --space LPS -o bone.ply";
+
+fn parse_delay(text: &str) -> std::result::Result<Delay, String> {
+    match (text, text.parse::<f64>()) {
+        ("estimate", _) => Ok(Delay::Estimated),
+        (_, Ok(delay)) if delay.is_finite() => Ok(Delay::Known(delay)),
+        _ => Err("expected a time or estimate".into()),
+    }
+}
 
 /// Runs the command.
 ///
@@ -164,12 +179,12 @@ pub fn run(arguments: Arguments) -> Result<()> {
         frames: range.step_by(arguments.every as usize).collect(),
         crop: arguments.place.part(),
         join: mm("join", arguments.join)?,
+        delay: arguments.delay,
     };
     let (cloud, drawn) = match is_recording {
         true => {
             config.surface = settings.surface.clone();
-            let (cloud, drawn) = arguments.of_recording(config, &track, &settings, &snapshot)?;
-            (cloud, drawn)
+            arguments.of_recording(config, &track, &settings, &snapshot)?
         }
         false => {
             let bar = Progress::new("searching", 1000);
@@ -181,6 +196,15 @@ pub fn run(arguments: Arguments) -> Result<()> {
         }
     };
     snapshot.check()?;
+    if let Some([delay, deviation]) = cloud.delay {
+        let within = 1.96 * deviation;
+        remark(&format!(
+            "{}: pictures are {delay:.4} behind their poses, {:.4} to {:.4}",
+            arguments.input.display(),
+            delay - within,
+            delay + within
+        ));
+    }
 
     let space = if arguments.space == "LPS" {
         Space::Lps
@@ -209,6 +233,10 @@ impl Arguments {
         settings: &Settings,
         snapshot: &Snapshot,
     ) -> Result<(Cloud, Option<Overlay>)> {
+        if self.delay != Delay::Known(0.0) {
+            let message = "--delay has no effect on a recording, whose poses have times";
+            return Err(Error::Usage(message.into()));
+        }
         config.beamform.method = MethodName::Das;
         config.beamform.resolve();
         config.validate()?;
@@ -228,8 +256,7 @@ impl Arguments {
             &config,
             snapshot,
         )?;
-        let frames = (&settings.frames[..], settings.join);
-        let cloud = Cloud::of_surfaces(track, frames, &found.frames, &found.starts);
+        let cloud = Cloud::of_surfaces(track, settings, &found.frames, &found.starts);
         let points = found.frames.first().map_or(&[][..], |frame| &frame.points);
         let drawn = found.picture.as_ref();
         Ok((

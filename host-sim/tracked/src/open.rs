@@ -209,6 +209,12 @@ impl Kind {
     }
 }
 
+/// Whether a file is DICOM, by its mark.
+pub(crate) fn is_dicom(path: &Path) -> bool {
+    let kind = beginning(path).ok().and_then(|bytes| Kind::of(&bytes));
+    matches!(kind, Some(Kind::Dicom))
+}
+
 /// The first bytes of a file.
 fn beginning(path: &Path) -> std::result::Result<Vec<u8>, String> {
     let file: File = input::open(path).map_err(|e| cannot_be_opened(&e))?;
