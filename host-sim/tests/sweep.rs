@@ -427,7 +427,7 @@ fn a_recording_with_poses_is_a_sweep() {
     let position = |k: f64| [0.01 + 0.002 * k, 0.03, -0.05 + 0.001 * k];
     let file = rust_hdf5::H5File::open_rw(folder.path().join("s.hdf5")).unwrap();
     let put = |name: &str, shape: &[usize], values: Vec<f64>| {
-        let dataset = file.new_dataset::<f64>().shape(shape.to_vec());
+        let dataset = file.new_dataset::<f64>().shape(shape);
         dataset.create(name).unwrap().write_raw(&values).unwrap();
     };
     for name in ["metadata", "metadata/probe_pose"] {

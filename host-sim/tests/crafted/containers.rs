@@ -106,7 +106,7 @@ fn files_of_uff_0_3_name_the_flags_that_open_them() {
         file.create_group(&rate[..k]).unwrap();
     }
     let numbers = |name: String, shape: &[usize], values: &[f64]| {
-        let dataset = file.new_dataset::<f64>().shape(shape.to_vec());
+        let dataset = file.new_dataset::<f64>().shape(shape);
         dataset.create(&name).unwrap().write_raw(values).unwrap();
     };
     let rf: Vec<f64> = (0..8 * 300).map(|n| f64::from(n % 37)).collect();
