@@ -1,21 +1,27 @@
 //! `host-sim sweep`: a tracked sequence → the bone surface in space.
 
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 
+use super::VariableArguments;
 use super::frames::{FrameRange, parse_frames};
 use super::sequence::{PlaceArguments, SequenceArguments};
 use super::surface_files::Overlay;
+use super::surface_inputs::{Found, Source};
+use crate::config::Config;
 use crate::flags::Flags;
 use crate::progress::Progress;
 use crate::provenance::{PROGRAM, Snapshot};
 use crate::{Error, Result};
 use bonebeam_drive::config::Surface;
+use bonebeam_drive::methods::MethodName;
 use bonebeam_files::atomic::{Outputs, check_outputs};
-use bonebeam_files::image;
 use bonebeam_files::terminal::{print, remark, short};
+use bonebeam_files::{image, input};
+use bonebeam_formats::RecordingFile;
 use bonebeam_tracked::{
     Cloud, Delay, Finder, Sequence, Settings, Space, Track, add_cloud_to, check_name, sweep, views,
 };
@@ -24,8 +30,9 @@ use bonebeam_tracked::{
 ///
 /// The points are in the frame of a tracker's reference or of a CT.
 ///
-/// SEQUENCE is a file of PLUS or 3D Slicer (.mha, .nrrd), or a folder of PNGs with a table of poses. A point of a
-/// picture (column, row, 0, 1) is mapped by ImageToProbe and the sequence's transforms. Frames without a picture, with
+/// SEQUENCE is a file of PLUS or 3D Slicer (.mha, .nrrd), a folder of PNGs with a table of poses, or a recording of zea
+/// with poses (probe_pose), which is beamformed by das. A point of a picture (column, row, 0, 1) is mapped by
+/// ImageToProbe and the sequence's transforms; of a recording, x = along the array, z = depth. Frames without a picture, with
 /// a pose that is missing or not OK, and frames that jump are left out and counted. An interrupted run of more than ten
 /// seconds resumes from BONE.ply.partial.
 #[derive(Debug, Args)]
@@ -86,6 +93,9 @@ pub struct Arguments {
     sequence: SequenceArguments,
 
     #[command(flatten)]
+    variables: VariableArguments,
+
+    #[command(flatten)]
     surface: Flags<Surface>,
 }
 
@@ -141,7 +151,16 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let pixel = arguments.place.pixel()?;
 
     let snapshot = Snapshot::of(&arguments.input)?;
-    let sequence = arguments.sequence.open(&arguments.input)?;
+    let mut config = Config::default();
+    arguments.variables.apply(&mut config.variables)?;
+    let is_recording = is_hdf5(&arguments.input);
+    let sequence = match is_recording {
+        true => {
+            let poses = RecordingFile::open(&arguments.input, &config.variables)?.poses()?;
+            Sequence::of_recording(&arguments.input, &poses)
+        }
+        false => arguments.sequence.open(&arguments.input)?,
+    };
     for what in &sequence.assumed {
         remark(&format!("{}: {what}", arguments.input.display()));
     }
@@ -166,12 +185,21 @@ pub fn run(arguments: Arguments) -> Result<()> {
         delay: arguments.delay,
         partial: Some((partial.into(), PROGRAM)),
     };
-    let bar = Progress::new("searching", 1000);
-    let cloud = sweep(&sequence, &track, &settings, &|share| {
-        bar.set((1000.0 * share) as u64, 1000)
-    });
-    bar.clear();
-    let cloud = cloud?;
+    let ((cloud, partial), drawn) = match is_recording {
+        true => {
+            config.surface = settings.surface.clone();
+            let (cloud, drawn) = arguments.of_recording(config, &track, &settings, &snapshot)?;
+            ((cloud, None), drawn)
+        }
+        false => {
+            let bar = Progress::new("searching", 1000);
+            let cloud = sweep(&sequence, &track, &settings, &|share| {
+                bar.set((1000.0 * share) as u64, 1000)
+            });
+            bar.clear();
+            (cloud?, None)
+        }
+    };
     snapshot.check()?;
     if let Some([delay, deviation]) = cloud.delay {
         let within = 1.96 * deviation;
@@ -194,10 +222,62 @@ pub fn run(arguments: Arguments) -> Result<()> {
         image::add_colours_to(&views(&cloud.points), path, &mut outputs)?;
     }
     if let Some(path) = &arguments.overlay {
-        overlay(&sequence, &track, &settings)?.add_to(path, &mut outputs)?;
+        let drawn = drawn.map_or_else(|| overlay(&sequence, &track, &settings), Ok);
+        drawn?.add_to(path, &mut outputs)?;
     }
     outputs.commit()?;
+    if let Some(partial) = partial {
+        partial.finish();
+    }
     print(&format!("{}\n", summary(&cloud, space)))
+}
+
+impl Arguments {
+    /// The bone in the frames of a recording, and the first of them with its surface.
+    fn of_recording(
+        &self,
+        mut config: Config,
+        track: &Track,
+        settings: &Settings,
+        snapshot: &Snapshot,
+    ) -> Result<(Cloud, Option<Overlay>)> {
+        if self.delay != Delay::Known(0.0) {
+            let message = "--delay has no effect on a recording, whose poses have times";
+            return Err(Error::Usage(message.into()));
+        }
+        config.beamform.method = MethodName::Das;
+        config.beamform.resolve();
+        config.validate()?;
+        let of_picture = self
+            .surface
+            .given()
+            .find(|(_, heading)| *heading == "Picture");
+        let of_picture = self.place.given().or(of_picture.map(|(flag, _)| flag));
+        let found = Found::of(
+            &Source {
+                path: &self.input,
+                crop: None,
+                frames: self.frames.as_ref(),
+                drawn: self.overlay.is_some(),
+                of_picture,
+            },
+            &config,
+            snapshot,
+        )?;
+        let cloud = Cloud::of_surfaces(track, settings, &found.frames, &found.starts);
+        let points = found.frames.first().map_or(&[][..], |frame| &frame.points);
+        let drawn = found.picture.as_ref();
+        Ok((
+            cloud,
+            drawn.map(|picture| Overlay::of(picture, None, points, Overlay::colour)),
+        ))
+    }
+}
+
+fn is_hdf5(path: &Path) -> bool {
+    let mut head = [0; 8];
+    let read = input::open(path).and_then(|mut file| file.read_exact(&mut head));
+    read.is_ok() && head == *b"\x89HDF\r\n\x1a\n"
 }
 
 /// The middle one of the searched frames with its surface.

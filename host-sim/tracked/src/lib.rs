@@ -1,4 +1,4 @@
-//! Tracked sweeps: pictures with poses, and the bone surface over them.
+//! Tracked sweeps: pictures with poses, and the bone surface over them; volumes of CT.
 //!
 //! [`Sequence`] reads what PLUS and 3D Slicer write, DICOM, and folders of PNGs with a table of poses. Poses are matrices in
 //! millimetres that act on columns (x, y, z, 1), named by their frames: `ProbeToTracker` maps a point in the probe's
@@ -27,6 +27,7 @@ mod sweep;
 mod track;
 mod transforms;
 mod views;
+mod volume;
 
 pub use bonebeam_files::{Error, Result};
 pub use calibration::Calibration;
@@ -44,3 +45,4 @@ pub use sweep::{Cloud, Finder, Settings, sweep};
 pub use track::Track;
 pub use transforms::{Chain, IDENTITY, Matrix, apply, inverse, name_parts, product};
 pub use views::views;
+pub use volume::Voxels;

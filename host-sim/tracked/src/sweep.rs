@@ -8,13 +8,15 @@ use rayon::prelude::*;
 
 use bonebeam_drive::config::Surface;
 use bonebeam_drive::image::BModeImage;
-use bonebeam_drive::surface::{Picture, PictureFan, PictureSurface, SurfacePoint, of_picture};
+use bonebeam_drive::surface::{
+    FrameSurface, Picture, PictureFan, PictureSurface, SurfacePoint, of_picture,
+};
 use bonebeam_files::{PartialFrames, hash_of_array};
 
 use crate::cloud::{Axes, CloudPoint, join, set_normals, unit};
 use crate::delay::{Delay, estimate};
 use crate::kept;
-use crate::sequence::{Encoded, Sequence};
+use crate::sequence::{Encoded, RECORDING_PIXEL, Sequence};
 use crate::track::Track;
 use crate::transforms::{Matrix, apply};
 use crate::{Error, Result};
@@ -65,7 +67,7 @@ pub struct Cloud {
 /// Finds the bone in the frames of a sweep.
 ///
 /// The fan is found once. Frames are read in order, some ahead, and searched by all threads. `progress` gets the share
-/// that is done.
+/// that is done. Returns also the file that keeps the surfaces, to be finished when the output exists.
 ///
 /// # Errors
 /// Lines in place of pictures, no frame with a pose, a damaged file, or an error of the detector.
@@ -74,7 +76,7 @@ pub fn sweep(
     track: &Track,
     settings: &Settings,
     progress: &(dyn Fn(f64) + Sync),
-) -> Result<Cloud> {
+) -> Result<(Cloud, Option<PartialFrames>)> {
     let own = |message: &str| bonebeam_files::file_error(&sequence.path, message);
     if sequence.content.is_lines() {
         return Err(own("holds lines of RF; a sweep needs pictures"));
@@ -99,35 +101,77 @@ pub fn sweep(
         estimated = track.delayed(sequence, found[0])?;
         track = &estimated;
     }
-    let mut points: Vec<CloudPoint> = placed(track, &finder, &surfaces).concat();
-    let joined = join(&mut points, settings.join);
-    set_normals(&mut points, |frame| axes(track, frame));
-    let mut left_out = BTreeMap::new();
-    let poses = settings
-        .frames
-        .iter()
-        .filter_map(|&frame| track.poses.get(frame));
-    for reason in poses.filter_map(|pose| pose.as_ref().err()) {
-        *left_out.entry(reason.clone()).or_default() += 1;
-    }
-    let searched = surfaces
-        .iter()
-        .filter(|(frame, _)| track.poses[*frame].is_ok());
-    let with = searched.clone().filter(|(_, found)| !found.is_empty());
-    Ok(Cloud {
-        target: track.target.clone(),
-        searched: [searched.clone().count(), with.count()],
-        left_out,
-        joined,
-        points,
+    let points = placed(track, &finder, &surfaces).into_iter();
+    let points = surfaces.iter().map(|(frame, _)| *frame).zip(points);
+    let cloud = Cloud {
         fan: finder.surface.fan,
         delay,
-        resumed: partial.map_or(0, |partial| {
-            let resumed = partial.resumed();
-            partial.finish();
-            resumed
-        }),
-    })
+        resumed: partial.as_ref().map_or(0, PartialFrames::resumed),
+        ..Cloud::of(track, settings, points.collect())
+    };
+    Ok((cloud, partial))
+}
+
+impl Cloud {
+    /// The points of the searched frames that have a pose.
+    fn of(track: &Track, settings: &Settings, found: Vec<(usize, Vec<CloudPoint>)>) -> Self {
+        let searched = found
+            .iter()
+            .filter(|(frame, _)| track.poses[*frame].is_ok());
+        let with = searched.clone().filter(|(_, points)| !points.is_empty());
+        let searched = [searched.clone().count(), with.count()];
+        let mut points = found.into_iter().flat_map(|(_, points)| points).collect();
+        let joined = join(&mut points, settings.join);
+        set_normals(&mut points, |frame| axes(track, frame));
+        let mut left_out = BTreeMap::new();
+        let poses = settings
+            .frames
+            .iter()
+            .filter_map(|&frame| track.poses.get(frame));
+        for reason in poses.filter_map(|pose| pose.as_ref().err()) {
+            *left_out.entry(reason.clone()).or_default() += 1;
+        }
+        Self {
+            target: track.target.clone(),
+            searched,
+            left_out,
+            joined,
+            points,
+            ..Self::default()
+        }
+    }
+
+    /// The cloud of surfaces in frames of a recording, in the coordinates of its array; `starts` are those of its beams.
+    pub fn of_surfaces(
+        track: &Track,
+        settings: &Settings,
+        surfaces: &[FrameSurface],
+        starts: &[[f64; 2]],
+    ) -> Self {
+        let frames = track.usable(&settings.frames);
+        let found = frames.into_iter().map(|(frame, pose)| {
+            let place = |metres: [f64; 2]| {
+                let [column, row] = metres.map(|metres| 1e3 * metres / RECORDING_PIXEL);
+                apply(&pose, [column, row, 0.0])
+            };
+            let point = |point: &SurfacePoint| {
+                let position = place([point.x, point.z]);
+                let start = starts.get(point.line).copied().unwrap_or([point.x, 0.0]);
+                CloudPoint {
+                    position,
+                    normal: [0.0; 3],
+                    path: crate::cloud::sub(position, place(start)),
+                    confidence: point.confidence,
+                    frame,
+                    line: point.line,
+                }
+            };
+            let own = surfaces.iter().find(|own| own.frame == frame);
+            let points = own.map_or(Vec::new(), |own| own.points.iter().map(point).collect());
+            (frame, points)
+        });
+        Self::of(track, settings, found.collect())
+    }
 }
 
 /// The surface in each of the frames; those that are kept are not searched again.
@@ -259,6 +303,7 @@ impl Finder {
             finder.show(&sequence.picture(reader.frame(*frame)?)?);
         }
         finder.settle()?;
+        sequence.check_levels(&(&finder.brightest * finder.scale))?;
         Ok(finder)
     }
 
