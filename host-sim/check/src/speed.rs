@@ -34,8 +34,10 @@ const RESAMPLES: usize = 200;
 const RUN: usize = 4;
 /// Sizes of a block's own step, in medians, from which it is left out.
 const OUTLYING: f64 = 6.0;
-/// Half-width of an interval of 95 %, in standard deviations.
-const QUANTILE: f64 = 1.96;
+/// Half-width of an interval of 95 %, in the bootstrap's standard deviations.
+///
+/// Twice that of independent lines: by 1.96 intervals cover 61 of 89 recordings (seeds from 300000 on).
+const QUANTILE: f64 = 3.92;
 
 /// A number with an interval of 95 %.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -26,8 +26,8 @@ use crate::{Error, Result};
 use bonebeam_files::terminal::digits;
 use bonebeam_files::{BeamRays, BeamformedLines, ChannelData, FrameSamples, Samples, Transmits};
 
-/// Number of transmits from which on upsampled records are the default: they then cost less than the filter.
-pub(crate) const UPSAMPLED_FROM: usize = 8;
+/// Number of compounded transmits from which on upsampled records are the default: they cost less than the filter.
+pub(crate) const UPSAMPLED_FROM: usize = 2;
 /// Number of lines whose records are upsampled at a time; limited by memory.
 pub(crate) const LINES_UPSAMPLED: usize = 128;
 /// Parts of a frame that are converted from counts to f32 in turn, if each line has its own transmit.

@@ -34,7 +34,9 @@ const BLOCK: usize = 4;
 const FILLED: usize = 6;
 /// Largest deviation of a side from a straight line, pixels.
 const STRAIGHT: f64 = 1.5;
-/// Smallest height of a side of a fan, as a share of the picture's height.
+/// Smallest height of a fan, as a share of the picture's: echoes of a point in water are no fan.
+const LEAST_HEIGHT: f64 = 0.2;
+/// Smallest height of a side of a fan, as a share of the fan's height.
 const LEAST_SIDE: f64 = 0.12;
 /// Smallest and largest angle between the sides, and smallest of a side from the vertical, rad.
 const TURNS: [f64; 2] = [0.15, 2.4];
@@ -72,6 +74,9 @@ impl PictureFan {
         let (rows, columns) = (lanes(0), lanes(1));
         let (top, bottom) = (rows.first()?[0], rows.last()?[0]);
         let height = bottom - top;
+        if height < LEAST_HEIGHT * pixels.nrows() as f64 {
+            return None;
+        }
         let across = rows.iter().flat_map(|&[z, a, b]| [[a, z], [b, z]]);
         let down = columns.iter().flat_map(|&[x, a, b]| [[x, a], [x, b]]);
         let outline: Vec<[f64; 2]> = across.chain(down).collect();
@@ -438,5 +443,14 @@ mod tests {
         assert_eq!(PictureFan::of(picture(&funnel).view()), None);
         assert_eq!(PictureFan::of(picture(&|_, _| true).view()), None);
         assert_eq!(PictureFan::of(Array2::zeros((0, 0)).view()), None);
+        // An echo in water whose side lobes spread downwards.
+        let echo = PictureFan {
+            x: 250.0,
+            z: 60.0,
+            radii: [40.0, 110.0],
+            angles: [-0.6, 0.6],
+        };
+        assert!(PictureFan::of(drawn(&echo, 300, 500).view()).is_some());
+        assert_eq!(PictureFan::of(drawn(&echo, 600, 500).view()), None);
     }
 }

@@ -5,7 +5,7 @@ use bonebeam::surface::{Levels, Point, Settings, grey};
 use ndarray::ArrayView2;
 use rayon::prelude::*;
 
-use super::{PictureFan, SurfacePoint, Verdict, detect, placed};
+use super::{PictureFan, SurfacePoint, Verdict, detect, doubt_points, placed};
 use crate::config;
 use crate::image::{square_side, squared};
 use crate::{Error, Result};
@@ -40,6 +40,9 @@ pub struct PictureSurface {
 
 /// Largest number of samples per line, and largest number of lines.
 const LARGEST: [f64; 2] = [65_536.0, 4096.0];
+
+/// Falls of a point's echo and its side lobes in grey levels, for pictures of about 60 dB.
+const POINT_FALLS: [u8; 2] = [85, 106];
 
 /// Finds the surface in a picture: at most one point per line.
 ///
@@ -83,10 +86,12 @@ fn of_columns(picture: &Picture<'_>, section: &config::Surface) -> Result<Pictur
     grey(columns.as_slice().unwrap_or_default(), &mut levels)?;
     let [across, down] = pixel;
     let rows = Axis::new(depth, down, pixels.nrows());
-    let (points, levels) = detect_joined(&levels, rows, across, section.settings_of_picture()?)?;
+    let settings = section.settings_of_picture()?;
+    let (mut points, facts) = detect_joined(&levels, rows, across, settings)?;
+    doubt_points(&mut points, &levels, rows, across, POINT_FALLS);
     let at = |column: usize, r: f64| [x0 + column as f64 * across, z0 - depth + r];
     Ok(PictureSurface {
-        verdict: Verdict::of(&points, across, levels),
+        verdict: Verdict::of(&points, across, facts),
         points: placed(points, section.min_confidence, at),
         lines: pixels.ncols(),
         fan: None,
@@ -137,6 +142,13 @@ fn of_fan(
             *point = None;
         }
     }
+    doubt_points(
+        &mut points,
+        &grey_levels,
+        depths,
+        step * middle,
+        POINT_FALLS,
+    );
     let at = |line: usize, r: f64| fan.at(fan.radii[0] + r, angle(line));
     Ok(PictureSurface {
         verdict: Verdict::of(&points, step * middle, levels),
@@ -240,6 +252,7 @@ fn beam(picture: &Picture<'_>, fan: &PictureFan, angle: f64, levels: &mut [f32])
 
 #[cfg(test)]
 mod tests {
+    use super::super::POINT_CONFIDENCE;
     use super::*;
     use ndarray::Array2;
 
@@ -377,6 +390,24 @@ mod tests {
         let begins = found.points.windows(2).filter(|p| p[0].piece < p[1].piece);
         let begins: Vec<usize> = begins.map(|pair| pair[1].line).collect();
         assert_eq!(begins, [300]);
+    }
+
+    /// The echo of a wire in water over 60 dB, with side lobes of −30 dB.
+    #[test]
+    fn a_point_in_water_is_hardly_bone() {
+        let pixels = Array2::from_shape_fn((300, 300), |(row, column)| {
+            let x = PIXEL * (column as f64 - 150.0);
+            let z = PIXEL * (row as f64 - 120.0) - 6.0 * x * x;
+            let across = (-4.3 * (x / 0.6e-3).powi(2)).max(-30.0 - 3e3 * x.abs());
+            let level = across - 4.3 * (z / 0.3e-3).powi(2);
+            (255.0 * (1.0 + level / 60.0)).max(0.0) as f32
+        });
+        let found = surface(&pixels, &config::Surface::default());
+        assert!(found.points.len() > 10, "{}", found.points.len());
+        for point in &found.points {
+            assert!(point.confidence <= POINT_CONFIDENCE, "{point:?}");
+        }
+        assert_ne!(found.verdict, Verdict::Bone);
     }
 
     #[test]
