@@ -6,9 +6,10 @@ use std::f64::consts::PI;
 use std::fs;
 use std::path::Path;
 
+use crate::resumed::killed_at;
 use bonebeam_files::image;
 use bonebeam_tracked::{IDENTITY, Matrix, apply, inverse, product};
-use common::program::{Folder, program, run, succeeded};
+use common::program::{Folder, names, program, run, succeeded};
 use ndarray::Array2;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
@@ -352,6 +353,34 @@ fn a_delay_is_taken_away_and_estimated_by_passes_over_the_same_bone() {
     let number = message.split("pictures are ").nth(1).expect(&message);
     let number: f64 = number.split(' ').next().unwrap().parse().unwrap();
     assert!((number - 0.08).abs() < 0.01, "{message}");
+}
+
+#[test]
+fn a_killed_sweep_resumes_with_the_same_points() {
+    let folder = folder();
+    let text = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    let command = "sweep sweep.igs.mha --calibration plus.xml --threads 1 -o";
+    folder.works(&format!("{command} whole.csv"));
+    let names_before = names(folder.path());
+    killed_at(&folder, &format!("{command} a.csv"), "a.csv", 10_000);
+    let [message, _] = succeeded(&mut program(&folder, &format!("{command} a.csv")));
+    assert!(message.contains("from an interrupted run"), "{message}");
+    assert_eq!(text("a.csv"), text("whole.csv"));
+    assert_eq!(names(folder.path()).len(), names_before.len() + 1);
+
+    // Pictures that changed are searched again.
+    fs::remove_file(folder.path().join("a.csv")).unwrap();
+    killed_at(&folder, &format!("{command} a.csv"), "a.csv", 10_000);
+    let mut bytes = text("sweep.igs.mha");
+    let pixels = bytes.len() - FRAMES * ROWS * COLUMNS;
+    bytes[pixels..].fill(20);
+    fs::write(folder.path().join("sweep.igs.mha"), bytes).unwrap();
+    let (status, message) = run(&folder, &format!("{command} a.csv"));
+    assert!(
+        status == 0 && message.contains("belongs to another run"),
+        "{message}"
+    );
+    assert!(rows(&folder.path().join("a.csv")).is_empty());
 }
 
 #[test]

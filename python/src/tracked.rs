@@ -221,12 +221,13 @@ pub fn sweep_of_pictures<'py>(
             crop: None,
             join: 1e3 * join,
             delay: Delay::Known(0.0),
+            partial: None,
         };
         let sequence = Sequence::of_arrays(pictures, &poses)?;
         let track = Track::of(&sequence, &Calibration::default(), None, None, 1e3 * jump)?;
         sweep(&sequence, &track, &settings, &|_| ())
     });
-    let points = found.map_err(refused)?.points;
+    let points = found.map_err(refused)?.0.points;
     let three = |of: fn(&bonebeam_tracked::CloudPoint) -> [f64; 3]| {
         let all = Array2::from_shape_fn((points.len(), 3), |(k, axis)| of(&points[k])[axis]);
         all.into_pyarray(py)

@@ -14,7 +14,7 @@ use super::surface_inputs::{Found, Source};
 use crate::config::Config;
 use crate::flags::Flags;
 use crate::progress::Progress;
-use crate::provenance::Snapshot;
+use crate::provenance::{PROGRAM, Snapshot};
 use crate::{Error, Result};
 use bonebeam_drive::config::Surface;
 use bonebeam_drive::methods::MethodName;
@@ -33,7 +33,8 @@ use bonebeam_tracked::{
 /// SEQUENCE is a file of PLUS or 3D Slicer (.mha, .nrrd), a folder of PNGs with a table of poses, or a recording of zea
 /// with poses (probe_pose), which is beamformed by das. A point of a picture (column, row, 0, 1) is mapped by
 /// ImageToProbe and the sequence's transforms; of a recording, x = along the array, z = depth. Frames without a picture, with
-/// a pose that is missing or not OK, and frames that jump are left out and counted.
+/// a pose that is missing or not OK, and frames that jump are left out and counted. An interrupted run of more than ten
+/// seconds resumes from BONE.ply.partial.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES, allow_negative_numbers = true)]
 pub struct Arguments {
@@ -174,17 +175,21 @@ pub fn run(arguments: Arguments) -> Result<()> {
         jump,
     )?;
     let range = FrameRange::of(arguments.frames.as_ref(), sequence.frames.len())?;
+    let mut partial = arguments.output.clone().into_os_string();
+    partial.push(".partial");
     let settings = Settings {
         surface: section,
         frames: range.step_by(arguments.every as usize).collect(),
         crop: arguments.place.part(),
         join: mm("join", arguments.join)?,
         delay: arguments.delay,
+        partial: Some((partial.into(), PROGRAM)),
     };
-    let (cloud, drawn) = match is_recording {
+    let ((cloud, partial), drawn) = match is_recording {
         true => {
             config.surface = settings.surface.clone();
-            arguments.of_recording(config, &track, &settings, &snapshot)?
+            let (cloud, drawn) = arguments.of_recording(config, &track, &settings, &snapshot)?;
+            ((cloud, None), drawn)
         }
         false => {
             let bar = Progress::new("searching", 1000);
@@ -221,6 +226,9 @@ pub fn run(arguments: Arguments) -> Result<()> {
         drawn?.add_to(path, &mut outputs)?;
     }
     outputs.commit()?;
+    if let Some(partial) = partial {
+        partial.finish();
+    }
     print(&format!("{}\n", summary(&cloud, space)))
 }
 
@@ -301,8 +309,12 @@ fn summary(cloud: &Cloud, space: Space) -> String {
         true => "none".to_owned(),
         false => left_out.join(", "),
     };
+    let resumed = match cloud.resumed {
+        0 => String::new(),
+        resumed => format!(" ({resumed} of them from an interrupted run)"),
+    };
     format!(
-        "{} points of bone in {with} of {searched} frames, in the frame {} ({}), {} joined; left out: {left_out}; lines are {}",
+        "{} points of bone in {with} of {searched} frames{resumed}, in the frame {} ({}), {} joined; left out: {left_out}; lines are {}",
         cloud.points.len(),
         cloud.target,
         space.name(),

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use bonebeam_drive::surface::PictureSurface;
+use bonebeam_drive::surface::SurfacePoint;
 use rayon::prelude::*;
 
 use crate::Result;
@@ -113,7 +113,7 @@ pub(crate) fn estimate(
     sequence: &Sequence,
     track: &Track,
     finder: &Finder,
-    surfaces: &[(usize, PictureSurface)],
+    surfaces: &[(usize, Vec<SurfacePoint>)],
 ) -> Result<[f64; 2]> {
     let (times, step) = times(sequence)?;
     let mut cloud: Vec<CloudPoint> = placed(track, finder, surfaces).concat();

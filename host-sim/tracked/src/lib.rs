@@ -13,6 +13,7 @@ mod dicom;
 mod folder;
 mod header;
 mod igtl;
+mod kept;
 mod live;
 mod message;
 mod metaimage;

@@ -11,9 +11,11 @@ use bonebeam_drive::image::BModeImage;
 use bonebeam_drive::surface::{
     FrameSurface, Picture, PictureFan, PictureSurface, SurfacePoint, of_picture,
 };
+use bonebeam_files::{PartialFrames, hash_of_array};
 
 use crate::cloud::{Axes, CloudPoint, join, set_normals, unit};
 use crate::delay::{Delay, estimate};
+use crate::kept;
 use crate::sequence::{Encoded, RECORDING_PIXEL, Sequence};
 use crate::track::Track;
 use crate::transforms::{Matrix, apply};
@@ -37,6 +39,8 @@ pub struct Settings {
     pub join: f64,
     /// Delay of the pictures behind the poses.
     pub delay: Delay,
+    /// File in which a run leaves its surfaces if it is interrupted, and the program's version.
+    pub partial: Option<(PathBuf, &'static str)>,
 }
 
 /// The bone surface of a sweep.
@@ -56,12 +60,14 @@ pub struct Cloud {
     pub fan: Option<PictureFan>,
     /// The delay that was estimated and its standard deviation, in the unit of the timestamps.
     pub delay: Option<[f64; 2]>,
+    /// Number of frames that an interrupted run had searched.
+    pub resumed: usize,
 }
 
 /// Finds the bone in the frames of a sweep.
 ///
 /// The fan is found once. Frames are read in order, some ahead, and searched by all threads. `progress` gets the share
-/// that is done.
+/// that is done. Returns also the file that keeps the surfaces, to be finished when the output exists.
 ///
 /// # Errors
 /// Lines in place of pictures, no frame with a pose, a damaged file, or an error of the detector.
@@ -70,7 +76,7 @@ pub fn sweep(
     track: &Track,
     settings: &Settings,
     progress: &(dyn Fn(f64) + Sync),
-) -> Result<Cloud> {
+) -> Result<(Cloud, Option<PartialFrames>)> {
     let own = |message: &str| bonebeam_files::file_error(&sequence.path, message);
     if sequence.content.is_lines() {
         return Err(own("holds lines of RF; a sweep needs pictures"));
@@ -82,7 +88,11 @@ pub fn sweep(
     let mut track = known.as_ref().unwrap_or(track);
     let frames = track.usable(&settings.frames);
     let finder = Finder::new(sequence, track, settings, &frames)?;
-    let surfaces = search(sequence, &finder, &frames, progress)?;
+    let mut partial = None;
+    if let Some((path, program)) = &settings.partial {
+        partial = Some(kept::open((path, program), sequence, &finder, &frames)?);
+    }
+    let surfaces = search(sequence, &finder, &frames, &mut partial, progress)?;
     let estimated;
     let mut delay = None;
     if settings.delay == Delay::Estimated {
@@ -93,11 +103,13 @@ pub fn sweep(
     }
     let points = placed(track, &finder, &surfaces).into_iter();
     let points = surfaces.iter().map(|(frame, _)| *frame).zip(points);
-    Ok(Cloud {
+    let cloud = Cloud {
         fan: finder.surface.fan,
         delay,
+        resumed: partial.as_ref().map_or(0, PartialFrames::resumed),
         ..Cloud::of(track, settings, points.collect())
-    })
+    };
+    Ok((cloud, partial))
 }
 
 impl Cloud {
@@ -162,16 +174,23 @@ impl Cloud {
     }
 }
 
-/// The surface in each of the frames.
+/// The surface in each of the frames; those that are kept are not searched again.
 fn search(
     sequence: &Sequence,
     finder: &Finder,
     frames: &[(usize, Matrix)],
+    partial: &mut Option<PartialFrames>,
     progress: &(dyn Fn(f64) + Sync),
-) -> Result<Vec<(usize, PictureSurface)>> {
+) -> Result<Vec<(usize, Vec<SurfacePoint>)>> {
+    let mut surfaces = Vec::with_capacity(frames.len());
+    if let Some(partial) = partial {
+        for (k, (frame, _)) in frames.iter().enumerate().take(partial.done()) {
+            surfaces.push((*frame, partial.read(k, kept::decoded)?));
+        }
+    }
     let at_a_time = AHEAD * rayon::current_num_threads();
     let mut reader = sequence.reader()?;
-    let mut blocks = frames.chunks(at_a_time);
+    let mut blocks = frames[surfaces.len()..].chunks(at_a_time);
     let mut read = |block: Option<&[(usize, Matrix)]>| -> Result<Vec<Encoded>> {
         block
             .unwrap_or_default()
@@ -179,7 +198,6 @@ fn search(
             .map(|(frame, _)| reader.frame(*frame))
             .collect()
     };
-    let mut surfaces = Vec::with_capacity(frames.len());
     let mut block = blocks.next();
     let mut encoded = read(block)?;
     while let Some(own) = block {
@@ -188,14 +206,20 @@ fn search(
             || {
                 let frames = own.par_iter().zip(encoded);
                 let found = frames.map(|((frame, _), encoded)| {
-                    let found = finder.search(&finder.part_of(sequence.picture(encoded)?))?;
-                    Ok((*frame, found))
+                    let pixels = finder.part_of(sequence.picture(encoded)?);
+                    let hash = hash_of_array(&pixels.view());
+                    Ok((*frame, finder.search(&pixels)?.points, hash))
                 });
                 found.collect::<Result<Vec<_>>>()
             },
             || read(next),
         );
-        surfaces.extend(found?);
+        for (frame, found, hash) in found? {
+            if let Some(partial) = partial {
+                partial.append(&kept::encoded(&found), hash)?;
+            }
+            surfaces.push((frame, found));
+        }
         progress(surfaces.len() as f64 / frames.len() as f64);
         (block, encoded) = (next, ahead?);
     }
@@ -206,9 +230,9 @@ fn search(
 pub(crate) fn placed(
     track: &Track,
     finder: &Finder,
-    surfaces: &[(usize, PictureSurface)],
+    surfaces: &[(usize, Vec<SurfacePoint>)],
 ) -> Vec<Vec<CloudPoint>> {
-    let of = |(frame, found): &(usize, PictureSurface)| match &track.poses[*frame] {
+    let of = |(frame, found): &(usize, Vec<SurfacePoint>)| match &track.poses[*frame] {
         Ok(pose) => finder.points(found, *frame, pose),
         Err(_) => Vec::new(),
     };
@@ -395,7 +419,8 @@ impl Finder {
     }
 
     /// The points of a surface in space, without normals.
-    pub fn points(&self, found: &PictureSurface, frame: usize, pose: &Matrix) -> Vec<CloudPoint> {
+    pub fn points(&self, found: &[SurfacePoint], frame: usize, pose: &Matrix) -> Vec<CloudPoint> {
+        let fan = &self.surface.fan;
         let place = |[x, z]: [f64; 2]| {
             let [column, row] = [x / self.pixel[0], z / self.pixel[1]];
             apply(
@@ -405,7 +430,7 @@ impl Finder {
         };
         let point = |point: &SurfacePoint| {
             let [x, z] = [point.x, point.z];
-            let start = match &found.fan {
+            let start = match fan {
                 Some(fan) => fan.at(fan.radii[0], (x - fan.x).atan2(z - fan.z)),
                 None => [x, 0.0],
             };
@@ -416,9 +441,9 @@ impl Finder {
                 path: crate::cloud::sub(position, place(start)),
                 confidence: point.confidence,
                 frame,
-                line: point.line + if found.fan.is_none() { self.part[0] } else { 0 },
+                line: point.line + if fan.is_none() { self.part[0] } else { 0 },
             }
         };
-        found.points.iter().map(point).collect()
+        found.iter().map(point).collect()
     }
 }
