@@ -113,7 +113,7 @@ export function gallery(program, built, out) {
     hostSim("simulate", "--config", "scene.toml", "-o", name);
   };
   const small = "elements = 48\nbeams = 48\nfs = 20e6\n";
-  simulate("point.npz", `phantom = "point"\n[simulate.scanner]\n${small}`);
+  simulate("point.npz", `phantom = "point"\n[simulate.scanner]\n${small}first_beam = 18.0\nbeam_step = 0.25\n`);
   simulate("tissue.npz", `phantom = "vertebra"\ntissue = true\n[simulate.scanner]\n${small}depth_start = 10e-3\ndepth_end = 22e-3\n`);
   planeWaves(hostSim, folder, "plane-waves.npz", { elements: 64, waves: 5, step: 0.06, end: 0.034 });
   simulate("water.npz", `phantom = "vertebra"\n[simulate.scanner]\nfs = 40e6\n`);
