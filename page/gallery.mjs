@@ -1,6 +1,6 @@
 // The gallery, in docs/gallery: node page/gallery.mjs [HOST_SIM PAGE.html FOLDER]
 //
-// A point, a vertebra in water, in tissue and by plane waves, and a picture with its bone: pages below 2 MB. The
+// A point, a vertebra in water, in tissue and by plane waves, and a picture of laminae: pages below 2 MB. The
 // command writes them; plane waves are sums of what it simulates element by element.
 
 import { execFileSync } from "node:child_process";
@@ -113,11 +113,12 @@ export function gallery(program, built, out) {
     hostSim("simulate", "--config", "scene.toml", "-o", name);
   };
   const small = "elements = 48\nbeams = 48\nfs = 20e6\n";
-  simulate("point.npz", `phantom = "point"\n[simulate.scanner]\n${small}first_beam = 18.0\nbeam_step = 0.25\n`);
+  simulate("point.npz", `phantom = "point"\n[simulate.scanner]\n${small}first_beam = 18.0\nbeam_step = 0.25\ndepth_start = 12e-3\ndepth_end = 18e-3\n`);
   simulate("tissue.npz", `phantom = "vertebra"\ntissue = true\n[simulate.scanner]\n${small}depth_start = 10e-3\ndepth_end = 22e-3\n`);
   planeWaves(hostSim, folder, "plane-waves.npz", { elements: 64, waves: 5, step: 0.06, end: 0.034 });
-  simulate("water.npz", `phantom = "vertebra"\n[simulate.scanner]\nfs = 40e6\n`);
-  hostSim("beamform", "water.npz", "-o", "lines.npz", "--pixel-size", "1e-4", "--image", "picture.png");
+  simulate("laminae.npz", `phantom = "laminae"\nthickness = 5e-4\ntissue_density = 20.0\n[simulate.scanner]\n` +
+    "elements = 64\nbeams = 64\nfs = 20e6\ndepth_end = 30e-3\n");
+  hostSim("beamform", "laminae.npz", "--method", "das", "-o", "lines.npz", "--pixel-size", "1e-4", "--image", "picture.png");
   const pages = [view("point.npz", "point"), view(null, "vertebra-in-water"), view("tissue.npz", "vertebra-in-tissue"),
     view("plane-waves.npz", "plane-waves"), view("picture.png", "picture")];
   rmSync(folder, { recursive: true });

@@ -369,9 +369,11 @@ async function shown() {
     const page = await tab(`file://${file}#bone=1`);
     assert.equal(await settled(page), "", name);
     const far = /distance to the known surface (\S+) mm/.exec(await page.textContent("#status"))?.[1];
-    console.log(`${name}: ${await page.textContent("#about")}${far ? `; bone ${far} mm from the known surface` : ""}`);
+    console.log(`${await page.textContent("#about")}${far ? `; bone ${far} mm from the known surface` : ""}`);
     assert.equal(far !== undefined, !["point", "picture"].includes(name), name);
     assert.ok(!(far > 0.5), `${name}: ${far} mm`);
+    const [, found] = /Bone in (\d+) lines/.exec(await page.textContent("#status"));
+    assert.ok(found >= ({ point: 0, picture: 100 }[name] ?? 10), `${name}: bone in ${found} lines`);
     if (name === "point") {
       await saved(page, "#save-recording", "point.npz");
       await results(page, { "beamform.method": "das" });
