@@ -359,6 +359,38 @@ fn the_loss_between_lines_counts_the_transmits() {
     assert!(said > said_of_plane + 1.0, "{said}, {said_of_plane}");
 }
 
+/// Beams from right to left, in ping-pong, in blocks, and twice give the lines of those from left to right.
+#[test]
+fn lines_do_not_depend_on_the_order_of_transmits() {
+    const BEAMS: usize = 12;
+    let probe = straight(0.45e-3);
+    let lines = |order: &[usize], method: MethodName| {
+        let x = order.iter().map(|&k| (k as f64 - 5.5) * 1e-3).collect();
+        let (focus, f_number) = (vec![25e-3; order.len()], None);
+        let transmits = Transmits::Focused { x, focus, f_number };
+        let data = recording(&probe, transmits, [2e-3, 25e-3], (false, 0.0));
+        let lines = beamform_channel_data(&data, &parameters(method), &|_| ()).unwrap();
+        (lines.beam_x, lines.z)
+    };
+    let all: Vec<usize> = (0..BEAMS).collect();
+    let ping_pong = all.iter().map(|k| match k % 2 {
+        0 => k / 2,
+        _ => BEAMS - 1 - k / 2,
+    });
+    let orders: [Vec<usize>; 4] = [
+        all.iter().rev().copied().collect(),
+        ping_pong.collect(),
+        (0..BEAMS).map(|k| k * 5 % BEAMS).collect(),
+        [&all[..], &all].concat(),
+    ];
+    for method in [MethodName::Das, MethodName::Mv, MethodName::EsmvRank1] {
+        let expected = lines(&all, method);
+        for order in &orders {
+            assert!(lines(order, method) == expected, "{method:?} {order:?}");
+        }
+    }
+}
+
 #[test]
 fn a_fan_becomes_an_image_with_the_point_at_its_position() {
     for (what, probe, point, transmits) in scenes() {

@@ -729,6 +729,26 @@ def told():
         check(held is not None and held["f0"] == 2 * F0 and np.allclose(held["t0"], 0, atol=1e-11), f"{path.name}: {held}")
         says(["f0 is the received frequency, 8.38861 MHz", "sent at 4.1943 MHz"], "info", path, *flags)
     says(["times more power at 8.38861 MHz than at `f0`, 4.1943 MHz"], "info", unsaid)
+    # Three equal points, sent at F0 / 2 and received at F0: alike by every method, in their places.
+    points = np.array([(-1.5e-3, 8e-3), (0.0, 12.5e-3), (1.5e-3, 17e-3)])
+    delays = lambda x, z: (x * np.sin(ANGLES) + z * np.cos(ANGLES))[:, None] / C + np.hypot(x - X, z) / C
+    at = [t - delays(x, z)[:, :, None] for x, z in points]
+    three = sum(100 * np.exp(-((1e6 * u) ** 2)) * np.cos(2 * np.pi * F0 * u) for u in at)[None].astype(np.float32)
+    path = folder / "three.hdf5"
+    write_zea(path, "rf", three, start=1 / F0)
+    with h5py.File(path, "r+") as file:
+        file[track + "center_frequency"][()] = np.float32(F0 / 2)
+    for method in ("das", "mv", "esmv-rank1"):
+        held, failed = lines(path, "--method", method, "--lines", "down", "--line-spacing", 0.05e-3, "--output-rate", FS)
+        check(held is not None, f"three.hdf5: {method}: {failed}")
+        if held is None:
+            continue
+        depth = held["c"] * (held["t0"] + np.arange(held["z"].shape[1]) / held["fs"]) / 2
+        near = [np.abs(held["z"]) * (np.hypot(held["beam_x"][:, None] - x, depth - z) < 0.5e-3) for x, z in points]
+        level = 20 * np.log10([one.max() for one in near])
+        off = [depth[one.max(0).argmax()] - z for one, (x, z) in zip(near, points)]
+        fits = np.ptp(level) < 1.5 and np.abs(off).max() < 0.03e-3
+        check(fits, f"three.hdf5: {method}: {level - level.max()} dB, {off} m deep")
     # Codes: zea's spec has weights from -1 to 1.
     code = np.ones((3, ELEMENTS))
     code[1, 2] = -1
@@ -1287,6 +1307,10 @@ def conformance_of_writers():
     two = workspace(rf[:1], delay, passes, TX=steer)
     two["RcvData"] = [0 * two["RcvData"][0], two["RcvData"][0]]
     two["Receive"] = [dict(one, bufnum=number) for number in (1.0, 2.0) for one in two["Receive"]]
+    # Each wave twice, with another half of the elements.
+    twice = np.repeat(np.arange(3), 2)
+    half_of = [np.repeat([1.0 - k % 2, k % 2], ELEMENTS // 2) for k in range(6)]
+    receiving = workspace(rf[:1, twice] * np.array(half_of)[:, :, None], delay[twice], passes[twice], TX=dict(Steer=[steer["Steer"][k] for k in twice]), Receive=dict(Apod=half_of))
     from_origin = lambda places: dict(focus=list(-distance(places) / waves_of), Steer=[np.array([[np.arctan2(-sx, -sz), 0.0]]) for sx, sz in places])
     shuffled = workspace(rf[:1], delay[order], passes, TX=dict(Steer=[steer["Steer"][k] for k in order]))
     for kind, values in (
@@ -1296,6 +1320,7 @@ def conformance_of_writers():
         ("focused beams", workspace(beams, *after(converging), TX=dict(focus=FOCUS / waves_of, Origin=[place[None] / waves_of for place in on_axis]))),
         ("diverging waves", workspace(diverging[:1], *after(delays), TX=from_origin(BEHIND))),
         ("single elements", workspace(elements[:1], np.zeros((3, ELEMENTS)), np.abs(X[SINGLE]) / C, TX=dict(Apod=list(one_hot)))),
+        ("halves of the elements", receiving),
         ("second of two buffers", two),
         ("transmits by `Event`", events(shuffled)),
     ):
@@ -1582,8 +1607,9 @@ def zea_kinds():
         file[place] = data[..., 8:24, :]
 
     kind("fewer channels than elements, without `rx_aperture_indices`", halved, status=1, words=["16 channels of 32 elements"])
-    poses = {"translation": np.zeros((4, 3)), "rotation": np.tile([1.0, 0, 0, 0], (4, 1)), "rotation_representation": "quaternion_wxyz", "sampling_frequency": 20.0}
-    kind("poses of the probe (`probe_pose`)", lambda file: [file.__setitem__(f"metadata/probe_pose/{name}", value) for name, value in poses.items()], words=["poses of the probe", "not used"])
+    poses = {"translation": np.zeros((4, 3)), "rotation": np.tile([1.0, 0, 0, 0], (4, 1)), "rotation_representation": "quaternion_wxyz", "sampling_frequency": 20.0, "start_time_offset": 0.0}
+    poses = {f"metadata/probe_pose/{name}": value for name, value in poses.items()} | {track + "time_to_next_transmit": np.full((1, 3), 1e-3)}
+    kind("poses of the probe (`probe_pose`)", lambda file: [file.__setitem__(name, value) for name, value in poses.items()], words=["of the probe in 1 of 1 frame, for `sweep`"])
     kind("gain over depth (`tgc_gain_curve`)", put(track + "tgc_gain_curve", np.ones(9, np.float32)), words=["not used", "keep the gain"])
     kind("speed of sound missing", lambda file: file.__delitem__(track + "sound_speed") if track + "sound_speed" in file else None)
 

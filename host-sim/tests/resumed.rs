@@ -40,12 +40,17 @@ fn finished(folder: &TempDir) -> (serde_json::Value, String) {
 
 /// Starts the command, and kills it when its lines have this number of bytes.
 fn killed(folder: &TempDir, bytes: u64) {
-    let mut child = program(folder, COMMAND)
+    killed_at(folder, COMMAND, "lines.npz", bytes);
+}
+
+/// Starts a command, and kills it when what it keeps beside its output has this number of bytes.
+pub fn killed_at(folder: &TempDir, command: &str, output: &str, bytes: u64) {
+    let mut child = program(folder, command)
         .stdout(Stdio::null())
         .spawn()
         .unwrap();
     let begin = Instant::now();
-    let path = folder.path().join("lines.npz.partial");
+    let path = folder.path().join(format!("{output}.partial"));
     while fs::metadata(&path).map_or(0, |m| m.len()) < bytes {
         assert!(
             begin.elapsed() < Duration::from_secs(120),
@@ -57,7 +62,7 @@ fn killed(folder: &TempDir, bytes: u64) {
     // SIGKILL: the program cannot clean up.
     child.kill().unwrap();
     child.wait().unwrap();
-    assert!(!folder.path().join("lines.npz").exists());
+    assert!(!folder.path().join(output).exists());
 }
 
 #[test]

@@ -2,12 +2,14 @@
 
 use crate::common;
 
+use std::f64::consts::PI;
 use std::fs;
 use std::path::Path;
 
+use crate::resumed::killed_at;
 use bonebeam_files::image;
-use bonebeam_tracked::{Matrix, apply, inverse, product};
-use common::program::{Folder, run};
+use bonebeam_tracked::{IDENTITY, Matrix, apply, inverse, product};
+use common::program::{Folder, names, program, run, succeeded};
 use ndarray::Array2;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
@@ -92,13 +94,11 @@ fn image_to_reference(frame: usize) -> Matrix {
 }
 
 /// Speckle, with an echo of 0.25 mm on the shaft and a shadow below it.
-fn picture(frame: usize) -> Vec<u8> {
+fn picture(frame: usize, matrix: &Matrix) -> Vec<u8> {
     let mut rng = ChaCha8Rng::seed_from_u64(59 + frame as u64);
-    let matrix = image_to_reference(frame);
     let mut pixels = vec![0; ROWS * COLUMNS];
     for column in 0..COLUMNS {
-        let depth =
-            |row: f64| length(from_axis(apply(&matrix, [column as f64, row, 0.0]))) - RADIUS;
+        let depth = |row: f64| length(from_axis(apply(matrix, [column as f64, row, 0.0]))) - RADIUS;
         let bone = (0..ROWS)
             .map(|row| row as f64)
             .find(|row| depth(*row) < 0.0);
@@ -125,18 +125,29 @@ fn text(matrix: &Matrix) -> String {
 
 /// The sweep as PLUS writes it, and its configuration.
 fn folder() -> TempDir {
+    let noted = |k: usize| {
+        let mut pose = image_to_reference(k);
+        pose[1][3] += if k == JUMP { 30.0 } else { 0.0 };
+        pose
+    };
+    folder_of(FRAMES, image_to_reference, noted)
+}
+
+/// Pictures by their poses, and the poses that are written.
+fn folder_of(
+    count: usize,
+    true_pose: impl Fn(usize) -> Matrix,
+    noted: impl Fn(usize) -> Matrix,
+) -> TempDir {
     let folder = tempdir().unwrap();
     let mut header = format!(
         "ObjectType = Image\nNDims = 3\nBinaryData = True\nCompressedData = False\n\
-         DimSize = {COLUMNS} {ROWS}                {FRAMES} \nElementSpacing = 1 1 1\nElementType = MET_UCHAR\n\
+         DimSize = {COLUMNS} {ROWS}                {count} \nElementSpacing = 1 1 1\nElementType = MET_UCHAR\n\
          Kinds = domain domain               list\nUltrasoundImageOrientation = MFA\n"
     );
     let to_image = inverse(&calibration()).unwrap();
-    for k in 0..FRAMES {
-        let mut probe = product(&reference(), &product(&image_to_reference(k), &to_image));
-        if k == JUMP {
-            probe[1][3] += 30.0;
-        }
+    for k in 0..count {
+        let probe = product(&reference(), &product(&noted(k), &to_image));
         let status = if k == LOST { "OUT_OF_VIEW" } else { "OK" };
         let valid = if k == EMPTY { "INVALID" } else { "OK" };
         let of = |name: &str, matrix: &Matrix, status: &str| {
@@ -149,7 +160,7 @@ fn folder() -> TempDir {
         header += &format!("Seq_Frame{k:04}_ImageStatus = {valid}\n");
     }
     header += "ElementDataFile = LOCAL\n";
-    let pixels: Vec<u8> = (0..FRAMES).flat_map(picture).collect();
+    let pixels: Vec<u8> = (0..count).flat_map(|k| picture(k, &true_pose(k))).collect();
     fs::write(
         folder.path().join("sweep.igs.mha"),
         [header.as_bytes(), &pixels].concat(),
@@ -275,7 +286,10 @@ fn a_folder_of_pngs_gives_the_points_of_the_same_sweep() {
     fs::create_dir(&pngs).unwrap();
     let mut table = "file,tx,ty,tz,qw,qx,qy,qz\n".to_owned();
     for k in 0..6 {
-        let levels: Vec<f32> = picture(k).into_iter().map(f32::from).collect();
+        let levels: Vec<f32> = picture(k, &image_to_reference(k))
+            .into_iter()
+            .map(f32::from)
+            .collect();
         let picture = Array2::from_shape_vec((ROWS, COLUMNS), levels).unwrap();
         image::write(&picture, &pngs.join(format!("{k}.png"))).unwrap();
         let to_image = inverse(&calibration()).unwrap();
@@ -311,6 +325,65 @@ fn a_folder_of_pngs_gives_the_points_of_the_same_sweep() {
 }
 
 #[test]
+fn a_delay_is_taken_away_and_estimated_by_passes_over_the_same_bone() {
+    // To and fro across the shaft, 5 mm in 24 frames; poses of 0.08 s later.
+    let at = |k: f64| {
+        let mut sideways = IDENTITY;
+        sideways[0][3] = 5.0 / PIXEL * (k * std::f64::consts::TAU / 24.0).sin();
+        product(&image_to_reference(12), &sideways)
+    };
+    let folder = folder_of(72, |k| at(k as f64), |k| at(k as f64 + 0.08 / 0.05));
+    let common = "sweep sweep.igs.mha --calibration plus.xml --join 0 --min-confidence 0.3";
+    let mean = |name: &str| {
+        let rows = rows(&folder.path().join(name));
+        let off = rows
+            .iter()
+            .map(|row| (length(from_axis([2, 3, 4].map(|k| row[k]))) - RADIUS).abs());
+        off.sum::<f64>() / rows.len() as f64
+    };
+    folder.works(&format!("{common} -o late.csv"));
+    folder.works(&format!("{common} --delay 0.08 -o known.csv"));
+    let (status, message) = run(&folder, &format!("{common} --delay estimate -o found.csv"));
+    assert_eq!(status, 0, "{message}");
+    let [late, known, found] = ["late.csv", "known.csv", "found.csv"].map(mean);
+    assert!(
+        late > 0.5 && known < 0.15 && found < 0.15,
+        "{late} {known} {found}"
+    );
+    let number = message.split("pictures are ").nth(1).expect(&message);
+    let number: f64 = number.split(' ').next().unwrap().parse().unwrap();
+    assert!((number - 0.08).abs() < 0.01, "{message}");
+}
+
+#[test]
+fn a_killed_sweep_resumes_with_the_same_points() {
+    let folder = folder();
+    let text = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    let command = "sweep sweep.igs.mha --calibration plus.xml --threads 1 -o";
+    folder.works(&format!("{command} whole.csv"));
+    let names_before = names(folder.path());
+    killed_at(&folder, &format!("{command} a.csv"), "a.csv", 10_000);
+    let [message, _] = succeeded(&mut program(&folder, &format!("{command} a.csv")));
+    assert!(message.contains("from an interrupted run"), "{message}");
+    assert_eq!(text("a.csv"), text("whole.csv"));
+    assert_eq!(names(folder.path()).len(), names_before.len() + 1);
+
+    // Pictures that changed are searched again.
+    fs::remove_file(folder.path().join("a.csv")).unwrap();
+    killed_at(&folder, &format!("{command} a.csv"), "a.csv", 10_000);
+    let mut bytes = text("sweep.igs.mha");
+    let pixels = bytes.len() - FRAMES * ROWS * COLUMNS;
+    bytes[pixels..].fill(20);
+    fs::write(folder.path().join("sweep.igs.mha"), bytes).unwrap();
+    let (status, message) = run(&folder, &format!("{command} a.csv"));
+    assert!(
+        status == 0 && message.contains("belongs to another run"),
+        "{message}"
+    );
+    assert!(rows(&folder.path().join("a.csv")).is_empty());
+}
+
+#[test]
 fn what_a_sweep_lacks_is_named() {
     let folder = folder();
     fs::write(
@@ -319,6 +392,17 @@ fn what_a_sweep_lacks_is_named() {
     )
     .unwrap();
     fs::write(folder.path().join("mm.txt"), "1 0 0 0 0 1 0 0 0 0 1 0").unwrap();
+    // Numbers of 0 to 1 are no grey levels.
+    let header = "ObjectType = Image\nNDims = 3\nBinaryData = True\nCompressedData = False\nDimSize = 64 64 1\n\
+                  ElementType = MET_FLOAT\nUltrasoundImageOrientation = MFA\nElementDataFile = LOCAL\n";
+    let levels = (0..64 * 64).flat_map(|k| (k as f32 / 4096.0).to_le_bytes());
+    let levels: Vec<u8> = header.bytes().chain(levels).collect();
+    fs::write(folder.path().join("levels.mha"), levels).unwrap();
+    let (status, message) = run(&folder, "surface levels.mha --pixel-size 0.0001 -o a.csv");
+    assert!(
+        status == 1 && message.contains("multiply by 255"),
+        "{message}"
+    );
     for row in REFUSED.lines() {
         let cells: Vec<&str> = row.split(" | ").collect();
         let [arguments, status, words] = cells[..] else {
@@ -343,10 +427,115 @@ sweep.igs.mha -o a.ply --calibration 1,2 | 2 | 2 numbers
 sweep.igs.mha -o a.ply --calibration none.xml | 1 | no such file
 short.mha -o a.ply | 1 | no ElementDataFile
 plus.xml -o a.ply | 1 | no tracked sequence
+levels.mha -o a.ply --calibration ImageToReference=0.1,0,0,0,0,0.1,0,0,0,0,1,0,0,0,0,1 | 1 | multiply by 255
 sweep.igs.mha -o a.obj | 2 | .mrk.json
 sweep.igs.mha -o a.ply --calibration plus.xml --crop 100,0,100,10 | 2 | beyond the 160 x 240
 sweep.igs.mha -o a.ply --calibration plus.xml --frames 5 | 1 | no frame with a picture and a pose
 sweep.igs.mha -o a.ply --calibration plus.xml --frames 30 | 2 | frames 0 to 23
 sweep.igs.mha -o a.ply --calibration plus.xml --sweep-step 0.001 | 2 | --sweep-step
 sweep.igs.mha -o a.ply --calibration plus.xml --join 3 | 2 | --join is 3
+sweep.igs.mha -o a.ply --calibration plus.xml --delay soon | 2 | expected a time or estimate
+sweep.igs.mha -o a.ply --calibration plus.xml --delay estimate | 1 | passes too seldom
 sweep.igs.mha -o a.ply --calibration plus.xml --euler abc | 2 | xyz";
+
+/// A recording of zea with poses of the probe: the points of its frames, at the poses of their middles.
+#[test]
+fn a_recording_with_poses_is_a_sweep() {
+    let folder = tempdir().unwrap();
+    let scanner = "--elements 32 --beams 16 --beam-step 2 --depth-start 0.012 --depth-end 0.03";
+    folder.works(&format!(
+        "simulate vertebra-3d --sweep 3 --sweep-step 0.0015 --thickness 0.003 --iq {scanner} -o s.npz"
+    ));
+    folder.works("convert s.npz -o s.hdf5");
+    folder.works("surface s.npz -o s.csv");
+    // A millisecond between transmits, a pose each 10 ms from -2 ms on; the third frame's middle is after the last.
+    let (transmits, step, count) = (16, 1e-3, 4);
+    // Of 0.3 rad about x, then a quarter about y.
+    let [sin, cos] = [0.15f64.sin(), 0.15f64.cos()].map(|part| part / 2f64.sqrt());
+    let q = [cos, sin, cos, -sin];
+    let position = |k: f64| [0.01 + 0.002 * k, 0.03, -0.05 + 0.001 * k];
+    let file = rust_hdf5::H5File::open_rw(folder.path().join("s.hdf5")).unwrap();
+    let put = |name: &str, shape: &[usize], values: Vec<f64>| {
+        let dataset = file.new_dataset::<f64>().shape(shape);
+        dataset.create(name).unwrap().write_raw(&values).unwrap();
+    };
+    for name in ["metadata", "metadata/probe_pose"] {
+        file.create_group(name).unwrap();
+    }
+    put(
+        "tracks/track_0/scan/time_to_next_transmit",
+        &[3, transmits],
+        vec![step; 3 * transmits],
+    );
+    let poses = (0..count).map(|k| k as f64);
+    put(
+        "metadata/probe_pose/translation",
+        &[count, 3],
+        poses.clone().flat_map(position).collect(),
+    );
+    // A quaternion and its negative are one rotation.
+    let signs = poses.flat_map(|k| q.map(|part| if k % 2.0 == 0.0 { part } else { -part }));
+    put("metadata/probe_pose/rotation", &[count, 4], signs.collect());
+    put("metadata/probe_pose/sampling_frequency", &[1], vec![100.0]);
+    put("metadata/probe_pose/start_time_offset", &[1], vec![-2e-3]);
+    file.write_vlen_strings(
+        "metadata/probe_pose/rotation_representation",
+        &["quaternion_wxyz"],
+    )
+    .unwrap();
+    file.close().unwrap();
+    let [info, _] = succeeded(&mut program(&folder, "info s.hdf5"));
+    assert!(
+        info.contains("of the probe in 2 of 3 frames, for `sweep`"),
+        "{info}"
+    );
+    let sweep = "sweep s.hdf5 -o a.csv --join 0 --overlay frame.png";
+    let [told, _] = succeeded(&mut program(&folder, sweep));
+    assert!(
+        told.contains("left out: 1 (ProbeToReference missing)"),
+        "{told}"
+    );
+    let found = rows(&folder.path().join("a.csv"));
+    let surface = fs::read_to_string(folder.path().join("s.csv")).unwrap();
+    let surface: Vec<Vec<f64>> = surface
+        .lines()
+        .skip(1)
+        .map(|row| row.split(',').map(|cell| cell.parse().unwrap()).collect())
+        .filter(|row: &Vec<f64>| row[0] < 2.0)
+        .collect();
+    assert!(
+        found.len() == surface.len() && found.len() > 10,
+        "{} {}",
+        found.len(),
+        surface.len()
+    );
+    let turn = |[a, b, c]: [f64; 3]| apply(&pose([0.3, PI / 2.0, 0.0], [0.0; 3]), [a, b, c]);
+    for (found, own) in found.iter().zip(&surface) {
+        let middle = step * (own[0] * transmits as f64 + (transmits - 1) as f64 / 2.0);
+        let from = position((middle + 2e-3) / 0.01);
+        let at = turn([own[2], 0.0, own[3]]);
+        for k in 0..3 {
+            let expected = 1e3 * (from[k] + at[k]);
+            assert!(
+                (found[2 + k] - expected).abs() < 2e-3,
+                "{found:?}, {own:?}: {expected}"
+            );
+        }
+        // The sound came straight down.
+        let down = turn([0.0, 0.0, own[3]]).map(|metres| 1e3 * metres);
+        assert!(
+            (0..3).all(|k| (found[8 + k] - down[k]).abs() < 2e-3),
+            "{found:?}"
+        );
+    }
+    let (status, message) = run(&folder, "sweep s.npz -o b.csv");
+    assert!(
+        status == 1 && message.contains("no tracked sequence"),
+        "{message}"
+    );
+    let (status, message) = run(&folder, "sweep s.hdf5 -o b.csv --pixel-size 0.0001");
+    assert!(
+        status == 2 && message.contains("--pixel-size has no effect"),
+        "{message}"
+    );
+}

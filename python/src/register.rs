@@ -2,8 +2,11 @@
 
 use std::path::PathBuf;
 
-use bonebeam_register::{Bone, Cloud, Parameters, Registration, Rigid, Stretch, V3, register};
+use bonebeam_register::{
+    Bone, Cloud, Parameters, Registration, Rigid, Stretch, V3, Volume, register,
+};
 use bonebeam_simulate::Surface;
+use bonebeam_tracked::Voxels;
 use numpy::{IntoPyArray, PyReadonlyArray2, ToPyArray};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -80,6 +83,10 @@ pub fn register_points<'py>(
     };
     let read = || {
         let (vertices, faces) = match mesh {
+            Mesh::File(path) if Voxels::recognizes(&path) => {
+                let Voxels { sides, hu, to_lps } = Voxels::read(&path)?;
+                return Bone::of_volume(&path, Volume { sides, hu, to_lps }, threshold);
+            }
             Mesh::File(path) => return Ok(Bone::read(&path, threshold)?.0),
             Mesh::Arrays(vertices, faces) => (vertices, faces),
         };

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use bonebeam_files::{Error, Result};
 use bonebeam_tracked::{
-    Calibration, Encoded, Euler, Matrix, PoseTable, Sequence, Settings, Track, sweep,
+    Calibration, Delay, Encoded, Euler, Matrix, PoseTable, Sequence, Settings, Track, sweep,
 };
 use ndarray::{Array2, Array3, Axis};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray3};
@@ -163,6 +163,7 @@ impl TrackedSequence {
         to: Option<&str>,
         pixel: Option<[f64; 2]>,
         jump: f64,
+        delay: f64,
     ) -> PyResult<(Bound<'py, PyArray3<f64>>, Vec<String>)> {
         let mut all = Calibration::default();
         for text in &calibration {
@@ -170,7 +171,10 @@ impl TrackedSequence {
                 .extend(Calibration::of(text, self.1).map_err(refused)?.transforms);
         }
         let pixel = pixel.map(|sides| sides.map(|side| 1e3 * side));
-        let track = Track::of(&self.0, &all, to, pixel, 1e3 * jump).map_err(refused)?;
+        let mut track = Track::of(&self.0, &all, to, pixel, 1e3 * jump).map_err(refused)?;
+        if delay != 0.0 {
+            track = track.delayed(&self.0, delay).map_err(refused)?;
+        }
         let poses = matrices(track.poses.len(), |k| track.poses[k].as_ref().ok()).into_pyarray(py);
         let reason = |pose: &std::result::Result<Matrix, String>| pose.as_ref().err().cloned();
         let reasons = track
@@ -216,12 +220,14 @@ pub fn sweep_of_pictures<'py>(
             frames: (0..poses.len()).collect(),
             crop: None,
             join: 1e3 * join,
+            delay: Delay::Known(0.0),
+            partial: None,
         };
         let sequence = Sequence::of_arrays(pictures, &poses)?;
         let track = Track::of(&sequence, &Calibration::default(), None, None, 1e3 * jump)?;
         sweep(&sequence, &track, &settings, &|_| ())
     });
-    let points = found.map_err(refused)?.points;
+    let points = found.map_err(refused)?.0.points;
     let three = |of: fn(&bonebeam_tracked::CloudPoint) -> [f64; 3]| {
         let all = Array2::from_shape_fn((points.len(), 3), |(k, axis)| of(&points[k])[axis]);
         all.into_pyarray(py)

@@ -67,7 +67,7 @@ def test_the_notebook_runs_from_top_to_bottom_within_two_minutes(folder):
     outputs = [of for cell in json.loads((folder / "done.ipynb").read_text())["cells"] for of in cell.get("outputs", [])]
     assert sum("image/png" in of.get("data", {}) for of in outputs) == 4
     assert not [of for of in outputs if of.get("name") == "stderr"]
-    assert (folder / "surface.csv").exists() and (folder / "vertebra.png").exists()
+    assert (folder / "surface.csv").exists() and (folder / "waves.png").exists()
 
 
 def test_the_gallery_has_a_picture_of_every_example():

@@ -181,11 +181,8 @@ def wrong_calls(data, lines):
         (lambda: b.beamform(image), TypeError, "`x` is Image; .*image.pixels"),
         (lambda: b.bmode(array), TypeError, r"`lines` is ndarray; expected Lines; .*bonebeam.Lines\(z, fs="),
         (lambda: b.bmode(data), TypeError, r"`lines` is ChannelData; expected Lines; .*beamform\(data\)"),
-        (lambda: b.bmode(image), TypeError, "`lines` is Image; expected Lines"),
         (lambda: b.phase_symmetry(lines), TypeError, r"`image` is Lines; .*bonebeam.bmode\(lines\)"),
-        (lambda: b.phase_symmetry(data), TypeError, r"`image` is ChannelData"),
         (lambda: b.coherence(lines), TypeError, "`data` is Lines; expected ChannelData"),
-        (lambda: b.delay(lines), TypeError, "`data` is Lines; expected ChannelData"),
         (lambda: b.measure.point(image), TypeError, "`lines` is Image; expected Lines"),
         (lambda: b.surface(array.real), ValueError, "`source` is a picture; give its `pixel_size`"),
         (lambda: b.surface(lines, coherence=array.real[:5]), ValueError, r"`coherence` has shape .* by the keywords"),
@@ -193,29 +190,32 @@ def wrong_calls(data, lines):
         (lambda: b.surface(data, coherence=array.real), ValueError, "`coherence` has no effect on channel data"),
         (lambda: b.surface(several), ValueError, r"hold 2 frames; give one, such as lines.frame\(0\)"),
         (lambda: b.surface(two), ValueError, r"hold 2 frames; give one, such as data.frame\(0\)"),
-        (lambda: b.delay(two), ValueError, r"hold 2 frames; give one, such as data.frame\(0\)"),
         (lambda: b.beamform(replace(data, rf=rf.swapaxes(1, 2))), ValueError, r"`rf` has shape .*rf.swapaxes\(-1, -2\)"),
-        (
-            lambda: b.beamform(replace(data, rf=rf.swapaxes(1, 2)[None, ..., None])),
-            ValueError,
-            r"zea's .*rf\[..., 0\].swapaxes\(2, 3\)",
-        ),
+        (lambda: b.beamform(replace(data, rf=rf.swapaxes(1, 2)[None, ..., None])), ValueError, r"zea's .*swapaxes\(2, 3\)"),
         (lambda: b.bmode(lines, pixel_size=0.1), ValueError, "`pixel_size` is 0.1 m, more than the image's height"),
         (lambda: b.beamform(data, betta=0.1), TypeError, "'betta'; did you mean `beta`"),
         (lambda: b.bmode(lines, dynamic_rnage=50), TypeError, "'dynamic_rnage'; did you mean `dynamic_range`"),
         (lambda: b.simulate("point", scanner={"elemnts": 8}), TypeError, "'elemnts'; did you mean `elements`"),
-        (lambda: b.simulate("poit"), ValueError, "unknown variant `poit`, expected one of `point`"),
+        (lambda: b.simulate("poit"), ValueError, "`phantom` is 'poit'; expected one of point, vertebra,"),
+        (lambda: b.simulate("point", noise=-40), TypeError, r"`noise` is a key of `scanner`: simulate\(…, scanner={'noise': …}\)"),
+        (lambda: b.simulate("point", scanner="L12"), TypeError, "`scanner` is str; expected a dictionary"),
+        (lambda: b.beamform(data, method=b), TypeError, "`method` is module; expected a number, a name or a list"),
+        (lambda: b.beamform(replace(data, rf="rf.npy")), TypeError, "`rf` is the path 'rf.npy'; expected an array of numbers"),
+        (lambda: b.phase_symmetry(-image.pixels), ValueError, "`image` is at most -?0; expected grey levels of 0 to 255"),
+        (lambda: b.measure.point(lines, near=15e-3), ValueError, "`near` is 0.015; expected x and z, m"),
+        (lambda: b.measure.contrast(lines, lines), TypeError, "`inside` is Lines of object; expected envelopes"),
+        (lambda: b.measure.speckle_snr(array), TypeError, "`envelope` is ndarray of complex64; expected envelopes"),
+        (lambda: b.measure.speckle_snr([-3.0, -6.0]), ValueError, "`envelope` has a value that is negative, NaN or infinite"),
+        (lambda: b.measure.surface(array, data), TypeError, r"`found` is ndarray; expected a Surface, as of .*surface\(data\)"),
+        (lambda: b.measure.surface(b.surface(lines), data, 0.5), ValueError, "`tolerance` is 0.5; .* at most 0.02"),
         (lambda: b.beamform(data, method="DAS"), ValueError, "`method`: unknown variant `DAS`, expected one of `das`"),
     ]
 
 
-@pytest.mark.parametrize("index", range(41))
-def test_a_wrong_call_is_told_what_it_is_and_what_to_call(wires, lines, index):
-    calls = wrong_calls(wires, lines)
-    assert len(calls) == 41
-    call, error, words = calls[index]
-    with pytest.raises(error, match=words):
-        call()
+def test_a_wrong_call_is_told_what_it_is_and_what_to_call(wires, lines):
+    for call, error, words in wrong_calls(wires, lines):
+        with pytest.raises(error, match=words):
+            call()
 
 
 CHECKED = """
@@ -246,6 +246,9 @@ def checked_files(folder):
         text = (ROOT / document).read_text()
         for k, block in enumerate(re.findall(r"^```python\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)):
             (folder / f"{pathlib.Path(document).stem.lower()}_{k}.py").write_text(block)
+    cells = json.loads((ROOT / "python/examples/first_hour.ipynb").read_text())["cells"]
+    code = ["".join(cell["source"]) for cell in cells if cell["cell_type"] == "code"]
+    (folder / "first_hour.py").write_text("\n".join(code))
     return [*map(str, folder.glob("*.py")), *map(str, sorted((ROOT / "python/examples").glob("*.py")))]
 
 

@@ -116,11 +116,6 @@ def test_the_command_has_the_same_width(command, folder):
     done = subprocess.run([os.environ["HOST_SIM"], *map(str, words)], capture_output=True, text=True, check=True)
     told = json.loads(done.stdout)["point"]
     found = measure.point(bonebeam.beamform(point, method="das", sub_lines=1))
-    for name, value in [
-        ("x_m", found.x),
-        ("z_m", found.z),
-        ("width_6db_m", found.lateral_6db),
-        ("axial_6db_m", found.axial_6db),
-        ("spacing_m", found.lateral_spacing),
-    ]:
-        assert told[name] == pytest.approx(value, rel=1e-9), name
+    names = ("x_m", "z_m", "width_6db_m", "axial_6db_m", "spacing_m")
+    values = (found.x, found.z, found.lateral_6db, found.axial_6db, found.lateral_spacing)
+    assert [told[name] for name in names] == pytest.approx(values, rel=1e-9)

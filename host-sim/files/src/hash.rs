@@ -105,7 +105,7 @@ impl FileHash {
 }
 
 /// The hash of an array's numbers in memory.
-pub(crate) fn of_array<T: Pod, D: Dimension>(array: &ArrayView<'_, T, D>) -> u128 {
+pub fn of_array<T: Pod, D: Dimension>(array: &ArrayView<'_, T, D>) -> u128 {
     let array = array.as_standard_layout();
     XxHash3_128::oneshot(bytemuck::cast_slice(array.as_slice().unwrap_or_default()))
 }

@@ -99,7 +99,7 @@ pub fn levels_of_png(bytes: &[u8], path: &Path) -> Result<Array2<f32>> {
 ///
 /// # Errors
 /// The values of another range, and how to change them.
-fn check_levels(pixels: &Array2<f32>, wide: bool) -> std::result::Result<(), String> {
+pub fn check_levels(pixels: &Array2<f32>, wide: bool) -> std::result::Result<(), String> {
     let least = pixels.iter().copied().fold(f32::INFINITY, f32::min);
     let most = pixels.iter().copied().fold(f32::NEG_INFINITY, f32::max);
     let is = |range: std::ops::RangeInclusive<f32>| range.contains(&most);

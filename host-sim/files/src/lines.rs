@@ -7,7 +7,7 @@ use ndarray::{Array2, Array3, ArrayBase, ArrayD, Axis, Data, Ix2, arr0, aview1};
 use num_complex::Complex;
 
 use super::atomic::Outputs;
-use super::{PartialLines, file_error, npz, npz_writer, validate};
+use super::{PartialFrames, file_error, npz, npz_writer, validate};
 use crate::memory::product;
 use crate::{Error, Result};
 
@@ -97,7 +97,7 @@ impl BeamformedLines {
         count: usize,
         path: &Path,
         outputs: &mut Outputs,
-        partial: &mut PartialLines,
+        partial: &mut PartialFrames,
         mut next: impl FnMut(usize) -> Result<Vec<(Self, u128)>>,
     ) -> Result<Self> {
         let wrong = |message: &str| file_error(path, message);
@@ -106,16 +106,23 @@ impl BeamformedLines {
         let mut frames = next(known)?;
         let (first, _) = frames.first().ok_or_else(|| wrong("has no frames"))?;
         let mut first = first.clone();
-        if known > 0 {
-            first.z = partial.read(0)?;
-        }
         let (beams, samples) = first.z.dim();
+        let read = |partial: &mut PartialFrames, frame: usize| {
+            partial.read(frame, |bytes| {
+                let (values, _) = bytes.as_chunks::<{ size_of::<Complex<f32>>() }>();
+                let values = values.iter().map(|z| bytemuck::pod_read_unaligned(z));
+                Array2::from_shape_vec((beams, samples), values.collect()).ok()
+            })
+        };
+        if known > 0 {
+            first.z = read(partial, 0)?;
+        }
         outputs.add(path, |sink| {
             let bytes = product(&[count, beams, samples, size_of::<Complex<f32>>()]);
             let mut npz = npz_writer::Writer::new(sink, bytes);
             npz.begin::<Complex<f32>>("z", &[count, beams, samples])?;
             for frame in 0..known {
-                npz.append(&partial.read(frame)?)?;
+                npz.append(&read(partial, frame)?)?;
             }
             let mut done = known;
             while !frames.is_empty() {
@@ -125,7 +132,9 @@ impl BeamformedLines {
                         Err(wrong("has frames of several shapes"))?;
                     }
                     npz.append(&lines.z)?;
-                    partial.append(&lines.z, *hash)?;
+                    let z = lines.z.as_standard_layout();
+                    let bytes = bytemuck::cast_slice(z.as_slice().unwrap_or_default());
+                    partial.append(bytes, *hash)?;
                 }
                 done += frames.len();
                 // Before the next are made, these are given back.

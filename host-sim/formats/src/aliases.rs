@@ -121,11 +121,11 @@ pub fn listed(source: &dyn NamedArrays) -> String {
         .enumerate()
         .map(|(position, (name, sides))| {
             let long: Vec<usize> = sides.iter().copied().filter(|&side| side > 1).collect();
-            let shape = sides
-                .iter()
-                .map(usize::to_string)
-                .collect::<Vec<_>>()
-                .join(" x ");
+            let shape: Vec<String> = sides.iter().map(usize::to_string).collect();
+            let shape = match shape.is_empty() {
+                true => "a number".into(),
+                false => shape.join(" x "),
+            };
             let role = match (meant(name), long.as_slice()) {
                 (Some(key), _) => format!(", perhaps `{key}`"),
                 (None, [_, _]) if position == 0 => ", perhaps `rf` or `lines`".into(),

@@ -5,11 +5,12 @@ use std::ops::Range;
 use std::path::Path;
 
 use bonebeam_files::atomic::Outputs;
-use bonebeam_files::{Recording, Result, Samples, SharedHash};
+use bonebeam_files::{Recording, Result, Samples, SharedHash, file_error};
 
 use crate::blocks::{Blocks, Source};
 use crate::export::add_recording;
-use crate::{Export, Format, Found, Variables};
+use crate::hdf5::Store;
+use crate::{Export, Format, Found, Variables, zea};
 
 /// Bytes of samples to read at a time; at least one frame.
 const AT_A_TIME: usize = 16 << 20;
@@ -62,6 +63,25 @@ impl RecordingFile {
     /// Names of the file's arrays that were not read.
     pub fn unread(&self) -> &[String] {
         &self.unread
+    }
+
+    /// The pose of the probe in each frame of a tracked sweep.
+    ///
+    /// A position (x, y, z), m, with Euler angles about fixed axes x, y, z, rad, or a quaternion x, y, z, w.
+    ///
+    /// # Errors
+    /// A file without poses, or poses that are not valid.
+    pub fn poses(&self) -> Result<Vec<Option<Vec<f64>>>> {
+        match self.format() {
+            Format::Zea => zea::poses::read(
+                &Store::open(&self.source.path, false)?,
+                &self.source.variables,
+            ),
+            _ => Err(file_error(
+                &self.source.path,
+                "has no poses of the probe; expected a recording of zea with them",
+            )),
+        }
     }
 
     /// Number of frames in the file.

@@ -2,6 +2,8 @@
 //!
 //! zea counts time from the first element that fires, and its pulse has its peak some time after that.
 
+pub mod poses;
+
 use std::ops::Range;
 
 use ndarray::{Array2, Array4, Axis, Ix5};
@@ -70,8 +72,12 @@ fn folder(store: &Store, chosen: Option<&Given>) -> Result<String> {
             .trim_end_matches('/')
             .to_owned()
     };
+    let label = |folder: &String| store.word(&format!("{folder}label")).ok();
+    let is = |folder: &&String, track: &String| {
+        name(folder) == *track || label(folder).as_ref() == Some(track)
+    };
     if let Some(Given::Name(track)) = chosen
-        && let Some(folder) = folders.iter().find(|folder| name(folder) == *track)
+        && let Some(folder) = folders.iter().find(|folder| is(folder, track))
     {
         return Ok(folder.clone());
     }
@@ -80,7 +86,8 @@ fn folder(store: &Store, chosen: Option<&Given>) -> Result<String> {
     }
     let held = folders.iter().map(|folder| {
         let shape = store.shape(&format!("{folder}data/raw_data"));
-        Ok(format!("{} {:?}", name(folder), shape?))
+        let label = label(folder).map_or(String::new(), |label| format!(" ({label})"));
+        Ok(format!("{}{label} {:?}", name(folder), shape?))
     });
     let held: Vec<String> = held.collect::<Result<_>>()?;
     Err(store.error(format!(
@@ -111,7 +118,7 @@ pub fn read(
         }
     };
     let elements = elements(store, &scan)?;
-    let mut assumed = Vec::new();
+    let mut assumed = others(store, &folder);
     let c = match variables.number("c") {
         Some(c) => c,
         None if store.has(&scan("sound_speed")) => number("sound_speed")?,
@@ -153,12 +160,26 @@ pub fn read(
             "the probe's lens is not added, since initial_times may hold it; --variable lens_delay={lens:.4e} adds it"
         ));
     }
+    let of_custom = |name: &String| name.starts_with("custom/") && name.contains("lens");
+    if let Some(name) = store.names().into_iter().find(of_custom) {
+        assumed.push(format!(
+            "{name} is not added; --variable lens_delay=SECONDS adds a lens, one way"
+        ));
+    }
     let fs = variables
         .number("fs")
         .map_or_else(|| number("sampling_frequency"), Ok)?;
     let delay = delays(store, &scan, elements.len())?;
     let transmits = delay.nrows();
     let peaks = peaks(store, &scan, transmits, sent)?;
+    if !["t_peak", "waveforms_two_way"]
+        .iter()
+        .any(|name| store.has(&scan(name)))
+    {
+        let why = "the pulse peaks a period of center_frequency after an element fires, since t_peak and \
+                   waveforms_two_way are missing";
+        assumed.push(why.into());
+    }
     let start = each(store, &scan("initial_times"), transmits)?;
     let fired = Fired {
         elements: &elements,
@@ -188,10 +209,6 @@ pub fn read(
     }
     if store.has(&scan("tgc_gain_curve")) {
         let why = "the samples keep the gain over depth that was applied to them, tgc_gain_curve";
-        assumed.push(why.into());
-    }
-    if store.has("metadata/probe_pose/translation") {
-        let why = "the file has poses of the probe, metadata/probe_pose: of tracked sweeps, which `sweep` takes as a table";
         assumed.push(why.into());
     }
     let (mut samples, held) = samples(store, &name, frames, f_demod, &t0)?;
@@ -226,6 +243,31 @@ pub fn read(
     let data = data.normalised();
     data.check().map_err(|message| store.error(message))?;
     Ok((data, held, assumed))
+}
+
+/// Says that other tracks are not read, whose arrays need no list of their own.
+fn others(store: &Store, own: &str) -> Vec<String> {
+    let folder = |track: String| format!("tracks/{track}/");
+    let mut folders: Vec<String> = store.groups("tracks").into_iter().map(folder).collect();
+    folders.retain(|folder| folder != own);
+    let names = store.names().into_iter();
+    let of_others = names.filter(|name| folders.iter().any(|folder| name.starts_with(folder)));
+    of_others.for_each(|name| store.note(&name));
+    let named = |folder: &String| match store.word(&format!("{folder}label")) {
+        Ok(label) => format!("{} ({label})", folder.trim_end_matches('/')),
+        Err(_) => folder.trim_end_matches('/').to_owned(),
+    };
+    match folders.is_empty() {
+        true => Vec::new(),
+        false => {
+            let others: Vec<String> = folders.iter().map(named).collect();
+            vec![format!(
+                "{} is read, not {}",
+                named(&own.to_owned()),
+                others.join(", ")
+            )]
+        }
+    }
 }
 
 /// Time through the probe's lens, one way, s.

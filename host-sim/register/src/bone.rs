@@ -76,10 +76,10 @@ impl Bone {
     pub fn read(path: &Path, threshold: Option<f64>) -> Result<(Bone, Vec<String>)> {
         let name = path.to_string_lossy().to_ascii_lowercase();
         if name.ends_with(".nii") || name.ends_with(".nii.gz") {
-            let volume = Volume::read_nifti(path)?;
-            let surface = volume.surface(threshold.unwrap_or(THRESHOLD));
-            let surface = surface.map_err(|e| file_error(path, e.to_string()))?;
-            return Ok((Bone::new(surface), Vec::new()));
+            return Ok((
+                Self::of_volume(path, Volume::read_nifti(path)?, threshold)?,
+                Vec::new(),
+            ));
         }
         if threshold.is_some() {
             let message = "has triangles: a threshold has no effect on it";
@@ -90,6 +90,16 @@ impl Bone {
             surface = surface.mapped(to_lps);
         }
         Ok((Bone::new(surface), warnings))
+    }
+
+    /// The surface of the largest part of a volume above a threshold, HU.
+    ///
+    /// # Errors
+    /// No voxel above it; `path` names the volume.
+    pub fn of_volume(path: &Path, volume: Volume, threshold: Option<f64>) -> Result<Bone> {
+        let surface = volume.surface(threshold.unwrap_or(THRESHOLD));
+        let surface = surface.map_err(|e| file_error(path, e.to_string()))?;
+        Ok(Bone::new(surface))
     }
 
     /// The triangles.

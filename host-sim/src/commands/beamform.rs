@@ -31,7 +31,7 @@ use bonebeam_files::atomic::{Outputs, check_outputs};
 use bonebeam_files::image::{self, Format};
 use bonebeam_files::memory;
 use bonebeam_files::terminal::{digits, print, warn};
-use bonebeam_files::{BeamformedLines, PartialLines, Recording, Transmits};
+use bonebeam_files::{BeamformedLines, PartialFrames, Recording, Transmits};
 use bonebeam_formats::{Blocks, RecordingFile};
 use bonebeam_report::page::figure;
 
@@ -255,13 +255,13 @@ impl Arguments {
         settings: &Beamform,
         frames: &Range<usize>,
         (shared, blocks): (&Recording, &mut Blocks),
-    ) -> Result<PartialLines> {
+    ) -> Result<PartialFrames> {
         // All arrays are written out by `#`.
         let key = format!("{PROGRAM} {settings:?} {frames:?} {shared:#?}");
         let mut path = output.as_os_str().to_owned();
         path.push(".partial");
         let key = XxHash3_128::oneshot(key.as_bytes());
-        let mut partial = PartialLines::open(Path::new(&path), key)?;
+        let mut partial = PartialFrames::open(Path::new(&path), key)?;
         partial.keep(|frame| {
             let (recording, own) = blocks.block(frames.start + frame)?;
             Ok(recording.frame_hash(own.start))
@@ -438,7 +438,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
             lines
         }
     };
-    let resumed = partial.as_ref().map_or(0, PartialLines::resumed);
+    let resumed = partial.as_ref().map_or(0, PartialFrames::resumed);
     bar.clear();
     let input = hashing.finish()?;
     let mut measures = Measures::new(&input, format, seconds, resumed, &lines);

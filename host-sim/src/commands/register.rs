@@ -16,8 +16,9 @@ use bonebeam_files::image::{Format, add_colours_to};
 use bonebeam_files::terminal::{print, warn};
 use bonebeam_register::{
     Bone, Cloud, Freedom, Parameters, Region, Registration, Rigid, Rival, Statistics, Stretch, V3,
-    colour, picture, regions, register, target_error,
+    Volume, colour, picture, regions, register, target_error,
 };
+use bonebeam_tracked::Voxels;
 
 /// Register points on bone to a surface from CT.
 ///
@@ -32,7 +33,7 @@ pub struct Arguments {
     #[arg(value_name = "POINTS")]
     points: PathBuf,
 
-    /// Surface of the bone, .stl, .obj or .ply; or a CT volume, .nii or .nii.gz
+    /// Surface of the bone, .stl, .obj or .ply; or a CT volume, .nii, .nii.gz, .mha, .mhd, .nrrd, .nhdr or a folder of DICOM
     #[arg(value_name = "MESH")]
     mesh: PathBuf,
 
@@ -152,7 +153,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let snapshots = snapshots.collect::<Result<Vec<_>>>()?;
 
     let cloud = Cloud::read(&arguments.points)?;
-    let (bone, warnings) = Bone::read(&arguments.mesh, arguments.threshold)?;
+    let (mesh, threshold) = (&arguments.mesh, arguments.threshold);
+    let (bone, warnings) = match Voxels::recognizes(mesh) {
+        true => {
+            let Voxels { sides, hu, to_lps } = Voxels::read(mesh)?;
+            let volume = Volume { sides, hu, to_lps };
+            (Bone::of_volume(mesh, volume, threshold)?, Vec::new())
+        }
+        false => Bone::read(mesh, threshold)?,
+    };
     warnings.iter().for_each(|warning| warn(warning));
     let pose = |flag: &str, text: &Option<String>| {
         let pose = text.as_ref().map(|text| read_pose(flag, text));

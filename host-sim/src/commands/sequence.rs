@@ -122,6 +122,12 @@ impl PlaceArguments {
         }
     }
 
+    /// A given flag that applies only to pictures.
+    pub fn given(&self) -> Option<&'static str> {
+        let size = (!self.pixel_size.is_empty()).then_some("pixel-size");
+        size.or(self.crop.map(|_| "crop"))
+    }
+
     /// The part of the pictures: x, y, width, height.
     pub fn part(&self) -> Option<[usize; 4]> {
         let crop = self.crop?;

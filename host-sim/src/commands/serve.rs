@@ -388,7 +388,7 @@ fn answers(
     }
     let pixels = finder.part_of(pixels);
     let found = finder.search(&pixels).map_err(text)?;
-    let points = finder.points(&found, image.message.id as usize, pose);
+    let points = finder.points(&found.points, image.message.id as usize, pose);
     let [x, y, columns, rows] = finder.part();
     let mut placed = *pose;
     let corner = apply(pose, [x as f64, y as f64, 0.0]);

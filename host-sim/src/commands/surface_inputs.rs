@@ -83,6 +83,8 @@ pub struct Found {
     /// At least one.
     pub frames: Vec<FrameSurface>,
     pub lines: usize,
+    /// Where the beams of a recording begin, x and z, m.
+    pub starts: Vec<[f64; 2]>,
     pub picture: Option<BModeImage>,
     /// Fan of a picture whose lines are beams.
     pub fan: Option<PictureFan>,
@@ -124,8 +126,13 @@ fn of_sequence(source: &Source<'_>, config: &Config, sequence: &Sequence) -> Res
     let part = sequence.part;
     let mut reader = sequence.reader()?;
     let count = sequence.frames.len();
+    let mut is_checked = false;
     of_pictures(source, config, count, (known, part), |frame| {
-        sequence.picture(reader.frame(frame)?)
+        let picture = sequence.picture(reader.frame(frame)?)?;
+        if !std::mem::replace(&mut is_checked, true) {
+            sequence.check_levels(&picture)?;
+        }
+        Ok(picture)
     })
 }
 
@@ -217,6 +224,7 @@ fn of_pictures(
     Ok(Found {
         frames,
         lines,
+        starts: Vec::new(),
         picture: Some(picture),
         fan,
     })
@@ -247,11 +255,14 @@ fn add_frame(
     match found {
         Some(found) => found.frames.push(surface),
         None => {
+            let depth = |k: usize| lines.rays.as_ref().map_or(0.0, |rays| rays.z[k]);
+            let starts = lines.beam_x.iter().enumerate();
             let wanted = source.drawn;
             let picture = wanted.then(|| image_of(lines, &config.image)).transpose();
             *found = Some(Found {
                 frames: vec![surface],
                 lines: lines.beam_x.len(),
+                starts: starts.map(|(k, &x)| [x, depth(k)]).collect(),
                 picture: picture.map_err(of_file)?,
                 fan: None,
             });

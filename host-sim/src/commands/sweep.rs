@@ -1,32 +1,40 @@
 //! `host-sim sweep`: a tracked sequence → the bone surface in space.
 
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 
+use super::VariableArguments;
 use super::frames::{FrameRange, parse_frames};
 use super::sequence::{PlaceArguments, SequenceArguments};
 use super::surface_files::Overlay;
+use super::surface_inputs::{Found, Source};
+use crate::config::Config;
 use crate::flags::Flags;
 use crate::progress::Progress;
-use crate::provenance::Snapshot;
+use crate::provenance::{PROGRAM, Snapshot};
 use crate::{Error, Result};
 use bonebeam_drive::config::Surface;
+use bonebeam_drive::methods::MethodName;
 use bonebeam_files::atomic::{Outputs, check_outputs};
-use bonebeam_files::image;
 use bonebeam_files::terminal::{print, remark, short};
+use bonebeam_files::{image, input};
+use bonebeam_formats::RecordingFile;
 use bonebeam_tracked::{
-    Cloud, Finder, Sequence, Settings, Space, Track, add_cloud_to, check_name, sweep, views,
+    Cloud, Delay, Finder, Sequence, Settings, Space, Track, add_cloud_to, check_name, sweep, views,
 };
 
 /// Find the bone surface in a tracked sweep.
 ///
 /// The points are in the frame of a tracker's reference or of a CT.
 ///
-/// SEQUENCE is a file of PLUS or 3D Slicer (.mha, .nrrd), or a folder of PNGs with a table of poses. A point of a
-/// picture (column, row, 0, 1) is mapped by ImageToProbe and the sequence's transforms. Frames without a picture, with
-/// a pose that is missing or not OK, and frames that jump are left out and counted.
+/// SEQUENCE is a file of PLUS or 3D Slicer (.mha, .nrrd), a folder of PNGs with a table of poses, or a recording of zea
+/// with poses (probe_pose), which is beamformed by das. A point of a picture (column, row, 0, 1) is mapped by
+/// ImageToProbe and the sequence's transforms; of a recording, x = along the array, z = depth. Frames without a picture, with
+/// a pose that is missing or not OK, and frames that jump are left out and counted. An interrupted run of more than ten
+/// seconds resumes from BONE.ply.partial.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES, allow_negative_numbers = true)]
 pub struct Arguments {
@@ -63,6 +71,13 @@ pub struct Arguments {
     #[arg(long, value_name = "M", default_value_t = 0.0001)]
     join: f64,
 
+    /// Delay of the pictures behind the poses, in the unit of the timestamps (s by PLUS), or `estimate`
+    ///
+    /// A picture of time t has the pose of t minus the delay, interpolated between frames. The estimate is the delay at
+    /// which passes over the same bone agree best, within eight frames; a sweep without such passes is refused.
+    #[arg(long, value_name = "TIME|estimate", value_parser = parse_delay, default_value = "0")]
+    delay: Delay,
+
     /// Also write a picture of the points from three sides: x and y, x and z, y and z
     #[arg(long, value_name = "VIEWS.png")]
     image: Option<PathBuf>,
@@ -78,6 +93,9 @@ pub struct Arguments {
     sequence: SequenceArguments,
 
     #[command(flatten)]
+    variables: VariableArguments,
+
+    #[command(flatten)]
     surface: Flags<Surface>,
 }
 
@@ -87,6 +105,14 @@ Examples:
   host-sim sweep sweep.seq.nrrd --calibration ImageToProbe.json --to Tracker -o bone.mrk.json
   host-sim sweep UltrasoundImages --poses tracking.csv --euler xyz --pose-unit mm --angle-unit degrees \\
       --calibration 26.4,-0.5,128.0,92.5,-0.5,179.2 --pixel-size 0.00005392 --space LPS -o bone.ply";
+
+fn parse_delay(text: &str) -> std::result::Result<Delay, String> {
+    match (text, text.parse::<f64>()) {
+        ("estimate", _) => Ok(Delay::Estimated),
+        (_, Ok(delay)) if delay.is_finite() => Ok(Delay::Known(delay)),
+        _ => Err("expected a time or estimate".into()),
+    }
+}
 
 /// Runs the command.
 ///
@@ -125,7 +151,16 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let pixel = arguments.place.pixel()?;
 
     let snapshot = Snapshot::of(&arguments.input)?;
-    let sequence = arguments.sequence.open(&arguments.input)?;
+    let mut config = Config::default();
+    arguments.variables.apply(&mut config.variables)?;
+    let is_recording = is_hdf5(&arguments.input);
+    let sequence = match is_recording {
+        true => {
+            let poses = RecordingFile::open(&arguments.input, &config.variables)?.poses()?;
+            Sequence::of_recording(&arguments.input, &poses)
+        }
+        false => arguments.sequence.open(&arguments.input)?,
+    };
     for what in &sequence.assumed {
         remark(&format!("{}: {what}", arguments.input.display()));
     }
@@ -140,19 +175,41 @@ pub fn run(arguments: Arguments) -> Result<()> {
         jump,
     )?;
     let range = FrameRange::of(arguments.frames.as_ref(), sequence.frames.len())?;
+    let mut partial = arguments.output.clone().into_os_string();
+    partial.push(".partial");
     let settings = Settings {
         surface: section,
         frames: range.step_by(arguments.every as usize).collect(),
         crop: arguments.place.part(),
         join: mm("join", arguments.join)?,
+        delay: arguments.delay,
+        partial: Some((partial.into(), PROGRAM)),
     };
-    let bar = Progress::new("searching", 1000);
-    let cloud = sweep(&sequence, &track, &settings, &|share| {
-        bar.set((1000.0 * share) as u64, 1000)
-    });
-    bar.clear();
-    let cloud = cloud?;
+    let ((cloud, partial), drawn) = match is_recording {
+        true => {
+            config.surface = settings.surface.clone();
+            let (cloud, drawn) = arguments.of_recording(config, &track, &settings, &snapshot)?;
+            ((cloud, None), drawn)
+        }
+        false => {
+            let bar = Progress::new("searching", 1000);
+            let cloud = sweep(&sequence, &track, &settings, &|share| {
+                bar.set((1000.0 * share) as u64, 1000)
+            });
+            bar.clear();
+            (cloud?, None)
+        }
+    };
     snapshot.check()?;
+    if let Some([delay, deviation]) = cloud.delay {
+        let within = 1.96 * deviation;
+        remark(&format!(
+            "{}: pictures are {delay:.4} behind their poses, {:.4} to {:.4}",
+            arguments.input.display(),
+            delay - within,
+            delay + within
+        ));
+    }
 
     let space = if arguments.space == "LPS" {
         Space::Lps
@@ -165,10 +222,62 @@ pub fn run(arguments: Arguments) -> Result<()> {
         image::add_colours_to(&views(&cloud.points), path, &mut outputs)?;
     }
     if let Some(path) = &arguments.overlay {
-        overlay(&sequence, &track, &settings)?.add_to(path, &mut outputs)?;
+        let drawn = drawn.map_or_else(|| overlay(&sequence, &track, &settings), Ok);
+        drawn?.add_to(path, &mut outputs)?;
     }
     outputs.commit()?;
+    if let Some(partial) = partial {
+        partial.finish();
+    }
     print(&format!("{}\n", summary(&cloud, space)))
+}
+
+impl Arguments {
+    /// The bone in the frames of a recording, and the first of them with its surface.
+    fn of_recording(
+        &self,
+        mut config: Config,
+        track: &Track,
+        settings: &Settings,
+        snapshot: &Snapshot,
+    ) -> Result<(Cloud, Option<Overlay>)> {
+        if self.delay != Delay::Known(0.0) {
+            let message = "--delay has no effect on a recording, whose poses have times";
+            return Err(Error::Usage(message.into()));
+        }
+        config.beamform.method = MethodName::Das;
+        config.beamform.resolve();
+        config.validate()?;
+        let of_picture = self
+            .surface
+            .given()
+            .find(|(_, heading)| *heading == "Picture");
+        let of_picture = self.place.given().or(of_picture.map(|(flag, _)| flag));
+        let found = Found::of(
+            &Source {
+                path: &self.input,
+                crop: None,
+                frames: self.frames.as_ref(),
+                drawn: self.overlay.is_some(),
+                of_picture,
+            },
+            &config,
+            snapshot,
+        )?;
+        let cloud = Cloud::of_surfaces(track, settings, &found.frames, &found.starts);
+        let points = found.frames.first().map_or(&[][..], |frame| &frame.points);
+        let drawn = found.picture.as_ref();
+        Ok((
+            cloud,
+            drawn.map(|picture| Overlay::of(picture, None, points, Overlay::colour)),
+        ))
+    }
+}
+
+fn is_hdf5(path: &Path) -> bool {
+    let mut head = [0; 8];
+    let read = input::open(path).and_then(|mut file| file.read_exact(&mut head));
+    read.is_ok() && head == *b"\x89HDF\r\n\x1a\n"
 }
 
 /// The middle one of the searched frames with its surface.
@@ -200,8 +309,12 @@ fn summary(cloud: &Cloud, space: Space) -> String {
         true => "none".to_owned(),
         false => left_out.join(", "),
     };
+    let resumed = match cloud.resumed {
+        0 => String::new(),
+        resumed => format!(" ({resumed} of them from an interrupted run)"),
+    };
     format!(
-        "{} points of bone in {with} of {searched} frames, in the frame {} ({}), {} joined; left out: {left_out}; lines are {}",
+        "{} points of bone in {with} of {searched} frames{resumed}, in the frame {} ({}), {} joined; left out: {left_out}; lines are {}",
         cloud.points.len(),
         cloud.target,
         space.name(),

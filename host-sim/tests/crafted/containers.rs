@@ -94,6 +94,48 @@ fn small_rf(file: &rust_hdf5::H5File) {
     dataset.write_raw(&rf).unwrap();
 }
 
+/// Events and waves of UFF 0.3 are others than USTB's; its arrays can be named.
+#[test]
+fn files_of_uff_0_3_name_the_flags_that_open_them() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("data.h5");
+    let group = "channel_data";
+    let rate = format!("{group}/unique_events/00000001/receive_setup");
+    let file = rust_hdf5::H5File::create(&path).unwrap();
+    for (k, _) in rate.match_indices('/').chain([(rate.len(), "")]) {
+        file.create_group(&rate[..k]).unwrap();
+    }
+    let numbers = |name: String, shape: &[usize], values: &[f64]| {
+        let dataset = file.new_dataset::<f64>().shape(shape);
+        dataset.create(&name).unwrap().write_raw(values).unwrap();
+    };
+    let rf: Vec<f64> = (0..8 * 300).map(|n| f64::from(n % 37)).collect();
+    numbers(format!("{group}/data_real"), &[1, 1, 8, 300], &rf);
+    numbers(format!("{rate}/sampling_frequency"), &[1], &[40e6]);
+    numbers(format!("{group}/sound_speed"), &[1], &[1540.0]);
+    file.close().unwrap();
+    let (status, message) = run(&folder, "info data.h5");
+    assert!(
+        status == 1 && message.contains("UFF of version 0.3"),
+        "{message}"
+    );
+    // The flags of the message, with numbers for what the file lacks.
+    let flags = message
+        .split("the rest: ")
+        .nth(1)
+        .unwrap()
+        .split(", or")
+        .next()
+        .unwrap();
+    let flags = ["HZ=5e6", "METRES=0.3e-3", "SECONDS=0", "RADIANS=0"]
+        .iter()
+        .fold(flags.to_owned(), |flags, pair| {
+            let (word, number) = pair.split_once('=').unwrap();
+            flags.replace(&format!("={word}"), &format!("={number}"))
+        });
+    folder.works(&format!("beamform data.h5 -o lines.npz {flags}"));
+}
+
 #[test]
 fn hdf5_files_that_claim_more_than_they_hold() {
     let folder = tempdir().unwrap();

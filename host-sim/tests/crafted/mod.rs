@@ -6,7 +6,9 @@ mod containers;
 mod outputs;
 
 use crate::common;
-use common::program::{DATA, ended, folder_with_channel_data, program, refused, shell, succeeded};
+use common::program::{
+    DATA, Folder, ended, folder_with_channel_data, program, refused, run, shell, succeeded,
+};
 use common::{channel_data_with, npy};
 use std::fs;
 use std::io::Write;

@@ -53,12 +53,12 @@ pub(crate) fn unit(a: [f64; 3]) -> [f64; 3] {
 }
 
 /// The cube of a position.
-fn cell(position: [f64; 3], side: f64) -> [i32; 3] {
+pub(crate) fn cell(position: [f64; 3], side: f64) -> [i32; 3] {
     // The cast saturates.
     position.map(|x| (x / side).floor() as i32)
 }
 
-fn neighbours(cell: [i32; 3], around: i32) -> impl Iterator<Item = [i32; 3]> {
+pub(crate) fn neighbours(cell: [i32; 3], around: i32) -> impl Iterator<Item = [i32; 3]> {
     let range = move || -around..=around;
     range()
         .flat_map(move |x| range().flat_map(move |y| range().map(move |z| [x, y, z])))

@@ -291,11 +291,11 @@ impl Pictures {
     }
 }
 
-fn element<'o>(object: &'o InMemDicomObject, name: &str) -> Option<&'o InMemElement> {
+pub(crate) fn element<'o>(object: &'o InMemDicomObject, name: &str) -> Option<&'o InMemElement> {
     object.element_by_name(name).ok()
 }
 
-fn whole(object: &InMemDicomObject, name: &str) -> Option<usize> {
+pub(crate) fn whole(object: &InMemDicomObject, name: &str) -> Option<usize> {
     element(object, name)?.to_int().ok()
 }
 

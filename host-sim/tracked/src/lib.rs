@@ -1,4 +1,4 @@
-//! Tracked sweeps: pictures with poses, and the bone surface over them.
+//! Tracked sweeps: pictures with poses, and the bone surface over them; volumes of CT.
 //!
 //! [`Sequence`] reads what PLUS and 3D Slicer write, DICOM, and folders of PNGs with a table of poses. Poses are matrices in
 //! millimetres that act on columns (x, y, z, 1), named by their frames: `ProbeToTracker` maps a point in the probe's
@@ -8,10 +8,12 @@
 mod calibration;
 mod cloud;
 mod cloud_files;
+mod delay;
 mod dicom;
 mod folder;
 mod header;
 mod igtl;
+mod kept;
 mod live;
 mod message;
 mod metaimage;
@@ -25,11 +27,13 @@ mod sweep;
 mod track;
 mod transforms;
 mod views;
+mod volume;
 
 pub use bonebeam_files::{Error, Result};
 pub use calibration::Calibration;
 pub use cloud::CloudPoint;
 pub use cloud_files::{Space, add_cloud_to, check_name};
+pub use delay::Delay;
 pub use folder::is_folder_of_pictures;
 pub use igtl::{Image, image_content, point_content, polydata_content};
 pub use live::Live;
@@ -39,5 +43,6 @@ pub use poses::{AngleUnit, Euler, LengthUnit, PoseTable};
 pub use sequence::{Content, Encoded, Frame, Reader, Sequence, Tracked};
 pub use sweep::{Cloud, Finder, Settings, sweep};
 pub use track::Track;
-pub use transforms::{Chain, Matrix, apply, inverse, name_parts, product};
+pub use transforms::{Chain, IDENTITY, Matrix, apply, inverse, name_parts, product};
 pub use views::views;
+pub use volume::Voxels;

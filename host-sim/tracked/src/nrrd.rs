@@ -50,11 +50,14 @@ pub fn read(path: &Path, reader: &mut (impl BufRead + Seek)) -> Result<(Header, 
     }
     let sides = header.sizes("sizes")?;
     let kinds = header.words("kinds");
+    let is_volume = kinds.len() == 3 && kinds.iter().all(|kind| ["domain", "space"].contains(kind));
     let mut axes = Vec::new();
     for (k, side) in sides.iter().enumerate() {
         let axis = match kinds.get(k).copied() {
             Some("list" | "time") => Axis::Frame,
             Some("vector" | "RGB-color" | "RGBA-color" | "3-color" | "4-color") => Axis::Component,
+            // The slices of a volume are its frames.
+            Some("domain" | "space") if is_volume && k == 2 => Axis::Frame,
             Some("domain" | "space") => Axis::Picture,
             _ if k >= 2 && k + 1 == sides.len() => Axis::Frame,
             _ => Axis::Picture,

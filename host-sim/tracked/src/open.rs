@@ -36,7 +36,7 @@ impl Sequence {
         let bytes = beginning(path).map_err(wrong)?;
         let kind = Kind::of(&bytes);
         let kind = kind.ok_or_else(|| {
-            wrong("is no tracked sequence (.mha, .nrrd, DICOM or a folder)".into())
+            wrong("is no tracked sequence (.mha, .nrrd, DICOM, zea's HDF5 or a folder)".into())
         })?;
         if let Kind::Dicom = kind {
             return Self::of_dicom(path, dicom::read(path).map_err(wrong)?, poses);
@@ -207,6 +207,12 @@ impl Kind {
         let is = |magic: &&[u8]| bytes.starts_with(magic);
         metaimage::MAGIC.iter().any(is).then_some(Self::MetaImage)
     }
+}
+
+/// Whether a file is DICOM, by its mark.
+pub(crate) fn is_dicom(path: &Path) -> bool {
+    let kind = beginning(path).ok().and_then(|bytes| Kind::of(&bytes));
+    matches!(kind, Some(Kind::Dicom))
 }
 
 /// The first bytes of a file.

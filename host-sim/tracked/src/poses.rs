@@ -32,8 +32,6 @@ impl std::str::FromStr for Euler {
     type Err = String;
 
     fn from_str(text: &str) -> std::result::Result<Self, String> {
-        let expected =
-            || "expected three axes such as xyz (fixed axes) or ZYX (moving axes)".to_owned();
         let moving = text.chars().all(|letter| letter.is_ascii_uppercase());
         let letters: Vec<usize> = text
             .chars()
@@ -44,7 +42,7 @@ impl std::str::FromStr for Euler {
                 axes: [a, b, c],
                 moving,
             }),
-            _ => Err(expected()),
+            _ => Err("expected three axes such as xyz (fixed axes) or ZYX (moving axes)".into()),
         }
     }
 }
@@ -188,16 +186,19 @@ impl PoseTable {
             .enumerate()
             .filter(|(_, line)| !line.trim().is_empty());
         let (_, head) = lines.next().ok_or("is empty")?;
-        let separator = [',', ';', '\t']
-            .into_iter()
-            .find(|separator| head.contains(*separator));
-        let separator = separator.ok_or("has one column; expected values between commas")?;
+        let mut separators = [',', ';', '\t'].into_iter();
+        let separator = separators.find(|separator| head.contains(*separator));
         let cells = |line: &'_ str| -> Vec<String> {
-            line.split(separator)
-                .map(|cell| cell.trim().trim_matches('"').to_owned())
-                .collect()
+            let own = |cell: &str| cell.trim().trim_matches('"').to_owned();
+            match separator {
+                Some(separator) => line.split(separator).map(own).collect(),
+                None => line.split_whitespace().map(own).collect(),
+            }
         };
         let head = cells(head);
+        if head.len() < 2 {
+            return Err("has one column; expected values between commas or blanks".into());
+        }
         if head.iter().all(|cell| cell.parse::<f64>().is_ok()) {
             return Err(
                 "has no header; expected the names of its columns, such as x,y,z,qx,qy,qz,qw"
@@ -216,10 +217,8 @@ impl PoseTable {
                     let at = head.iter().position(|own| own == name);
                     at.ok_or_else(|| format!("has no column {name}; it has {}", head.join(", ")))
                 };
-                names
-                    .iter()
-                    .map(find)
-                    .collect::<std::result::Result<_, _>>()?
+                let columns: std::result::Result<_, _> = names.iter().map(find).collect();
+                columns?
             }
             None => {
                 let all =
@@ -329,6 +328,11 @@ impl PoseTable {
             used.join(", ")
         );
         Ok((rows, vec![how]))
+    }
+
+    /// A position in m with angles about fixed axes x, y, z, rad, or a quaternion.
+    pub(crate) fn in_metres(values: &[f64]) -> Option<Matrix> {
+        Self::default().pose(values, LengthUnit::Metres, AngleUnit::Radians)
     }
 
     /// The pose by the values of a row; `None` for a quaternion of length 0.
@@ -469,6 +473,8 @@ mod tests {
         let metres = by_quaternion("qw;qx;qy;qz;tx_m;ty_m;tz_m\n0.9;.1;-.2;.3;0.01;0.02;0.03");
         let [x, y, z] = quaternion;
         assert!(near(metres, [10.0 + x, 20.0 + y, 30.0 + z]), "{metres:?}");
+        let blanks = by_quaternion("qw qx  qy qz tx_m ty_m tz_m\n0.9 .1 -.2 .3 0.01 0.02  0.03 ");
+        assert!(near(blanks, metres), "{blanks:?}");
         let radians = PoseTable {
             columns: Some(["c", "b", "a", "p", "q", "r"].map(String::from).into()),
             angle: Some(AngleUnit::Radians),

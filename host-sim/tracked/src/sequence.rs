@@ -12,7 +12,11 @@ use crate::dicom;
 use crate::header::Fields;
 use crate::orientation::Orientation;
 use crate::pixels::{Bytes, Element, Pixels, grey};
+use crate::poses::PoseTable;
 use crate::transforms::Matrix;
+
+/// Side of a pixel of a recording's plane, mm.
+pub(crate) const RECORDING_PIXEL: f64 = 0.1;
 
 /// Content of the frames.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -172,6 +176,49 @@ impl Sequence {
         })
     }
 
+    /// The poses of a recording's frames, whose picture is a plane of 0.1 mm pixels.
+    ///
+    /// `Image` has its origin in the middle of the array, columns along it, and rows along the depth. `poses` are
+    /// positions in m with Euler angles about fixed axes, rad, or quaternions x, y, z, w.
+    pub fn of_recording(path: &Path, poses: &[Option<Vec<f64>>]) -> Self {
+        let side = RECORDING_PIXEL;
+        let image = [
+            [side, 0.0, 0.0, 0.0],
+            [0.0, 0.0, -1.0, 0.0],
+            [0.0, side, 0.0, 0.0],
+            [0.0, 0.0, 0.0, 1.0],
+        ];
+        let of = |matrix: Option<Matrix>| Tracked {
+            matrix,
+            status: "OK".into(),
+        };
+        let frame = |pose: &Option<Vec<f64>>| Frame {
+            has_picture: true,
+            transforms: [
+                ("ImageToProbe".into(), of(Some(image))),
+                (
+                    "ProbeToReference".into(),
+                    of(pose.as_ref().and_then(|pose| PoseTable::in_metres(pose))),
+                ),
+            ]
+            .into(),
+            timestamp: None,
+        };
+        Self {
+            path: path.to_path_buf(),
+            format: "recording",
+            content: Content::Brightness,
+            orientation: Orientation::MF,
+            sides: [400; 2],
+            frames: poses.iter().map(frame).collect(),
+            pixel: None,
+            part: None,
+            fields: Fields::new(),
+            assumed: Vec::new(),
+            source: Source::Memory(Array3::zeros((0, 0, 0))),
+        }
+    }
+
     /// The names of the transforms of all frames.
     pub fn transform_names(&self) -> BTreeSet<&str> {
         let names = self.frames.iter().flat_map(|frame| frame.transforms.keys());
@@ -241,6 +288,21 @@ impl Sequence {
         match picture.iter().all(|level| level.is_finite()) {
             true => Ok(picture),
             false => Err(file_error(&self.path, "holds a NaN or infinite pixel")),
+        }
+    }
+
+    /// Checks that the levels of pictures are 0 to 255, if they may be others.
+    ///
+    /// # Errors
+    /// Numbers of another range, such as 0 to 1 or decibels.
+    pub fn check_levels(&self, picture: &Array2<f32>) -> Result<()> {
+        match &self.source {
+            Source::Pixels(pixels) if pixels.element == Element::U8 => Ok(()),
+            Source::Pixels(_) | Source::Memory(_) => {
+                let levels = image::check_levels(picture, false);
+                levels.map_err(|message| file_error(&self.path, message))
+            }
+            Source::Pictures(_) | Source::Dicom(_) => Ok(()),
         }
     }
 

@@ -8,10 +8,15 @@ use rayon::prelude::*;
 
 use bonebeam_drive::config::Surface;
 use bonebeam_drive::image::BModeImage;
-use bonebeam_drive::surface::{Picture, PictureFan, PictureSurface, of_picture};
+use bonebeam_drive::surface::{
+    FrameSurface, Picture, PictureFan, PictureSurface, SurfacePoint, of_picture,
+};
+use bonebeam_files::{PartialFrames, hash_of_array};
 
 use crate::cloud::{Axes, CloudPoint, join, set_normals, unit};
-use crate::sequence::{Encoded, Sequence};
+use crate::delay::{Delay, estimate};
+use crate::kept;
+use crate::sequence::{Encoded, RECORDING_PIXEL, Sequence};
 use crate::track::Track;
 use crate::transforms::{Matrix, apply};
 use crate::{Error, Result};
@@ -32,6 +37,10 @@ pub struct Settings {
     pub crop: Option<[usize; 4]>,
     /// Distance within which points of different frames are one, mm; 0 joins none.
     pub join: f64,
+    /// Delay of the pictures behind the poses.
+    pub delay: Delay,
+    /// File in which a run leaves its surfaces if it is interrupted, and the program's version.
+    pub partial: Option<(PathBuf, &'static str)>,
 }
 
 /// The bone surface of a sweep.
@@ -49,12 +58,16 @@ pub struct Cloud {
     pub joined: usize,
     /// The fan, m from the first pixel's centre; `None` if columns are lines.
     pub fan: Option<PictureFan>,
+    /// The delay that was estimated and its standard deviation, in the unit of the timestamps.
+    pub delay: Option<[f64; 2]>,
+    /// Number of frames that an interrupted run had searched.
+    pub resumed: usize,
 }
 
 /// Finds the bone in the frames of a sweep.
 ///
 /// The fan is found once. Frames are read in order, some ahead, and searched by all threads. `progress` gets the share
-/// that is done.
+/// that is done. Returns also the file that keeps the surfaces, to be finished when the output exists.
 ///
 /// # Errors
 /// Lines in place of pictures, no frame with a pose, a damaged file, or an error of the detector.
@@ -63,28 +76,121 @@ pub fn sweep(
     track: &Track,
     settings: &Settings,
     progress: &(dyn Fn(f64) + Sync),
-) -> Result<Cloud> {
+) -> Result<(Cloud, Option<PartialFrames>)> {
     let own = |message: &str| bonebeam_files::file_error(&sequence.path, message);
     if sequence.content.is_lines() {
         return Err(own("holds lines of RF; a sweep needs pictures"));
     }
-    let mut cloud = Cloud {
-        target: track.target.clone(),
-        ..Cloud::default()
+    let known = match settings.delay {
+        Delay::Known(delay) if delay != 0.0 => Some(track.delayed(sequence, delay)?),
+        Delay::Known(_) | Delay::Estimated => None,
     };
+    let mut track = known.as_ref().unwrap_or(track);
     let frames = track.usable(&settings.frames);
-    let poses = settings
-        .frames
-        .iter()
-        .filter_map(|&frame| track.poses.get(frame));
-    for reason in poses.filter_map(|pose| pose.as_ref().err()) {
-        *cloud.left_out.entry(reason.clone()).or_default() += 1;
-    }
     let finder = Finder::new(sequence, track, settings, &frames)?;
-    cloud.fan = finder.surface.fan;
+    let mut partial = None;
+    if let Some((path, program)) = &settings.partial {
+        partial = Some(kept::open((path, program), sequence, &finder, &frames)?);
+    }
+    let surfaces = search(sequence, &finder, &frames, &mut partial, progress)?;
+    let estimated;
+    let mut delay = None;
+    if settings.delay == Delay::Estimated {
+        let found = estimate(sequence, track, &finder, &surfaces)?;
+        delay = Some(found);
+        estimated = track.delayed(sequence, found[0])?;
+        track = &estimated;
+    }
+    let points = placed(track, &finder, &surfaces).into_iter();
+    let points = surfaces.iter().map(|(frame, _)| *frame).zip(points);
+    let cloud = Cloud {
+        fan: finder.surface.fan,
+        delay,
+        resumed: partial.as_ref().map_or(0, PartialFrames::resumed),
+        ..Cloud::of(track, settings, points.collect())
+    };
+    Ok((cloud, partial))
+}
+
+impl Cloud {
+    /// The points of the searched frames that have a pose.
+    fn of(track: &Track, settings: &Settings, found: Vec<(usize, Vec<CloudPoint>)>) -> Self {
+        let searched = found
+            .iter()
+            .filter(|(frame, _)| track.poses[*frame].is_ok());
+        let with = searched.clone().filter(|(_, points)| !points.is_empty());
+        let searched = [searched.clone().count(), with.count()];
+        let mut points = found.into_iter().flat_map(|(_, points)| points).collect();
+        let joined = join(&mut points, settings.join);
+        set_normals(&mut points, |frame| axes(track, frame));
+        let mut left_out = BTreeMap::new();
+        let poses = settings
+            .frames
+            .iter()
+            .filter_map(|&frame| track.poses.get(frame));
+        for reason in poses.filter_map(|pose| pose.as_ref().err()) {
+            *left_out.entry(reason.clone()).or_default() += 1;
+        }
+        Self {
+            target: track.target.clone(),
+            searched,
+            left_out,
+            joined,
+            points,
+            ..Self::default()
+        }
+    }
+
+    /// The cloud of surfaces in frames of a recording, in the coordinates of its array; `starts` are those of its beams.
+    pub fn of_surfaces(
+        track: &Track,
+        settings: &Settings,
+        surfaces: &[FrameSurface],
+        starts: &[[f64; 2]],
+    ) -> Self {
+        let frames = track.usable(&settings.frames);
+        let found = frames.into_iter().map(|(frame, pose)| {
+            let place = |metres: [f64; 2]| {
+                let [column, row] = metres.map(|metres| 1e3 * metres / RECORDING_PIXEL);
+                apply(&pose, [column, row, 0.0])
+            };
+            let point = |point: &SurfacePoint| {
+                let position = place([point.x, point.z]);
+                let start = starts.get(point.line).copied().unwrap_or([point.x, 0.0]);
+                CloudPoint {
+                    position,
+                    normal: [0.0; 3],
+                    path: crate::cloud::sub(position, place(start)),
+                    confidence: point.confidence,
+                    frame,
+                    line: point.line,
+                }
+            };
+            let own = surfaces.iter().find(|own| own.frame == frame);
+            let points = own.map_or(Vec::new(), |own| own.points.iter().map(point).collect());
+            (frame, points)
+        });
+        Self::of(track, settings, found.collect())
+    }
+}
+
+/// The surface in each of the frames; those that are kept are not searched again.
+fn search(
+    sequence: &Sequence,
+    finder: &Finder,
+    frames: &[(usize, Matrix)],
+    partial: &mut Option<PartialFrames>,
+    progress: &(dyn Fn(f64) + Sync),
+) -> Result<Vec<(usize, Vec<SurfacePoint>)>> {
+    let mut surfaces = Vec::with_capacity(frames.len());
+    if let Some(partial) = partial {
+        for (k, (frame, _)) in frames.iter().enumerate().take(partial.done()) {
+            surfaces.push((*frame, partial.read(k, kept::decoded)?));
+        }
+    }
     let at_a_time = AHEAD * rayon::current_num_threads();
     let mut reader = sequence.reader()?;
-    let mut blocks = frames.chunks(at_a_time);
+    let mut blocks = frames[surfaces.len()..].chunks(at_a_time);
     let mut read = |block: Option<&[(usize, Matrix)]>| -> Result<Vec<Encoded>> {
         block
             .unwrap_or_default()
@@ -99,39 +205,46 @@ pub fn sweep(
         let (found, ahead) = rayon::join(
             || {
                 let frames = own.par_iter().zip(encoded);
-                let found = frames.map(|((frame, pose), encoded)| {
-                    let found = finder.search(&finder.part_of(sequence.picture(encoded)?))?;
-                    Ok(finder.points(&found, *frame, pose))
+                let found = frames.map(|((frame, _), encoded)| {
+                    let pixels = finder.part_of(sequence.picture(encoded)?);
+                    let hash = hash_of_array(&pixels.view());
+                    Ok((*frame, finder.search(&pixels)?.points, hash))
                 });
                 found.collect::<Result<Vec<_>>>()
             },
             || read(next),
         );
-        for points in found? {
-            cloud.searched[0] += 1;
-            cloud.searched[1] += usize::from(!points.is_empty());
-            cloud.points.extend(points);
+        for (frame, found, hash) in found? {
+            if let Some(partial) = partial {
+                partial.append(&kept::encoded(&found), hash)?;
+            }
+            surfaces.push((frame, found));
         }
-        progress(cloud.searched[0] as f64 / frames.len() as f64);
+        progress(surfaces.len() as f64 / frames.len() as f64);
         (block, encoded) = (next, ahead?);
     }
-    cloud.joined = join(&mut cloud.points, settings.join);
-    let axes: BTreeMap<usize, Axes> = frames
-        .iter()
-        .map(|(frame, pose)| (*frame, axes(pose)))
-        .collect();
-    let none = Axes {
-        across: [0.0; 3],
-        down: [0.0; 3],
-    };
-    set_normals(&mut cloud.points, |frame| {
-        axes.get(&frame).copied().unwrap_or(none)
-    });
-    Ok(cloud)
+    Ok(surfaces)
 }
 
-fn axes(pose: &Matrix) -> Axes {
-    let column = |k: usize| unit([0, 1, 2].map(|row| pose[row][k]));
+/// The points of each surface in space, by the poses of a track, without normals.
+pub(crate) fn placed(
+    track: &Track,
+    finder: &Finder,
+    surfaces: &[(usize, Vec<SurfacePoint>)],
+) -> Vec<Vec<CloudPoint>> {
+    let of = |(frame, found): &(usize, Vec<SurfacePoint>)| match &track.poses[*frame] {
+        Ok(pose) => finder.points(found, *frame, pose),
+        Err(_) => Vec::new(),
+    };
+    surfaces.iter().map(of).collect()
+}
+
+/// Directions of a frame's picture; 0 without a pose.
+pub(crate) fn axes(track: &Track, frame: usize) -> Axes {
+    let column = |k: usize| match &track.poses[frame] {
+        Ok(pose) => unit([0, 1, 2].map(|row| pose[row][k])),
+        Err(_) => [0.0; 3],
+    };
     Axes {
         across: column(0),
         down: column(1),
@@ -190,6 +303,7 @@ impl Finder {
             finder.show(&sequence.picture(reader.frame(*frame)?)?);
         }
         finder.settle()?;
+        sequence.check_levels(&(&finder.brightest * finder.scale))?;
         Ok(finder)
     }
 
@@ -305,7 +419,8 @@ impl Finder {
     }
 
     /// The points of a surface in space, without normals.
-    pub fn points(&self, found: &PictureSurface, frame: usize, pose: &Matrix) -> Vec<CloudPoint> {
+    pub fn points(&self, found: &[SurfacePoint], frame: usize, pose: &Matrix) -> Vec<CloudPoint> {
+        let fan = &self.surface.fan;
         let place = |[x, z]: [f64; 2]| {
             let [column, row] = [x / self.pixel[0], z / self.pixel[1]];
             apply(
@@ -313,9 +428,9 @@ impl Finder {
                 [column + self.part[0] as f64, row + self.part[1] as f64, 0.0],
             )
         };
-        let point = |point: &bonebeam_drive::surface::SurfacePoint| {
+        let point = |point: &SurfacePoint| {
             let [x, z] = [point.x, point.z];
-            let start = match &found.fan {
+            let start = match fan {
                 Some(fan) => fan.at(fan.radii[0], (x - fan.x).atan2(z - fan.z)),
                 None => [x, 0.0],
             };
@@ -326,9 +441,9 @@ impl Finder {
                 path: crate::cloud::sub(position, place(start)),
                 confidence: point.confidence,
                 frame,
-                line: point.line + if found.fan.is_none() { self.part[0] } else { 0 },
+                line: point.line + if fan.is_none() { self.part[0] } else { 0 },
             }
         };
-        found.points.iter().map(point).collect()
+        found.iter().map(point).collect()
     }
 }

@@ -5,7 +5,7 @@
 use std::fs;
 use std::path::Path;
 
-use bonebeam_tracked::{PoseTable, Sequence};
+use bonebeam_tracked::{PoseTable, Sequence, Voxels};
 use ndarray::Array2;
 use tempfile::tempdir;
 
@@ -75,6 +75,8 @@ struct File<'a> {
     bits: [u16; 2],
     frames: u16,
     more: Vec<u8>,
+    /// Elements of a slice.
+    place: Vec<u8>,
     pixels: Vec<u8>,
 }
 
@@ -91,6 +93,7 @@ impl File<'_> {
         if !self.more.is_empty() {
             bytes.extend(element(0x0018_6011, "SQ", &self.more));
         }
+        bytes.extend(&self.place);
         bytes.extend(short(0x0028_0002, self.samples));
         bytes.extend(element(0x0028_0004, "CS", self.colours.as_bytes()));
         if self.samples == 3 {
@@ -175,6 +178,7 @@ fn file<'a>(
         bits: [bits; 2],
         frames: 1,
         more: Vec::new(),
+        place: Vec::new(),
         pixels,
     }
 }
@@ -296,4 +300,74 @@ fn frames_take_their_poses_from_a_table() {
     assert_eq!(poses, [Some(5.0), None, Some(7.0)]);
     let refused = read("0,5,0,0,0,0,0,1\n").unwrap_err();
     assert!(refused.contains("1 rows, but"), "{refused}");
+}
+
+/// A slice at x, in the order of the sagittal planes from the left, of 1 × 0.5 mm pixels.
+fn slice(path: &Path, x: &str, series: &str, first: u16) {
+    let texts = [
+        (0x0020_000e, "UI", series),
+        (0x0020_0032, "DS", &format!("{x}\\20\\30")),
+        (0x0020_0037, "DS", "0\\1\\0\\0\\0\\-1"),
+        (0x0028_0030, "DS", "0.5\\1"),
+        (0x0028_1052, "DS", "-1024"),
+        (0x0028_1053, "DS", "2"),
+    ];
+    let place = texts.map(|(tag, vr, text)| {
+        let mut text = text.to_owned();
+        text += if text.len() % 2 == 1 { " " } else { "" };
+        element(tag, vr, text.as_bytes())
+    });
+    let pixels: Vec<u8> = (0..6).flat_map(|k| (first + k).to_le_bytes()).collect();
+    File {
+        place: place.concat(),
+        ..file("MONOCHROME2", [1, 16], PLAIN, plain(&pixels))
+    }
+    .write(path);
+}
+
+#[test]
+fn a_volume_has_its_voxels_and_their_places_in_every_format() {
+    let folder = tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let series = at("series");
+    fs::create_dir(&series).unwrap();
+    for (name, x, first) in [("a", "6", 512), ("b", "10", 500), ("c", "8", 506)] {
+        slice(&series.join(name), x, "1.2", first);
+    }
+    fs::write(series.join("README"), "not a slice").unwrap();
+    let hu: Vec<i16> = (0..18).map(|k| 2 * (500 + k) - 1024).collect();
+    let raw: Vec<u8> = hu.iter().flat_map(|value| value.to_le_bytes()).collect();
+    let mha = "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\nCompressedData = False\n\
+               TransformMatrix = 0 1 0 0 0 -1 -1 0 0\nOffset = 10 20 30\nElementSpacing = 1 0.5 2\nDimSize = 3 2 3\n\
+               ElementType = MET_SHORT\nElementDataFile = LOCAL\n";
+    fs::write(at("ct.mha"), [mha.as_bytes(), &raw].concat()).unwrap();
+    let nrrd = "NRRD0004\ntype: short\ndimension: 3\nspace: right-anterior-superior\nsizes: 3 2 3\n\
+                space directions: (0,-1,0) (0,0,-0.5) (2,0,0)\nkinds: domain domain domain\nendian: little\nencoding: raw\n\
+                space origin: (-10,-20,30)\n\n";
+    fs::write(at("ct.nrrd"), [nrrd.as_bytes(), &raw].concat()).unwrap();
+    for name in ["series", "ct.mha", "ct.nrrd"] {
+        assert!(Voxels::recognizes(&at(name)));
+        let read = Voxels::read(&at(name)).unwrap();
+        assert_eq!((read.sides, &read.hu), ([3, 2, 3], &hu), "{name}");
+        let expected = [
+            [0.0, 0.0, -2.0, 10.0],
+            [1.0, 0.0, 0.0, 20.0],
+            [0.0, -0.5, 0.0, 30.0],
+        ];
+        assert_eq!(read.to_lps, expected, "{name}");
+    }
+    let refused = |name: &str, words: &str| {
+        let message = Voxels::read(&at(name)).err().unwrap().to_string();
+        assert!(message.contains(words), "{message}");
+    };
+    let spaceless = nrrd.replace("space directions: (0,-1,0) (0,0,-0.5) (2,0,0)\n", "");
+    fs::write(at("none.nrrd"), [spaceless.as_bytes(), &raw].concat()).unwrap();
+    refused("none.nrrd", "no space directions");
+    let flat = [mha.replace("1 0.5 2", "1 0 2").as_bytes(), &raw].concat();
+    fs::write(at("flat.mha"), flat).unwrap();
+    refused("flat.mha", "expected 0.001 to 100 mm");
+    slice(&series.join("d"), "3", "1.2", 518);
+    refused("series", "uneven distances");
+    slice(&series.join("d"), "4", "1.3", 518);
+    refused("series", "2 series");
 }

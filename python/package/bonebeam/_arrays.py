@@ -61,7 +61,7 @@ def from_anywhere(name: str, array: Any) -> npt.NDArray[Any]:
     """A NumPy array of an array, an object with DLPack, or a sequence."""
     if isinstance(array, np.ndarray) or not hasattr(array, "__dlpack__"):
         made = np.asarray(array)
-        if not isinstance(array, np.ndarray) and made.dtype == object:
+        if not isinstance(array, np.ndarray) and (made.dtype == object or isinstance(array, str)):
             raise wrong("", name, array, "an array of numbers")
         return made
     try:
@@ -90,9 +90,9 @@ def taken(
 
 
 def grey_levels(name: str, picture: Any) -> npt.NDArray[np.float32]:
-    """Grey levels of a picture; those of 0 to 1 are refused."""
+    """Grey levels of a picture; those of 0 to 1, and decibels below 0, are refused."""
     levels = taken(name, picture, np.float32, ("row", "column"), ("float32", "float64", "uint8"))
-    if 0 < levels.max(initial=0) <= 1:
+    if levels.any() and levels.max() <= 1:
         raise ValueError(f"`{name}` is at most {levels.max():g}; expected grey levels of 0 to 255")
     return levels
 

@@ -120,43 +120,43 @@ class ChannelData(Shown):
     """Centre frequency, Hz."""
     c: float
     """Speed of sound, m/s."""
-    t0: npt.NDArray[np.float64] | float
+    t0: npt.NDArray[Any] | float
     """Time of sample 0, s, for each transmit or for all.
 
     It counts from the passage of the wave through the origin of its delay law.
     """
-    element_x: npt.NDArray[np.float64]
+    element_x: npt.NDArray[Any]
     """Lateral positions of the elements, m, evenly spaced along the array."""
-    rf: npt.NDArray[np.float32] | None = None
+    rf: npt.NDArray[Any] | None = None
     """RF, [transmit, element, sample], or with frames as the first axis."""
-    iq: npt.NDArray[np.complex64] | None = None
+    iq: npt.NDArray[Any] | None = None
     """I/Q, of the same shape: the analytic signal times exp(-2j pi f_demod t)."""
     f_demod: float | None = None
     """I/Q: demodulation frequency, Hz."""
-    element_z: npt.NDArray[np.float64] | None = None
+    element_z: npt.NDArray[Any] | None = None
     """Depths of the elements, m; 0 by default."""
-    element_angle: npt.NDArray[np.float64] | None = None
+    element_angle: npt.NDArray[Any] | None = None
     """Angles of the elements' normals from the z axis, rad.
 
     Perpendicular to the array by default.
     """
     lens_delay: float | None = None
     """One-way delay of a lens, s."""
-    tx_x: npt.NDArray[np.float64] | None = None
+    tx_x: npt.NDArray[Any] | None = None
     """Focused beams: lateral positions of their axes, m."""
-    tx_focus: npt.NDArray[np.float64] | float | None = None
+    tx_focus: npt.NDArray[Any] | float | None = None
     """Focused beams: focal depths, m."""
     tx_fnumber: float | None = None
     """Focused beams: f-number of the transmit aperture, if known."""
-    tx_angle: npt.NDArray[np.float64] | None = None
+    tx_angle: npt.NDArray[Any] | None = None
     """Plane waves: angles, rad, positive towards positive x."""
-    tx_element: npt.NDArray[np.int64] | None = None
+    tx_element: npt.NDArray[Any] | None = None
     """Single-element transmits: index of the element."""
-    tx_source_x: npt.NDArray[np.float64] | None = None
+    tx_source_x: npt.NDArray[Any] | None = None
     """Virtual sources: lateral positions, m."""
-    tx_source_z: npt.NDArray[np.float64] | None = None
+    tx_source_z: npt.NDArray[Any] | None = None
     """Virtual sources: depths, m; above 0 the wave converges on the source."""
-    tx_delay: npt.NDArray[np.float64] | None = None
+    tx_delay: npt.NDArray[Any] | None = None
     """Any transmits: firing times, s, [transmit, element]; NaN for silent elements."""
     assumed: tuple[str, ...] = ()
     """Assumptions about data missing in the file, one sentence each.
@@ -303,24 +303,24 @@ class ChannelData(Shown):
 class AlignedData(Shown):
     """Aligned data: analytic samples after the delays of their beams."""
 
-    x: npt.NDArray[np.complex64]
+    x: npt.NDArray[Any]
     """Samples, [beam, sample, element], or with frames as the first axis."""
     fs: float
     """Sampling rate, Hz."""
     t0: float
     """Two-way time of sample 0, s."""
-    beam_x: npt.NDArray[np.float64] | None = None
+    beam_x: npt.NDArray[Any] | None = None
     """Lateral positions of the beams, m; evenly spaced by default."""
     c: float | None = None
     """Speed of sound, m/s."""
-    active: npt.NDArray[np.int64] | None = None
+    active: npt.NDArray[Any] | None = None
     """First active element and number of active elements, [beam, sample, 2].
 
     All elements by default.
     """
-    beam_z: npt.NDArray[np.float64] | None = None
+    beam_z: npt.NDArray[Any] | None = None
     """Depths of the beams' beginnings, m, unless straight down from z = 0."""
-    beam_angle: npt.NDArray[np.float64] | None = None
+    beam_angle: npt.NDArray[Any] | None = None
     """Angles of the beams from the z axis, rad, positive towards positive x."""
 
     def _facts(self) -> Mapping[str, str]:
@@ -347,19 +347,19 @@ class AlignedData(Shown):
 class Lines(Shown):
     """Beamformed lines; sample n is at the depth ``c * (t0 + n / fs) / 2``."""
 
-    z: npt.NDArray[np.complex64]
+    z: npt.NDArray[Any]
     """The beamformer's output, [beam, sample], or with frames as the first axis."""
     fs: float
     """Sampling rate, Hz."""
     t0: float
     """Two-way time of sample 0, s."""
-    beam_x: npt.NDArray[np.float64]
+    beam_x: npt.NDArray[Any]
     """Lateral positions of the beams, m."""
     c: float
     """Speed of sound, m/s."""
-    beam_z: npt.NDArray[np.float64] | None = None
+    beam_z: npt.NDArray[Any] | None = None
     """Depths of the beams' beginnings, m, unless straight down from z = 0."""
-    beam_angle: npt.NDArray[np.float64] | None = None
+    beam_angle: npt.NDArray[Any] | None = None
     """Angles of the beams from the z axis, rad, positive towards positive x."""
     sub_lines: int = 1
     """Number of consecutive beams that are the sub-lines of one line."""
@@ -372,8 +372,7 @@ class Lines(Shown):
     def depth(self) -> npt.NDArray[np.float64]:
         """Depths of the samples along their lines, m."""
         samples = np.shape(self.z)[-1]
-        depths: npt.NDArray[np.float64] = self.c * (self.t0 + np.arange(samples) / self.fs) / 2
-        return depths
+        return np.asarray(self.c * (self.t0 + np.arange(samples) / self.fs) / 2, np.float64)
 
     def plot(
         self,
@@ -467,7 +466,7 @@ class Image(Shown):
     Pixels are square, have two sides, or are on a polar grid.
     """
 
-    pixels: npt.NDArray[np.float32]
+    pixels: npt.NDArray[Any]
     """Grey levels 0 to 255, or phase symmetry 0 to below 1, [row, column], or with frames as the first axis.
 
     Row 0 is the shallowest.
@@ -482,7 +481,7 @@ class Image(Shown):
     """For grey levels: decibels between levels 0 and 255, if known."""
     quantity: Literal["grey level", "phase symmetry"] = "grey level"
     """Quantity that the pixels show."""
-    angle: npt.NDArray[np.float64] | None = None
+    angle: npt.NDArray[Any] | None = None
     """On a polar grid: angles of the columns from the z axis, rad, evenly spaced."""
     pixel_x: float | None = None
     """Distance between columns, m, if it differs from that between rows."""

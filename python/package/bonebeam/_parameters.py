@@ -74,7 +74,10 @@ def _plain(key: str, value: Any) -> Any:
         return {inner: _plain(inner, of) for inner, of in value.items() if of is not None}
     if isinstance(value, float) and not math.isfinite(value):
         raise ValueError(f"`{key}` is {value}; expected a finite number")
-    return fspath(value) if isinstance(value, PathLike) else value
+    value = fspath(value) if isinstance(value, PathLike) else value
+    if not isinstance(value, (int, float, str, list, tuple)):
+        raise TypeError(f"`{key}` is {type(value).__name__}; expected a number, a name or a list of them")
+    return value
 
 
 def names(known: type) -> set[str]:

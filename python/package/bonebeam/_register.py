@@ -56,7 +56,7 @@ def register(
 
     Args:
         points: Points, [point, 3], mm.
-        mesh: An STL, OBJ or PLY file in mm, or a CT volume as .nii or .nii.gz; or vertices [vertex, 3] in mm and faces
+        mesh: An STL, OBJ or PLY file in mm, or a CT volume as .nii, .nii.gz, .mha, .nrrd or a folder of DICOM; or vertices [vertex, 3] in mm and faces
             [face, 3], anticlockwise as seen from outside.
         normals: Normals towards the probe, [point, 3]. With them, points match only the side that the probe can see.
         confidence: Weights, 0 to 1.

@@ -51,8 +51,7 @@ def page(kind: type, facts: Mapping[str, str], picture: bytes | None) -> str:
 def grey_levels(values: npt.NDArray[Any], largest: float) -> npt.NDArray[np.uint8]:
     """Values from 0 to the largest as bytes, with the command's rounding."""
     scaled = values if largest == 255 else np.asarray(values, np.float64) * (255 / (largest or 1))
-    levels: npt.NDArray[np.uint8] = (np.clip(scaled, 0, 255) + 0.5).astype(np.uint8)
-    return levels
+    return np.asarray(np.clip(scaled, 0, 255) + 0.5).astype(np.uint8)
 
 
 def envelope(record: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
@@ -71,8 +70,7 @@ def in_decibels(magnitudes: npt.NDArray[Any], dynamic_range: float) -> npt.NDArr
     """Decibels below the largest magnitude, at least minus the dynamic range."""
     largest = magnitudes.max(initial=0) or 1
     floor = 10 ** (-dynamic_range / 20)
-    decibels: npt.NDArray[np.float64] = 20 * np.log10(np.maximum(magnitudes / largest, floor))
-    return decibels
+    return np.asarray(20 * np.log10(np.maximum(magnitudes / largest, floor)), np.float64)
 
 
 def png(levels: npt.NDArray[np.uint8]) -> bytes:

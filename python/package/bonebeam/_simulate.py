@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, get_args
 
 from . import _native, _parameters
 from ._data import ChannelData, Truth
@@ -37,10 +38,17 @@ def simulate(
     """
     known = _parameters.names(SimulateParameters)
     given: dict[str, Any] = {"phantom": phantom, **parameters}
+    if phantom not in get_args(Phantom):
+        raise ValueError(f"`phantom` is {phantom!r}; expected one of {', '.join(get_args(Phantom))}")
     inner = {"scanner": ScannerParameters, "bone": BoneParameters, "clutter": ClutterParameters}
     for name, of in inner.items():
-        for key in given.get(name) or ():
-            _parameters.refuse_unknown("simulate", key, _parameters.names(of))
+        section, its = given.get(name) or {}, _parameters.names(of)
+        if not isinstance(section, Mapping):
+            raise TypeError(f"simulate(): `{name}` is {type(section).__name__}; expected a dictionary")
+        for key in section:
+            _parameters.refuse_unknown("simulate", key, its)
+        for key in its & given.keys() - known:
+            raise TypeError(f"simulate(): `{key}` is a key of `{name}`: simulate(…, {name}={{'{key}': …}})")
     text = _parameters.checked("simulate", {"phantom", *known}, given)
     keys = _native.simulate(text, threads)
     truth = Truth(**keys.pop("truth"))

@@ -51,6 +51,7 @@ class TrackedSequence:
         to: str | None = None,
         pixel_size: Pixel = None,
         jump: float = 5e-3,
+        delay: float = 0.0,
     ) -> npt.NDArray[np.float64]:
         """Matrices of the pictures, [frame, 4, 4]: from (column, row, 0, 1) to a frame of reference, mm.
 
@@ -62,6 +63,7 @@ class TrackedSequence:
             to: Frame of reference, by default the first with a chain of Reference, World, CT, Tracker.
             pixel_size: Side of a pixel, m, or both sides: for a calibration in mm instead of pixels.
             jump: Deviation from the median of five frames that is a jump, m.
+            delay: Delay of the pictures behind the poses, in the unit of the timestamps (s by PLUS).
         """
         if isinstance(calibration, (str, PathLike)):
             texts = [fspath(calibration)]
@@ -70,7 +72,7 @@ class TrackedSequence:
         else:
             texts = [" ".join(repr(float(x)) for x in np.asarray(calibration, np.float64).ravel())]
         sides = None if pixel_size is None else [float(side) for side in np.broadcast_to(pixel_size, 2)]
-        poses: npt.NDArray[np.float64] = self._native.poses(texts, to, sides, jump)[0]
+        poses: npt.NDArray[np.float64] = self._native.poses(texts, to, sides, jump, delay)[0]
         return poses[self._frames.start : self._frames.stop]
 
 

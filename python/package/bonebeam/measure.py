@@ -70,6 +70,8 @@ def point(lines: Lines, near: tuple[float, float] | None = None, reach: float = 
     """
     if not isinstance(lines, Lines):
         raise wrong("point", "lines", lines, "Lines")
+    if near is not None and np.shape(near) != (2,):
+        raise ValueError(f"point(): `near` is {near}; expected x and z, m")
     found = Point(**_native.point_spread(lines._one_frame("point"), near, reach))
     for name, width, spacing in [
         ("lateral", found.lateral_6db, found.lateral_spacing),
@@ -94,7 +96,7 @@ def region(lines: Lines, centre: tuple[float, float], radius: float, inner: floa
     inside = (distance >= inner) & (distance < radius)
     if not inside.any():
         raise ValueError(f"no sample of the lines is within {radius} m of {centre}")
-    return np.abs(lines.z[inside]).astype(np.float64)
+    return np.asarray(np.abs(lines.z[inside]), np.float64)
 
 
 @dataclass(frozen=True)
@@ -116,12 +118,12 @@ def contrast(inside: npt.ArrayLike, outside: npt.ArrayLike) -> Contrast:
     >>> round(measured.cnr, 3), round(measured.contrast, 2)
     (1.342, -7.96)
     """
-    return Contrast(*_native.contrast(_values(inside), _values(outside)))
+    return Contrast(*_native.contrast(_values("contrast", "inside", inside), _values("contrast", "outside", outside)))
 
 
 def speckle_snr(envelope: npt.ArrayLike) -> float | None:
     """Mean over standard deviation of envelopes: 1.91 for fully developed speckle."""
-    return _native.speckle_snr(_values(envelope))
+    return _native.speckle_snr(_values("speckle_snr", "envelope", envelope))
 
 
 @dataclass(frozen=True)
@@ -155,8 +157,12 @@ def surface(found: Surface, truth: Truth | ChannelData, tolerance: float = 0.5e-
     Args:
         found: A surface of lines straight down, or of a picture's columns.
         truth: ``simulate(…).truth``, or the simulated data.
-        tolerance: Largest distance of a hit.
+        tolerance: Largest distance of a hit, m.
     """
+    if not isinstance(found, Surface):
+        raise TypeError(f"surface(): `found` is {type(found).__name__}; expected a Surface, as of bonebeam.surface(data)")
+    if not 0 < tolerance <= 0.02:
+        raise ValueError(f"surface(): `tolerance` is {tolerance}; expected above 0, at most 0.02 (m)")
     truth = truth.truth if isinstance(truth, ChannelData) else truth  # type: ignore[assignment]
     if not isinstance(truth, Truth):
         raise ValueError("`truth` is missing; expected `simulate(…).truth`, or simulated data")
@@ -170,8 +176,12 @@ def surface(found: Surface, truth: Truth | ChannelData, tolerance: float = 0.5e-
     return SurfaceScores(**_native.surface_scores(np.column_stack([x, z, known]), tolerance))
 
 
-def _values(array: npt.ArrayLike) -> npt.NDArray[np.float64]:
-    values = np.ascontiguousarray(array, np.float64).ravel()
-    if not np.isfinite(values).all():
-        raise ValueError("the region has a value that is NaN or infinite")
-    return values
+def _values(function: str, name: str, envelope: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    """Envelopes as float64; other objects, complex samples and decibels are refused."""
+    values = np.asarray(envelope)
+    if values.dtype.kind not in "iuf":
+        kind = f"{type(envelope).__name__} of {values.dtype}"
+        raise TypeError(f"{function}(): `{name}` is {kind}; expected envelopes, as of measure.region(lines, …)")
+    if not np.isfinite(values).all() or values.min(initial=0) < 0:
+        raise ValueError(f"{function}(): `{name}` has a value that is negative, NaN or infinite; expected envelopes")
+    return np.ascontiguousarray(values, np.float64).ravel()

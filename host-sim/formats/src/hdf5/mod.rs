@@ -360,6 +360,24 @@ impl Store {
         self.ordered(&slice.shape, values.map_err(|e| damaged(&e))?)
     }
 
+    /// A text of one string.
+    ///
+    /// # Errors
+    /// There is no such text.
+    pub fn word(&self, name: &str) -> Result<String> {
+        self.read.note(name);
+        let read = || {
+            let dataset = self.dataset(name)?;
+            let is_one = dataset.shape().iter().all(|side| *side == 1);
+            let words = is_one.then(|| dataset.read_strings()).transpose();
+            let word = words
+                .map_err(|e| damaged(&e))?
+                .and_then(|mut words| words.pop());
+            word.ok_or_else(|| "is no text".to_owned())
+        };
+        self.about(name, guarded(read))
+    }
+
     /// Whether complex numbers are two arrays, as in MATLAB's UFF and PICMUS.
     fn is_in_two(&self, name: &str) -> bool {
         !self.has(name) && self.has_group(name)

@@ -220,6 +220,36 @@ fn accumulated_acquisitions_are_one_transmit() {
     assert_eq!(first(&read(&all, &[]).unwrap().0), [0.0, 1000.0]);
 }
 
+/// An element of weight 0 in `Receive.Apod` was not recorded: halves of a wave are one transmit.
+#[test]
+fn elements_that_do_not_receive_are_left_out() {
+    let mut all = workspace();
+    let delays = all.numbers("TX(1).Delay").unwrap();
+    all.set("TX(2).Delay", &[4], delays.as_slice().unwrap());
+    all.set("TX(2).Steer", &[2], &[ANGLES[0], 0.0]);
+    for k in 1..=4 {
+        let half = if k % 2 == 1 {
+            [1.0, 1.0, 0.0, 0.0]
+        } else {
+            [0.0, 0.0, 0.5, 0.5]
+        };
+        all.set(&format!("Receive({k}).Apod"), &[4], &half);
+    }
+    let (data, _, assumed) = read(&all, &[]).unwrap();
+    let angle = vec![ANGLES[0]];
+    assert_eq!(data.transmits, Transmits::Plane { angle });
+    let rf = data.samples.rf(0).unwrap();
+    let first = rf.index_axis(ndarray::Axis(2), 0);
+    assert_eq!(first, ndarray::arr2(&[[0.0, 0.0, 4.0, 4.0]]));
+    assert!(
+        assumed.iter().any(|one| one.contains("neither 0 nor 1")),
+        "{assumed:?}"
+    );
+    all.set("Receive(3).Apod", &[3], &[1.0; 3]);
+    all.set("Receive(1).Apod", &[3], &[1.0; 3]);
+    assert!(refused(&all, &[]).contains("`Receive.Apod` has 3 numbers"));
+}
+
 /// A negative weight sends the inverted pulse, which a delay law does not have.
 #[test]
 fn inverted_transmits_are_refused() {

@@ -11,6 +11,7 @@ use std::ops::Range;
 
 use ndarray::{Array2, Axis};
 
+use crate::receivers::{merged, of_elements};
 use crate::values::NamedArrays;
 use crate::variables::{BUFFER, LAYOUT, Variables};
 use crate::waves::{Fired, Wave, inverted, silence};
@@ -166,24 +167,6 @@ impl Workspace<'_> {
             self.source
                 .error(format!("`{name}` is empty; expected a number"))
         })
-    }
-
-    /// Periods of the carrier from one pair of samples to the next.
-    ///
-    /// `None` if every sample was kept.
-    fn periods(&self) -> Result<Option<usize>> {
-        let modes = self.entries("Receive.sampleMode");
-        let Some(mode) = modes.first() else {
-            return Ok(None);
-        };
-        match self.source.text(mode)?.as_str() {
-            "NS200BW" => Ok(None),
-            "BS100BW" => Ok(Some(1)),
-            "BS50BW" => Ok(Some(2)),
-            mode => self.refuse(format!(
-                "was sampled with `Receive.sampleMode` {mode}, which is not read; expected NS200BW, BS100BW or BS50BW"
-            )),
-        }
     }
 
     /// Sampling rate of RF: four samples per wavelength, or the given rate.
@@ -478,7 +461,8 @@ pub fn read(
     };
     let waves: Vec<Wave> = kept.iter().map(|&k| waves[k]).collect();
     let rows: Vec<Range<usize>> = kept.iter().map(|&k| all[k].rows.clone()).collect();
-    let (transmits, t0) = fired.law(&waves);
+    let (mut transmits, mut t0) = fired.law(&waves);
+    let receivers = w.receivers(&all, elements.len())?;
     let lens_delay = match variables.number("lens_delay") {
         Some(delay) => delay,
         None => {
@@ -489,13 +473,21 @@ pub fn read(
     let (rf, held) = w.samples(&rows, elements.len(), (buffer, frames))?;
     let is_flat = |values: &Vec<f64>| values.iter().all(|&value| value == 0.0);
     let element_z: Vec<f64> = elements.iter().map(|e| e[1]).collect();
-    let samples = match periods {
+    let mut samples = match periods {
         None => Samples::Rf(rf),
         Some(periods) => Samples::Iq {
             iq: in_quadrature(&rf, periods, |transmit| carrier * t0[transmit]),
             f_demod: carrier,
         },
     };
+    if let Some(channels) = receivers {
+        let channels = channels.select(Axis(0), &kept);
+        let (law, of) = merged(&(transmits, t0), &channels);
+        (transmits, t0) = law;
+        samples = of_elements(samples, &channels, &of).map_err(|e| source.error(e))?;
+        let why = "Receive.Apod names the elements of each acquisition; acquisitions of one wave are one transmit";
+        w.assumed.push(why.into());
+    }
     let data = ChannelData {
         samples,
         fs,

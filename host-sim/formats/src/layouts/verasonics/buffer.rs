@@ -2,9 +2,10 @@
 
 use std::ops::Range;
 
-use ndarray::{Array4, Axis};
+use ndarray::{Array2, Array4, Axis};
 
-use super::Workspace;
+use super::{Acquisition, Workspace};
+use crate::receivers::NONE;
 use crate::values::Values;
 use bonebeam_files::Result;
 use bonebeam_files::memory::{self, product};
@@ -89,6 +90,44 @@ impl Workspace<'_> {
             }
         });
         Ok((rf, held))
+    }
+
+    /// The channel of each element, `[acquisition, element]`, if `Receive.Apod` leaves some out.
+    pub(super) fn receivers(
+        &mut self,
+        all: &[Acquisition],
+        elements: usize,
+    ) -> Result<Option<Array2<usize>>> {
+        let names = self.entries("Receive.Apod");
+        let mut channels = Array2::from_shape_fn((all.len(), elements), |(_, m)| m);
+        let mut is_weighted = false;
+        for (mut row, one) in channels.outer_iter_mut().zip(all) {
+            let Some(name) = names.get(one.receive) else {
+                return Ok(None);
+            };
+            let weights = self.source.vector(name)?;
+            if weights.len() != elements {
+                return self.refuse(format!(
+                    "`Receive.Apod` has {} numbers; expected one for each of {elements} elements",
+                    weights.len()
+                ));
+            }
+            for (channel, &weight) in row.iter_mut().zip(&weights) {
+                is_weighted |= weight != 0.0 && weight != 1.0;
+                if weight == 0.0 {
+                    *channel = NONE;
+                }
+            }
+        }
+        if is_weighted {
+            let why =
+                "the samples keep the weights of Receive.Apod, some of which are neither 0 nor 1";
+            self.assumed.push(why.into());
+        }
+        Ok(channels
+            .iter()
+            .any(|&channel| channel == NONE)
+            .then_some(channels))
     }
 
     /// Place of the oldest frame in a buffer, which is a ring: that after the last one written.

@@ -1,44 +1,42 @@
-//! The lines of an interrupted run, frame by frame.
+//! The results of an interrupted run, frame by frame.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use ndarray::Array2;
-use num_complex::Complex;
-
 use super::{file_error, temporary_files};
-use crate::memory::product;
 use crate::terminal::warn;
 use crate::{Error, Result};
 
 /// Longest work that an interruption may lose.
 const INTERVAL: Duration = Duration::from_secs(10);
-const MAGIC: [u8; 16] = *b"bonebeam lines 2";
-/// The magic number, the key, and the numbers of beams and samples.
-const HEADER: usize = 16 + 16 + 8 + 8;
+const MAGIC: [u8; 16] = *b"bonebeam frame 3";
+/// The magic number and the key.
+const HEADER: usize = 16 + 16;
+/// What a frame has beside its bytes: their number before them, a hash and a checksum behind.
+const BESIDE: u64 = 8 + 16 + 4;
 
-/// A file beside the output with the lines of the frames done.
+/// A file beside the output with the results of the frames done, as bytes.
 ///
-/// Its frames are those of one run, which a key identifies. Each has a hash of the samples of which it was made, and a
+/// Its frames are those of one run, which a key identifies. Each has a hash of the data of which it was made, and a
 /// checksum, so a frame that was being written when the run was killed does not count. The file is removed when the output exists, and when a run of less than
 /// ten seconds fails or is ended by a signal.
-pub struct PartialLines {
+pub struct PartialFrames {
     path: PathBuf,
     key: u128,
     /// The file, once it exists and belongs to this run alone.
     file: Option<File>,
-    shape: (usize, usize),
+    /// Where each whole frame ends.
+    ends: Vec<u64>,
     /// Memory of the frame that is written.
     record: Vec<u8>,
-    done: usize,
     resumed: usize,
     begin: Instant,
     is_temporary: bool,
 }
 
-impl PartialLines {
+impl PartialFrames {
     /// Opens the file at `path` with the frames of the run `key`.
     ///
     /// There are no frames if the file does not exist or belongs to another run; in the latter case it is replaced.
@@ -46,13 +44,12 @@ impl PartialLines {
     /// # Errors
     /// The file cannot be read.
     pub fn open(path: &Path, key: u128) -> Result<Self> {
-        let mut lines = PartialLines {
+        let mut lines = PartialFrames {
             path: path.to_path_buf(),
             key,
             file: None,
-            shape: (0, 0),
+            ends: Vec::new(),
             record: Vec::new(),
-            done: 0,
             resumed: 0,
             begin: Instant::now(),
             is_temporary: false,
@@ -75,7 +72,7 @@ impl PartialLines {
             lines.file = None;
             fs::remove_file(path).map_err(|e| lines.error(e))?;
         }
-        lines.resumed = lines.done;
+        lines.resumed = lines.done();
         Ok(lines)
     }
 
@@ -84,7 +81,7 @@ impl PartialLines {
     /// # Errors
     /// Errors of `hash_of`.
     pub fn keep(&mut self, mut hash_of: impl FnMut(usize) -> Result<u128>) -> Result<()> {
-        for frame in 0..self.done {
+        for frame in 0..self.done() {
             let kept = self.frame(frame).map_err(|e| self.error(e))?;
             let hash = hash_of(frame)?;
             if kept.is_none_or(|(_, own)| own != hash) {
@@ -92,7 +89,8 @@ impl PartialLines {
                     "{}: belongs to another run from frame {frame} on; these frames are computed again",
                     self.path.display()
                 ));
-                (self.done, self.resumed) = (frame, frame);
+                self.ends.truncate(frame);
+                self.resumed = frame;
                 break;
             }
         }
@@ -101,7 +99,7 @@ impl PartialLines {
 
     /// Number of frames done.
     pub fn done(&self) -> usize {
-        self.done
+        self.ends.len()
     }
 
     /// Number of frames done by an interrupted run.
@@ -109,22 +107,22 @@ impl PartialLines {
         self.resumed
     }
 
-    /// The lines of a frame that is done.
+    /// What `decoded` makes of the bytes of a frame that is done.
     ///
     /// # Errors
-    /// The file cannot be read, or has changed.
-    pub fn read(&mut self, frame: usize) -> Result<Array2<Complex<f32>>> {
-        let values = self.frame(frame).map_err(|e| self.error(e))?;
-        let z = values.and_then(|(values, _)| Array2::from_shape_vec(self.shape, values).ok());
-        z.ok_or_else(|| file_error(&self.path, "has changed; remove it"))
+    /// The file cannot be read, or has changed, or `decoded` makes nothing of it.
+    pub fn read<T>(&mut self, frame: usize, decoded: impl FnOnce(&[u8]) -> Option<T>) -> Result<T> {
+        let bytes = self.frame(frame).map_err(|e| self.error(e))?;
+        let value = bytes.and_then(|(bytes, _)| decoded(&bytes));
+        value.ok_or_else(|| file_error(&self.path, "has changed; remove it"))
     }
 
-    /// Adds the lines of the next frame, made of samples with a hash.
+    /// Adds the bytes of the next frame, made of data with a hash.
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn append(&mut self, z: &Array2<Complex<f32>>, hash: u128) -> Result<()> {
-        self.write(z, hash).map_err(|e| self.error(e))?;
+    pub fn append(&mut self, bytes: &[u8], hash: u128) -> Result<()> {
+        self.write(bytes, hash).map_err(|e| self.error(e))?;
         if self.is_temporary && self.begin.elapsed() > INTERVAL {
             self.is_temporary = false;
             temporary_files::lock().forget(&self.path);
@@ -141,12 +139,6 @@ impl PartialLines {
         file_error(&self.path, format!("cannot be used: {error}"))
     }
 
-    /// The bytes of a frame, with hash and checksum.
-    fn bytes(&self) -> usize {
-        let values = product(&[self.shape.0, self.shape.1, size_of::<Complex<f32>>()]);
-        values.saturating_add(size_of::<u128>() + size_of::<u32>())
-    }
-
     /// Counts the whole frames; `false` if the file belongs to another run.
     fn count(&mut self) -> io::Result<bool> {
         let Some(file) = &mut self.file else {
@@ -158,52 +150,64 @@ impl PartialLines {
         }
         let mut header = [0; HEADER];
         file.read_exact(&mut header)?;
-        let number = |at: usize| {
-            let mut bytes = [0; 8];
-            bytes.copy_from_slice(&header[at..at + 8]);
-            usize::try_from(u64::from_le_bytes(bytes)).unwrap_or(usize::MAX)
-        };
-        self.shape = (number(32), number(40));
-        let is_some = self.shape.0 > 0 && self.shape.1 > 0;
-        let is_same = is_some && header[..16] == MAGIC && header[16..32] == self.key.to_le_bytes();
-        let whole = (length - HEADER as u64) / self.bytes().max(1) as u64;
-        while is_same && (self.done as u64) < whole && self.frame(self.done)?.is_some() {
-            self.done += 1;
+        let is_same = header[..16] == MAGIC && header[16..] == self.key.to_le_bytes();
+        while is_same && let Some(bytes) = self.next_length(length)? {
+            self.ends.push(self.end().saturating_add(bytes + BESIDE));
+            if self.frame(self.done() - 1)?.is_none() {
+                self.ends.pop();
+                break;
+            }
         }
         Ok(is_same)
     }
 
-    /// Values of a frame and their hash; `None` if the checksum does not match.
-    fn frame(&mut self, frame: usize) -> io::Result<Option<(Vec<Complex<f32>>, u128)>> {
-        let (bytes, start) = (self.bytes(), self.start(frame));
+    /// The number of bytes of the frame after the last, if the file is long enough.
+    fn next_length(&mut self, length: u64) -> io::Result<Option<u64>> {
+        let start = self.end();
+        let (Some(rest), Some(file)) = (
+            length
+                .checked_sub(start)
+                .and_then(|rest| rest.checked_sub(BESIDE)),
+            &mut self.file,
+        ) else {
+            return Ok(None);
+        };
+        let mut bytes = [0; 8];
+        file.seek(SeekFrom::Start(start))?;
+        file.read_exact(&mut bytes)?;
+        Ok(Some(u64::from_le_bytes(bytes)).filter(|bytes| *bytes <= rest))
+    }
+
+    /// Bytes of a frame and their hash; `None` if the checksum does not match.
+    fn frame(&mut self, frame: usize) -> io::Result<Option<(Vec<u8>, u128)>> {
+        let [start, end] = [self.ends[..frame].last(), self.ends.get(frame)]
+            .map(|end| end.copied().unwrap_or(HEADER as u64));
         let Some(file) = &mut self.file else {
             return Ok(None);
         };
-        file.seek(SeekFrom::Start(start))?;
+        let bytes = end.saturating_sub(start + 8);
+        file.seek(SeekFrom::Start(start + 8))?;
         let mut record = Vec::new();
-        record.try_reserve_exact(bytes)?;
-        file.take(bytes as u64).read_to_end(&mut record)?;
+        record.try_reserve_exact(usize::try_from(bytes).unwrap_or(usize::MAX))?;
+        file.take(bytes).read_to_end(&mut record)?;
         let Some((hashed, checksum)) = record.split_last_chunk::<4>() else {
             return Ok(None);
         };
-        let Some((values, hash)) = hashed.split_last_chunk::<16>() else {
-            return Ok(None);
-        };
-        if record.len() != bytes || crc32fast::hash(hashed) != u32::from_le_bytes(*checksum) {
+        if record.len() as u64 != bytes || crc32fast::hash(hashed) != u32::from_le_bytes(*checksum)
+        {
             return Ok(None);
         }
-        let parts = values.as_chunks::<4>().0.as_chunks::<2>().0.iter();
-        let complex =
-            parts.map(|[re, im]| Complex::new(f32::from_le_bytes(*re), f32::from_le_bytes(*im)));
-        Ok(Some((complex.collect(), u128::from_le_bytes(*hash))))
+        let parts = hashed.split_last_chunk::<16>();
+        Ok(parts.map(|(bytes, hash)| (bytes.to_vec(), u128::from_le_bytes(*hash))))
     }
 
-    fn start(&self, frame: usize) -> u64 {
-        (HEADER as u64).saturating_add((frame as u64).saturating_mul(self.bytes() as u64))
+    /// Where the frames done end.
+    fn end(&self) -> u64 {
+        self.ends.last().copied().unwrap_or(HEADER as u64)
     }
 
-    fn write(&mut self, z: &Array2<Complex<f32>>, hash: u128) -> io::Result<()> {
-        if self.done == 0 && self.file.is_none() {
+    fn write(&mut self, bytes: &[u8], hash: u128) -> io::Result<()> {
+        if self.ends.is_empty() && self.file.is_none() {
             let mut guard = temporary_files::lock();
             guard.add(&self.path);
             let new = OpenOptions::new()
@@ -224,38 +228,29 @@ impl PartialLines {
             drop(guard);
             // A file system without locks goes without.
             let _ = file.try_lock();
-            self.shape = z.dim();
-            let mut header = [MAGIC, self.key.to_le_bytes()].concat();
-            for side in [self.shape.0, self.shape.1] {
-                header.extend((side as u64).to_le_bytes());
-            }
-            file.write_all(&header)?;
+            file.write_all(&[MAGIC, self.key.to_le_bytes()].concat())?;
             self.file = Some(file);
         }
-        let start = self.start(self.done);
+        let start = self.end();
         let Some(file) = &mut self.file else {
             return Ok(());
         };
-        if z.dim() != self.shape {
-            return Err(io::Error::other("frames of several shapes"));
-        }
         let record = &mut self.record;
         record.clear();
-        record.try_reserve_exact((z.len() + 3) * size_of::<Complex<f32>>())?;
-        for value in z {
-            record.extend(value.re.to_le_bytes());
-            record.extend(value.im.to_le_bytes());
-        }
+        record.try_reserve_exact(bytes.len() + BESIDE as usize)?;
+        record.extend((bytes.len() as u64).to_le_bytes());
+        record.extend(bytes);
         record.extend(hash.to_le_bytes());
-        record.extend(crc32fast::hash(record).to_le_bytes());
+        record.extend(crc32fast::hash(&record[8..]).to_le_bytes());
         file.seek(SeekFrom::Start(start))?;
         file.write_all(record)?;
-        self.done += 1;
+        let end = start + record.len() as u64;
+        self.ends.push(end);
         Ok(())
     }
 }
 
-impl Drop for PartialLines {
+impl Drop for PartialFrames {
     fn drop(&mut self) {
         if self.is_temporary {
             let mut guard = temporary_files::lock();
@@ -271,40 +266,41 @@ mod tests {
     use super::*;
     use tempfile::tempdir;
 
-    fn frame(number: usize) -> Array2<Complex<f32>> {
-        Array2::from_shape_fn((3, 5), |(beam, sample)| {
-            Complex::new((100 * number + 10 * beam + sample) as f32, -(sample as f32))
-        })
+    /// Frames may differ in length.
+    fn frame(number: usize) -> Vec<u8> {
+        (0..40 + number).map(|k| (100 * number + k) as u8).collect()
     }
 
     #[test]
     fn frames_are_there_again_up_to_the_first_that_is_damaged() {
         let folder = tempdir().unwrap();
         let path = folder.path().join("lines.npz.partial");
-        let mut lines = PartialLines::open(&path, 7).unwrap();
+        let mut lines = PartialFrames::open(&path, 7).unwrap();
         assert!(!path.exists());
         for number in 0..4 {
             lines.append(&frame(number), number as u128).unwrap();
         }
-        assert!(lines.append(&Array2::zeros((3, 4)), 0).is_err());
         // As after a kill: nothing is dropped.
         std::mem::forget(lines);
         let whole = fs::read(&path).unwrap();
-        let size = 3 * 5 * 8 + 16 + 4;
-        assert_eq!(whole.len(), HEADER + 4 * size);
+        let size = 8 + 40 + 16 + 4;
+        assert_eq!(whole.len(), HEADER + 4 * size + 6);
 
+        let read = |lines: &mut PartialFrames, frame: usize| {
+            lines.read(frame, |bytes| Some(bytes.to_vec())).unwrap()
+        };
         let kept = |bytes: &[u8], key: u128| {
             let path = folder.path().join("other.partial");
             fs::write(&path, bytes).unwrap();
-            let mut lines = PartialLines::open(&path, key).unwrap();
+            let mut lines = PartialFrames::open(&path, key).unwrap();
             let done = lines.done();
             for number in 0..done {
-                assert_eq!(lines.read(number).unwrap(), frame(number));
+                assert_eq!(read(&mut lines, number), frame(number));
             }
             assert_eq!(lines.resumed(), done);
             // It goes on from there.
             lines.append(&frame(done), done as u128).unwrap();
-            assert_eq!(lines.read(done).unwrap(), frame(done));
+            assert_eq!(read(&mut lines, done), frame(done));
             lines.finish();
             assert!(!path.exists());
             done
@@ -313,7 +309,7 @@ mod tests {
         // Of other samples from frame 2 on.
         let again = folder.path().join("again.partial");
         fs::write(&again, &whole).unwrap();
-        let mut lines = PartialLines::open(&again, 7).unwrap();
+        let mut lines = PartialFrames::open(&again, 7).unwrap();
         lines
             .keep(|frame| Ok(if frame < 2 { frame as u128 } else { 9 }))
             .unwrap();
@@ -326,9 +322,9 @@ mod tests {
         let mut damaged = whole.clone();
         damaged[HEADER + size + 9] ^= 1;
         assert_eq!(kept(&damaged, 7), 1);
-        // A header that claims more than there is.
-        damaged[40..48].copy_from_slice(&u64::MAX.to_le_bytes());
+        // A length that claims more than there is.
+        damaged[HEADER..HEADER + 8].copy_from_slice(&u64::MAX.to_le_bytes());
         fs::write(&path, damaged).unwrap();
-        assert_eq!(PartialLines::open(&path, 7).unwrap().done(), 0);
+        assert_eq!(PartialFrames::open(&path, 7).unwrap().done(), 0);
     }
 }
