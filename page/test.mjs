@@ -1,23 +1,23 @@
-// The live page in headless Chromium: node page/test.mjs HOST_SIM PAGE.html FOLDER
+// The live page in headless Chromium: node page/test.mjs HOST_SIM PAGE.html FOLDER NATIVE [PART,…]
 //
 // From disk, and from a server with and without the headers for shared memory. Results are compared with those of the
 // command, bit by bit. Pictures of the page are left in FOLDER.
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
+import { mkdirSync, readFileSync, statSync, writeFileSync } from "node:fs";
 import { createServer } from "node:http";
 import { createRequire } from "node:module";
-import { join, resolve } from "node:path";
+import { basename, join, resolve } from "node:path";
 import { argv } from "node:process";
-import { crc32 } from "node:zlib";
 import { chromium } from "playwright-core";
+import { archive, commandIn, even, gallery, of } from "./gallery.mjs";
 
-const [program, built, folder] = argv.slice(2).map((path) => resolve(path));
+const [program, built, folder, native] = argv.slice(2, 6).map((path) => resolve(path));
 const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 mkdirSync(folder, { recursive: true });
 const at = (name) => join(folder, name);
-const hostSim = (...words) => execFileSync(program, words, { cwd: folder, encoding: "utf8", stdio: ["ignore", "pipe", "inherit"] });
+const hostSim = commandIn(program, folder);
 
 /** Settings as the controls take them: each method and most of the controls. */
 const SETTINGS = [
@@ -113,7 +113,7 @@ async function moved(page) {
     const kind = await control.evaluate((own) => own.type);
     if (await slider.count()) {
       await slider.focus();
-      await page.keyboard.press("ArrowRight");
+      for (let k = 0; k < 5; k += 1) await page.keyboard.press("ArrowRight");
     } else if (kind === "checkbox") {
       await control.check();
     } else if (kind === "select-one") {
@@ -156,9 +156,8 @@ async function fromDisk(file) {
   console.log(`from disk: first picture after ${Date.now() - page.begin} ms`);
   assert.equal(await settled(page), "");
   await saved(page, "#save-recording", "saved.npz");
-  for (const [k, settings] of SETTINGS.entries()) {
+  for (const settings of SETTINGS) {
     compare(await results(page, settings), JSON.stringify(settings));
-    if (k === 1) console.log(`from nothing to two settings and the same bits by the command: ${Date.now() - begin} ms`);
   }
   console.log(`${SETTINGS.length} settings: images, their hashes and bone maps have the command's bits`);
   await moved(page);
@@ -166,6 +165,28 @@ async function fromDisk(file) {
   assert.equal(readFileSync(at("settings.toml"), "utf8"), (await page.evaluate(() => window.page.results[0].toml)));
   await page.evaluate((given) => window.page.use(given), SETTING_REFUSED);
   assert.match(await settled(page), /--f-number .* is -1; expected/);
+  assert.deepEqual(page.wrong, []);
+  await page.close();
+}
+
+/** A user's way from nothing: a recording, its page, a setting, the files saved, and the command that the page shows. */
+async function task() {
+  const begin = Date.now();
+  mkdirSync(at("task"), { recursive: true });
+  hostSim("simulate", "--config", "small.toml", "-o", "mine.npz");
+  hostSim("view", "mine.npz", "--page", built, "-o", "mine.html");
+  const page = await tab(`file://${at("mine.html")}`);
+  assert.equal(await settled(page), "");
+  await page.selectOption("[id='beamform.method']", "mv");
+  assert.equal(await settled(page), "");
+  await saved(page, "#save-recording", "task/mine.npz");
+  await saved(page, "#save-toml", "task/settings.toml");
+  const own = commandIn(program, at("task"));
+  own(...(await page.textContent("#command-line")).split(" ").slice(1));
+  own("phase-symmetry", "image.npy", "--pad", "-o", "again.npy");
+  const [, hash] = /xxh128 of image\.npy ([0-9a-f]{32})/.exec(await page.textContent("#hashes"));
+  assert.ok(readFileSync(at("task/again.npy.config.toml"), "utf8").includes(`image.npy, xxh128 ${hash}`), "the hash at the foot");
+  console.log(`from nothing by a recording, a page, a setting and its TOML to the same bits by the command: ${Date.now() - begin} ms`);
   assert.deepEqual(page.wrong, []);
   await page.close();
 }
@@ -255,8 +276,9 @@ async function speed() {
   assert.equal(await settled(page), "");
   const depths = { "beamform.depth_start": "0.0095", "beamform.depth_end": "0.024862", "beamform.sub_lines": "1" };
   for (const [method, least] of [["esmv-rank1", 8], ["mv", 12]]) {
-    const seconds = [[], [], []];
-    for (let k = 0; k < 5; k += 1) {
+    const seconds = [Infinity, Infinity, Infinity];
+    // The fastest of each counts: other work on the machine takes its share.
+    for (let k = 0; k < 5 || (k < 40 && (1 / seconds[0] < least || seconds[0] > 3 * seconds[2])); k += 1) {
       for (const coarse of [0, 1]) {
         const run = await page.evaluate(([settings, coarse]) => {
           const { engine } = window.page;
@@ -264,61 +286,26 @@ async function speed() {
           return engine.run(settings, wanted);
         }, [{ ...depths, "beamform.method": method }, coarse]);
         if (!coarse) assert.deepEqual([run.shape.lines, run.shape.samples], [128, 400]);
-        seconds[coarse].push(run.seconds);
+        if (!coarse) writeFileSync(at("speed-page.toml"), run.toml);
+        seconds[coarse] = Math.min(seconds[coarse], run.seconds);
       }
-      const words = ["--depth-start", "0.0095", "--depth-end", "0.024862", "--sub-lines", "1", "--threads", "2", "--json"];
-      seconds[2].push(JSON.parse(hostSim("beamform", "speed.npz", "--method", method, ...words, "-o", "speed-lines.npz")).seconds);
+      const alone = execFileSync(native, [at("speed.npz"), at("speed-page.toml")], { encoding: "utf8" });
+      seconds[2] = Math.min(seconds[2], Number(alone));
     }
-    const [full, coarse, native] = seconds.map((all) => Math.min(...all));
+    const [full, coarse, own] = seconds;
     console.log(`${method}: ${(1 / full).toFixed(1)} frames/s (${least} wanted), coarse ${(1e3 * coarse).toFixed(0)} ms; ` +
-      `${(full / native).toFixed(1)} times the ${(1e3 * native).toFixed(0)} ms of delay and beamforming by the command`);
-    // Other work on the machine takes its share.
+      `${(full / own).toFixed(2)} times the ${(1e3 * own).toFixed(1)} ms of two native threads over 128 bits (3 allowed)`);
     assert.ok(1 / full > least / 3, `${method}: ${1 / full} frames/s`);
+    assert.ok(full <= 3 * own, `${method}: ${full / own} times the native time`);
   }
   assert.deepEqual(page.wrong, []);
   await page.close();
-}
-
-/** An .npz archive of arrays: type, shape and numbers. */
-function archive(arrays) {
-  const [files, table] = [[], []];
-  for (const [key, [type, shape, values]] of Object.entries(arrays)) {
-    const head = `{'descr': '${type}', 'fortran_order': False, 'shape': (${shape.map((n) => `${n},`).join("")}), }`;
-    const start = Buffer.concat([Buffer.from("\x93NUMPY\x01\x00", "latin1"), Buffer.alloc(2), Buffer.from(head.padEnd(117) + "\n")]);
-    start.writeUInt16LE(118, 8);
-    const bytes = Buffer.concat([start, Buffer.from(values.buffer)]);
-    const name = Buffer.from(`${key}.npy`);
-    const local = Buffer.alloc(30);
-    local.writeUInt32LE(0x04034b50, 0);
-    local.writeUInt16LE(20, 4);
-    local.writeUInt32LE(crc32(bytes), 14);
-    local.writeUInt32LE(bytes.length, 18);
-    local.writeUInt32LE(bytes.length, 22);
-    local.writeUInt16LE(name.length, 26);
-    const central = Buffer.alloc(46);
-    central.writeUInt32LE(0x02014b50, 0);
-    central.writeUInt16LE(20, 4);
-    local.copy(central, 6, 4, 30);
-    central.writeUInt32LE(Buffer.concat(files).length, 42);
-    table.push(central, name);
-    files.push(local, name, bytes);
-  }
-  const [own, contents] = [Buffer.concat(files), Buffer.concat(table)];
-  const end = Buffer.alloc(22);
-  end.writeUInt32LE(0x06054b50, 0);
-  end.writeUInt16LE(Object.keys(arrays).length, 8);
-  end.writeUInt16LE(Object.keys(arrays).length, 10);
-  end.writeUInt32LE(contents.length, 12);
-  end.writeUInt32LE(own.length, 16);
-  return Buffer.concat([own, contents, end]);
 }
 
 /** 11 plane waves of 128 elements and 2,000 samples: bits, and memory. */
 async function waves() {
   let state = 1;
   const noise = () => { state = (Math.imul(state, 1664525) + 1013904223) >>> 0; return (state >>> 18) - 8192; };
-  const of = (...values) => ["<f8", values.length > 1 ? [values.length] : [], Float64Array.from(values)];
-  const even = (count, step) => of(...Array.from({ length: count }, (_, k) => (k - (count - 1) / 2) * step));
   const saved = archive({
     rf: ["<i2", [11, 128, 2000], Int16Array.from({ length: 11 * 128 * 2000 }, noise)],
     fs: of(20e6), t0: of(0), c: of(1540), f0: of(5e6), element_x: even(128, 0.3e-3), tx_angle: even(11, 0.02),
@@ -333,6 +320,72 @@ async function waves() {
   assert.ok(memory <= 300, `${memory} MB`);
   assert.deepEqual(page.wrong, []);
   await page.close();
+}
+
+/** The curtain, boxes, zoom and pan by the mouse; a link that brings it all back. */
+async function byHand(page, link) {
+  const { x, y } = await page.locator("#canvas").boundingBox();
+  const at = () => page.evaluate(() => {
+    const { view } = window.page;
+    const { areas, middle, scale } = view.layout();
+    return { area: areas[0], middle, scale, edge: view.edge, zoom: view.zoom, boxes: view.boxes.length };
+  });
+  const drag = async (from, to) => {
+    await page.mouse.move(x + from[0], y + from[1]);
+    await page.mouse.down();
+    await page.mouse.move(x + to[0], y + to[1], { steps: 4 });
+    await page.mouse.up();
+  };
+  const { area } = await at();
+  const [left, top] = [area.left, area.top];
+  const middle = top + area.height / 2;
+  await drag([left + area.width / 2, middle], [left + area.width / 4, middle]);
+  assert.ok(Math.abs((await at()).edge - 0.25) < 0.02, "the curtain follows");
+  await page.check("#boxing");
+  const hundredth = (part) => [left + area.width * part, top + area.height * part];
+  await drag(hundredth(0.45), hundredth(0.5));
+  await drag(hundredth(0.6), hundredth(0.8));
+  await page.waitForFunction(() => /gCNR of the two boxes [01]\.\d{3}/.test(document.getElementById("measures").textContent));
+  assert.equal((await at()).boxes, 2);
+  await page.uncheck("#boxing");
+  await page.mouse.move(x + left + area.width / 2, y + middle);
+  await page.mouse.wheel(0, -400);
+  await page.waitForFunction(() => window.page.view.zoom > 2);
+  const zoomed = await at();
+  await drag([left + area.width / 2, middle], [left + area.width / 2 + 50, middle + 20]);
+  const panned = await at();
+  assert.ok(Math.abs((zoomed.middle.x - panned.middle.x) * zoomed.scale - 50) < 1, "the picture follows");
+  await page.focus("#canvas");
+  await page.keyboard.press("0");
+  assert.equal((await at()).zoom, 1);
+  assert.equal(`#${new URLSearchParams(link.slice(1))}`, await page.evaluate(() => window.page.link()), "the link");
+}
+
+/** The gallery: each page below 2 MB, with a bone near the known surface where there is one. */
+async function shown() {
+  for (const file of gallery(program, built, join(folder, "gallery"))) {
+    const name = basename(file, ".html");
+    assert.ok(statSync(file).size < 2e6, `${file} has ${statSync(file).size} bytes`);
+    const page = await tab(`file://${file}#bone=1`);
+    assert.equal(await settled(page), "", name);
+    const far = /distance to the known surface (\S+) mm/.exec(await page.textContent("#status"))?.[1];
+    console.log(`${await page.textContent("#about")}${far ? `; bone ${far} mm from the known surface` : ""}`);
+    assert.equal(far !== undefined, !["point", "picture"].includes(name), name);
+    assert.ok(!(far > 0.5), `${name}: ${far} mm`);
+    const [, found] = /Bone in (\d+) lines/.exec(await page.textContent("#status"));
+    assert.ok(found >= ({ point: 0, picture: 100 }[name] ?? 10), `${name}: bone in ${found} lines`);
+    if (name === "point") {
+      await saved(page, "#save-recording", "point.npz");
+      await results(page, { "beamform.method": "das" });
+      const { point } = JSON.parse(hostSim("beamform", "point.npz", "--method", "das", "--json", "-o", "point-lines.npz"));
+      await page.evaluate(({ x_m: x, z_m: z }) => { window.page.view.cursor = { x, z }; return window.page.read(); }, point);
+      const widths = (await page.textContent("#measures")).match(/\d+\.\d+/g).map(Number);
+      [point.width_6db_m, point.width_12db_m].forEach((width, k) => assert.ok(Math.abs(widths[k] - 1e3 * width) < 0.03, `${widths} mm, ${JSON.stringify(point)}`));
+    }
+    await page.screenshot({ path: at(`gallery-${name}.png`) });
+    assert.deepEqual(page.wrong, []);
+    await page.close();
+  }
 }
 
 /** A page with frames, seen at three widths, dark and light: no fault of access, nothing beside the screen. */
@@ -353,6 +406,7 @@ async function looks(film) {
     const { violations } = await page.evaluate(() => axe.run());
     assert.deepEqual(violations.map(({ id, nodes }) => [id, nodes.map((node) => node.html)]), [], `axe at ${width} px`);
     await page.screenshot({ path: at(`curtain-${width}.png`), fullPage: width < 1000 });
+    await byHand(page, link);
     // Controls of B leave A as it is.
     const hashes = () => page.evaluate(() => window.page.results.map((one) => one.image.hash));
     const [a, b] = await hashes();
@@ -390,16 +444,22 @@ noise = -40.0
 writeFileSync(at("small.toml"), SMALL);
 const size = readFileSync(built).length;
 assert.ok(size <= 2e6, `the page without a recording has ${size} bytes`);
-const begin = Date.now();
 console.log(hostSim("view", "--page", built, "-o", "page.html").trim());
-if (!argv[5]) await fromDisk(at("page.html"));
-if (argv[5] !== "late") await files();
-if (argv[5] !== "late") assert.equal(await fromServer(at("page.html"), false), await fromServer(at("page.html"), true), "the image with shared memory");
-await speed();
-await waves();
-writeFileSync(at("sweep.toml"), SMALL.replace("vertebra\"", "vertebra-3d\"\nsweep = 3\nthickness = 5e-4\n")
-  + "element_height = 4e-3\nelevation_focus = 19e-3\n");
-hostSim("simulate", "--config", "sweep.toml", "-o", "sweep.npz");
-console.log(hostSim("view", "sweep.npz", "--page", built, "-o", "film.html").trim());
-await looks(at("film.html"));
+const parts = {
+  task,
+  disk: () => fromDisk(at("page.html")),
+  files,
+  server: async () => assert.equal(await fromServer(at("page.html"), false), await fromServer(at("page.html"), true), "the image with shared memory"),
+  speed,
+  waves,
+  gallery: shown,
+  looks: async () => {
+    writeFileSync(at("sweep.toml"), SMALL.replace("vertebra\"", "vertebra-3d\"\nsweep = 3\nthickness = 5e-4\n")
+      + "element_height = 4e-3\nelevation_focus = 19e-3\n");
+    hostSim("simulate", "--config", "sweep.toml", "-o", "sweep.npz");
+    console.log(hostSim("view", "sweep.npz", "--page", built, "-o", "film.html").trim());
+    await looks(at("film.html"));
+  },
+};
+for (const name of argv[6]?.split(",") ?? Object.keys(parts)) await parts[name]();
 await browser.close();

@@ -228,10 +228,11 @@ class View {
       line(context, [[x, area.top + area.height], [x, area.top + area.height + 4]], ink, 1);
       context.fillText(short(mm).replace("-", "−"), x, area.top + area.height + 13);
     }
-    context.fillText("mm", area.left + area.width / 2, area.top + area.height + 26);
-    if (this.truth.length && area.width > 360) {
+    context.textAlign = "right";
+    context.fillText("mm", area.left + area.width, area.top + area.height + 26);
+    if (this.truth.length) {
       context.textAlign = "left";
-      context.fillText(`┄ ${WORDS.truth}`, area.left, area.top + area.height + 26, area.width / 2 - 16);
+      context.fillText(`┄ ${WORDS.truth}`, area.left, area.top + area.height + 26, area.width - 30);
     }
     context.textAlign = "right";
     for (const mm of marks((area.top - z0) / perMm, (area.top + area.height - z0) / perMm)) {

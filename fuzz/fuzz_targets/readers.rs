@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use bonebeam_files::{ChannelData, Recording, Result, Transmits, image};
 use bonebeam_formats::Variables;
 use bonebeam_simulate::slice_mesh;
-use bonebeam_tracked::{Image, Live, Message, PoseTable, Sequence};
+use bonebeam_tracked::{Image, Live, Message, PoseTable, Sequence, Voxels};
 use host_sim::config::Config;
 use libfuzzer_sys::fuzz_target;
 
@@ -103,6 +103,7 @@ fn picture(path: &Path) {
 const FRAMES: usize = 3;
 
 fn sequence(path: &Path) {
+    let _ = Voxels::read(path);
     let Ok(sequence) = Sequence::open(path, &PoseTable::default()) else {
         return;
     };

@@ -739,7 +739,7 @@ def told():
     with h5py.File(path, "r+") as file:
         file[track + "center_frequency"][()] = np.float32(F0 / 2)
     for method in ("das", "mv", "esmv-rank1"):
-        held, failed = lines(path, "--method", method, "--lines", "down", "--line-spacing", 0.05e-3)
+        held, failed = lines(path, "--method", method, "--lines", "down", "--line-spacing", 0.05e-3, "--output-rate", FS)
         check(held is not None, f"three.hdf5: {method}: {failed}")
         if held is None:
             continue

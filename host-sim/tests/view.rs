@@ -6,6 +6,7 @@ use std::path::Path;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use bonebeam::simd::InstructionSet;
 use bonebeam_drive::config::Beamform;
 use bonebeam_drive::frame::RecordingFrames;
 use bonebeam_drive::methods::MethodName;
@@ -89,7 +90,7 @@ fn a_page_holds_the_recording_in_whole_numbers_and_the_loss_is_printed() {
     // Fewer bits, then fewer waves.
     let printed = view("--limit 0.23");
     assert!(
-        printed.starts_with("8 transmits of 16 elements, rounded to 8 bits"),
+        printed.starts_with("8 transmits of 16 elements, rounded to 9 bits"),
         "{printed}"
     );
     let printed = view("--limit 0.06");
@@ -136,20 +137,20 @@ fn parts_of_a_frame_have_the_bits_of_the_whole() {
                 depth_step: Some(depth_step),
                 ..Beamform::default()
             };
-            let lines = |part: [usize; 2]| {
-                let frames = RecordingFrames::of_part(&data, &section, part).unwrap();
+            let lines = |part: [usize; 2], set| {
+                let frames = RecordingFrames::of_part(&data, &section, part, set).unwrap();
                 let stage = frames.stage().unwrap();
                 let mut z = Array2::zeros((frames.own_lines().len(), stage.samples()));
                 let frame = data.samples.frame(0).unwrap();
                 frames.frame(frame, &|_| (), z.view_mut()).unwrap();
                 (z, frames.own_lines())
             };
-            let (whole, all) = lines([0, 1]);
+            let (whole, all) = lines([0, 1], InstructionSet::detect());
             assert_eq!(all, 0..whole.nrows());
             assert!(whole.iter().any(|z| z.norm() > 0.0));
             let mut next = 0;
             for part in 0..3 {
-                let (own, range) = lines([part, 3]);
+                let (own, range) = lines([part, 3], InstructionSet::Scalar);
                 assert_eq!(range.start, next, "{method} {sub_lines:?}");
                 next = range.end;
                 let of_whole = whole.slice_axis(Axis(0), range.into());

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::io::Cursor;
 use std::path::Path;
 
+use bonebeam::simd::InstructionSet;
 use bonebeam_drive::config::{Beamform, Image, PhaseSymmetry, Surface};
 use bonebeam_drive::delay::DelayStage;
 use bonebeam_drive::frame::RecordingFrames;
@@ -64,6 +65,9 @@ fn of_json<T: DeserializeOwned>(json: &[u8]) -> Result<T> {
 #[derive(Default)]
 pub struct State {
     recording: Option<&'static Recording>,
+    /// Every second beam of the recording, for coarse pictures.
+    half: Option<&'static ChannelData>,
+    coarse: bool,
     picture: Option<Array2<f32>>,
     settings: Settings,
     /// The beamformer's section that the parts have.
@@ -130,11 +134,11 @@ impl State {
             Some(Recording::Channel(data)) => warnings(data, &settings.beamform)?,
             _ => Vec::new(),
         };
-        if self.beamform != Some(&settings.beamform) {
+        if self.beamform != Some(&settings.beamform) || self.coarse != (coarse > 0) {
             (self.stage, self.parts) = (None, Vec::new());
             self.beamform = Some(Box::leak(Box::new(settings.beamform.clone())));
         }
-        self.settings = settings;
+        (self.settings, self.coarse) = (settings, coarse > 0);
         text(json!({ "toml": toml, "warnings": warnings }))
     }
 
@@ -142,6 +146,7 @@ impl State {
     fn coarsen(&self, settings: &mut Settings) -> Result<()> {
         let beamform = &mut settings.beamform;
         beamform.depth_step = Some(beamform.depth_step().max(COARSE));
+        beamform.sub_lines = Some(1);
         let image = &mut settings.image;
         let whole = image.rows.is_none() && image.columns.is_none() && image.pixel_size.is_none();
         if let (Some(Recording::Channel(data)), true) = (self.recording, whole) {
@@ -163,11 +168,26 @@ impl State {
         Ok(())
     }
 
-    pub fn shape(&mut self, _: Vec<u8>) -> Result<Answer> {
-        let (data, beamform) = match (self.recording, self.beamform) {
-            (Some(Recording::Channel(data)), Some(beamform)) => (data, beamform),
-            _ => return Err(no_recording()),
+    /// The channel data of the lines, and the beamformer's section.
+    fn data(&mut self) -> Result<(&'static ChannelData, &'static Beamform)> {
+        let (Some(Recording::Channel(data)), Some(beamform)) = (self.recording, self.beamform)
+        else {
+            return Err(no_recording());
         };
+        let beams = data.transmits.len();
+        let own = matches!(data.transmits, Transmits::Focused { .. });
+        if !self.coarse || !own || beams < 4 {
+            return Ok((data, beamform));
+        }
+        let half = self.half.get_or_insert_with(|| {
+            let every: Vec<usize> = (0..beams).step_by(2).collect();
+            Box::leak(Box::new(data.only(&every)))
+        });
+        Ok((*half, beamform))
+    }
+
+    pub fn shape(&mut self, _: Vec<u8>) -> Result<Answer> {
+        let (data, beamform) = self.data()?;
         if self.stage.is_none() {
             self.stage = Some(DelayStage::new(data, beamform)?);
         }
@@ -182,10 +202,7 @@ impl State {
     }
 
     pub fn part(&mut self, _: Vec<u8>, frame: usize, k: usize, n: usize) -> Result<Answer> {
-        let (data, beamform) = match (self.recording, self.beamform) {
-            (Some(Recording::Channel(data)), Some(beamform)) => (data, beamform),
-            _ => return Err(no_recording()),
-        };
+        let (data, beamform) = self.data()?;
         let known = self.parts.iter().position(|(part, _)| *part == [k, n]);
         let index = match known {
             Some(index) => index,
@@ -194,7 +211,8 @@ impl State {
                     // Compounded records take memory, too.
                     self.parts.clear();
                 }
-                let frames = RecordingFrames::of_part(data, beamform, [k, n])?;
+                let frames =
+                    RecordingFrames::of_part(data, beamform, [k, n], InstructionSet::detect())?;
                 self.parts.push(([k, n], frames));
                 self.parts.len() - 1
             }

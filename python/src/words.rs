@@ -28,9 +28,9 @@ pub fn in_python(message: &str) -> String {
                 }
                 text.push_str(&dict(&entries));
             }
-            "layout" => {
-                let layout = word(&mut rest).map(|word| format!("\"layout\": \"{word}\""));
-                text.push_str(&dict(layout.as_slice()));
+            "layout" | "track" => {
+                let named = word(&mut rest).map(|word| format!("\"{name}\": \"{word}\""));
+                text.push_str(&dict(named.as_slice()));
             }
             "iq-conjugate" => text.push_str("`variables={\"iq_conjugate\": 1}`"),
             _ => {

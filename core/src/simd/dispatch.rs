@@ -35,8 +35,11 @@ macro_rules! sets {
 
             /// Proof that the processor has the instruction set; [`Token::Scalar`] if it has not.
             #[doc(hidden)]
+            #[inline]
             pub fn token(self) -> Token {
-                let token = match self {
+                // `--cfg bonebeam_one_set` leaves out the kernels of all but the first, for a smaller program.
+                let set = if cfg!(bonebeam_one_set) { Self::ALL[0] } else { self };
+                let token = match set {
                     $(
                         #[cfg($target)]
                         InstructionSet::$set => level().$proof().map(Token::$set),

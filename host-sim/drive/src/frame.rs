@@ -60,12 +60,12 @@ impl<'a> RecordingFrames<'a> {
     /// # Errors
     /// As [`RecordingFrames::new`].
     pub fn of_channel_data(data: &'a ChannelData, parameters: &'a Beamform) -> Result<Self> {
-        Self::of_part(data, parameters, [0, 1])
+        Self::of_part(data, parameters, [0, 1], InstructionSet::detect())
     }
 
-    /// As [`RecordingFrames::of_channel_data`], for part `k` of `n` parts of the lines.
+    /// As [`RecordingFrames::of_channel_data`], for part `k` of `n` of the lines.
     ///
-    /// Its output has only [`RecordingFrames::own_lines`]. Parts together are the whole frame, bit for bit.
+    /// Its output has only [`RecordingFrames::own_lines`]. Parts together are the whole frame, bit for bit, by any `set`.
     ///
     /// # Errors
     /// As [`RecordingFrames::new`].
@@ -73,8 +73,9 @@ impl<'a> RecordingFrames<'a> {
         data: &'a ChannelData,
         parameters: &'a Beamform,
         [k, n]: [usize; 2],
+        set: InstructionSet,
     ) -> Result<Self> {
-        let stage = DelayStage::new(data, parameters)?;
+        let stage = DelayStage::new(data, parameters)?.with_instruction_set(set);
         let (lines, samples) = (stage.rays().len(), stage.samples());
         let own = lines * k / n..lines * (k + 1) / n;
         let adaptive = parameters.adaptive_samples(&stage.depths())?;
@@ -84,7 +85,7 @@ impl<'a> RecordingFrames<'a> {
             sub_lines: stage.sub_lines(),
             ..parameters.parameters()
         };
-        let plan = plan(core, widest.unwrap_or(0))?.within(adaptive);
+        let plan = Plan::new(set, core, widest.unwrap_or(0))?.within(adaptive);
         let plan = plan.steered(&stage.scan()?, own.clone())?;
         let passes = stage.passes().map(|pass| {
             let lines = pass.start.max(own.start)..pass.end.min(own.end);

@@ -248,3 +248,30 @@ impl Recording {
         }
     }
 }
+
+impl ChannelData {
+    /// The recording of some transmits.
+    ///
+    /// # Panics
+    /// If a transmit does not exist.
+    #[must_use]
+    pub fn only(&self, transmits: &[usize]) -> Self {
+        let samples = match &self.samples {
+            Samples::Rf(rf) => Samples::Rf(rf.select(Axis(1), transmits)),
+            Samples::Counts(counts) => Samples::Counts(counts.select(Axis(1), transmits)),
+            Samples::Iq { iq, f_demod } => Samples::Iq {
+                iq: iq.select(Axis(1), transmits),
+                f_demod: *f_demod,
+            },
+        };
+        Self {
+            samples,
+            t0: transmits.iter().map(|&k| self.t0[k]).collect(),
+            element_x: self.element_x.clone(),
+            element_z: self.element_z.clone(),
+            element_angle: self.element_angle.clone(),
+            transmits: self.transmits.only(transmits),
+            ..*self
+        }
+    }
+}

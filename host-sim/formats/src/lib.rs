@@ -99,9 +99,12 @@ const FOREIGN: [(&[u8], &str); 7] = [
     (b"DICM", "a DICOM file"),
     (
         b"ObjectType = Image",
-        "a sequence of PLUS or 3D Slicer, for `sweep` and `info`",
+        "a sequence of PLUS or 3D Slicer, for `sweep` and `info`, or `convert` if it has lines of RF",
     ),
-    (b"NRRD", "a sequence of 3D Slicer, for `sweep` and `info`"),
+    (
+        b"NRRD",
+        "a sequence of 3D Slicer, for `sweep` and `info`, or `convert` if it has lines of RF",
+    ),
 ];
 
 /// Result of reading a file.

@@ -165,17 +165,20 @@ fn samples(keyed: &Keyed<'_>, fs: f64, assumed: &mut Vec<String>) -> Result<Arra
         ))
     })?;
     let in_turn = order.iter().position(|axis| axis == IQ);
+    let expected = order.join(", ");
+    let misfit = format!("has shape {shape:?}; expected the axes {expected} (--variable axes=…)");
+    let misfit = |_: String| wrong(misfit.clone());
     let z = match values {
         Values::Real(parts) if in_turn.is_some() => {
             let parts = in_pairs(parts, order.len(), in_turn.unwrap_or(0)).map_err(wrong)?;
-            let parts = axes.arranged(parts).map_err(wrong)?;
+            let parts = axes.arranged(parts).map_err(misfit)?;
             let [i, q] = [0, 1].map(|part| parts.index_axis(Axis(1), part));
             let z = ndarray::Zip::from(i)
                 .and(q)
                 .map_collect(|&i, &q| Complex::new(i, q));
             z.insert_axis(Axis(1))
         }
-        Values::Complex(z) => axes.arranged(z).map_err(wrong)?,
+        Values::Complex(z) => axes.arranged(z).map_err(misfit)?,
         Values::Real(rf) => {
             if let Some(f0) = keyed
                 .optional("f0")?
@@ -189,7 +192,7 @@ fn samples(keyed: &Keyed<'_>, fs: f64, assumed: &mut Vec<String>) -> Result<Arra
                     digits(fs)
                 )));
             }
-            let rf = axes.arranged(rf).map_err(wrong)?;
+            let rf = axes.arranged(rf).map_err(misfit)?;
             let z = analytic(&rf).map_err(wrong)?;
             let share = share_below(&rf);
             if given.is_none() && share > BASE_BAND {

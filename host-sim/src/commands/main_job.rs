@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::{about, read_document};
+use super::{about, read_document, view};
 use crate::progress::Progress;
 use crate::provenance::PROGRAM;
 use crate::{Error, Result};
@@ -141,7 +141,8 @@ fn compute_and_write(
     let outcomes = job.run(&|what, done| bar.set_step(what, done))?;
     bar.clear();
 
-    let report = Report::new(job, &outcomes, page)?;
+    let mut report = Report::new(job, &outcomes, page)?;
+    report.live = view::of_vertebra()?;
     let mut outputs = Outputs::new();
     let names = report.add_to(folder, &mut outputs)?;
     if let (Some(path), Some(document)) = (docs, document) {

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use flate2::Compression;
 use flate2::write::GzEncoder;
-use ndarray::{Array4, ArrayView4, Axis};
+use ndarray::{Array4, ArrayView4};
 use num_complex::Complex;
 use serde_json::json;
 
@@ -78,7 +78,9 @@ const EXTRA: &str = "id=\"extra\">{}";
 /// Largest page and largest picture to read, bytes.
 const MOST: u64 = 64 << 20;
 /// Bits of whole numbers, from the first that is tried to the last.
-const BITS: [u32; 5] = [16, 14, 12, 10, 8];
+const BITS: [u32; 7] = [16, 14, 12, 11, 10, 9, 8];
+/// Index of the bits of the built-in recording.
+const BUILT_IN: usize = 4;
 
 /// Runs the command.
 ///
@@ -103,11 +105,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             "view needs the built page, {PAGE}, which is not here; build it by page/build"
         ))
     })?;
-    let page = input::read(&path, MOST).map_err(|e| file_error(&path, cannot_be_opened(&e)))?;
-    let page = String::from_utf8(page).unwrap_or_default();
-    if !(page.contains(RECORDING) && page.contains(EXTRA)) {
-        return Err(file_error(&path, "is not the page that page/build makes"));
-    }
+    let page = built(&path)?;
     // Base64 has four digits for three bytes.
     let limit = (arguments.limit * 1e6 * 0.75) as usize;
     let content = match &arguments.input {
@@ -124,16 +122,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         Some(_) => toml::to_string(&config).map_err(|e| Error::Usage(e.to_string()))?,
         None => String::new(),
     };
-    let extra = json!({ "name": content.name, "truth": content.truth, "toml": settings });
-    // No name ends the element.
-    let extra = extra.to_string().replace('<', "\\u003c");
-    let page = page
-        .replacen(EXTRA, &EXTRA.replace("{}", &extra), 1)
-        .replacen(
-            RECORDING,
-            &format!("{RECORDING}{}", base64(&content.bytes)),
-            1,
-        );
+    let page = filled(&page, &content, &settings);
     let mut outputs = Outputs::new();
     outputs.add(&arguments.output, |sink| {
         Ok(sink.write_all(page.as_bytes())?)
@@ -141,6 +130,43 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     outputs.commit()?;
     let megabytes = page.len() as f64 / 1e6;
     print(&format!("{}; a page of {megabytes:.2} MB\n", content.words))
+}
+
+/// The page of the simulated vertebra, if the page is built.
+///
+/// # Errors
+/// A file of the page's name that is another.
+pub fn of_vertebra() -> Result<Option<String>> {
+    let Some(path) = found(PAGE) else {
+        return Ok(None);
+    };
+    let page = built(&path)?;
+    Ok(Some(filled(&page, &simulated(usize::MAX)?, "")))
+}
+
+fn built(path: &Path) -> Result<String> {
+    let page = input::read(path, MOST).map_err(|e| file_error(path, cannot_be_opened(&e)))?;
+    let page = String::from_utf8(page).unwrap_or_default();
+    match page.contains(RECORDING) && page.contains(EXTRA) {
+        true => Ok(page),
+        false => Err(file_error(path, "is not the page that page/build makes")),
+    }
+}
+
+fn filled(page: &str, content: &Content, settings: &str) -> String {
+    // To a tenth of a micrometre.
+    let short = |m: f64| (1e7 * m).round() / 1e7;
+    let truth = content
+        .truth
+        .iter()
+        .map(|ends| ends.map(|end| end.map(short)));
+    let truth: Vec<[[f64; 2]; 2]> = truth.collect();
+    let extra = json!({ "name": content.name, "truth": truth, "toml": settings });
+    // No name ends the element.
+    let extra = extra.to_string().replace('<', "\\u003c");
+    let recording = format!("{RECORDING}{}", base64(&content.bytes));
+    page.replacen(EXTRA, &EXTRA.replace("{}", &extra), 1)
+        .replacen(RECORDING, &recording, 1)
 }
 
 /// What the page shows.
@@ -153,14 +179,15 @@ struct Content {
     words: String,
 }
 
-/// A vertebra in water with few elements and beams, and 8 bits.
+/// A vertebra in water with few elements and beams, noise-free, in few bits.
 fn simulated(limit: usize) -> Result<Content> {
     let scanner = Settings {
         elements: 64,
         beams: 64,
         fs: 20e6,
         depth_start: 10e-3,
-        depth_end: 34e-3,
+        depth_end: 30e-3,
+        noise: None,
         ..Settings::vertebra()
     };
     let mut simulate = Simulate {
@@ -172,7 +199,7 @@ fn simulated(limit: usize) -> Result<Content> {
     bar.clear();
     let segments = truth.outline.outer_iter();
     let segments = segments.map(|s| [[s[[0, 0]], s[[0, 1]]], [s[[1, 0]], s[[1, 1]]]]);
-    let (bytes, words) = fitted(data, limit, &BITS[4..])?;
+    let (bytes, words) = fitted(data, limit, &BITS[BUILT_IN..])?;
     Ok(Content {
         name: "vertebra.npz".into(),
         bytes,
@@ -307,16 +334,7 @@ fn fitted(mut data: ChannelData, limit: usize, bits: &[u32]) -> Result<(Vec<u8>,
             )));
         }
         let every: Vec<usize> = (0..kept).step_by(2).collect();
-        data.t0 = every.iter().map(|&transmit| data.t0[transmit]).collect();
-        data.transmits = data.transmits.only(&every);
-        data.samples = match data.samples {
-            Samples::Rf(rf) => Samples::Rf(rf.select(Axis(1), &every)),
-            Samples::Counts(counts) => Samples::Counts(counts.select(Axis(1), &every)),
-            Samples::Iq { iq, f_demod } => Samples::Iq {
-                iq: iq.select(Axis(1), &every),
-                f_demod,
-            },
-        };
+        data = data.only(&every);
     }
 }
 

@@ -13,7 +13,7 @@ use bonebeam::covariance::Covariance;
 use bonebeam_drive::config::{Beamform, Image};
 use bonebeam_drive::methods::MethodName;
 use bonebeam_files::{AlignedData, BeamformedLines, ChannelData, Transmits, image};
-use common::program::{Folder, USAGE, program, refused, succeeded};
+use common::program::{Folder, USAGE, program, refused, run, succeeded};
 use common::{Npz, scalar, vector};
 use host_sim::config::Config;
 use ndarray::{Array2, Array3, Axis};

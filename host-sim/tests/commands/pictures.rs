@@ -209,3 +209,41 @@ fn a_bone_map_with_scales_from_the_image() {
     folder.works("phase-symmetry image.npy --config ps.npy.config.toml -o again.npy");
     assert!(folder.image("again.npy") == folder.image("ps.npy"));
 }
+
+/// Lines of RF as PLUS writes them become a picture by way of an archive.
+#[test]
+fn lines_of_plus_become_a_picture() {
+    let folder = tempdir().unwrap();
+    let header = "ObjectType = Image\nNDims = 3\nBinaryData = True\nCompressedData = False\nDimSize = 64 40 1\n\
+                  ElementType = MET_FLOAT\nUltrasoundImageOrientation = FM\nUltrasoundImageType = RF_REAL\n\
+                  ElementDataFile = LOCAL\n";
+    let echo = |k: usize| {
+        let n = (k % 64) as f32;
+        (1.3 * n).sin() * (-(n - 30.0).powi(2) / 40.0).exp()
+    };
+    let lines: Vec<u8> = (0..64 * 40).flat_map(|k| echo(k).to_le_bytes()).collect();
+    let path = folder.path().join("lines.mha");
+    fs::write(&path, [header.as_bytes(), &lines].concat()).unwrap();
+    let known = "--variable fs=20e6 --variable f0=4e6 --variable pitch=0.3e-3 --variable c=1500";
+    folder.works(&format!("convert lines.mha {known} -o l.npz"));
+    folder.works("beamform l.npz --image l.npy --rows 64 --columns 64");
+    let image = folder.image("l.npy");
+    let brightest = (0..64).max_by(|&a, &b| image[[a, 32]].total_cmp(&image[[b, 32]]));
+    // Sample 30 is 1.125 mm deep; 39 pitches are 11.7 mm, of 63 pixels.
+    assert_eq!(brightest, Some(6));
+    let (status, message) = run(
+        &folder,
+        "surface l.npz --variable axes=beam,sample -o l.csv",
+    );
+    let words = "shape [1, 40, 64]; expected the axes beam, sample";
+    assert!(status == 1 && message.contains(words), "{message}");
+    let pictures = header
+        .replace("RF_REAL", "BRIGHTNESS")
+        .replace("= FM", "= MF");
+    fs::write(&path, [pictures.as_bytes(), &lines].concat()).unwrap();
+    let (status, message) = run(&folder, "convert lines.mha -o p.npz");
+    assert!(
+        status == 1 && message.contains("holds pictures"),
+        "{message}"
+    );
+}

@@ -1,4 +1,4 @@
-//! Tracked sweeps: pictures with poses, and the bone surface over them; volumes of CT.
+//! Tracked sweeps and the bone surface over them; volumes of CT.
 //!
 //! [`Sequence`] reads what PLUS and 3D Slicer write, DICOM, and folders of PNGs with a table of poses. Poses are matrices in
 //! millimetres that act on columns (x, y, z, 1), named by their frames: `ProbeToTracker` maps a point in the probe's

@@ -141,7 +141,9 @@ impl Cloud {
         }
     }
 
-    /// The cloud of surfaces in frames of a recording, in the coordinates of its array; `starts` are those of its beams.
+    /// The cloud of surfaces in frames of a recording.
+    ///
+    /// They are in the coordinates of its array. `starts` are those of its beams.
     pub fn of_surfaces(
         track: &Track,
         settings: &Settings,

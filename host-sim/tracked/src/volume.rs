@@ -17,6 +17,9 @@ use crate::sequence::Sequence;
 /// Deviation of the distances of slices from an even one, mm.
 const UNEVEN: f64 = 0.05;
 
+/// Steps from voxel to voxel that a CT may have, mm.
+const STEPS: std::ops::RangeInclusive<f64> = 1e-3..=100.0;
+
 type V3 = [f64; 3];
 type Read<T> = std::result::Result<T, String>;
 
@@ -43,9 +46,18 @@ impl Voxels {
     /// # Errors
     /// A file that is no volume, is damaged or lacks a place, or slices that are not one even series.
     pub fn read(path: &Path) -> Result<Self> {
-        match path.is_dir() {
+        let voxels = match path.is_dir() {
             true => of_folder(path),
             false => of_file(path),
+        }?;
+        let step = |k: usize| voxels.to_lps.map(|row| row[k]);
+        let steps = [0, 1, 2].map(|k| dot(step(k), step(k)).sqrt());
+        match steps.iter().all(|step| STEPS.contains(step)) {
+            true => Ok(voxels),
+            false => Err(file_error(
+                path,
+                format!("has voxels of {steps:?} mm; expected 0.001 to 100 mm"),
+            )),
         }
     }
 }
@@ -223,7 +235,7 @@ fn of_folder(path: &Path) -> Result<Voxels> {
         .filter(|slices| many == 1 && slices.len() > 1)
     else {
         return Err(wrong(format!(
-            "has {many} series of DICOM slices; expected one of several"
+            "has {many} series of DICOM slices; expected one, of two slices or more"
         )));
     };
     let ([across, down], sides) = (slices[0].steps, slices[0].sides);

@@ -363,6 +363,9 @@ fn a_volume_has_its_voxels_and_their_places_in_every_format() {
     let spaceless = nrrd.replace("space directions: (0,-1,0) (0,0,-0.5) (2,0,0)\n", "");
     fs::write(at("none.nrrd"), [spaceless.as_bytes(), &raw].concat()).unwrap();
     refused("none.nrrd", "no space directions");
+    let flat = [mha.replace("1 0.5 2", "1 0 2").as_bytes(), &raw].concat();
+    fs::write(at("flat.mha"), flat).unwrap();
+    refused("flat.mha", "expected 0.001 to 100 mm");
     slice(&series.join("d"), "3", "1.2", 518);
     refused("series", "uneven distances");
     slice(&series.join("d"), "4", "1.3", 518);

@@ -8,7 +8,7 @@ use crate::Result;
 use crate::experiments::Outcome;
 use crate::experiments::outcome::{Comparison, Ruling, Section, Table, Verdict};
 
-use bonebeam_report::page::html::{Part, document, folded, notes, parts, table};
+use bonebeam_report::page::html::{Part, document, folded, live, notes, parts, table};
 use bonebeam_report::page::pictures::PictureLocation;
 use bonebeam_report::page::{Page, Report, tables};
 
@@ -91,6 +91,7 @@ fn header(report: &Report<'_>) -> Markup {
                 "The " a href="#parameters" { "parameters" } " are the user's own."
             }
         }
+        (live(report))
         @if !report.checks_passed() {
             p { span .bad { "A check failed." } " See " a href="#checks" { "the checks" } "." }
         }

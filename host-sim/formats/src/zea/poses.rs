@@ -20,7 +20,7 @@ pub fn has(store: &Store) -> bool {
     store.has(&format!("{POSE}translation"))
 }
 
-/// The pose of each frame, between those before and after its middle; `None` beyond them.
+/// The pose at the middle of each frame; `None` beyond the poses.
 ///
 /// # Errors
 /// No poses, arrays of other shapes, or poses without times, of another number than the frames.

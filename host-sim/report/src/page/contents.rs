@@ -7,6 +7,9 @@ use crate::{Error, Result};
 use bonebeam_drive::check::Check;
 use bonebeam_files::document::{is_marked, rewritten};
 
+/// The live page.
+pub const LIVE: &str = "live.html";
+
 /// A kind of report: its page and its files.
 #[derive(Debug)]
 pub struct Page {
@@ -31,6 +34,8 @@ pub struct Report<'a> {
     /// Name and outcome of each experiment.
     pub outcomes: &'a [(&'static str, Outcome)],
     pub(super) page: &'a Page,
+    /// The live page of the vertebra, if it is built.
+    pub live: Option<String>,
 }
 
 impl<'a> Report<'a> {
@@ -48,6 +53,7 @@ impl<'a> Report<'a> {
             kind: job.kind()?,
             outcomes,
             page,
+            live: None,
         })
     }
 

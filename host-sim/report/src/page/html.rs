@@ -10,7 +10,7 @@ use bonebeam_drive::methods::COMPARED;
 use bonebeam_files::image::png;
 
 use super::pictures::PictureLocation;
-use super::{Page, Report, pictures, plot, tables};
+use super::{LIVE, Page, Report, pictures, plot, tables};
 
 const STYLE: &str = include_str!("style.css");
 
@@ -116,6 +116,21 @@ fn header(report: &Report<'_>) -> Markup {
             _ => p {
                 "This is not the full main job: " a href="#parameters" { "parameters" }
                 " are the user's own."
+            }
+        }
+        (live(report))
+    }
+}
+
+/// Where the live page is, or how it is made.
+pub fn live(report: &Report<'_>) -> Markup {
+    html! {
+        p {
+            @if report.live.is_some() {
+                a href=(LIVE) { "The vertebra live" }
+                " in a browser: with fewer elements and beams, by the same bits."
+            } @else {
+                "Once " code { "page/build" } " has made the page, the next run adds the vertebra live in a browser."
             }
         }
     }

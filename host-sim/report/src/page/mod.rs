@@ -15,7 +15,7 @@ pub mod pictures;
 mod plot;
 pub mod tables;
 
-pub use contents::{Page, Report};
+pub use contents::{LIVE, Page, Report};
 pub use embedded::base64;
 pub use figure::figure;
 pub use numbers::csv;
@@ -99,6 +99,9 @@ impl Report<'_> {
         let cannot = |e| Error::Data(format!("the numbers cannot be written: {e}"));
         let json = serde_json::to_string_pretty(&data).map_err(cannot)?;
         add(DATA, format!("{json}\n").as_bytes())?;
+        if let Some(live) = &self.live {
+            add(LIVE, live.as_bytes())?;
+        }
         add(PAGE, page.as_bytes())?;
         let (version, name) = (data.version, self.page.name);
         let configuration = format!("# host-sim {version}: {name}\n\n{}", self.job.toml()?);

@@ -130,6 +130,24 @@ impl Workspace<'_> {
             .then_some(channels))
     }
 
+    /// Periods of the carrier from one pair of samples to the next.
+    ///
+    /// `None` if every sample was kept.
+    pub(super) fn periods(&self) -> Result<Option<usize>> {
+        let modes = self.entries("Receive.sampleMode");
+        let Some(mode) = modes.first() else {
+            return Ok(None);
+        };
+        match self.source.text(mode)?.as_str() {
+            "NS200BW" => Ok(None),
+            "BS100BW" => Ok(Some(1)),
+            "BS50BW" => Ok(Some(2)),
+            mode => self.refuse(format!(
+                "was sampled with `Receive.sampleMode` {mode}, which is not read; expected NS200BW, BS100BW or BS50BW"
+            )),
+        }
+    }
+
     /// Place of the oldest frame in a buffer, which is a ring: that after the last one written.
     fn oldest(&mut self, number: usize, held: usize) -> Result<usize> {
         let last = self.entries("Resource.RcvBuffer.lastFrame");

@@ -3,31 +3,8 @@
 use ndarray::Array4;
 use num_complex::Complex;
 
-use super::Workspace;
-use bonebeam_files::Result;
-
 /// Half the number of taps that delay the second samples of pairs.
 const REACH: i32 = 12;
-
-impl Workspace<'_> {
-    /// Periods of the carrier from one pair of samples to the next.
-    ///
-    /// `None` if every sample was kept.
-    pub(super) fn periods(&self) -> Result<Option<usize>> {
-        let modes = self.entries("Receive.sampleMode");
-        let Some(mode) = modes.first() else {
-            return Ok(None);
-        };
-        match self.source.text(mode)?.as_str() {
-            "NS200BW" => Ok(None),
-            "BS100BW" => Ok(Some(1)),
-            "BS50BW" => Ok(Some(2)),
-            mode => self.refuse(format!(
-                "was sampled with `Receive.sampleMode` {mode}, which is not read; expected NS200BW, BS100BW or BS50BW"
-            )),
-        }
-    }
-}
 
 /// I/Q of RF in pairs of samples a quarter of a period apart.
 ///
