@@ -283,7 +283,7 @@ fn is_hdf5(path: &Path) -> bool {
 /// The middle one of the searched frames with its surface.
 fn overlay(sequence: &Sequence, track: &Track, settings: &Settings) -> Result<Overlay> {
     let frames = track.usable(&settings.frames);
-    let finder = Finder::new(sequence, track, settings, &frames)?;
+    let finder = Finder::new(sequence, track, (&settings.surface, settings.crop), &frames)?;
     let (frame, _) = frames[frames.len() / 2];
     let encoded = sequence.reader()?.frame(frame)?;
     let pixels = finder.part_of(sequence.picture(encoded)?);

@@ -7,8 +7,8 @@ use rayon::prelude::*;
 
 use crate::Result;
 use crate::cloud::{CloudPoint, cell, dot, neighbours, set_normals, sub};
+use crate::finder::{Finder, axes, placed};
 use crate::sequence::Sequence;
-use crate::sweep::{Finder, axes, placed};
 use crate::track::Track;
 use crate::transforms::Matrix;
 

@@ -7,8 +7,8 @@ use bonebeam_files::{PartialFrames, hash_of_array};
 use ndarray::ArrayView1;
 
 use crate::Result;
+use crate::finder::Finder;
 use crate::sequence::Sequence;
-use crate::sweep::Finder;
 use crate::transforms::Matrix;
 
 /// Numbers of a point.
