@@ -2,7 +2,9 @@
 
 use crate::common::changed;
 use bonebeam::beamform::Apodization;
-use bonebeam_drive::config::{Beamform, Grid, Image, LineKind, PixelSize, TransmitWeights};
+use bonebeam_drive::config::{
+    Beamform, Grid, Image, LineKind, PixelSize, RfInterpolation, TransmitWeights,
+};
 use bonebeam_drive::frame::beamform_channel_data;
 use bonebeam_drive::image::image_of;
 use bonebeam_drive::methods::MethodName;
@@ -176,6 +178,12 @@ fn lines_that_cannot_be_are_refused_by_the_flag() {
 #[test]
 fn transmits_are_weighted() {
     let data = plane_waves(&[1.0, 3.0, 5.0]);
+    // One wave is filtered by default.
+    let das = || {
+        changed(das(), |b| {
+            b.rf_interpolation = Some(RfInterpolation::Filtered)
+        })
+    };
     let alone = lines(&plane_waves(&[1.0]), &das()).z;
     let weighted = |weights: TransmitWeights| {
         let section = changed(das(), |b| b.transmit_weights = Some(weights));

@@ -398,7 +398,7 @@ mod tests {
         let pixels = Array2::from_shape_fn((300, 300), |(row, column)| {
             let x = PIXEL * (column as f64 - 150.0);
             let z = PIXEL * (row as f64 - 120.0) - 6.0 * x * x;
-            let across = (-4.3 * (x / 0.6e-3).powi(2)).max(-30.0 - 3e3 * x.abs());
+            let across = (-4.3 * (x / 0.3e-3).powi(2)).max(-30.0 - 3e3 * x.abs());
             let level = across - 4.3 * (z / 0.3e-3).powi(2);
             (255.0 * (1.0 + level / 60.0)).max(0.0) as f32
         });

@@ -234,7 +234,7 @@ section! {
             ///
             /// For example 0.5,1,0.5 or hann. Lines are the weighted sum, divided by the sum of the weights' magnitudes.
             transmit_weights: Option<TransmitWeights> = None, row("W,…");
-            /// Interpolation of RF for compounded transmits [default: upsampled; filtered for one transmit]
+            /// Interpolation of RF for compounded transmits [default: upsampled, if that can read the record]
             ///
             /// `upsampled` is within 3e-3 of `filtered`, and several times as fast for many transmits. It needs records below 2.5
             /// times the output rate, of at most 16,384 samples.
