@@ -120,7 +120,7 @@ def test_rf_is_read_as_by_the_command(command, folder, plane, rf_interpolation):
     assert same_bits(steps.z, bonebeam.beamform(plane, method="mv", **asked, sub_lines=1).z)
     # It is another way to nearly the same.
     usual = bonebeam.beamform(plane, method="mv", **common).z
-    assert same_bits(result.z, usual) == (rf_interpolation == "filtered")
+    assert same_bits(result.z, usual) == (rf_interpolation == "upsampled")
 
 
 def test_a_reading_that_there_is_not_is_refused(command, folder, point):
