@@ -204,6 +204,7 @@ impl Sequence {
             .into(),
             timestamp: None,
         };
+        let is_euler = poses.iter().flatten().any(|pose| pose.len() == 6);
         Self {
             path: path.to_path_buf(),
             format: "recording",
@@ -214,7 +215,10 @@ impl Sequence {
             pixel: None,
             part: None,
             fields: Fields::new(),
-            assumed: Vec::new(),
+            assumed: is_euler
+                .then(|| "angles of poses turn about the fixed axes x, y, z, rad".to_owned())
+                .into_iter()
+                .collect(),
             source: Source::Memory(Array3::zeros((0, 0, 0))),
         }
     }

@@ -432,3 +432,15 @@ fn refused(header: &str, bytes: &[u8], words: &str) {
     assert!(message.contains(words), "{words}: {message}");
     assert_eq!(message.lines().count(), 1);
 }
+
+/// zea names angles `euler_xyz`, and neither their unit nor whether the axes turn with the probe.
+#[test]
+fn how_angles_of_a_recordings_poses_are_taken_is_said() {
+    let assumed = |length: usize| {
+        let sequence =
+            Sequence::of_recording(Path::new("a.hdf5"), &[None, Some(vec![0.5; length])]);
+        sequence.assumed
+    };
+    assert!(assumed(6)[0].contains("fixed axes x, y, z, rad"));
+    assert!(assumed(7).is_empty());
+}
