@@ -71,7 +71,7 @@ impl Experiment for Surface {
         Surface {
             seeds: 1,
             thickness: 0.5e-3,
-            density: 12e9,
+            density: 8e9,
             simulation: common::quick(full.simulation),
             ..full
         }
