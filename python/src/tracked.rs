@@ -221,7 +221,7 @@ pub fn sweep_of_pictures<'py>(
             crop: None,
             join: 1e3 * join,
             delay: Delay::Known(0.0),
-            partial: None,
+            resumable: None,
         };
         let sequence = Sequence::of_arrays(pictures, &poses)?;
         let track = Track::of(&sequence, &Calibration::default(), None, None, 1e3 * jump)?;

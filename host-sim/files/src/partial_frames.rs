@@ -37,14 +37,20 @@ pub struct PartialFrames {
 }
 
 impl PartialFrames {
-    /// Opens the file at `path` with the frames of the run `key`.
+    /// Opens OUTPUT.partial beside an output, with the frames of the run `key`.
     ///
     /// There are no frames if the file does not exist or belongs to another run; in the latter case it is replaced.
     ///
     /// # Errors
     /// The file cannot be read.
-    pub fn open(path: &Path, key: u128) -> Result<Self> {
-        let mut lines = PartialFrames {
+    pub fn beside(output: &Path, key: u128) -> Result<Self> {
+        let mut path = output.as_os_str().to_owned();
+        path.push(".partial");
+        Self::open(Path::new(&path), key)
+    }
+
+    fn open(path: &Path, key: u128) -> Result<Self> {
+        let mut partial = PartialFrames {
             path: path.to_path_buf(),
             key,
             file: None,
@@ -56,24 +62,24 @@ impl PartialFrames {
         };
         let file = match OpenOptions::new().read(true).write(true).open(path) {
             Ok(file) => file,
-            Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(lines),
-            Err(e) => return Err(lines.error(e)),
+            Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(partial),
+            Err(e) => return Err(partial.error(e)),
         };
         // Another run's, which is at work: this one goes without.
         if file.try_lock().is_err() {
-            return Ok(lines);
+            return Ok(partial);
         }
-        lines.file = Some(file);
-        if !lines.count().map_err(|e| lines.error(e))? {
+        partial.file = Some(file);
+        if !partial.count().map_err(|e| partial.error(e))? {
             warn(&format!(
                 "{}: belongs to another run; all frames are computed again",
                 path.display()
             ));
-            lines.file = None;
-            fs::remove_file(path).map_err(|e| lines.error(e))?;
+            partial.file = None;
+            fs::remove_file(path).map_err(|e| partial.error(e))?;
         }
-        lines.resumed = lines.done();
-        Ok(lines)
+        partial.resumed = partial.done();
+        Ok(partial)
     }
 
     /// Keeps the frames made of samples with these hashes, up to the first that is not.

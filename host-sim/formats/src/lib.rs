@@ -107,6 +107,13 @@ const FOREIGN: [(&[u8], &str); 7] = [
     ),
 ];
 
+/// Whether a file begins as HDF5 does.
+pub fn is_hdf5(path: &Path) -> bool {
+    let mut head = [0; HDF5.len()];
+    let read = input::open(path).and_then(|mut file| file.read_exact(&mut head));
+    read.is_ok() && head == HDF5
+}
+
 /// Result of reading a file.
 pub struct Found {
     /// The requested frames, or all if the samples are read whole.

@@ -258,10 +258,8 @@ impl Arguments {
     ) -> Result<PartialFrames> {
         // All arrays are written out by `#`.
         let key = format!("{PROGRAM} {settings:?} {frames:?} {shared:#?}");
-        let mut path = output.as_os_str().to_owned();
-        path.push(".partial");
         let key = XxHash3_128::oneshot(key.as_bytes());
-        let mut partial = PartialFrames::open(Path::new(&path), key)?;
+        let mut partial = PartialFrames::beside(output, key)?;
         partial.keep(|frame| {
             let (recording, own) = blocks.block(frames.start + frame)?;
             Ok(recording.frame_hash(own.start))

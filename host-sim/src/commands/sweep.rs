@@ -1,6 +1,5 @@
 //! `host-sim sweep`: a tracked sequence → the bone surface in space.
 
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -19,9 +18,9 @@ use crate::{Error, Result};
 use bonebeam_drive::config::Surface;
 use bonebeam_drive::methods::MethodName;
 use bonebeam_files::atomic::{Outputs, check_outputs};
+use bonebeam_files::image;
 use bonebeam_files::terminal::{print, remark, short};
-use bonebeam_files::{image, input};
-use bonebeam_formats::RecordingFile;
+use bonebeam_formats::{RecordingFile, is_hdf5};
 use bonebeam_tracked::{
     Cloud, Delay, Finder, Sequence, Settings, Space, Track, add_cloud_to, check_name, sweep, views,
 };
@@ -175,15 +174,13 @@ pub fn run(arguments: Arguments) -> Result<()> {
         jump,
     )?;
     let range = FrameRange::of(arguments.frames.as_ref(), sequence.frames.len())?;
-    let mut partial = arguments.output.clone().into_os_string();
-    partial.push(".partial");
     let settings = Settings {
         surface: section,
         frames: range.step_by(arguments.every as usize).collect(),
         crop: arguments.place.part(),
         join: mm("join", arguments.join)?,
         delay: arguments.delay,
-        partial: Some((partial.into(), PROGRAM)),
+        resumable: Some((arguments.output.clone(), PROGRAM)),
     };
     let ((cloud, partial), drawn) = match is_recording {
         true => {
@@ -272,12 +269,6 @@ impl Arguments {
             drawn.map(|picture| Overlay::of(picture, None, points, Overlay::colour)),
         ))
     }
-}
-
-fn is_hdf5(path: &Path) -> bool {
-    let mut head = [0; 8];
-    let read = input::open(path).and_then(|mut file| file.read_exact(&mut head));
-    read.is_ok() && head == *b"\x89HDF\r\n\x1a\n"
 }
 
 /// The middle one of the searched frames with its surface.

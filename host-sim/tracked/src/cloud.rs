@@ -25,6 +25,25 @@ pub struct CloudPoint {
     pub line: usize,
 }
 
+impl CloudPoint {
+    /// A point without a normal, whose sound came from `start`.
+    pub(crate) fn new(
+        position: [f64; 3],
+        start: [f64; 3],
+        confidence: f32,
+        [frame, line]: [usize; 2],
+    ) -> Self {
+        Self {
+            position,
+            normal: [0.0; 3],
+            path: sub(position, start),
+            confidence,
+            frame,
+            line,
+        }
+    }
+}
+
 /// Directions of a frame's picture, unit vectors.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Axes {

@@ -125,69 +125,19 @@ pub(crate) fn estimate(
     let every = normals.len() / MOST + 1;
     let costs = (-CANDIDATES..=CANDIDATES).into_par_iter().map(|candidate| {
         let track = track.delayed(sequence, f64::from(candidate) * step / PER_STEP)?;
-        let placed = placed(&track, finder, surfaces);
-        let mut cubes: HashMap<[i32; 3], Vec<&CloudPoint>> = HashMap::new();
-        for point in placed.iter().flatten().filter(|p| p.line % every == 0) {
-            cubes
-                .entry(cell(point.position, CUBE))
-                .or_default()
-                .push(point);
+        let mut placed = placed(&track, finder, surfaces);
+        for points in &mut placed {
+            points.retain(|point| point.line % every == 0);
         }
-        // For each run of frames: the squares of the passes' distances, and the number of points.
-        let cost = |points: &[Vec<CloudPoint>]| {
-            let mut sums = [0.0; 2];
-            for point in points.iter().flatten().filter(|p| p.line % every == 0) {
-                let Some(normal) = normals.get(&(point.frame, point.line)) else {
-                    continue;
-                };
-                let (mut all, mut sum) = (0.0, 0.0);
-                let near = neighbours(cell(point.position, CUBE), 1);
-                for other in near.filter_map(|at| cubes.get(&at)).flatten() {
-                    let off = sub(other.position, point.position);
-                    let height = dot(off, *normal);
-                    let along = (dot(off, off) - height * height) / (NEAR * NEAR);
-                    let apart = (times[other.frame] - times[point.frame]).abs();
-                    if apart > APART * step && along < 4.0 {
-                        let weight = (-0.5 * along).exp();
-                        all += weight;
-                        sum += weight * height;
-                    }
-                }
-                if all > 1.0 {
-                    sums[0] += (sum / all).abs().min(FAR).powi(2);
-                    sums[1] += 1.0;
-                }
-            }
-            sums
-        };
-        Ok(placed.chunks(RUN).map(cost).collect())
+        let apart = |a: usize, b: usize| (times[a] - times[b]).abs() > APART * step;
+        Ok(of_runs(&placed, &normals, apart))
     });
     let costs: Vec<Vec<[f64; 2]>> = costs.collect::<Result<_>>()?;
-    // The least mean without one of the runs, by a parabola.
-    let least = |without: usize| {
-        let mean = |runs: &Vec<[f64; 2]>| {
-            let kept = runs.iter().enumerate().filter(|(k, _)| *k != without);
-            let [sum, count] =
-                kept.fold([0.0; 2], |all, (_, own)| [all[0] + own[0], all[1] + own[1]]);
-            (count > 0.0).then(|| sum / count)
-        };
-        let means: Vec<f64> = costs.iter().map(mean).collect::<Option<_>>()?;
-        let at = (0..means.len()).min_by(|&a, &b| means[a].total_cmp(&means[b]))?;
-        let [a, b, c] = [
-            means.get(at.wrapping_sub(1))?,
-            &means[at],
-            means.get(at + 1)?,
-        ];
-        let part = match a - 2.0 * b + c {
-            bend if bend > 0.0 => (0.5 * (a - c) / bend).clamp(-0.5, 0.5),
-            _ => 0.0,
-        };
-        Some(at as f64 - f64::from(CANDIDATES) + part)
-    };
     let runs = surfaces.len().div_ceil(RUN);
     let found = || {
-        let all = least(runs)?;
-        let others: Vec<f64> = (0..runs).map(least).collect::<Option<_>>()?;
+        let all = least(&costs, None)?;
+        let others = (0..runs).map(|run| least(&costs, Some(run)));
+        let others: Vec<f64> = others.collect::<Option<_>>()?;
         let share = (runs as f64 - 1.0) / runs as f64;
         let variance = share * others.iter().map(|own| (own - all).powi(2)).sum::<f64>();
         (runs > 2 && variance.sqrt() <= SURE * PER_STEP).then(|| [all, variance.sqrt()])
@@ -196,4 +146,61 @@ pub(crate) fn estimate(
         let message = "passes too seldom over the same bone to show the delay of its poses; give --delay in the timestamps' unit";
         bonebeam_files::file_error(&sequence.path, message)
     })
+}
+
+/// For each run of frames: the squares of the passes' distances along the normals, and the number of points.
+fn of_runs(
+    placed: &[Vec<CloudPoint>],
+    normals: &HashMap<(usize, usize), [f64; 3]>,
+    apart: impl Fn(usize, usize) -> bool,
+) -> Vec<[f64; 2]> {
+    let mut cubes: HashMap<[i32; 3], Vec<&CloudPoint>> = HashMap::new();
+    for point in placed.iter().flatten() {
+        let cube = cubes.entry(cell(point.position, CUBE)).or_default();
+        cube.push(point);
+    }
+    let distance = |point: &CloudPoint| {
+        let normal = *normals.get(&(point.frame, point.line))?;
+        let (mut all, mut sum) = (0.0, 0.0);
+        let near = neighbours(cell(point.position, CUBE), 1);
+        for other in near.filter_map(|at| cubes.get(&at)).flatten() {
+            let off = sub(other.position, point.position);
+            let height = dot(off, normal);
+            let along = (dot(off, off) - height * height) / (NEAR * NEAR);
+            if apart(other.frame, point.frame) && along < 4.0 {
+                let weight = (-0.5 * along).exp();
+                all += weight;
+                sum += weight * height;
+            }
+        }
+        (all > 1.0).then(|| sum / all)
+    };
+    let cost = |frames: &[Vec<CloudPoint>]| {
+        let distances = frames.iter().flatten().filter_map(distance);
+        distances.fold([0.0; 2], |[sum, count], distance: f64| {
+            [sum + distance.abs().min(FAR).powi(2), count + 1.0]
+        })
+    };
+    placed.chunks(RUN).map(cost).collect()
+}
+
+/// The candidate of the least mean cost, by a parabola; `None` if it is at an end.
+fn least(costs: &[Vec<[f64; 2]>], without: Option<usize>) -> Option<f64> {
+    let mean = |runs: &Vec<[f64; 2]>| {
+        let kept = runs.iter().enumerate().filter(|(k, _)| Some(*k) != without);
+        let [sum, count] = kept.fold([0.0; 2], |all, (_, own)| [all[0] + own[0], all[1] + own[1]]);
+        (count > 0.0).then(|| sum / count)
+    };
+    let means: Vec<f64> = costs.iter().map(mean).collect::<Option<_>>()?;
+    let at = (0..means.len()).min_by(|&a, &b| means[a].total_cmp(&means[b]))?;
+    let [a, b, c] = [
+        means.get(at.wrapping_sub(1))?,
+        &means[at],
+        means.get(at + 1)?,
+    ];
+    let part = match a - 2.0 * b + c {
+        bend if bend > 0.0 => (0.5 * (a - c) / bend).clamp(-0.5, 0.5),
+        _ => 0.0,
+    };
+    Some(at as f64 - f64::from(CANDIDATES) + part)
 }

@@ -231,14 +231,8 @@ impl Finder {
                 None => [x, 0.0],
             };
             let position = place([x, z]);
-            CloudPoint {
-                position,
-                normal: [0.0; 3],
-                path: crate::cloud::sub(position, place(start)),
-                confidence: point.confidence,
-                frame,
-                line: point.line + if fan.is_none() { self.part[0] } else { 0 },
-            }
+            let line = point.line + if fan.is_none() { self.part[0] } else { 0 };
+            CloudPoint::new(position, place(start), point.confidence, [frame, line])
         };
         found.iter().map(point).collect()
     }

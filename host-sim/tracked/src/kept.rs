@@ -14,19 +14,20 @@ use crate::transforms::Matrix;
 /// Numbers of a point.
 const NUMBERS: usize = 5;
 
-/// Opens the file of a run of this program with these settings, and keeps the frames of the same pictures.
+/// Opens the file beside the output of a run of this program with these settings, and keeps the frames of the same pictures.
 ///
 /// # Errors
 /// A file that cannot be read, or a damaged sequence.
 pub(crate) fn open(
-    (path, program): (&Path, &str),
+    (output, program): (&Path, &str),
     sequence: &Sequence,
     finder: &Finder,
     frames: &[(usize, Matrix)],
 ) -> Result<PartialFrames> {
     let frames: Vec<usize> = frames.iter().map(|(frame, _)| *frame).collect();
     let key = format!("{program} {finder:?} {frames:?}");
-    let mut partial = PartialFrames::open(path, hash_of_array(&ArrayView1::from(key.as_bytes())))?;
+    let key = hash_of_array(&ArrayView1::from(key.as_bytes()));
+    let mut partial = PartialFrames::beside(output, key)?;
     let mut reader = sequence.reader()?;
     partial.keep(|k| {
         let picture = sequence.picture(reader.frame(frames[k])?)?;

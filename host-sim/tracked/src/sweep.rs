@@ -34,8 +34,8 @@ pub struct Settings {
     pub join: f64,
     /// Delay of the pictures behind the poses.
     pub delay: Delay,
-    /// File in which a run leaves its surfaces if it is interrupted, and the program's version.
-    pub partial: Option<(PathBuf, &'static str)>,
+    /// The output beside which an interrupted run leaves its surfaces, and the program's version.
+    pub resumable: Option<(PathBuf, &'static str)>,
 }
 
 /// The bone surface of a sweep.
@@ -84,8 +84,8 @@ pub fn sweep(
     let frames = track.usable(&settings.frames);
     let finder = Finder::new(sequence, track, (&settings.surface, settings.crop), &frames)?;
     let mut partial = None;
-    if let Some((path, program)) = &settings.partial {
-        partial = Some(kept::open((path, program), sequence, &finder, &frames)?);
+    if let Some((output, program)) = &settings.resumable {
+        partial = Some(kept::open((output, program), sequence, &finder, &frames)?);
     }
     let surfaces = search(sequence, &finder, &frames, &mut partial, progress)?;
     let estimated;
@@ -154,14 +154,12 @@ impl Cloud {
             let point = |point: &SurfacePoint| {
                 let position = place([point.x, point.z]);
                 let start = starts.get(point.line).copied().unwrap_or([point.x, 0.0]);
-                CloudPoint {
+                CloudPoint::new(
                     position,
-                    normal: [0.0; 3],
-                    path: crate::cloud::sub(position, place(start)),
-                    confidence: point.confidence,
-                    frame,
-                    line: point.line,
-                }
+                    place(start),
+                    point.confidence,
+                    [frame, point.line],
+                )
             };
             let own = surfaces.iter().find(|own| own.frame == frame);
             let points = own.map_or(Vec::new(), |own| own.points.iter().map(point).collect());
@@ -185,6 +183,7 @@ fn search(
             surfaces.push((*frame, partial.read(k, kept::decoded)?));
         }
     }
+    let is_kept = partial.is_some();
     let at_a_time = AHEAD * rayon::current_num_threads();
     let mut reader = sequence.reader()?;
     let mut blocks = frames[surfaces.len()..].chunks(at_a_time);
@@ -204,7 +203,7 @@ fn search(
                 let frames = own.par_iter().zip(encoded);
                 let found = frames.map(|((frame, _), encoded)| {
                     let pixels = finder.part_of(sequence.picture(encoded)?);
-                    let hash = hash_of_array(&pixels.view());
+                    let hash = is_kept.then(|| hash_of_array(&pixels.view()));
                     Ok((*frame, finder.search(&pixels)?.points, hash))
                 });
                 found.collect::<Result<Vec<_>>>()
@@ -212,7 +211,7 @@ fn search(
             || read(next),
         );
         for (frame, found, hash) in found? {
-            if let Some(partial) = partial {
+            if let (Some(partial), Some(hash)) = (&mut *partial, hash) {
                 partial.append(&kept::encoded(&found), hash)?;
             }
             surfaces.push((frame, found));

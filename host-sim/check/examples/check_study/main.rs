@@ -29,13 +29,13 @@ fn main() {
     };
     let number =
         |flag: &str, default: u64| value(flag).map_or(default, |n| n.parse().expect("a number"));
-    let (seed, count) = (number("--seed", 200_000), number("--count", 16));
+    let (first, count) = (number("--seed", 200_000), number("--count", 16));
     let verbose = arguments.iter().any(|a| a == "--verbose");
     let mut named: Vec<Counts> = vec![Counts::default(); FAULTS.len()];
     let mut alarms = Counts::default();
     // Errors and half intervals, m/s.
     let mut speeds: [Vec<[f64; 2]>; ABERRATIONS.len()] = Default::default();
-    for seed in seed..seed + count {
+    for seed in first..first + count {
         let scene = Scene::draw(seed);
         let column = ABERRATIONS
             .iter()
@@ -61,7 +61,7 @@ fn main() {
         if verbose {
             println!("{scene:?}: {estimate:.1?} m/s, falsely {wrong:?}");
         } else {
-            eprintln!("{} of {count}", seed + 1 - number("--seed", 200_000));
+            eprintln!("{} of {count}", seed + 1 - first);
         }
         for (index, fault) in FAULTS.iter().enumerate() {
             let mut data = sound.clone();
