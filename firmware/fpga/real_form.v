@@ -76,8 +76,9 @@ module real_form #(
     reg [3:0] first_1, first_2, first_3, first_4, first_5, lag_1, lag_2, lag_3, lag_4, lag_5;
     reg [5:1] valid;
     wire signed [15:0] ar = a_1[31:16], ai = a_1[15:0], br = b_1[31:16], bi = b_1[15:0];
-    wire [3:0] gone = first_3 - 4'd9;
-    wire [65:0] past = first_3 >= 9 ? products[gone] : 66'd0;
+    reg [3:0] gone_3;
+    reg goes_3;
+    wire [65:0] past = goes_3 ? products[gone_3] : 66'd0;
     always @(posedge clock) begin
         a_1 <= words[{bank, second}];
         b_1 <= data ? {16'd1, 16'd0} : words[{bank, first}];
@@ -87,6 +88,8 @@ module real_form #(
         ri_2 <= ar * bi;
         re_3 <= {rr_2[31], rr_2} + {ii_2[31], ii_2};
         im_3 <= {ir_2[31], ir_2} - {ri_2[31], ri_2};
+        gone_3 <= first_2 - 4'd9;
+        goes_3 <= first_2 >= 9;
         products[first_3] <= {re_3, im_3};
         re_4 <= {re_3[32], re_3} - {past[65], past[65:33]};
         im_4 <= {im_3[32], im_3} - {past[32], past[32:0]};
@@ -103,20 +106,26 @@ module real_form #(
 
     // --- A sum and its mirror image along the diagonal.
     reg [71:0] earlier [0:3];
-    wire [3:0] column = first_5 - 4'd8, mirror = 4'd7 - lag_5 - column;
-    wire [71:0] image = column == mirror ? {re_5, im_5} : earlier[mirror[1:0]];
+    wire [3:0] mirror_4 = 4'd15 - lag_4 - first_4;
+    reg [2:0] column_5;
+    reg [1:0] mirror_5;
+    reg middle_5, later_5;
+    wire [71:0] image = middle_5 ? {re_5, im_5} : earlier[mirror_5];
     reg signed [36:0] re_6, im_6;
     reg [5:0] place_6;
     reg write_6, ends_6, last_6, power_6;
     reg [73:0] sums_f [0:127], sums_g [0:127];
     always @(posedge clock) begin
-        if (valid[5] && first_5[3] && !column[2]) earlier[column[1:0]] <= {re_5, im_5};
+        {column_5, mirror_5} <= {first_4[2:0], mirror_4[1:0]};
+        middle_5 <= mirror_4 == {1'b0, first_4[2:0]};
+        later_5 <= mirror_4 <= {1'b0, first_4[2:0]};
+        if (valid[5] && first_5[3] && !column_5[2]) earlier[column_5[1:0]] <= {re_5, im_5};
         ends_6 <= valid[5] && lag_5[3] && (&first_5);
         last_6 <= ends_6;
         re_6 <= {re_5[35], re_5} + (lag_5[3] ? 37'd0 : {image[71], image[71:36]});
         im_6 <= {im_5[35], im_5} + (lag_5[3] ? 37'd0 : {image[35], image[35:0]});
-        place_6 <= lag_5[3] ? {3'b100, column[2:0]} : {1'b0, lag_5[2:0], mirror[1:0]};
-        write_6 <= valid[5] && first_5[3] && (lag_5[3] || mirror <= column);
+        place_6 <= lag_5[3] ? {3'b100, column_5} : {1'b0, lag_5[2:0], mirror_5};
+        write_6 <= valid[5] && first_5[3] && (lag_5[3] || later_5);
         power_6 <= lag_5 == 0;
         if (ends_6) begin
             {re_6, im_6} <= {re_ended, im_ended};
