@@ -174,7 +174,7 @@ fn real_form(x: &[Word; 16], loading: i64) -> Option<([Number; 128], u32)> {
     let exponent = (bits + 2) / 2;
     let scaled = |value: i64, bits: u32| (value << bits) >> 13;
     // The trace in 17 bits, Δ/8 in 2⁻²⁰.
-    let loaded = ((trace << (38 - bits)) >> 22) * loading >> 11;
+    let loaded = (((trace << (38 - bits)) >> 22) * loading) >> 11;
     let mut memory = [Number::default(); 128];
     for entry in entries() {
         let [f, g] = entry.sums.map(|place| sums[place]);

@@ -79,8 +79,8 @@ impl Registers {
         let [a, b] = [0, 1].map(|next| count((position >> 13) + next));
         let [re, im] = [0, 1].map(|k| (a[k] << 13) + (b[k] - a[k]) * (position & 8191));
         let turned = [
-            (re * cosine >> 16) - (im * sine >> 16),
-            (re * sine >> 16) + (im * cosine >> 16),
+            ((re * cosine) >> 16) - ((im * sine) >> 16),
+            ((re * sine) >> 16) + ((im * cosine) >> 16),
         ];
         turned.map(|part| ((part + 1024) >> 11).clamp(-32767, 32767) as i16)
     }
