@@ -243,7 +243,7 @@ mod tests {
             f64::from(state >> 8) / f64::from(1 << 24) - 0.5
         };
         let mut wave = |k: usize| {
-            let ahead = if k % 4 == 0 { 0.0 } else { 1.0 };
+            let ahead = if k.is_multiple_of(4) { 0.0 } else { 1.0 };
             let [a, b] = [next(), next()].map(|phase| (6.3 * phase, 3.0 * next()));
             std::array::from_fn(|m| {
                 let m = m as f64;
