@@ -1,4 +1,4 @@
-// Delay, linear interpolation and apodization of I/Q: an element a clock, 14 deep, with the bits of
+// Delay, linear interpolation and apodization of I/Q: an element a clock, 17 deep, with the bits of
 // core/src/delay/iq/fixed.rs. See docs/fpga.md.
 //
 // Positions and carrier phases of a line are accumulators. Receive delays come from a table or a root outside, in
@@ -46,9 +46,9 @@ module delay_interpolate #(
         if (record_write && record_sample[0]) odd[record_address] <= record_word;
     end
 
-    reg [14:1] valid, last;
-    assign out_valid = valid[14];
-    assign out_last = last[14];
+    reg [17:1] valid, last;
+    assign out_valid = valid[17];
+    assign out_last = last[17];
     wire advance = !out_valid || out_ready;
     assign in_ready = enable && advance && !start;
     wire taken = in_valid && in_ready;
@@ -56,21 +56,21 @@ module delay_interpolate #(
     wire last_element = element == LAST;
     always @(posedge clock) begin
         if (advance) begin
-            valid <= {valid[13:1], taken};
-            last <= {last[13:1], last_element};
+            valid <= {valid[16:1], taken};
+            last <= {last[16:1], last_element};
         end
         if (reset) valid <= 0;
     end
 
-    // --- 1: the line's position, 2^-13 samples, and phase, 2^-44 cycles. To 4: the element's phase.
+    // --- 1: the line's position, 2^-13 samples, and phase, 2^-44 cycles. To 5: the element's phase.
     reg [51:0] position;
-    reg [43:0] cycles, cycles_1, cycles_2, cycles_3, cycles_4;
+    reg [43:0] cycles, cycles_1, cycles_2, cycles_3, cycles_4, cycles_5;
     reg [32:0] position_1;
     reg signed [31:0] delay_1;
     reg [E-1:0] element_1, element_2, element_3;
-    wire signed [60:0] turn_4;
-    multiply #(32, 29) turn (clock, advance, delay_1, {1'b0, rate}, turn_4);
-    wire unused_4 = &{turn_4[60:44], position[18:0]};
+    wire signed [60:0] turn_5;
+    multiply #(32, 29) turn (clock, advance, delay_1, {1'b0, rate}, turn_5);
+    wire unused_5 = &{turn_5[60:44], position[18:0]};
     always @(posedge clock) begin
         if (start) begin
             position <= first_position;
@@ -86,7 +86,8 @@ module delay_interpolate #(
         if (advance) begin
             position_1 <= position[51:19];
             // So that cutting the phase rounds.
-            {cycles_4, cycles_3, cycles_2, cycles_1} <= {cycles_3, cycles_2, cycles_1, cycles + 44'h80000000};
+            {cycles_5, cycles_4, cycles_3, cycles_2, cycles_1} <=
+                {cycles_4, cycles_3, cycles_2, cycles_1, cycles + 44'h80000000};
             delay_1 <= in_delay;
             {element_3, element_2, element_1} <= {element_2, element_1, element};
         end
@@ -115,68 +116,69 @@ module delay_interpolate #(
             {fraction_6, fraction_5, fraction_4, fraction_3, at_2[12:0]};
     end
 
-    // --- 5 to 9: the phase, and its cosine and sine from the table.
-    wire [43:0] phase = cycles_4 + turn_4[43:0];
-    wire unused_5 = &phase[31:0];
-    reg [11:0] phase_5;
-    reg [10:0] address_6;
-    reg [8:6] negative, half;
-    reg [31:0] phasor_7, phasor_8;
-    reg signed [15:0] cosine_9, sine_9;
+    // --- 6 to 10: the phase, and its cosine and sine from the table.
+    wire [43:0] phase = cycles_5 + turn_5[43:0];
+    wire unused_6 = &phase[31:0];
+    reg [11:0] phase_6;
+    reg [10:0] address_7;
+    reg [9:7] negative, half;
+    reg [31:0] phasor_8, phasor_9;
+    reg signed [15:0] cosine_10, sine_10;
     always @(posedge clock) if (advance) begin
-        phase_5 <= phase[43:32];
-        address_6 <= phase_5[11] ? -phase_5[10:0] : phase_5[10:0];
-        negative <= {negative[7:6], phase_5[11]};
-        half <= {half[7:6], phase_5 == 12'h800};
-        phasor_7 <= phasors[address_6];
-        phasor_8 <= phasor_7;
-        cosine_9 <= half[8] ? -16'sd16384 : phasor_8[31:16];
-        sine_9 <= half[8] ? 16'sd0 : negative[8] ? -phasor_8[15:0] : phasor_8[15:0];
+        phase_6 <= phase[43:32];
+        address_7 <= phase_6[11] ? -phase_6[10:0] : phase_6[10:0];
+        negative <= {negative[8:7], phase_6[11]};
+        half <= {half[8:7], phase_6 == 12'h800};
+        phasor_8 <= phasors[address_7];
+        phasor_9 <= phasor_8;
+        cosine_10 <= half[9] ? -16'sd16384 : phasor_9[31:16];
+        sine_10 <= half[9] ? 16'sd0 : negative[9] ? -phasor_9[15:0] : phasor_9[15:0];
     end
 
-    // --- To 9: the sample between them, 2^-13 of a count. To 11: its products.
+    // --- To 10: the sample between them, 2^-13 of a count. To 13: its products.
     genvar k;
     generate
         for (k = 0; k < 2; k = k + 1) begin : part
             wire signed [BITS-1:0] a = earlier_6[BITS*k +: BITS], b = later_6[BITS*k +: BITS];
-            reg signed [BITS-1:0] a_7, a_8;
+            reg signed [BITS-1:0] a_7, a_8, a_9;
             reg signed [BITS:0] rise_7;
-            reg signed [BITS+14:0] risen_8;
-            reg signed [BITS+12:0] between_9;
-            wire signed [BITS+28:0] cosine_11, sine_11;
-            wire unused = &{risen_8[BITS+14:BITS+13], cosine_11[BITS+28], cosine_11[15:0], sine_11[BITS+28],
-                sine_11[15:0]};
+            reg signed [BITS+14:0] risen_8, risen_9;
+            reg signed [BITS+12:0] between_10;
+            wire signed [BITS+28:0] cosine_13, sine_13;
+            wire unused = &{risen_9[BITS+14:BITS+13], cosine_13[BITS+28], cosine_13[15:0], sine_13[BITS+28],
+                sine_13[15:0]};
             always @(posedge clock) if (advance) begin
                 rise_7 <= {b[BITS-1], b} - {a[BITS-1], a};
-                {a_8, a_7} <= {a_7, a};
+                {a_9, a_8, a_7} <= {a_8, a_7, a};
                 risen_8 <= rise_7 * $signed({1'b0, fraction_7});
-                between_9 <= {a_8, 13'd0} + risen_8[BITS+12:0];
+                risen_9 <= risen_8;
+                between_10 <= {a_9, 13'd0} + risen_9[BITS+12:0];
             end
-            multiply #(BITS + 13, 16) by_cosine (clock, advance, between_9, cosine_9, cosine_11);
-            multiply #(BITS + 13, 16) by_sine (clock, advance, between_9, sine_9, sine_11);
+            multiply #(BITS + 13, 16) by_cosine (clock, advance, between_10, cosine_10, cosine_13);
+            multiply #(BITS + 13, 16) by_sine (clock, advance, between_10, sine_10, sine_13);
         end
     endgenerate
 
-    // --- 12: the rotated sample, each product truncated. 14: its weight.
-    reg signed [BITS+11:0] re_12, im_12;
+    // --- 14: the rotated sample, each product truncated. 17: its weight.
+    reg signed [BITS+11:0] re_14, im_14;
     reg [15:0] weights [0:15];     // of the last 16 elements
     reg [3:0] newest;
-    wire [3:0] needed = newest - 4'd11;
-    reg [15:0] weight_12;
-    wire signed [BITS+28:0] re_14, im_14;
-    wire unused_14 = &{re_14[BITS+28:BITS+27], re_14[14:0], im_14[BITS+28:BITS+27], im_14[14:0]};
+    wire [3:0] needed = newest - 4'd13;
+    reg [15:0] weight_14;
+    wire signed [BITS+28:0] re_17, im_17;
+    wire unused_17 = &{re_17[BITS+28:BITS+27], re_17[14:0], im_17[BITS+28:BITS+27], im_17[14:0]};
     always @(posedge clock) begin
         if (advance) begin
-            re_12 <= part[1].cosine_11[BITS+27:16] - part[0].sine_11[BITS+27:16];
-            im_12 <= part[1].sine_11[BITS+27:16] + part[0].cosine_11[BITS+27:16];
+            re_14 <= part[1].cosine_13[BITS+27:16] - part[0].sine_13[BITS+27:16];
+            im_14 <= part[1].sine_13[BITS+27:16] + part[0].cosine_13[BITS+27:16];
             newest <= newest + 1'b1;
             weights[newest] <= in_weight;
-            weight_12 <= weights[needed];
+            weight_14 <= weights[needed];
         end
         if (reset) newest <= 0;
     end
-    multiply #(BITS + 12, 17) re_weight (clock, advance, re_12, {1'b0, weight_12}, re_14);
-    multiply #(BITS + 12, 17) im_weight (clock, advance, im_12, {1'b0, weight_12}, im_14);
-    assign re = re_14[BITS+26:15];
-    assign im = im_14[BITS+26:15];
+    multiply #(BITS + 12, 17) re_weight (clock, advance, re_14, {1'b0, weight_14}, re_17);
+    multiply #(BITS + 12, 17) im_weight (clock, advance, im_14, {1'b0, weight_14}, im_17);
+    assign re = re_17[BITS+26:15];
+    assign im = im_17[BITS+26:15];
 endmodule

@@ -30,16 +30,17 @@ module receive_delays #(
     reg [2:0] wait_square;
     reg running, of_depth;
     reg [2*ROOT-1:0] depth_square;
-    reg signed [ROOT-1:0] factor;
+    reg signed [ROOT-1:0] chosen, factor;
     wire signed [2*ROOT-1:0] square;
     multiply #(ROOT, ROOT) multiplier (clock, 1'b1, factor, factor, square);
     reg [U-1:0] unit, out_unit;
     wire [UNITS-1:0] idle, done;
     wire [32*UNITS-1:0] delays;
-    wire squared = wait_square == 4;
+    wire squared = wait_square == 6;
     wire loads = running && squared && !of_depth && idle[unit];
     always @(posedge clock) begin
-        factor <= of_depth ? z[W-1:9] : d[W-1:9];
+        chosen <= of_depth ? z[W-1:9] : d[W-1:9];
+        factor <= chosen;
         if (!squared) wait_square <= wait_square + 1'b1;
         if (running && squared && of_depth) begin
             depth_square <= square;

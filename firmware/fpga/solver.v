@@ -31,12 +31,12 @@ module solver #(
     reg in_bank, bank;
     reg [2:0] in_slot;
     wire writes;
-    wire [10:0] address_12;
-    wire [35:0] number_12;
+    wire [10:0] address_13;
+    wire [35:0] number_13;
     assign in_ready = enable && !full[in_bank] && !writes;
     wire taken = in_valid && in_ready;
-    wire [10:0] write_address = writes ? address_12 : {in_bank, in_slot, in_address};
-    wire [35:0] write_number = writes ? number_12 : {4'd0, in_number};
+    wire [10:0] write_address = writes ? address_13 : {in_bank, in_slot, in_address};
+    wire [35:0] write_number = writes ? number_13 : {4'd0, in_number};
     wire finished;
     always @(posedge clock) begin
         if (writes || taken) begin
@@ -98,26 +98,26 @@ module solver #(
         if (reset) {running, drained, bank} <= 0;
     end
 
-    // --- 1: the term. 3, 4: its numbers. 7: their product. 8: the sum. 11: the sum, shifted and rounded.
-    // 12: saturated, and then in memory.
+    // --- 1: the term. 3, 4: its numbers. 8: their product. 9: the sum. 12: the sum, shifted and rounded.
+    // 13: saturated, and then in memory.
     localparam TO = 14, UNIT = 21, NEGATIVE = 22, LAST = 23, UP = 24, TWO = 25, KEEP = 26, RECIPROCAL = 27, OUTPUT = 28;
-    reg [28:0] flags [2:12];       // the term, from place TO on
-    reg [2:0] slots [1:12];
-    reg [12:1] valid;
+    reg [28:0] flags [2:13];       // the term, from place TO on
+    reg [2:0] slots [1:13];
+    reg [13:1] valid;
     reg [35:0] a_3, b_3;
     reg signed [31:0] a_4, b_4;
-    reg [3:0] keeps [4:11], ups [4:8];
-    wire signed [63:0] product_7;
-    reg signed [66:0] sum_8;
+    reg [3:0] keeps [4:12], ups [4:9];
+    wire signed [63:0] product_8;
+    reg signed [66:0] sum_9;
     reg fresh;
-    reg signed [56:0] shifted_9, shifted_10, rounded_11;
-    reg [1:0] shift_9;
-    reg [35:0] result_12;
+    reg signed [56:0] shifted_10, shifted_11, rounded_12;
+    reg [1:0] shift_10;
+    reg [35:0] result_13;
     integer k;
-    multiply #(32, 32) multiplier (clock, 1'b1, a_4, b_4, product_7);
-    wire [3:0] shift_8 = ~ups[8];
-    wire fits = &rounded_11[56:31] || !(|rounded_11[56:31]);
-    wire [31:0] sum_11 = fits ? rounded_11[31:0] : {rounded_11[56], {31{!rounded_11[56]}}};
+    multiply #(32, 32) multiplier (clock, 1'b1, a_4, b_4, product_8);
+    wire [3:0] shift_9 = ~ups[9];
+    wire fits = &rounded_12[56:31] || !(|rounded_12[56:31]);
+    wire [31:0] sum_12 = fits ? rounded_12[31:0] : {rounded_12[56], {31{!rounded_12[56]}}};
 
     // Reciprocals: the leading zeros of 27 bits, to 15, and 10 bits behind the first one.
     reg [16:0] reciprocals [0:1023];
@@ -128,54 +128,54 @@ module solver #(
     wire [26:0] fine = mantissa_5[26:25] == 0 ? {mantissa_5[24:0], 2'd0} : mantissa_5;
     wire unused = &fine[14:0];
     reg [9:0] index_6;
-    reg [3:0] zeros [6:11];
-    reg [16:0] reciprocal_7, reciprocal_8, reciprocal_9, reciprocal_10, reciprocal_11;
+    reg [3:0] zeros [6:12];
+    reg [16:0] reciprocal_7, reciprocal_8, reciprocal_9, reciprocal_10, reciprocal_11, reciprocal_12;
 
     always @(posedge clock) begin
         {next_1, term_1} <= terms[place];
         next_2 <= next_1;
         flags[2] <= term_1;
         slots[1] <= slot;
-        for (k = 3; k <= 12; k = k + 1) flags[k] <= flags[k-1];
-        for (k = 2; k <= 12; k = k + 1) slots[k] <= slots[k-1];
+        for (k = 3; k <= 13; k = k + 1) flags[k] <= flags[k-1];
+        for (k = 2; k <= 13; k = k + 1) slots[k] <= slots[k-1];
         a_3 <= memory_a[{bank, slots[2], flags[2][6:0]}];
         b_3 <= memory_b[{bank, slots[2], flags[2][13:7]}];
         a_4 <= a_3[31:0];
         b_4 <= flags[3][UNIT] ? 32'h4000000 : b_3[31:0];
         keeps[4] <= a_3[35:32];
         ups[4] <= (flags[3][UNIT] ? 4'd0 : b_3[35:32]) | {2'd0, flags[3][UP], 1'b0};
-        for (k = 5; k <= 11; k = k + 1) keeps[k] <= keeps[k-1];
-        for (k = 5; k <= 8; k = k + 1) ups[k] <= ups[k-1];
-        if (valid[7]) begin
-            sum_8 <= (fresh ? 67'sd0 : sum_8) + ({67{flags[7][NEGATIVE]}} ^ {{3{product_7[63]}}, product_7})
-                + {66'd0, flags[7][NEGATIVE]};
-            fresh <= flags[7][LAST];
+        for (k = 5; k <= 12; k = k + 1) keeps[k] <= keeps[k-1];
+        for (k = 5; k <= 9; k = k + 1) ups[k] <= ups[k-1];
+        if (valid[8]) begin
+            sum_9 <= (fresh ? 67'sd0 : sum_9) + ({67{flags[8][NEGATIVE]}} ^ {{3{product_8[63]}}, product_8})
+                + {66'd0, flags[8][NEGATIVE]};
+            fresh <= flags[8][LAST];
         end
-        shifted_9 <= $signed(sum_8[66:10]) >>> {shift_8[3:2], 2'd0};
-        shift_9 <= shift_8[1:0];
-        shifted_10 <= shifted_9 >>> shift_9;
-        rounded_11 <= {shifted_10[56], shifted_10[56:1]} + {56'd0, shifted_10[0]};
+        shifted_10 <= $signed(sum_9[66:10]) >>> {shift_9[3:2], 2'd0};
+        shift_10 <= shift_9[1:0];
+        shifted_11 <= shifted_10 >>> shift_10;
+        rounded_12 <= {shifted_11[56], shifted_11[56:1]} + {56'd0, shifted_11[0]};
 
         mantissa_5 <= coarse[26:23] == 0 ? {coarse[22:0], 4'd0} : coarse;
         zeros_5 <= {a_4[26:19] == 0, coarse[26:23] == 0};
         index_6 <= fine[26] ? fine[25:16] : fine[24:15];
         zeros[6] <= {zeros_5, mantissa_5[26:25] == 0, !fine[26]};
-        for (k = 7; k <= 11; k = k + 1) zeros[k] <= zeros[k-1];
+        for (k = 7; k <= 12; k = k + 1) zeros[k] <= zeros[k-1];
         reciprocal_7 <= reciprocals[index_6];
-        {reciprocal_11, reciprocal_10, reciprocal_9, reciprocal_8} <=
-            {reciprocal_10, reciprocal_9, reciprocal_8, reciprocal_7};
+        {reciprocal_12, reciprocal_11, reciprocal_10, reciprocal_9, reciprocal_8} <=
+            {reciprocal_11, reciprocal_10, reciprocal_9, reciprocal_8, reciprocal_7};
 
-        result_12 <= flags[11][RECIPROCAL] ? {zeros[11], 6'd0, reciprocal_11, 9'd0}
-            : {flags[11][KEEP] ? keeps[11] : 4'd0, flags[11][TWO] ? 5'd0 : sum_11[31:27], sum_11[26:0]};
-        valid <= {valid[11:1], running};
+        result_13 <= flags[12][RECIPROCAL] ? {zeros[12], 6'd0, reciprocal_12, 9'd0}
+            : {flags[12][KEEP] ? keeps[12] : 4'd0, flags[12][TWO] ? 5'd0 : sum_12[31:27], sum_12[26:0]};
+        valid <= {valid[12:1], running};
         if (reset) begin
             valid <= 0;
             fresh <= 1;
         end
     end
-    assign writes = valid[12] && flags[12][LAST];
-    assign address_12 = {bank, slots[12], flags[12][TO +: 7]};
-    assign number_12 = result_12;
+    assign writes = valid[13] && flags[13][LAST];
+    assign address_13 = {bank, slots[13], flags[13][TO +: 7]};
+    assign number_13 = result_13;
 
     // --- The outputs of a bank.
     reg [31:0] solved_re [0:15], solved_im [0:15];
@@ -196,10 +196,10 @@ module solver #(
     wire [4:0] exponent = solved_exponents[{out_bank, out_slot}];
     wire powered = exponent != 0;
     always @(posedge clock) begin
-        if (writes && flags[12][OUTPUT]) begin
-            if (flags[12][TO]) solved_re[{bank, slots[12]}] <= result_12[31:0];
-            else solved_im[{bank, slots[12]}] <= result_12[31:0];
-            solved_exponents[{bank, slots[12]}] <= exponents[{bank, slots[12]}];
+        if (writes && flags[13][OUTPUT]) begin
+            if (flags[13][TO]) solved_re[{bank, slots[13]}] <= result_13[31:0];
+            else solved_im[{bank, slots[13]}] <= result_13[31:0];
+            solved_exponents[{bank, slots[13]}] <= exponents[{bank, slots[13]}];
         end
         if (finished) begin
             solved[bank] <= 1;
