@@ -84,11 +84,13 @@ pub fn run(arguments: Arguments) -> Result<()> {
         Recording::Lines(lines) => facts.extend(of_lines(lines)),
     }
     let mut unread = file.unread().to_vec();
-    let of_poses = |name: &String| name.starts_with("metadata/probe_pose");
-    if unread.iter().any(of_poses) {
-        let times =
-            |name: &String| name.ends_with("time_to_next_transmit") || name == "track_schedule";
-        unread.retain(|name| !of_poses(name) && !times(name));
+    if let Some(poses) = file.poses().transpose() {
+        let of_poses = |name: &String| {
+            name.starts_with("metadata/probe_pose")
+                || name.ends_with("time_to_next_transmit")
+                || name == "track_schedule"
+        };
+        unread.retain(|name| !of_poses(name));
         let of = |poses: Vec<Option<Vec<f64>>>| {
             let with = poses.iter().flatten().count();
             format!(
@@ -96,7 +98,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
                 count(poses.len(), "frame")
             )
         };
-        facts.push(("poses", file.poses().map_or_else(|e| e.to_string(), of)));
+        facts.push(("poses", poses.map_or_else(|e| e.to_string(), of)));
     }
     facts.extend(not_used(&unread));
     print_facts(&facts)
