@@ -758,7 +758,8 @@ def told():
     tracks = zea("tracks")
     with h5py.File(tracks, "r+") as file:
         file.copy("tracks/track_0", "tracks/track_1")
-    says(["raw data in 2 tracks; --track NAME chooses one: track_0 [2, 3, 900, 32, 1], track_1"], "info", tracks, status=1)
+    says(["raw data in 2 tracks; --track NAME chooses one: track_0 [2, 3, 900, 32, 1], track_1"], "beamform", tracks, "-o", "a.npz", status=1)
+    says([f"track      {track}: RF: 2 frames, 3 transmits, 32 elements, 900 samples; plane waves at -7" for track in ("track_0", "track_1")], "info", tracks)
     read_alike(tracks, "rf", rf, "--track", "track_1", exact=False, t0=np.zeros(3))
     with h5py.File(tracks, "r+") as file:
         del file["tracks/track_0/data"]

@@ -63,18 +63,29 @@ pub fn is(store: &Store, variables: &Variables) -> Result<bool> {
     Ok(false)
 }
 
+fn name(folder: &str) -> &str {
+    folder.trim_start_matches("tracks/").trim_end_matches('/')
+}
+
+fn label(store: &Store, folder: &str) -> Option<String> {
+    store.word(&format!("{folder}label")).ok()
+}
+
+/// The tracks with raw data: names, and labels in parentheses.
+pub fn tracks(store: &Store) -> Vec<[String; 2]> {
+    let mut folders = folders(store);
+    folders.retain(|folder| !folder.is_empty());
+    let label =
+        |folder: &String| label(store, folder).map_or(String::new(), |label| format!(" ({label})"));
+    let of = |folder: String| [name(&folder).to_owned(), label(&folder)];
+    folders.into_iter().map(of).collect()
+}
+
 /// The group of the chosen track, or of the only one with raw data.
 fn folder(store: &Store, chosen: Option<&Given>) -> Result<String> {
     let folders = folders(store);
-    let name = |folder: &String| {
-        folder
-            .trim_start_matches("tracks/")
-            .trim_end_matches('/')
-            .to_owned()
-    };
-    let label = |folder: &String| store.word(&format!("{folder}label")).ok();
     let is = |folder: &&String, track: &String| {
-        name(folder) == *track || label(folder).as_ref() == Some(track)
+        name(folder) == track || label(store, folder).as_ref() == Some(track)
     };
     if let Some(Given::Name(track)) = chosen
         && let Some(folder) = folders.iter().find(|folder| is(folder, track))
@@ -84,10 +95,9 @@ fn folder(store: &Store, chosen: Option<&Given>) -> Result<String> {
     if let (None, [folder]) = (chosen, &folders[..]) {
         return Ok(folder.clone());
     }
-    let held = folders.iter().map(|folder| {
-        let shape = store.shape(&format!("{folder}data/raw_data"));
-        let label = label(folder).map_or(String::new(), |label| format!(" ({label})"));
-        Ok(format!("{}{label} {:?}", name(folder), shape?))
+    let held = tracks(store).into_iter().map(|[track, label]| {
+        let shape = store.shape(&format!("tracks/{track}/data/raw_data"))?;
+        Ok(format!("{track}{label} {shape:?}"))
     });
     let held: Vec<String> = held.collect::<Result<_>>()?;
     Err(store.error(format!(
@@ -257,9 +267,9 @@ fn others(store: &Store, own: &str) -> Vec<String> {
     let names = store.names().into_iter();
     let of_others = names.filter(|name| folders.iter().any(|folder| name.starts_with(folder)));
     of_others.for_each(|name| store.note(&name));
-    let named = |folder: &String| match store.word(&format!("{folder}label")) {
-        Ok(label) => format!("{} ({label})", folder.trim_end_matches('/')),
-        Err(_) => folder.trim_end_matches('/').to_owned(),
+    let named = |folder: &String| match label(store, folder) {
+        Some(label) => format!("{} ({label})", folder.trim_end_matches('/')),
+        None => folder.trim_end_matches('/').to_owned(),
     };
     match folders.is_empty() {
         true => Vec::new(),

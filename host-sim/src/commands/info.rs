@@ -8,16 +8,16 @@ use num_complex::Complex;
 
 use super::sequence::{self, SequenceArguments};
 use super::{ConfigArgument, VariableArguments, load_config, recording_help};
-use crate::Result;
 use crate::config::Config;
 use crate::flags::Flags;
+use crate::{Error, Result};
 use bonebeam_drive::config::{Beamform, Grid};
 use bonebeam_drive::delay::DelayStage;
 use bonebeam_drive::image::sides_of;
 use bonebeam_drive::policy::warnings;
 use bonebeam_files::terminal::{digits, one_line, print};
 use bonebeam_files::{AlignedData, ChannelData, LineFrames, Recording, Samples, Transmits};
-use bonebeam_formats::RecordingFile;
+use bonebeam_formats::{RecordingFile, tracks};
 use bonebeam_tracked::Sequence;
 
 /// Print the contents of a recording or of a tracked sequence.
@@ -68,6 +68,19 @@ pub fn run(arguments: Arguments) -> Result<()> {
         facts.extend(sequence::facts(
             &arguments.sequence.open(&arguments.recording)?,
         ));
+        return print_facts(&facts);
+    }
+    let tracks = tracks(&arguments.recording)?;
+    if tracks.len() > 1 && config.variables.get("track").is_none() {
+        for [track, label] in tracks {
+            let mut variables = config.variables.clone();
+            let taken = variables.take(&format!("track={track}"));
+            taken.map_err(Error::Usage)?;
+            let file = RecordingFile::open(&arguments.recording, &variables);
+            let what = file.map_or_else(|e| e.to_string(), |file| of_track(&file));
+            facts.push(("track", format!("{track}{label}: {what}")));
+        }
+        facts.push(("choose", "one by --track NAME".into()));
         return print_facts(&facts);
     }
     let file = RecordingFile::open(&arguments.recording, &config.variables)?;
@@ -199,6 +212,17 @@ fn of_channel_data(data: &ChannelData, frames: usize) -> Vec<Fact> {
     }
     facts.push(("transmits", law_names(&data.transmits)));
     facts
+}
+
+/// What one of several tracks holds.
+fn of_track(file: &RecordingFile) -> String {
+    let Recording::Channel(data) = file.first() else {
+        return String::new();
+    };
+    let mut facts = of_channel_data(data, file.frames());
+    facts.retain(|(what, _)| ["holds", "transmits"].contains(what));
+    let facts: Vec<String> = facts.into_iter().map(|(_, fact)| fact).collect();
+    facts.join("; ")
 }
 
 fn law_names(transmits: &Transmits) -> String {
