@@ -241,12 +241,12 @@ fn no_frame() -> Error {
 fn add_frame(
     found: &mut Option<Found>,
     frame: usize,
-    lines: &BeamformedLines,
+    (lines, coherence): (&BeamformedLines, Option<&Array2<f32>>),
     (source, config): (&Source<'_>, &Config),
     (frames, recorded): (&RecordingFrames<'_>, (&Recording, usize)),
 ) -> Result<()> {
     let of_file = |error| about(source.path, error);
-    let points = surface::of_recording(frames, recorded, lines, None, &config.surface);
+    let points = surface::of_recording(frames, recorded, lines, coherence, &config.surface);
     let points = points.map_err(of_file)?;
     let surface = FrameSurface {
         frame,
@@ -300,11 +300,12 @@ fn of_recording(source: &Source<'_>, config: &Config, snapshot: &Snapshot) -> Re
         let (done, block) = ((start - frames.start) as f64, own.len() as f64);
         let fraction = |part: f64| (done + part * block) / frames.len() as f64;
         let progress = |part: f64| bar.set((1000.0 * fraction(part)) as u64, 1000);
-        let lines = beamformer.lines(recording, own.clone(), &progress);
+        let lines = beamformer.lines_and_coherence(recording, own.clone(), &progress);
         let lines = lines.map_err(|e| about(path, e))?;
-        for ((index, held), lines) in (start..).zip(own).zip(lines) {
+        for ((index, held), (lines, coherence)) in (start..).zip(own).zip(lines) {
             let recorded = (&beamformer, (recording, held));
-            add_frame(&mut found, index, &lines, (source, config), recorded)?;
+            let lines = (&lines, coherence.as_ref());
+            add_frame(&mut found, index, lines, (source, config), recorded)?;
         }
     }
     bar.clear();
