@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use super::about;
+use super::check::warn_of;
 use super::frames::FrameRange;
 use crate::config::Config;
 use crate::progress::Progress;
@@ -11,9 +12,9 @@ use crate::provenance::Snapshot;
 use crate::{Error, Result};
 use bonebeam_drive::frame::RecordingFrames;
 use bonebeam_drive::image::{BModeImage, image_of};
-use bonebeam_drive::policy::{Pictures, warnings, working_memory};
+use bonebeam_drive::policy::{Pictures, working_memory};
 use bonebeam_drive::surface::{self, FrameSurface, Picture, PictureFan, of_picture};
-use bonebeam_files::terminal::{remark, warn};
+use bonebeam_files::terminal::remark;
 use bonebeam_files::{BeamformedLines, Recording, image, memory};
 use bonebeam_formats::RecordingFile;
 use bonebeam_tracked::{PoseTable, Sequence};
@@ -281,9 +282,7 @@ fn of_recording(source: &Source<'_>, config: &Config, snapshot: &Snapshot) -> Re
     super::tell_assumed(path, &file);
     let first = file.first();
     if let Recording::Channel(data) = first {
-        for warning in warnings(data, &config.beamform)? {
-            warn(&format!("{}: {warning}", path.display()));
-        }
+        warn_of(path, data, &config.beamform)?;
     }
     let pictures = source.drawn.then_some(Pictures {
         image: &config.image,
