@@ -19,7 +19,7 @@ module packer #(
     input wire s_axis_tvalid,
     output wire s_axis_tready,
     input wire waits,              // constant; low: the source does not wait, and a sample before tready is lost
-    output wire [63:0] m_axis_tdata,
+    output reg [63:0] m_axis_tdata,
     output reg m_axis_tvalid,
     input wire m_axis_tready,
     output reg m_axis_tlast
@@ -32,7 +32,8 @@ module packer #(
     localparam B = $clog2(BEATS);
     localparam C = $clog2(SAMPLES + 1);
 
-    reg [63:0] memory [0:2*BANK-1];
+    localparam MEMORIES = (2 * BANK + 1023) / 1024;
+
     reg [1:0] full;
     reg [63:0] headers [0:1];
 
@@ -71,21 +72,36 @@ module packer #(
         | {closes && !all_offered, 1'b0};
     assign s_axis_tready = !shifting || last_word;
 
-    // --- Beats.
-    reg read_bank, of_memory;
+    // --- Beats, 3 stages behind `beat`.
+    reg read_bank;
     reg [B-1:0] beat;
     reg [A-1:0] read_address;
-    reg [63:0] word_read, other;
+    reg [A-1:0] memory_1, memory_2;
+    reg [63:0] other_1, other_2;
+    reg [2:1] valid, last, of_memory;
     wire advance = !m_axis_tvalid || m_axis_tready;
     wire loads = advance && full[read_bank];
     wire last_beat = beat == BEATS[B-1:0] - 1'b1;
     wire loads_word = beat != 0 && beat <= BANK[B-1:0];
-    assign m_axis_tdata = of_memory ? word_read : other;
 
-    always @(posedge clock) begin
-        if (shifting) memory[address] <= numbers;
-        if (advance) word_read <= memory[read_address];
-    end
+    wire [A+9:0] written = {10'd0, address}, needed = {10'd0, read_address};
+    generate
+        for (k = 0; k < MEMORIES; k = k + 1) begin : part
+            reg [63:0] words [0:(2*BANK < 1024 ? 2*BANK : 1024)-1];
+            reg [63:0] read, held;
+            wire [63:0] own = memory_2 == k[A-1:0] ? held : 64'd0;
+            wire [63:0] found;     // of this memory and those before
+            if (k == 0) assign found = own;
+            else assign found = part[k-1].found | own;
+            always @(posedge clock) begin
+                if (shifting && written[A+9:10] == k[A-1:0]) words[written[9:0]] <= numbers;
+                if (advance) begin
+                    read <= words[needed[9:0]];
+                    held <= read;
+                end
+            end
+        end
+    endgenerate
 
     always @(posedge clock) begin
         shift <= taken ? s_axis_tdata : shift >> 4 * BITS;
@@ -112,10 +128,13 @@ module packer #(
             next_address <= next_bank ? BANK[A-1:0] : {A{1'b0}};
         end
         if (advance) begin
-            m_axis_tvalid <= loads;
-            m_axis_tlast <= loads && last_beat;
-            of_memory <= loads_word;
-            other <= beat == 0 ? headers[read_bank] : 64'd0;
+            {m_axis_tvalid, valid} <= {valid, loads};
+            {m_axis_tlast, last} <= {last, loads && last_beat};
+            of_memory <= {of_memory[1], loads_word};
+            {memory_2, memory_1} <= {memory_1, needed[A+9:10]};
+            other_1 <= beat == 0 ? headers[read_bank] : 64'd0;
+            other_2 <= other_1;
+            m_axis_tdata <= of_memory[2] ? part[MEMORIES-1].found : other_2;
         end
         if (loads) begin
             beat <= last_beat ? {B{1'b0}} : beat + 1'b1;
@@ -135,8 +154,7 @@ module packer #(
             read_bank <= 0;
             beat <= 0;
             read_address <= 0;
-            m_axis_tvalid <= 0;
-            m_axis_tlast <= 0;
+            {m_axis_tvalid, valid} <= 0;
         end
     end
 endmodule

@@ -8,8 +8,10 @@ use crate::common::changed;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
+use bonebeam_drive::coherence::{Measure, of_frame};
 use bonebeam_drive::config::Beamform;
-use bonebeam_drive::frame::beamform_channel_data;
+use bonebeam_drive::frame::{RecordingFrames, beamform_channel_data};
+use bonebeam_drive::methods::MethodName;
 use bonebeam_files::{ChannelData, FrameSamples, Recording, Samples, Transmits};
 use bonebeam_formats::{RecordingFile, Variables};
 use common::program::{Folder, ended, shell};
@@ -84,7 +86,7 @@ fn a_file_larger_than_memory_is_beamformed_frame_by_frame() {
     let command =
         "beamform large.npz -o lines.npz --method das --depth-start 0.01 --depth-end 0.011";
     let parameters = Beamform {
-        method: bonebeam_drive::methods::MethodName::Das,
+        method: MethodName::Das,
         depth_start: Some(0.01),
         depth_end: Some(0.011),
         ..Beamform::default()
@@ -184,9 +186,8 @@ fn some_frames_are_those_of_the_whole() {
     }
 }
 
-/// Counts become f32 some transmits at a time if each line has its own, and otherwise a frame at a time.
-#[test]
-fn counts_have_the_lines_of_their_values() {
+/// Counts by 8 elements: a focused beam for each line, and plane waves.
+fn of_counts() -> [ChannelData; 2] {
     const TRANSMITS: usize = 19;
     let element_x: Vec<f64> = (0..8).map(|m| (f64::from(m) - 3.5) * 3e-4).collect();
     let x: Vec<f64> = (0..TRANSMITS).map(|t| (t as f64 - 9.0) * 1e-4).collect();
@@ -196,14 +197,17 @@ fn counts_have_the_lines_of_their_values() {
         f_number: Some(3.0),
     };
     let angle = x.iter().map(|x| 100.0 * x).collect();
-    for transmits in [focused, Transmits::Plane { angle }] {
+    [focused, Transmits::Plane { angle }].map(|transmits| {
         let counts = samples(0, [TRANSMITS, 8, 512]).insert_axis(Axis(0));
-        let mut data = ChannelData::linear(
-            Samples::Counts(counts),
-            element_x.clone(),
-            transmits,
-            ([40e6, 5e6], 1540.0),
-        );
+        let (samples, x) = (Samples::Counts(counts), element_x.clone());
+        ChannelData::linear(samples, x, transmits, ([40e6, 5e6], 1540.0))
+    })
+}
+
+/// Counts become f32 some transmits at a time if each line has its own, and otherwise a frame at a time.
+#[test]
+fn counts_have_the_lines_of_their_values() {
+    for mut data in of_counts() {
         let lines = |data: &ChannelData| {
             beamform_channel_data(data, &Beamform::default(), &|_| {}).unwrap()
         };
@@ -211,6 +215,36 @@ fn counts_have_the_lines_of_their_values() {
         data.samples = data.samples.into_float();
         assert_eq!(of_counts, lines(&data));
         assert!(of_counts.z.iter().any(|z| z.norm() > 1.0));
+    }
+}
+
+/// The lines and the map are those of two alignments, also with a depth step, a time window and a gate.
+#[test]
+fn samples_aligned_once_serve_lines_and_coherence() {
+    let of = |method, depth_step, temporal_half_window, gate: Option<[f64; 2]>| Beamform {
+        method,
+        depth_step: Some(depth_step),
+        temporal_half_window,
+        adaptive_depth_start: gate.map(|[start, _]| start),
+        adaptive_depth_end: gate.map(|[_, end]| end),
+        ..Beamform::default()
+    };
+    for parameters in [
+        of(MethodName::Das, 1, 0, None),
+        of(MethodName::Mv, 3, 0, None),
+        of(MethodName::EsmvRank1, 1, 2, Some([3e-3, 6e-3])),
+    ] {
+        for data in of_counts() {
+            let recording = Recording::Channel(data);
+            let frames = RecordingFrames::new(&recording, &parameters).unwrap();
+            let both = frames.lines_and_coherence(&recording, 0..1, &|_| {});
+            let (lines, coherence) = both.unwrap().remove(0);
+            let alone = frames.lines(&recording, 0..1, &|_| {}).unwrap();
+            assert_eq!(lines, alone[0]);
+            let map = of_frame(&frames, &recording, 0, Measure::ShortLag).unwrap();
+            assert_eq!(coherence, Some(map.clone()), "{parameters:?}");
+            assert!(map.iter().any(|&coherence| coherence > 0.1));
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! The golden vectors: consistent intermediates, and errors for changed files.
 
 use std::fs;
+use std::path::Path;
 
 use bonebeam_oracle::golden::{Stage, Values, check, stages, write};
 use num_complex::Complex;
@@ -80,7 +81,26 @@ fn each_stage_follows_from_the_one_before() {
 fn what_is_written_is_the_same_and_what_differs_is_named() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    write(folder, &stages().expect("stages")).expect("written");
+    let manifest = write(folder, &stages().expect("stages")).expect("written");
+    for table in ["real_form.hex", "solver.hex", "reciprocals.hex"] {
+        let kept = Path::new("../firmware/fpga").join(table);
+        let [kept, made] = [kept, folder.join(table)].map(|path| fs::read(path).expect("a table"));
+        assert!(
+            kept == made,
+            "firmware/fpga/{table}: host-sim golden writes it"
+        );
+    }
+    let adaptive = manifest
+        .integer
+        .iter()
+        .filter(|v| v.files[0] != "das.in.hex");
+    let errors: Vec<f64> = adaptive
+        .filter_map(|vectors| vectors.largest_error)
+        .collect();
+    assert!(
+        errors.len() == 2 && errors.iter().all(|&error| error < 5e-6),
+        "{errors:?}"
+    );
     let verdicts = check(folder).expect("a check");
     assert!(verdicts.len() > 70, "{}", verdicts.len());
     assert!(verdicts.iter().all(|verdict| verdict.same));

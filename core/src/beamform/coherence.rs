@@ -49,8 +49,8 @@ const EVERY: usize = 4;
 /// Largest lag of a pair, elements.
 const LAGS: usize = 4;
 
-/// Sums of a sample: the real parts of the products, and the powers of both elements of each pair.
-type Sums = [f32; 2];
+/// CoherenceSums of a sample: the real parts of the products, and the powers of both elements of each pair.
+pub type CoherenceSums = [f32; 2];
 
 impl ShortLagCoherence {
     /// The time window that reaches `half_window` m of depth to both sides.
@@ -85,7 +85,7 @@ impl ShortLagCoherence {
     /// The coherence of every sample of a whole line, with the active sets `active(n)`.
     ///
     /// A depth step has no effect. Each sample has the pairs of its own active set. `active` is called twice for
-    /// each sample: the whole line is checked before any output. Sums are at the line's working scale, in ascending
+    /// each sample: the whole line is checked before any output. CoherenceSums are at the line's working scale, in ascending
     /// order of elements, lags and samples.
     ///
     /// Cost: `8·M + 4·K` flops a sample with `M` active elements.
@@ -112,6 +112,27 @@ impl ShortLagCoherence {
             }
         });
         Ok(())
+    }
+
+    /// The sums of a line's samples from `first` on, which have one active set.
+    ///
+    /// For lines that come in blocks, in any order. A sample that the block does not have is silence.
+    pub fn sums(line: AlignedLine<'_>, first: usize, active: Active, out: &mut [CoherenceSums]) {
+        for (sample, out) in (first..).zip(out) {
+            *out = sums(active_of(line, sample, active), line.scale());
+        }
+    }
+
+    /// The coherence of a whole line from the sums of its samples; the bits of [`ShortLagCoherence::line`].
+    pub fn of_sums(&self, line: &[CoherenceSums], coherence: &mut [f32]) {
+        for (sample, out) in coherence.iter_mut().enumerate() {
+            let end = sample
+                .saturating_add(self.temporal_half_window)
+                .saturating_add(1);
+            let first = sample.saturating_sub(self.temporal_half_window);
+            let window = line.get(first..end.min(line.len()));
+            *out = ratio(window.unwrap_or_default().iter());
+        }
     }
 
     /// Refuses a time window longer than a line of `samples`.
@@ -147,7 +168,7 @@ impl ShortLagCoherence {
 pub(crate) struct CoherenceOfLine<'m> {
     half_window: usize,
     /// The sums of the last samples, as many as the time window.
-    window: &'m mut [Sums],
+    window: &'m mut [CoherenceSums],
     /// Place of the oldest, which the next one replaces.
     oldest: usize,
     /// The next sample of the line.
@@ -202,10 +223,8 @@ impl<'m> CoherenceOfLine<'m> {
     /// A separate function: one copy for all kinds of lines.
     #[inline(never)]
     fn push(&mut self, line: AlignedLine<'_>, sample: usize, active: Active) -> f32 {
-        let elements = line.samples_from(sample).get(active.first..);
-        let elements = elements.and_then(|elements| elements.get(..active.count));
         if let Some(place) = self.window.get_mut(self.oldest) {
-            *place = sums(elements.unwrap_or_default(), line.scale());
+            *place = sums(active_of(line, sample, active), line.scale());
         }
         self.oldest = match self.oldest + 1 {
             next if next < self.window.len() => next,
@@ -219,8 +238,16 @@ impl<'m> CoherenceOfLine<'m> {
     }
 }
 
+/// The active elements of a sample; none of a sample that is not present.
+#[inline(always)]
+fn active_of(line: AlignedLine<'_>, sample: usize, active: Active) -> &[Complex<f32>] {
+    let elements = line.samples_from(sample).get(active.first..);
+    let elements = elements.and_then(|elements| elements.get(..active.count));
+    elements.unwrap_or_default()
+}
+
 /// The sums over the pairs of a sample's active elements.
-fn sums(active: &[Complex<f32>], scale: f32) -> Sums {
+fn sums(active: &[Complex<f32>], scale: f32) -> CoherenceSums {
     let [mut products, mut powers] = [0.0; 2];
     let mut rest = active;
     while let [x, after @ ..] = rest {
@@ -237,9 +264,11 @@ fn sums(active: &[Complex<f32>], scale: f32) -> Sums {
 }
 
 /// Twice the products over the powers; 0 without power. Rounding beyond ±1 is clipped.
-fn ratio<'s>(window: impl Iterator<Item = &'s Sums>) -> f32 {
+fn ratio<'s>(window: impl Iterator<Item = &'s CoherenceSums>) -> f32 {
     // Both parts of the ring in turn: fewer instructions than a loop over them.
-    let add = |[products, powers]: Sums, sums: &Sums| [products + sums[0], powers + sums[1]];
+    let add = |[products, powers]: CoherenceSums, sums: &CoherenceSums| {
+        [products + sums[0], powers + sums[1]]
+    };
     let [products, powers] = window.fold([0.0; 2], add);
     if powers > 0.0 {
         match (products + products) / powers {

@@ -31,7 +31,7 @@ pub(crate) use workspace::{Buffers, View, with_view};
 
 pub use aligned_line::AlignedLine;
 pub use apodization::Apodization;
-pub use coherence::ShortLagCoherence;
+pub use coherence::{CoherenceSums, ShortLagCoherence};
 pub use methods::Method;
 pub use parameters::{Beamformer, Parameters};
 pub use postfilter::Postfilter;

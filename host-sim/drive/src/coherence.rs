@@ -1,6 +1,8 @@
 //! Maps of the coherence of the samples, beside the lines of a frame.
 
-use bonebeam::beamform::{AlignedLine, Beamformer, Parameters, ShortLagCoherence, Sizes};
+use bonebeam::beamform::{
+    AlignedLine, Beamformer, CoherenceSums, Parameters, ShortLagCoherence, Sizes,
+};
 use bonebeam::geometry::{self, Active};
 use bonebeam::memory::Scratch;
 use bonebeam::pipeline::Block;
@@ -46,7 +48,7 @@ impl Kernel {
         largest: usize,
     ) -> Result<Self> {
         if measure == Measure::ShortLag {
-            return Ok(Kernel::short_lag(samples));
+            return Ok(Kernel::ShortLag(short_lag(samples)));
         }
         let beamformer = Beamformer::new(Parameters {
             depth_step: 1,
@@ -55,11 +57,6 @@ impl Kernel {
         check_window(beamformer.parameters(), samples.count)?;
         let sizes = beamformer.eigenvalue_sizes(largest);
         Ok(Kernel::LargestEigenvalue(beamformer, sizes))
-    }
-
-    /// Short-lag coherence over [`HALF_WINDOW`].
-    fn short_lag(samples: &geometry::Axis) -> Self {
-        Kernel::ShortLag(ShortLagCoherence::over(HALF_WINDOW, samples))
     }
 
     /// The row of a line.
@@ -81,6 +78,11 @@ impl Kernel {
             }
         }
     }
+}
+
+/// Short-lag coherence over [`HALF_WINDOW`].
+fn short_lag(samples: &geometry::Axis) -> ShortLagCoherence {
+    ShortLagCoherence::over(HALF_WINDOW, samples)
 }
 
 /// The coherence of a frame of a recording.
@@ -130,8 +132,20 @@ pub fn of_first_frame(data: &ChannelData, parameters: &Beamform) -> Result<Array
 /// # Errors
 /// A sample that is not finite, or a frame of another shape than the stage's.
 pub fn of_channel_data(stage: &DelayStage<'_>, frame: FrameSamples<'_>) -> Result<Array2<f32>> {
-    let kernel = Kernel::short_lag(&stage.depths());
+    let kernel = Kernel::ShortLag(short_lag(&stage.depths()));
     of_stage(stage, frame, &kernel)
+}
+
+/// Short-lag coherence of a frame from the sums of its beams, [beam, sample].
+pub(super) fn of_sums(stage: &DelayStage<'_>, sums: &[CoherenceSums]) -> Array2<f32> {
+    let (beams, samples) = (stage.rays().len(), stage.samples());
+    let coherence = short_lag(&stage.depths());
+    let mut map = Array2::zeros((beams, samples));
+    let rows = map.as_slice_mut().unwrap_or_default();
+    let rows = rows.par_chunks_mut(samples.max(1));
+    rows.zip(sums.par_chunks(samples.max(1)))
+        .for_each(|(row, sums)| coherence.of_sums(sums, row));
+    of_lines(stage, &map)
 }
 
 fn of_stage(
@@ -156,13 +170,15 @@ fn of_stage(
             )
         })?;
     }
-    // Each beam's row for each of its lines.
+    Ok(of_lines(stage, &map))
+}
+
+/// Each beam's row of a map for each of its lines.
+fn of_lines(stage: &DelayStage<'_>, map: &Array2<f32>) -> Array2<f32> {
+    let (beams, samples) = map.dim();
     let each = stage.all_rays().len() / beams.max(1);
     let beam_of = |line: usize| line / each.max(1);
-    Ok(Array2::from_shape_fn(
-        (each * beams, samples),
-        |(line, n)| map[[beam_of(line), n]],
-    ))
+    Array2::from_shape_fn((each * beams, samples), |(line, n)| map[[beam_of(line), n]])
 }
 
 fn of_aligned_data(

@@ -4,13 +4,14 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-use bonebeam::beamform::Parameters;
+use bonebeam::beamform::{CoherenceSums, Parameters};
 use bonebeam::geometry::{Active, Axis as Depths};
 use bonebeam::simd::InstructionSet;
 use ndarray::{Array2, ArrayViewMut2, Axis};
 use num_complex::Complex;
 
 use super::beamform::{Plan, Tile};
+use super::coherence;
 use super::delay::DelayStage;
 use crate::config::Beamform;
 use crate::{Error, Result};
@@ -162,7 +163,18 @@ impl<'a> RecordingFrames<'a> {
         &self,
         frame: FrameSamples<'_>,
         progress: &(dyn Fn(f64) + Sync),
+        z: ArrayViewMut2<'_, Complex<f32>>,
+    ) -> Result<()> {
+        self.frame_with(frame, progress, z, None)
+    }
+
+    /// [`RecordingFrames::frame`] with the sums for the coherence of its beams, [beam, sample].
+    fn frame_with(
+        &self,
+        frame: FrameSamples<'_>,
+        progress: &(dyn Fn(f64) + Sync),
         mut z: ArrayViewMut2<'_, Complex<f32>>,
+        mut sums: Option<&mut [CoherenceSums]>,
     ) -> Result<()> {
         let Of::Channel(stage, passes) = &self.of else {
             return Err(other_kind());
@@ -170,14 +182,20 @@ impl<'a> RecordingFrames<'a> {
         let done = AtomicUsize::new(0);
         let count = |n: usize| report(progress, &done, n, z_len(stage));
         let mut all = self.all.lock().unwrap_or_else(PoisonError::into_inner);
+        // Coherence is that of every sample, whatever the depth step.
+        let beamformer = match sums {
+            Some(_) => Parameters::DEFAULT,
+            None => self.parameters.parameters(),
+        };
         for (lines, tiles) in passes {
-            let beamformer = self.parameters.parameters();
             let mut out = match stage.puts_out_beamformed() {
                 false => all.view_mut(),
                 true => z.view_mut(),
             };
             stage.source(frame, lines.clone(), beamformer, &mut |source| {
-                self.plan.run_source(tiles, source, &count, out.view_mut())
+                let sums = sums.as_deref_mut();
+                self.plan
+                    .run_source(tiles, source, &count, out.view_mut(), sums)
             })?;
         }
         match stage.puts_out_beamformed() {
@@ -199,7 +217,10 @@ impl<'a> RecordingFrames<'a> {
         progress: &(dyn Fn(f64) + Sync),
     ) -> Result<Vec<BeamformedLines>> {
         match recording {
-            Recording::Channel(data) => self.of_frames(data, frames, progress),
+            Recording::Channel(data) => {
+                let frames = self.of_frames(data, frames, progress, false);
+                frames.map(|frame| frame.map(|(lines, _)| lines)).collect()
+            }
             Recording::Aligned(data) => self.of_aligned(data, frames, progress),
             Recording::Lines(lines) => {
                 let held = lines.z.dim().0;
@@ -212,23 +233,44 @@ impl<'a> RecordingFrames<'a> {
         }
     }
 
+    /// [`RecordingFrames::lines`], and of channel data their short-lag coherence.
+    ///
+    /// The samples are aligned once for both. The coherence is that of [`coherence::of_frame`].
+    ///
+    /// # Errors
+    /// As [`RecordingFrames::lines`].
+    pub fn lines_and_coherence(
+        &self,
+        recording: &Recording,
+        frames: Range<usize>,
+        progress: &(dyn Fn(f64) + Sync),
+    ) -> Result<Vec<(BeamformedLines, Option<Array2<f32>>)>> {
+        if let Recording::Channel(data) = recording {
+            return self.of_frames(data, frames, progress, true).collect();
+        }
+        let lines = self.lines(recording, frames, progress)?;
+        Ok(lines.into_iter().map(|lines| (lines, None)).collect())
+    }
+
     fn of_frames(
         &self,
         data: &ChannelData,
         frames: Range<usize>,
         progress: &(dyn Fn(f64) + Sync),
-    ) -> Result<Vec<BeamformedLines>> {
-        let stage = self.stage().ok_or_else(other_kind)?;
+        with_coherence: bool,
+    ) -> impl Iterator<Item = Result<(BeamformedLines, Option<Array2<f32>>)>> {
         let (start, count) = (frames.start, frames.len() as f64);
-        let lines = frames.map(|index| {
+        frames.map(move |index| {
+            let stage = self.stage().ok_or_else(other_kind)?;
             let frame = data.samples.frame(index);
             let frame = frame.ok_or_else(|| no_frame(index, data.samples.frames()))?;
             let scaled = |part: f64| progress(((index - start) as f64 + part) / count);
             let mut z = Array2::zeros((stage.all_rays().len(), stage.samples()));
-            self.frame(frame, &scaled, z.view_mut())?;
-            Ok(stage.lines(z))
-        });
-        lines.collect()
+            let mut sums = with_coherence.then(|| vec![[0.0; 2]; z_len(stage)]);
+            self.frame_with(frame, &scaled, z.view_mut(), sums.as_deref_mut())?;
+            let coherence = sums.map(|sums| coherence::of_sums(stage, &sums));
+            Ok((stage.lines(z), coherence))
+        })
     }
 
     fn of_aligned(
@@ -276,9 +318,12 @@ pub fn beamform_channel_data(
     parameters: &Beamform,
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<BeamformedLines> {
-    let mut lines =
-        RecordingFrames::of_channel_data(data, parameters)?.of_frames(data, 0..1, progress)?;
-    Ok(lines.remove(0))
+    let frames = RecordingFrames::of_channel_data(data, parameters)?;
+    let mut frames = frames.of_frames(data, 0..1, progress, false);
+    frames
+        .next()
+        .ok_or_else(|| no_frame(0, 0))?
+        .map(|(lines, _)| lines)
 }
 
 fn plan(parameters: Parameters, largest: usize) -> Result<Plan> {

@@ -86,7 +86,7 @@ impl<'p> Frames<'p> {
         let mut z = Array2::zeros((lines, self.interpolation.line_samples()));
         let tiles = &self.tiles;
         self.beamformer
-            .run_source(tiles, source, &|_| {}, z.view_mut())?;
+            .run_source(tiles, source, &|_| {}, z.view_mut(), None)?;
         Ok(z)
     }
 

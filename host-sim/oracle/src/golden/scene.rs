@@ -20,7 +20,7 @@ pub const SUBAPERTURE: usize = 8;
 pub const SAMPLES: usize = 96;
 pub const OUTPUT_RATE: f64 = 20e6;
 /// The depth of a line's first sample, m.
-const START: f64 = 7.2e-3;
+pub const START: f64 = 7.2e-3;
 /// Lines whose intermediate values are given: the middle ones.
 pub const TRACED: [usize; 2] = [5, 6];
 /// Side of the image, pixels.

@@ -270,7 +270,7 @@ fn sinc_table() -> Vec<Vec<f32>> {
 }
 
 /// cos 2πφ and sin 2πφ by the polynomials.
-fn phasor(cycles: f32) -> (f32, f32) {
+pub(crate) fn phasor(cycles: f32) -> (f32, f32) {
     let x = cycles - ((cycles + 12_582_912.0) - 12_582_912.0);
     let y = x * x;
     let cosine = [-19.739_05f32, 64.930_28, -85.286_85, 58.852_547, -21.162_6];

@@ -1,0 +1,126 @@
+//! The part of a screen that is the picture.
+
+use std::collections::VecDeque;
+
+use ndarray::{Array2, ArrayView2, Axis};
+
+/// Largest distance of grey levels from the background's, of 255.
+///
+/// Compression leaves some grey beside letters and edges.
+const BLACK: f32 = 8.0;
+/// Side of the blocks in which connected parts are found, pixels, and the pixels that fill one.
+///
+/// Smaller gaps do not split the picture.
+const BLOCK: usize = 4;
+const FILLED: usize = 6;
+/// Thickness that lines of a frame do not reach, pixels, and their shortest length, as a share of the picture's side.
+const THIN: usize = 3;
+const LONG: f64 = 0.4;
+
+/// The largest connected part that is not background, without letters, rulers and thin lines.
+pub(super) fn largest_part(pixels: ArrayView2<f32>) -> Array2<bool> {
+    let (rows, columns) = pixels.dim();
+    let background = background(pixels);
+    let lit = pixels.mapv(|level| (level - background).abs() > BLACK);
+    let lit = without_frame(lit);
+    let mut blocks = Array2::from_elem((rows.div_ceil(BLOCK), columns.div_ceil(BLOCK)), 0usize);
+    for ((row, column), lit) in lit.indexed_iter() {
+        blocks[[row / BLOCK, column / BLOCK]] += usize::from(*lit);
+    }
+    blocks.mapv_inplace(|count| if count >= FILLED { usize::MAX } else { 0 });
+    let mut sizes = vec![0];
+    let starts: Vec<[usize; 2]> = blocks.indexed_iter().map(|((a, b), _)| [a, b]).collect();
+    for start in starts {
+        if blocks[start] != usize::MAX {
+            continue;
+        }
+        let name = sizes.len();
+        let mut size = 0;
+        blocks[start] = name;
+        let mut left = VecDeque::from([start]);
+        while let Some([row, column]) = left.pop_front() {
+            size += 1;
+            for beside in (row.saturating_sub(1)..=row + 1)
+                .flat_map(|r| (column.saturating_sub(1)..=column + 1).map(move |c| [r, c]))
+            {
+                if blocks.get(beside) == Some(&usize::MAX) {
+                    blocks[beside] = name;
+                    left.push_back(beside);
+                }
+            }
+        }
+        sizes.push(size);
+    }
+    let largest = (1..sizes.len()).max_by_key(|&name| sizes[name]);
+    // Also the blocks beside it, of which it fills a part.
+    let part = Array2::from_shape_fn(blocks.dim(), |(row, column)| {
+        (row.saturating_sub(1)..=row + 1)
+            .flat_map(|r| (column.saturating_sub(1)..=column + 1).map(move |c| [r, c]))
+            .any(|beside| largest.is_some() && blocks.get(beside).copied() == largest)
+    });
+    Array2::from_shape_fn((rows, columns), |(row, column)| {
+        lit[[row, column]] && part[[row / BLOCK, column / BLOCK]]
+    })
+}
+
+/// Without thin straight lines along rows and columns, as a frame around the picture has.
+fn without_frame(lit: Array2<bool>) -> Array2<bool> {
+    let mut rest = lit.clone();
+    for axis in [0, 1] {
+        let lit = if axis == 0 { lit.view() } else { lit.t() };
+        let mut rest = if axis == 0 {
+            rest.view_mut()
+        } else {
+            rest.view_mut().reversed_axes()
+        };
+        let (rows, length) = lit.dim();
+        for row in 0..rows {
+            let beside = [
+                row.checked_sub(THIN),
+                Some(row + THIN).filter(|r| *r < rows),
+            ];
+            let mut start = 0;
+            for end in 0..=length {
+                if end < length && lit[[row, end]] {
+                    continue;
+                }
+                let dark = |column: &usize| {
+                    let of = |r: &usize| lit[[*r, *column]];
+                    !beside.iter().flatten().any(of)
+                };
+                let long = (end - start) as f64 >= LONG * length as f64;
+                let run = start..end;
+                if long && run.clone().filter(dark).count() * 3 >= run.len() * 2 {
+                    run.for_each(|column| rest[[row, column]] = false);
+                }
+                start = end + 1;
+            }
+        }
+    }
+    rest
+}
+
+/// The level of the corners if they agree, else black.
+fn background(pixels: ArrayView2<f32>) -> f32 {
+    let [rows, columns] = [0, 1].map(|axis| {
+        let length = pixels.len_of(Axis(axis));
+        [2..10, length.saturating_sub(10)..length.saturating_sub(2)]
+    });
+    let corners = rows
+        .iter()
+        .flat_map(|r| columns.iter().map(move |c| (r, c)));
+    let corners = corners.map(|(rows, columns)| {
+        let all = rows
+            .clone()
+            .flat_map(|r| columns.clone().map(move |c| [r, c]));
+        let mut levels: Vec<f32> = all.filter_map(|at| pixels.get(at).copied()).collect();
+        levels.sort_by(f32::total_cmp);
+        levels.get(levels.len() / 2).copied().unwrap_or(0.0)
+    });
+    let mut corners: Vec<f32> = corners.collect();
+    corners.sort_by(f32::total_cmp);
+    match corners[3] - corners[0] <= 3.0 {
+        true => corners[2],
+        false => 0.0,
+    }
+}
