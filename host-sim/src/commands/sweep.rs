@@ -257,6 +257,7 @@ impl Arguments {
                 path: &self.input,
                 crop: None,
                 frames: self.frames.as_ref(),
+                every: self.every as usize,
                 drawn: self.overlay.is_some(),
                 of_picture,
             },
