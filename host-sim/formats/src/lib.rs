@@ -114,7 +114,9 @@ pub fn is_hdf5(path: &Path) -> bool {
     read.is_ok() && head == HDF5
 }
 
-/// Names of the tracks with raw data of a file of zea, each with its label in parentheses; of other files none.
+/// Tracks with raw data of a file of zea: names, and labels in parentheses.
+///
+/// Of other files none.
 ///
 /// # Errors
 /// An HDF5 file that cannot be opened.
