@@ -29,14 +29,16 @@ def demangled(name):
         parts.append(rest[start : start + length])
         rest = rest[start + length :]
     path = "::".join(part.removeprefix("_") if part.startswith("_$") else part for part in parts[:-1])
-    path = re.sub(r"\$u([0-9a-f]+)\$", lambda code: chr(int(code[1], 16)), path)
-    path = re.sub(r"\$(\w+)\$", lambda code: ESCAPES.get(code[1], code[0]), path).replace("..", "::")
+    # From the left: the end of one escape may look like the beginning of another.
+    character = lambda code: ESCAPES.get(code[1]) or chr(int(code[1][1:], 16))
+    path = re.sub(r"\$(u[0-9a-f]+|LT|GT|RF|BP|C|LP|RP)\$", character, path).replace("..", "::")
     return plain(path.split("::{{closure}}")[0])
 
 
 def plain(name):
-    """A name without lifetimes, which mangled names do not have."""
-    return re.sub(r"<'\w+>", "", re.sub(r"'\w+,? ", "", name.strip()))
+    """A name without lifetimes and names of lengths, which mangled names do not have."""
+    name = re.sub(r"<'\w+>", "", re.sub(r"'\w+,? ", "", name.strip())).replace(", ", ",")
+    return re.sub(r"(?<=,)[NM](?=[,>])", "_", name)
 
 
 def of_core(image):
