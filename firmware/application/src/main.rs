@@ -151,7 +151,8 @@ fn kick() {}
 /// Instead of a front end: a recorded beam at each turn of the timer, copied as DMA would.
 static RECORDING: &[u8; BEAMS * SAMPLES * ELEMENTS * 4] =
     include_bytes!(concat!(env!("OUT_DIR"), "/recording.bin"));
-static FRONT_END: Mutex<RefCell<Option<(Source<ScanBlock>, u32)>>> = Mutex::new(RefCell::new(None));
+type FrontEnd = (Source<ScanBlock>, u32);
+static FRONT_END: Mutex<RefCell<Option<FrontEnd>>> = Mutex::new(RefCell::new(None));
 
 fn start(source: Source<ScanBlock>) {
     critical_section::with(|cs| FRONT_END.borrow(cs).replace(Some((source, 0))));
