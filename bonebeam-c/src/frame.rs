@@ -124,6 +124,7 @@ impl FrameParameters {
             plan,
             Over::bytes(beamformer, sizes),
             need_bytes(need),
+            bytes_of::<bonebeam::Complex<f32>>(core.directions_len()?),
             bytes_of::<f32>(tables),
             bytes_of::<f32>(coherence),
             need_bytes(detector),

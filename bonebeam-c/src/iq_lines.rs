@@ -53,15 +53,8 @@ impl Plan {
         let deepest = pipeline.adaptive().end.saturating_sub(1);
         let count = |line| pipeline.scan().active(line, deepest).count;
         let elements = (0..core.lines()).map(count).max().unwrap_or(0);
-        let sub_lines = beamformer.sub_lines;
-        let directions = match sub_lines {
-            2.. if SUB_LINES => {
-                SteeringTable::need(core.lines(), pipeline.line_samples(), sub_lines)
-            }
-            _ => Need::default(),
-        };
         Ok(Plan {
-            directions: directions.complex,
+            directions: pipeline.directions_len(),
             need: pipeline.need(LANES, scan.block),
             sizes: pipeline.beamformer().sizes(elements),
             pipeline,
@@ -106,10 +99,8 @@ pub unsafe extern "C" fn bonebeam_iq_lines_new(
             let steering = match plan.directions {
                 length if length == 0 || !SUB_LINES => None,
                 length => {
-                    let parameters = plan.pipeline.beamformer().parameters();
-                    let of = (parameters.sub_lines, parameters.depth_step);
                     let memory = bytes.fill(length, bonebeam::Complex::ZERO)?;
-                    Some(SteeringTable::of_step(plan.pipeline.scan(), of, memory)?)
+                    Some(plan.pipeline.directions(memory)?)
                 }
             };
             Ok(IqLines {

@@ -44,6 +44,14 @@ impl<D: Stage> Planned<D> {
             None => pipeline,
             Some(gate) => pipeline.with_gate(gate)?,
         };
+        let pipeline = match pipeline.lines().directions_len() {
+            0 => pipeline,
+            length => {
+                let memory = bytes.fill(length, bonebeam::Complex::ZERO)?;
+                pipeline.lines().directions(memory)?;
+                pipeline.with_directions(memory)?
+            }
+        };
         let pipeline: &'static _ = bytes.copy(&pipeline)?;
         let scratch = scratch(bytes, pipeline.need(LANES))?;
         let bank = pipeline.phase_symmetry();

@@ -758,7 +758,8 @@ def told():
     tracks = zea("tracks")
     with h5py.File(tracks, "r+") as file:
         file.copy("tracks/track_0", "tracks/track_1")
-    says(["raw data in 2 tracks; --track NAME chooses one: track_0 [2, 3, 900, 32, 1], track_1"], "info", tracks, status=1)
+    says(["raw data in 2 tracks; --track NAME chooses one: track_0 [2, 3, 900, 32, 1], track_1"], "beamform", tracks, "-o", "a.npz", status=1)
+    says([f"track      {track}: RF: 2 frames, 3 transmits, 32 elements, 900 samples; plane waves at -7" for track in ("track_0", "track_1")], "info", tracks)
     read_alike(tracks, "rf", rf, "--track", "track_1", exact=False, t0=np.zeros(3))
     with h5py.File(tracks, "r+") as file:
         del file["tracks/track_0/data"]
@@ -1257,6 +1258,17 @@ def conformance_of_writers():
     ):
         write_zea(path, key, samples[:1], **more)
         judge("zea", kind, path)
+    # Waves that are no wave of one law: by the delays of the elements.
+    both = np.concatenate([rf[:1, :1], beams[:1, 8:9]], 1)
+    of_both = dict(t0_delays=np.stack([X * np.sin(ANGLES[0]) / C, converging[8]]), focus=np.array([np.inf, FOCUS]), angles=np.array([ANGLES[0], 0.0]), origins=on_axis[[0, 8]] * [[0], [1]])
+    some = np.random.default_rng(5).integers(0, 2, (3, ELEMENTS))
+    for kind, samples, more in (
+        ("focused beams and plane waves in one list", both, of_both),
+        ("curved array that fires at once", scene("rf", ARC_X, ARC_Z, [(0.0, -RADIUS)] * 3), dict(x=ARC_X, z=ARC_Z, t0_delays=np.zeros((3, ELEMENTS)), angles=np.zeros(3))),
+        ("elements chosen at random", rf, dict(weights=some)),
+    ):
+        write_zea(path, "rf", samples[:1], **more)
+        judge("zea", kind, path)
     write_zea(path, "rf", rf[:1])
     with h5py.File(path, "r+") as file:
         walking(file)
@@ -1610,6 +1622,14 @@ def zea_kinds():
     poses = {"translation": np.zeros((4, 3)), "rotation": np.tile([1.0, 0, 0, 0], (4, 1)), "rotation_representation": "quaternion_wxyz", "sampling_frequency": 20.0, "start_time_offset": 0.0}
     poses = {f"metadata/probe_pose/{name}": value for name, value in poses.items()} | {track + "time_to_next_transmit": np.full((1, 3), 1e-3)}
     kind("poses of the probe (`probe_pose`)", lambda file: [file.__setitem__(name, value) for name, value in poses.items()], words=["of the probe in 1 of 1 frame, for `sweep`"])
+
+    def two_posed(file):
+        for name, value in poses.items():
+            file[name] = value
+        file.copy("tracks/track_0", "tracks/track_1")
+        put("track_schedule", np.tile([0, 1], 3).astype(np.int32))(file)
+
+    kind("poses of the probe, of two tracks", two_posed, ("--track", "track_1"), words=["of the probe in 1 of 1 frame, for `sweep`"])
     kind("gain over depth (`tgc_gain_curve`)", put(track + "tgc_gain_curve", np.ones(9, np.float32)), words=["not used", "keep the gain"])
     kind("speed of sound missing", lambda file: file.__delitem__(track + "sound_speed") if track + "sound_speed" in file else None)
 
@@ -1627,6 +1647,27 @@ def zea_kinds():
     kind("waves out of the plane (`azimuth_angles`)", put(track + "azimuth_angles", np.full(3, 0.1, np.float32)), status=1, words=["azimuth_angles"])
     matrix = np.stack([X, np.tile([0, 1e-3], ELEMENTS // 2), 0 * X], 1).astype(np.float32)
     kind("matrix array", put("probe/probe_geometry", matrix), status=1, words=["image plane"])
+    # As OpenH-RF's data cards describe their files, beside those above.
+    kind("without tracks (`data` and `scan` at the root)", lambda file: [file.move(f"tracks/track_0/{name}", name) for name in ("data", "scan")] + [file.__delitem__("tracks")])
+    kind("I/Q at the rate of its carrier", put(track + "sampling_frequency", np.float32(F0)), samples=scene("iq")[:1, ..., ::8], key="iq")
+    kind("waves of several frequencies", put(track + "center_frequency", np.array([F0, 2 * F0, F0], np.float32)), ("--variable", "f0=4e6"))
+    kind("receivers that never send", put(track + "tx_apodizations", np.zeros((3, ELEMENTS), np.float32)), status=1, words=["passive"])
+
+    def one_element(file):
+        for place, index in (("probe/probe_geometry", np.s_[:1]), (track + "t0_delays", np.s_[:, :1]), (track + "tx_apodizations", np.s_[:, :1]), ("tracks/track_0/data/raw_data", np.s_[..., :1, :])):
+            put(place, file[place][index])(file)
+
+    kind("one element, turned (IVUS)", one_element, status=1, words=["element"])
+    turn = 2 * np.pi * np.arange(ELEMENTS) / ELEMENTS
+    kind("ring of elements (tomography)", x=0.05 * np.sin(turn), z=0.05 * np.cos(turn), status=1, words=["element"])
+
+    def labelled(file):
+        file.copy("tracks/track_0", "tracks/track_1")
+        put(track + "tx_apodizations", code)(file)
+        for k, label in enumerate(("hadamard", "synthetic_aperture")):
+            put(f"tracks/track_{k}/label", label)(file)
+
+    kind("tracks by label, one of codes", labelled, ("--track", "synthetic_aperture"))
     kind("images without raw data", lambda file: file.__delitem__("tracks/track_0/data/raw_data"), status=1, words=["raw_data"])
 
 

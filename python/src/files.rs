@@ -4,15 +4,50 @@ use std::path::PathBuf;
 
 use bonebeam_files::{ChannelData, Recording, Samples, Transmits};
 use bonebeam_formats::{self as formats, Variables};
+use bonebeam_tracked::Sequence;
+use ndarray::{Array3, Axis, Slice};
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 use crate::error::refused;
+use crate::tracked::matrices;
 
 /// A recording's file.
 #[pyclass(frozen, module = "bonebeam._native")]
-pub struct RecordingFile(formats::RecordingFile);
+pub struct RecordingFile {
+    file: formats::RecordingFile,
+    /// The probe's pose in each frame, m.
+    poses: Option<Array3<f64>>,
+    assumed: Vec<String>,
+}
+
+impl RecordingFile {
+    fn open(path: PathBuf, variables: &Variables) -> bonebeam_files::Result<Self> {
+        let file = formats::RecordingFile::open(&path, variables)?;
+        let mut assumed = file.assumed().to_vec();
+        let poses = file.poses().unwrap_or_else(|error| {
+            assumed.push(format!("poses are left out: {error}"));
+            None
+        });
+        let poses = poses.map(|poses| {
+            let sequence = Sequence::of_recording(&path, &poses);
+            assumed.extend_from_slice(&sequence.assumed);
+            let frames = &sequence.frames;
+            let pose = |k: usize| frames[k].transforms["ProbeToReference"].matrix.as_ref();
+            let mut poses = matrices(frames.len(), pose);
+            for mut pose in poses.outer_iter_mut() {
+                (0..3).for_each(|row| pose[[row, 3]] /= 1e3);
+            }
+            poses
+        });
+        Ok(Self {
+            file,
+            poses,
+            assumed,
+        })
+    }
+}
 
 #[pymethods]
 impl RecordingFile {
@@ -20,14 +55,13 @@ impl RecordingFile {
     #[new]
     fn new(py: Python<'_>, path: PathBuf, variables: &str) -> PyResult<Self> {
         let variables: Variables = serde_json::from_str(variables).map_err(refused)?;
-        let file = py.detach(|| formats::RecordingFile::open(&path, &variables));
-        Ok(Self(file.map_err(refused)?))
+        py.detach(|| Self::open(path, &variables)).map_err(refused)
     }
 
     /// Number of frames in the file.
     #[getter]
     fn frames(&self) -> usize {
-        self.0.frames()
+        self.file.frames()
     }
 
     /// The frames from `start` to before `end`, with the keys of a `.npz` recording.
@@ -35,7 +69,7 @@ impl RecordingFile {
     /// Samples have an axis of frames.
     fn read<'py>(&self, py: Python<'py>, start: usize, end: usize) -> PyResult<Bound<'py, PyDict>> {
         let read = || {
-            let (recording, own) = self.0.read(start..end)?;
+            let (recording, own) = self.file.read(start..end)?;
             Ok(recording.into_owned().into_frames(own))
         };
         match py
@@ -44,7 +78,13 @@ impl RecordingFile {
         {
             Recording::Channel(data) => {
                 let keys = channel_data(py, data)?;
-                keys.set_item("assumed", PyTuple::new(py, self.0.assumed())?)?;
+                keys.set_item("assumed", PyTuple::new(py, &self.assumed)?)?;
+                if let Some(poses) = &self.poses {
+                    let own = poses
+                        .slice_axis(Axis(0), Slice::from(start..end))
+                        .to_owned();
+                    keys.set_item("poses", own.into_pyarray(py))?;
+                }
                 Ok(keys)
             }
             Recording::Aligned(data) => {

@@ -25,7 +25,7 @@ fn parsed<T: std::str::FromStr<Err = String>>(name: &str, text: &str) -> PyResul
 }
 
 /// Matrices as an array [frame, 4, 4], with NaN where there is none.
-fn matrices<'m>(count: usize, of: impl Fn(usize) -> Option<&'m Matrix>) -> Array3<f64> {
+pub(crate) fn matrices<'m>(count: usize, of: impl Fn(usize) -> Option<&'m Matrix>) -> Array3<f64> {
     Array3::from_shape_fn((count, 4, 4), |(k, row, column)| {
         of(k).map_or(f64::NAN, |m| m[row][column])
     })

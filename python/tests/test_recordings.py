@@ -252,3 +252,79 @@ def test_beams_of_a_curved_array_are_rays(folder, plane):
     # Scan conversion: the image is wider than the array.
     image = bonebeam.bmode(lines)
     assert image.x0 < data.element_x[0]
+
+
+ONE_AFTER_ANOTHER, FRAME_BY_FRAME, MIXED = range(3)
+
+
+@pytest.mark.parametrize("order", [ONE_AFTER_ANOTHER, FRAME_BY_FRAME, MIXED])
+@pytest.mark.parametrize("times", ["sampling_frequency", "timestamps"])
+def test_each_track_has_its_frames_and_the_poses_of_their_middles(folder, order, times):
+    """Three sequences of one recording, as zea stores them, and a probe that moves and turns at constant speed."""
+    h5py = pytest.importorskip("h5py")
+    random = np.random.default_rng(57)
+    shapes = [(3, 2), (5, 4), (2, 1)]
+    events = [np.full(frames * transmits, track) for track, (frames, transmits) in enumerate(shapes)]
+    schedule = np.concatenate(events)
+    if order == FRAME_BY_FRAME:
+        parts = [np.array_split(own, frames) for own, (frames, _) in zip(events, shapes)]
+        schedule = np.concatenate([own[k] for k in range(5) for own in parts if k < len(own)])
+    elif order == MIXED:
+        random.shuffle(schedule)
+    steps = [random.uniform(1e-3, 3e-3, shape) for shape in shapes]
+    waiting = [iter(own.ravel()) for own in steps]
+    begins = np.concatenate([[0.0], np.cumsum([next(waiting[track]) for track in schedule])])[:-1]
+    # The stream begins before the recording, and ends in it.
+    at = -4e-3 + np.arange(10) * 5e-3 if times == "sampling_frequency" else np.array([-2e-3, 4e-3, 30e-3, 45e-3])
+    move, turn = np.array([0.1, -0.2, 0.05]), np.array([0.0, 0.0, 8.0])
+    path = folder / "tracks.hdf5"
+    with h5py.File(path, "w") as file:
+        file.attrs["zea_version"] = "0.1.8"
+        file["track_schedule"] = schedule.astype(np.int32)
+        file["probe/probe_geometry"] = np.stack([COMMON["element_x"], np.zeros(4), np.zeros(4)], 1)
+        pose = {"translation": at[:, None] * move, "rotation": at[:, None] * turn, "rotation_representation": "euler_xyz"}
+        pose |= {"start_time_offset": at[0], times: 200.0 if times == "sampling_frequency" else at - at[0]}
+        for name, value in pose.items():
+            file[f"metadata/probe_pose/{name}"] = value
+        for track, (frames, transmits) in enumerate(shapes):
+            scan = {key: np.zeros(transmits) for key in ("initial_times", "polar_angles", "focus_distances")}
+            # The last step of all may be left out.
+            is_last = order == ONE_AFTER_ANOTHER and track == 2
+            scan |= {"t0_delays": np.zeros((transmits, 4))}
+            scan |= {"time_to_next_transmit": steps[track].ravel()[:-1] if is_last else steps[track]}
+            scan |= {"sampling_frequency": 40e6, "center_frequency": 5e6, "sound_speed": 1540.0}
+            for name, value in scan.items():
+                file[f"tracks/track_{track}/scan/{name}"] = value
+            raw = np.arange(frames * transmits * 64 * 4, dtype=np.float32).reshape(frames, transmits, 64, 4, 1)
+            file[f"tracks/track_{track}/data/raw_data"] = raw + track
+    for track, (frames, transmits) in enumerate(shapes):
+        variables = {"track": f"track_{track}"}
+        data = bonebeam.read(path, variables=variables)
+        assert data.rf.shape == (frames, transmits, 4, 64) and data.rf.ravel()[0] == track
+        own = begins[schedule == track].reshape(frames, transmits)
+        middle = (own[:, 0] + own[:, -1]) / 2
+        angle = middle * turn[2]
+        expected = np.zeros((frames, 4, 4))
+        expected[:, :2, :2] = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]).transpose(2, 0, 1)
+        expected[:, 2, 2] = expected[:, 3, 3] = 1.0
+        expected[:, :3, 3] = middle[:, None] * move
+        # Beyond the last pose its value counts for as long as between the first two.
+        beyond = middle > at[-1]
+        expected[beyond & (middle > at[-1] + at[1] - at[0])] = np.nan
+        near = ~beyond | np.isnan(expected[:, 0, 0])
+        np.testing.assert_allclose(data.poses[near], expected[near], atol=1e-12)
+        said = "angles of poses turn about the fixed axes x, y, z, rad" in data.assumed
+        assert said == np.isfinite(data.poses).any()
+        assert same_bits(data.frame(1).poses, data.poses[1])
+        assert same_bits(bonebeam.read(path, frames=1, variables=variables).poses, data.poses[1])
+        assert same_bits(bonebeam.Dataset(path, variables=variables)[1].poses, data.poses[1])
+        assert "poses" not in data.keys()
+    assert np.isnan(data.poses).any() or order != ONE_AFTER_ANOTHER
+    # Steps between frames and not transmits; no order of the tracks.
+    for name, value in (("tracks/track_1/scan/time_to_next_transmit", steps[1][1:, 0]), ("track_schedule", None)):
+        with h5py.File(path, "r+") as file:
+            del file[name]
+            if value is not None:
+                file[name] = value
+        data = bonebeam.read(path, variables=variables)
+        assert data.poses is None and any("poses are left out" in what for what in data.assumed)

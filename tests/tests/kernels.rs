@@ -116,9 +116,10 @@ fn by_the_host(frame: &frame::Frame, numbers: &[f32]) {
     let (parameters, line) = (frame.parameters(0), &frame.line);
     let of_line = &|_: usize| 0..line.transmits.len();
     let transmits: Vec<_> = line.transmits(&()).map(|(transmit, _)| transmit).collect();
+    let directions = &mut Vec::new();
     let host = match line.input() {
         Some(input) => line.with_iq(|record| {
-            let pipeline = line.gated_frame(Pipeline::of_iq(parameters, input)?)?;
+            let pipeline = line.gated_frame(Pipeline::of_iq(parameters, input)?, directions)?;
             let source = LineSource::Iq(Recorded {
                 pipeline: pipeline.lines().by_reference(),
                 transmits: &transmits,
@@ -128,7 +129,7 @@ fn by_the_host(frame: &frame::Frame, numbers: &[f32]) {
             Ok(pictures(&pipeline, &source, frame.pooling))
         }),
         None => line.with_rf(|record| {
-            let pipeline = line.gated_frame(Pipeline::new(parameters)?)?;
+            let pipeline = line.gated_frame(Pipeline::new(parameters)?, directions)?;
             let source = LineSource::Rf(Recorded {
                 pipeline: pipeline.lines().by_reference(),
                 transmits: &transmits,

@@ -42,6 +42,46 @@ fn sizes_follow_from_the_parameters_and_others_are_refused() {
     assert!(frame.bone_map().unwrap().iter().all(|&ps| ps == 0.0));
 }
 
+/// 64 lines of two directions at every second sample: a frame had 430,848 bytes when it held its directions.
+#[test]
+fn directions_are_the_plans_and_not_the_frames() {
+    const OF_SUB_LINES: Parameters = Parameters {
+        scan: ScanParameters {
+            lines: Lines::Even(Axis::centred(64, 0.2e-3)),
+            end: Depth::Metres(4e-3 + 239.0 * 38.5e-6),
+            ..PARAMETERS.scan
+        },
+        beamformer: beamform::Parameters {
+            sub_lines: 2,
+            depth_step: 2,
+            ..beamform::Parameters::of(Method::Mv)
+        },
+        block: 64,
+        ..PARAMETERS
+    };
+    const LENGTH: usize = valid!(OF_SUB_LINES.directions_len());
+    const NEED: Need = valid!(OF_SUB_LINES.need(Input::Rf, 1));
+    assert_eq!(8 * LENGTH, 245_760);
+    let bytes = 4 * NEED.real + 8 * NEED.complex;
+    assert!(bytes <= 260_000, "{bytes}");
+    let plan = || Pipeline::new(OF_SUB_LINES).unwrap();
+    assert_eq!(
+        (plan().need(1), plan().lines().directions_len()),
+        (NEED, LENGTH)
+    );
+    let mut directions = vec![Complex::ZERO; LENGTH];
+    plan().lines().directions(&mut directions).unwrap();
+    let (mut real, mut complex) = (vec![0.0; NEED.real], vec![Complex::ZERO; NEED.complex]);
+    let mut made =
+        |plan: &Pipeline| Frame::new(plan, Scratch::new(&mut real, &mut complex)).map(drop);
+    let expected = format!("length directions 0 for {LENGTH}");
+    assert_eq!(refused(made(&plan())), expected);
+    let short = plan().with_directions(&directions[1..]).map(drop);
+    assert_refused(short, "length directions ");
+    assert_eq!(made(&plan().with_directions(&directions).unwrap()), Ok(()));
+    assert_eq!(PARAMETERS.directions_len(), Ok(0));
+}
+
 #[test]
 fn bad_parameters_are_named() {
     let name = |change: fn(&mut Parameters)| name(Pipeline::new(changed(PARAMETERS, change)));

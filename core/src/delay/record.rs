@@ -1,6 +1,7 @@
 //! The samples of one transmit.
 
 use crate::error::{check_length, finite, none};
+use crate::geometry::Active;
 use crate::magnitude::{largest, largest_part};
 use crate::{Complex, Error};
 use core::num::NonZeroUsize;
@@ -26,7 +27,10 @@ const LARGEST_GAIN: f64 = 1.42 * 1.25 * 1.25 * 2.2 * 3.4;
 #[derive(Clone, Copy, Debug)]
 pub struct Record<'a> {
     pub(super) samples: Samples<'a>,
+    /// Elements of the array.
     elements: NonZeroUsize,
+    /// The elements that were received.
+    received: Active,
     length: usize,
     /// Phase of the demodulator of I/Q, in cycles.
     pub(super) cycles: f64,
@@ -146,6 +150,40 @@ impl<'a> Record<'a> {
         })
     }
 
+    /// The record of a part of an array, as of a multiplexed probe.
+    ///
+    /// It begins with element `first` of `elements`. The others are silent. Silence takes no memory, and is neither delayed nor added: a line of transmits with such
+    /// records is that of records with zeros, to the bit, except for the sign of a zero.
+    ///
+    /// ```
+    /// use bonebeam::delay::Record;
+    /// use bonebeam::geometry::Active;
+    ///
+    /// // Two of 16 elements were received.
+    /// let record = Record::new(&[0.0, 1.0, 2.0, 3.0, 4.0, 5.0], 2)?.part_of(16, 6)?;
+    /// assert_eq!((record.elements(), record.samples()), (16, 3));
+    /// assert_eq!(record.received(), Active::new(6, 2));
+    /// # Ok::<(), bonebeam::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for I/Q; [`Error::Capacity`] for elements that end behind the array.
+    pub fn part_of(self, elements: usize, first: usize) -> Result<Self, Error> {
+        if let Samples::Iq(..) = self.samples {
+            let expected = "RF, for a part of an array";
+            return Err(Error::parameter("iq", 0.0, expected));
+        }
+        let end = first.saturating_add(self.received.count);
+        match NonZeroUsize::new(elements).filter(|elements| end <= elements.get()) {
+            None => Err(Error::capacity("received elements", end, elements)),
+            Some(elements) => Ok(Record {
+                elements,
+                received: Active::new(first, self.received.count),
+                ..self
+            }),
+        }
+    }
+
     /// A record of `count` samples of all elements.
     fn of(
         samples: Samples<'a>,
@@ -161,15 +199,26 @@ impl<'a> Record<'a> {
         Ok(Record {
             samples,
             elements,
+            received: Active::new(0, elements.get()),
             length,
             cycles: 0.0,
             largest: largest()?,
         })
     }
 
-    /// Number of elements.
+    /// Number of elements of the array.
     pub fn elements(&self) -> usize {
         self.elements.get()
+    }
+
+    /// The elements that were received: all, or those of [`Record::part_of`].
+    pub fn received(&self) -> Active {
+        self.received
+    }
+
+    /// Whether elements are silent.
+    pub(crate) fn is_part(&self) -> bool {
+        self.received.count < self.elements.get()
     }
 
     /// Number of samples of each element.
@@ -187,11 +236,11 @@ impl<'a> Record<'a> {
         }
     }
 
-    /// The RF of one element; nothing for I/Q.
+    /// The RF of a received element; nothing for I/Q.
     pub(super) fn element(&self, element: usize) -> &'a [f32] {
-        let own = element * self.length..(element + 1) * self.length;
+        let start = element.wrapping_sub(self.received.first) * self.length;
         match self.samples {
-            Samples::Rf(rf) => rf.get(own).unwrap_or_default(),
+            Samples::Rf(rf) => rf.get(start..start + self.length).unwrap_or_default(),
             Samples::Iq(..) => &[],
         }
     }

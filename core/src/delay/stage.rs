@@ -34,6 +34,7 @@ pub trait Stage: Sealed {
     ///
     /// - [`Error::Length`] for a slice of the wrong length or a record or array of another shape;
     /// - [`Error::Parameter`] for an impossible law, t0, position or active range;
+    /// - [`Error::Parameter`] for active elements that a [part of an array](Record::part_of) did not receive;
     /// - [`Error::NonFinite`] with the flat index into `out`, when adding;
     /// - [`Error::Parameter`] for I/Q with [`IqInterpolation::LinearFixed`] if samples are not counts, or if the path
     ///   from an element to the line is 8191 samples or more.
@@ -108,6 +109,14 @@ pub trait Stage: Sealed {
         check_length("element_x", line.array.elements(), shape.elements)?;
         check_length("record elements", elements, shape.elements)?;
         check_length("record samples", record_samples, shape.record_samples)?;
+        if record.is_part() && line.active.within(record.received()) != line.active {
+            let expected = "elements that the record has";
+            return Err(Error::parameter(
+                "active",
+                line.active.first as f64,
+                expected,
+            ));
+        }
         let source = Source {
             transmit: check_line(line, shape.elements, shape.sound_speed, out)?,
             line,
@@ -117,6 +126,12 @@ pub trait Stage: Sealed {
             step,
             rest,
         };
+        if record.is_part() && line.active.count == 0 {
+            if line.compounding == Compounding::Replace {
+                out.fill(Complex::new(0.0, 0.0));
+            }
+            return Ok(());
+        }
         self.compute(zero, &source, scratch, out)
     }
 

@@ -23,6 +23,16 @@ impl Active {
     pub const fn new(first: usize, count: usize) -> Self {
         Active { first, count }
     }
+
+    /// Those of these elements that are among others, too.
+    pub(crate) fn within(self, other: Active) -> Self {
+        let end = |active: Active| active.first.saturating_add(active.count);
+        let first = self.first.max(other.first);
+        match end(self).min(end(other)).saturating_sub(first) {
+            0 => Active { count: 0, ..self },
+            count => Active { first, count },
+        }
+    }
 }
 
 /// Steps per pitch to which a beam's position is rounded.

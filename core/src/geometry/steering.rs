@@ -202,9 +202,25 @@ impl<'m> SteeringTable<'m> {
         for (line, memory) in memory.chunks_exact_mut(length.max(1)).enumerate() {
             Steering::of_step(scan, line, (sub_lines, depth_step), memory)?;
         }
+        Self::of(scan, (sub_lines, depth_step), memory)
+    }
+
+    /// Directions that [`SteeringTable::of_step`] computed before, in memory or in flash.
+    ///
+    /// # Errors
+    /// [`Error::Length`].
+    pub fn of(
+        scan: &Scan<'_>,
+        (sub_lines, depth_step): (usize, usize),
+        directions: &'m [Complex<f32>],
+    ) -> Result<Self, Error> {
+        let step = DepthStep::new(depth_step);
+        let samples = step.outputs(scan.samples());
+        let need = Self::need(scan.lines(), samples, sub_lines);
+        check_length("directions", directions.len(), need.complex)?;
         Ok(SteeringTable {
-            directions: memory,
-            length,
+            directions,
+            length: Steering::need(samples, sub_lines).complex,
             sub_lines,
             step,
         })

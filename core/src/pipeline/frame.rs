@@ -10,7 +10,7 @@ use crate::covariance::{Averaging, ForwardBackward};
 use crate::covariance::{Covariance, Forward};
 use crate::delay::{Delay, Record, Stage};
 use crate::error::check_length;
-use crate::geometry::{ApertureTable, Steering, SteeringTable, Transmit};
+use crate::geometry::{ApertureTable, Steering, Transmit};
 use crate::image::{Pooling, largest};
 use crate::instructions::integers;
 use crate::memory::Scratch;
@@ -46,8 +46,6 @@ pub struct Frame<'p, 'm, D = Delay> {
     pub(crate) pipeline: &'p Pipeline<'p, D>,
     gains: AnyGains<'m>,
     apertures: ApertureTable<'m>,
-    /// Directions of sub-lines, if there are any.
-    steering: Option<SteeringTable<'m>>,
     pooling: Pooling,
     pub(super) coherence: Option<CoherenceMap<'m>>,
     envelopes: &'m mut [f32],
@@ -64,9 +62,13 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
     /// Its memory has [`Pipeline::need`] numbers. The table of apertures is computed here, once for all frames.
     ///
     /// # Errors
-    /// [`Error::Length`] if the memory is shorter; as [`ApertureTable::new`].
+    /// [`Error::Length`] if the memory is shorter, and for sub-lines without [directions](Pipeline::with_directions); as
+    /// [`ApertureTable::new`].
     pub fn new(pipeline: &'p Pipeline<'p, D>, scratch: Scratch<'m>) -> Result<Self, Error> {
         let parts = &pipeline.parts;
+        if pipeline.directions.is_none() {
+            check_length("directions", 0, parts.directions)?;
+        }
         scratch.check(parts.need())?;
         let mut scratch = scratch;
         let envelopes = split_front(&mut scratch.real, parts.envelopes);
@@ -74,22 +76,12 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
         let [image, map] =
             [(); 2].map(|()| split_front(&mut scratch.real, parts.strips.image_len()));
         let scan = pipeline.lines().scan();
-        let steering = split_front(&mut scratch.complex, parts.steering);
-        let steering = match parts.sub_lines {
-            2.. if SUB_LINES => {
-                let step = pipeline.lines().beamformer().parameters().depth_step;
-                let of = (parts.sub_lines, step);
-                Some(SteeringTable::of_step(scan, of, steering)?)
-            }
-            _ => None,
-        };
         envelopes.fill(0.0);
         Ok(Frame {
             has_image: false,
             pipeline,
             gains: AnyGains::Computed(LogGabor::fixed()),
             apertures: ApertureTable::new(scan, widths)?,
-            steering,
             pooling: Pooling::default(),
             coherence: None,
             envelopes,
@@ -261,6 +253,7 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
             ..
         } = self.pipeline.parts;
         let lines = self.pipeline.lines().scan().lines();
+        let directions = self.pipeline.directions.filter(|_| SUB_LINES);
         let Some(envelopes) = self.envelopes.chunks_exact_mut(samples.max(1)).nth(line) else {
             return Err(Error::capacity("line", line, lines.saturating_sub(1)));
         };
@@ -270,7 +263,7 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
             lines: self.pipeline.lines(),
             line,
             apertures: &self.apertures,
-            steering: self.steering.and_then(|table| table.line(line)),
+            steering: directions.and_then(|table| table.line(line)),
             coherence: self.coherence.as_mut().map(CoherenceMap::line),
         };
         beamform(of_line, scratch.reborrow(), z)?;

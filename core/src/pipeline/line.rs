@@ -14,7 +14,7 @@ use crate::delay::{
     Stage,
 };
 use crate::error::{check_length, none};
-use crate::geometry::{Active, DepthStep, Scan, Steering, Transmit};
+use crate::geometry::{Active, DepthStep, Scan, Steering, SteeringTable, Transmit};
 use crate::memory::{Need, Scratch};
 use crate::simd::Vector;
 use crate::{Complex, Error};
@@ -289,14 +289,18 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
                 transmit,
                 ray: self.scan.ray(block.line),
                 array: self.scan.parameters().array,
-                active: block.active,
+                // Silence is not delayed: it is 0, or adds nothing.
+                active: block.active.within(record.received()),
                 compounding,
             };
             let wanted = Outputs {
                 first: block.first,
                 step,
-                // All numbers must be finite if another transmit is added.
-                rest: if next.is_some() { Rest::Zero } else { rest },
+                // All numbers must be finite if another transmit is added, and silent elements are read.
+                rest: match next.is_some() || record.is_part() {
+                    true => Rest::Zero,
+                    false => rest,
+                },
             };
             self.delay
                 .block_of(zero, &line, record, wanted, scratch, out)?;
@@ -361,6 +365,32 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         let active = |sample| self.scan.active(line, sample);
         let output = Output::new(Some(steering), z);
         self.line_with(line, transmits, scratch, workspace, (active, output))
+    }
+
+    /// Length of the directions of all sub-lines; 0 for lines alone.
+    pub fn directions_len(&self) -> usize {
+        match self.beamformer.parameters().sub_lines {
+            sub_lines @ 2.. if SUB_LINES => {
+                SteeringTable::need(self.scan.lines(), self.line_samples(), sub_lines).complex
+            }
+            _ => 0,
+        }
+    }
+
+    /// Computes the directions of all sub-lines.
+    ///
+    /// In memory of [`LinePipeline::directions_len`], once for a scan: [`Steering::new`] has the cost.
+    ///
+    /// # Errors
+    /// [`Error::Length`].
+    pub fn directions<'m>(
+        &self,
+        memory: &'m mut [Complex<f32>],
+    ) -> Result<SteeringTable<'m>, Error> {
+        let p = self.beamformer.parameters();
+        // Lines alone have none.
+        let sub_lines = if p.sub_lines > 1 { p.sub_lines } else { 0 };
+        SteeringTable::of_step(&self.scan, (sub_lines, p.depth_step), memory)
     }
 
     /// [`LinePipeline::line`] to an output.

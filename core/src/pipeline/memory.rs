@@ -22,8 +22,8 @@ pub(crate) struct FrameLayout {
     /// Memory of the image's interpolation of lines.
     pub(super) interpolation: Need,
     pub(super) sub_lines: usize,
-    /// The directions of all sub-lines, if there are any.
-    pub(super) steering: usize,
+    /// The directions of all sub-lines, if there are any: not in the frame's memory.
+    pub(super) directions: usize,
     /// Samples of all lines.
     pub(super) envelopes: usize,
     /// The delay stage and the aligned samples of a line.
@@ -100,6 +100,18 @@ impl Parameters<'_> {
         Ok(attempt!(self.parts(Input::Iq, 1)).coherence_len(coherence))
     }
 
+    /// Length of the directions of all sub-lines; 0 for lines alone.
+    ///
+    /// For [`Pipeline::with_directions`].
+    ///
+    /// # Errors
+    /// As [`Scan::new`].
+    ///
+    /// [`Pipeline::with_directions`]: super::Pipeline::with_directions
+    pub const fn directions_len(&self) -> Result<usize, Error> {
+        Ok(attempt!(self.parts(Input::Iq, 1)).directions)
+    }
+
     /// Aligned samples in memory at a time.
     const fn buffered(&self, scan: &Scan<'_>) -> usize {
         let half_window = self.beamformer.temporal_half_window;
@@ -114,14 +126,14 @@ impl Parameters<'_> {
         let line_samples = self.beamformer.line_samples(scan.samples());
         let step = self.beamformer.depth_step;
         let interpolation = DepthInterpolation::need_of(line_samples, step, sub_lines);
-        let steering = SteeringTable::need(scan.lines(), line_samples, sub_lines).complex;
+        let directions = SteeringTable::need(scan.lines(), line_samples, sub_lines).complex;
         let before_median = if self.median { strips.image_len() } else { 0 };
         FrameLayout {
             samples: scan.samples(),
             line_samples,
             interpolation,
             sub_lines,
-            steering: if sub_lines > 1 { steering } else { 0 },
+            directions: if sub_lines > 1 { directions } else { 0 },
             envelopes,
             line: delay.and(Need::new(0, elements.saturating_mul(self.buffered(scan)))),
             beamformer: self.beamformer.sizes(elements),
@@ -158,7 +170,7 @@ impl FrameLayout {
         // Apertures; envelopes, image and map, which pass from stage to stage.
         let images = self.strips.image_len().saturating_mul(2);
         let lines = self.envelopes.saturating_add(self.samples);
-        let kept = Need::new(lines.saturating_add(images), self.steering);
+        let kept = Need::real(lines.saturating_add(images));
         let line = Need::new(0, self.line_samples.saturating_mul(self.sub_lines));
         let beamformed = self.line.and(self.beamformer.need());
         let line = line.and(beamformed.or(self.interpolation));

@@ -29,14 +29,14 @@ pub use depth_gate::DepthGate;
 pub use frame::Frame;
 pub use line::{IqInput, LinePipeline};
 
-use crate::Error;
 use crate::beamform::{self, ShortLagCoherence};
 use crate::delay::{Delay, DelayParameters, IqDelay, Stage};
-use crate::error::{at_least_one, attempt};
-use crate::geometry::{Axis, Lines, Scan, ScanParameters};
+use crate::error::{at_least_one, attempt, check_length};
+use crate::geometry::{Axis, Lines, Scan, ScanParameters, SteeringTable};
 use crate::image::{BMode, BModeParameters, DepthInterpolation, Logarithm, PixelGrid};
 use crate::memory::Need;
 use crate::phase_symmetry::{self, PhaseSymmetry};
+use crate::{Complex, Error};
 pub(crate) use memory::FrameLayout;
 
 /// Parameters of a [`Pipeline`].
@@ -172,6 +172,8 @@ pub struct Pipeline<'a, D = Delay> {
     b_mode: BMode,
     phase_symmetry: PhaseSymmetry,
     parts: FrameLayout,
+    /// Directions of sub-lines, if there are any.
+    directions: Option<SteeringTable<'a>>,
     /// Samples of a line that are beamformed at a time.
     block: usize,
 }
@@ -261,7 +263,45 @@ impl<'a, D: Stage> Pipeline<'a, D> {
             b_mode: BMode::new(b_mode)?,
             phase_symmetry: PhaseSymmetry::new(&parameters.phase_symmetry())?,
             parts,
+            directions: None,
             block: parameters.block,
+        })
+    }
+
+    /// The same plan, with the directions of its sub-lines.
+    ///
+    /// [`LinePipeline::directions`] computes them. They are kept for each plan, in memory or in flash: frames of several plans that share one memory compute none
+    /// anew.
+    ///
+    /// ```
+    /// use bonebeam::{beamform, prelude::*};
+    ///
+    /// const PARAMETERS: Parameters = Parameters {
+    ///     beamformer: beamform::Parameters { sub_lines: 2, ..beamform::Parameters::DEFAULT },
+    ///     ..Parameters::EXAMPLE
+    /// };
+    /// let mut directions = [Complex::new(0.0, 0.0); valid!(PARAMETERS.directions_len())];
+    /// let pipeline = Pipeline::new(PARAMETERS)?;
+    /// pipeline.lines().directions(&mut directions)?;
+    /// let pipeline = pipeline.with_directions(&directions)?;
+    /// # let need = pipeline.need(1);
+    /// # let (mut real, mut complex) = (vec![0.0; need.real], vec![Complex::new(0.0, 0.0); need.complex]);
+    /// let frame = Frame::new(&pipeline, Scratch::new(&mut real, &mut complex))?;
+    /// # Ok::<(), Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Length`] unless they have [`Parameters::directions_len`] numbers.
+    pub fn with_directions(self, directions: &'a [Complex<f32>]) -> Result<Self, Error> {
+        check_length("directions", directions.len(), self.parts.directions)?;
+        let p = self.lines.beamformer().parameters();
+        let of = (p.sub_lines, p.depth_step);
+        Ok(Pipeline {
+            directions: match self.parts.directions {
+                0 => None,
+                _ => Some(SteeringTable::of(self.lines.scan(), of, directions)?),
+            },
+            ..self
         })
     }
 

@@ -7,7 +7,8 @@ use crate::{Plan, Probe};
 /// A plan with its memory: records in, line by line, then image and map.
 ///
 /// `LINES` is [`Probe::LINES`]. Two probes can share one memory: its need is [`Need::or`] of both, and the chain of
-/// one ends before the chain of the other begins. Nothing is computed anew, since both plans exist.
+/// one ends before the chain of the other begins. Nothing is computed anew, since both plans exist, with their
+/// directions of sub-lines ([`Pipeline::with_directions`](bonebeam::pipeline::Pipeline::with_directions)).
 ///
 /// ```
 /// use bonebeam::memory::{Memory, Need};

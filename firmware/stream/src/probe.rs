@@ -58,7 +58,9 @@ pub trait Probe {
 pub struct Plan<P: Probe>(Pipeline<'static, P::Stage>);
 
 impl<P: Probe> Plan<P> {
-    /// A plan by a pipeline of the probe, for instance with a depth gate.
+    /// A plan by a pipeline of the probe.
+    ///
+    /// For instance with a depth gate, or with directions of sub-lines.
     pub const fn of(pipeline: Pipeline<'static, P::Stage>) -> Self {
         Plan(pipeline)
     }

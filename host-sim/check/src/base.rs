@@ -24,8 +24,6 @@ pub(crate) struct Base {
     pub carrier: f64,
     /// Time of sample 0 of each transmit, s.
     pub t0: Vec<f64>,
-    /// Variance of each element's samples, times a constant.
-    pub power: Vec<f64>,
 }
 
 impl Base {
@@ -44,21 +42,12 @@ impl Base {
                 rate: fs,
                 carrier: f_demod,
                 t0: transmits.iter().map(|&t| data.t0[t]).collect(),
-                power: (0..iq.dim().1)
-                    .map(|m| {
-                        iq.index_axis(Axis(1), m)
-                            .iter()
-                            .map(|z| f64::from(z.norm_sqr()))
-                            .sum()
-                    })
-                    .collect(),
             },
             None => Base {
                 z: Array3::default((0, data.element_x.len(), 0)),
                 rate: fs,
                 carrier,
                 t0: Vec::new(),
-                power: vec![0.0; data.element_x.len()],
             },
         }
     }
@@ -98,17 +87,6 @@ impl Base {
                 })
             })
             .collect();
-        let power = (0..elements).map(|m| {
-            let (mut sum, mut squares) = (0.0, 0.0);
-            for &t in transmits {
-                for n in 0..samples {
-                    let value = f64::from(sample([t, m, n]));
-                    sum += value;
-                    squares += value * value;
-                }
-            }
-            squares - sum * sum / (transmits.len() * samples).max(1) as f64
-        });
         // The filter's middle.
         let late = (taps - 1) as f64 / 2.0 / fs;
         Base {
@@ -117,7 +95,6 @@ impl Base {
             rate: fs / every as f64,
             carrier,
             t0: transmits.iter().map(|&t| data.t0[t] + late).collect(),
-            power: power.collect(),
         }
     }
 }

@@ -51,9 +51,10 @@ fn near(count: usize, m: usize) -> impl Iterator<Item = usize> {
 }
 
 impl Elements {
-    pub fn new(base: &Base, view: &View, table: &Table) -> Self {
+    /// `power` has the variance of each row's samples.
+    pub fn new(power: &[f64], view: &View, table: &Table) -> Self {
         let count = view.elements.len();
-        let raw: Vec<f64> = view.order.iter().map(|&row| base.power[row]).collect();
+        let raw: Vec<f64> = view.order.iter().map(|&row| power[row]).collect();
         let power: Vec<f64> = (0..count)
             .map(|m| raw[m] / median(near(count, m).map(|n| raw[n])).max(f64::MIN_POSITIVE))
             .collect();
@@ -100,7 +101,7 @@ impl Elements {
     }
 
     /// Elements that are dead, weak, inverted, noisy or in another's place.
-    pub fn check(&self, base: &Base, view: &View, table: &Table) -> Vec<Finding> {
+    pub fn check(&self, base: &Base, power: &[f64], view: &View, table: &Table) -> Vec<Finding> {
         let count = self.amplitude.len();
         let mut findings = Vec::new();
         let warning = |name, which: &[usize], text: &str, remedy: &str| {
@@ -110,7 +111,7 @@ impl Elements {
                 .valued(which.len() as f64, "elements")
                 .remedy(remedy)
         };
-        let swapped = self.swapped(base, view, table);
+        let swapped = self.swapped(base, power, view, table);
         let mut kinds: [Vec<usize>; 4] = Default::default();
         for m in (0..count).filter(|m| !swapped.iter().flatten().any(|n| n == m)) {
             let p = self.power[m];
@@ -160,7 +161,7 @@ impl Elements {
     }
 
     /// Pairs of elements that have each other's records.
-    fn swapped(&self, base: &Base, view: &View, table: &Table) -> Vec<[usize; 2]> {
+    fn swapped(&self, base: &Base, power: &[f64], view: &View, table: &Table) -> Vec<[usize; 2]> {
         let count = self.amplitude.len();
         let neighbours = swapped_neighbours(view, table).into_iter();
         let mut pairs: Vec<[usize; 2]> = neighbours.map(|m| [m, m + 1]).collect();
@@ -178,7 +179,7 @@ impl Elements {
                 }
                 let mut other = view.clone();
                 other.order.swap(a, b);
-                let exchanged = Elements::new(base, &other, &Table::new(base, &other));
+                let exchanged = Elements::new(power, &other, &Table::new(base, &other));
                 if [a, b].iter().all(|&m| {
                     exchanged.amplitude[m] > 0.6 && exchanged.amplitude[m] > self.amplitude[m] + 0.3
                 }) {
@@ -192,38 +193,44 @@ impl Elements {
 
 /// Neighbours `m` and `m + 1` that have each other's records.
 ///
-/// Each was aligned by the other's delay, so it agrees with the elements nearby but for the difference of the two.
+/// Each was aligned by the other's delay: it is turned by the phase between the two, in the direction of the echoes.
 fn swapped_neighbours(view: &View, table: &Table) -> Vec<usize> {
     let count = view.elements.len();
-    // As they are, and exchanged; the variance of both.
-    let mut sums = vec![[0.0; 3]; count.saturating_sub(1)];
+    // Agreement with the elements nearby when turned back, by how much it is more than as they are, its variance, and
+    // the agreement of any element; echoes count more that arrive at the two at different times.
+    let mut sums = vec![[0.0; 4]; count.saturating_sub(1)];
     for block in table.blocks.iter().filter(|block| block.total() > 0.0) {
-        let line = &view.lines[block.line];
-        let near = block.near();
+        let (line, near, total) = (&view.lines[block.line], block.near(), block.total());
+        let active = block.power.iter().filter(|power| **power > 0.0).count();
+        let usual = near.iter().map(|own| f64::from(own.0.re)).sum::<f64>() / active as f64;
+        let tilt = f64::from(block.next().arg());
         let delays: Vec<f64> = (0..count)
             .map(|m| view.receive(line, block.time, m, view.c))
             .collect();
         for (m, sum) in sums.iter_mut().enumerate() {
-            let cycles = table.frequency * (delays[m + 1] - delays[m]);
-            // Where the two differ.
-            if (0.08..0.42).contains(&cycles.abs()) {
-                for (n, turns) in [(m, cycles), (m + 1, -cycles)] {
-                    let (value, beam) = near[n];
-                    let value =
-                        Complex::new(f64::from(value.re), f64::from(value.im)) / block.total();
-                    sum[0] += value.re;
-                    sum[1] += (value * Complex::from_polar(1.0, TAU * turns)).re;
-                    sum[2] += f64::from(beam) * f64::from(block.power[n])
-                        / INDEPENDENT
-                        / block.total().powi(2);
-                }
+            if block.lags[0][m] == Complex::default() {
+                continue;
+            }
+            let phase = TAU * table.frequency * (delays[m + 1] - delays[m]) - tilt;
+            let weight = 1.0 - phase.cos();
+            for (n, phase) in [(m, phase), (m + 1, -phase)] {
+                let (value, beam) = near[n];
+                let value = Complex::new(f64::from(value.re), f64::from(value.im)) / total;
+                let turned = (value * Complex::from_polar(1.0, phase)).re;
+                let variance = f64::from(beam) * f64::from(block.power[n]) / INDEPENDENT;
+                sum[0] += weight * turned;
+                sum[1] += turned - value.re;
+                sum[2] += weight * variance / (total * total);
+                sum[3] += weight * usual / total;
             }
         }
     }
-    let usual = |m: usize| median(near(count - 1, m).map(|n| sums[n][0]));
     let swapped = |m: &usize| {
-        let ([own, other, variance], usual) = (sums[*m], usual(*m));
-        usual > 0.0 && other > 0.7 * usual && other - own > (5.0 * variance.sqrt()).max(0.2 * usual)
+        let [turned, more, variance, usual] = sums[*m];
+        usual > 0.0
+            && turned > 0.5 * usual
+            && more > 0.2 * usual
+            && more + usual > 5.0 * variance.sqrt()
     };
     let found: Vec<usize> = (0..count.saturating_sub(1)).filter(swapped).collect();
     // Many are no exchange of cables.

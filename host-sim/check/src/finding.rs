@@ -89,10 +89,7 @@ impl Display for Finding {
             write!(f, " {}", self.unit)?;
         }
         if let Some(shift) = self.shift_mm {
-            write!(
-                f,
-                ", an echo in the middle of the record is {shift:+.2} mm too deep"
-            )?;
+            write!(f, ", {}", drawn(shift))?;
         }
         let colon = if self.value.is_some() { ": " } else { "" };
         write!(f, "{colon}{}", self.text)?;
@@ -101,6 +98,13 @@ impl Display for Finding {
             remedy => write!(f, "; remedy: {remedy}"),
         }
     }
+}
+
+/// Where an echo is drawn, by its shift in mm.
+pub(crate) fn drawn(shift: f64) -> String {
+    let side = if shift < 0.0 { "shallow" } else { "deep" };
+    let size = shift.abs();
+    format!("an echo in the middle of the record is {size:.2} mm too {side}")
 }
 
 /// Four digits.

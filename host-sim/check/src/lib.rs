@@ -17,13 +17,19 @@ use bonebeam_files::ChannelData;
 pub use finding::{Finding, Severity};
 pub use time::Speed;
 
+use base::Base;
 use elements::Elements;
-use table::{Table, View};
+use table::{LINES, Table, View};
+
+/// Transmits that [`doubt`] reads at most, unless each has a line of its own.
+const FEW: usize = 8;
+/// Elements from which it judges.
+const LEAST: usize = 32;
 
 /// All findings of a recording's first frame, the worst first.
 #[must_use]
 pub fn check(data: &ChannelData) -> Vec<Finding> {
-    let chosen = table::chosen(data.transmits.len());
+    let chosen = table::chosen(data.transmits.len(), LINES);
     let view = View::new(data, &chosen);
     let keys = data.key_warnings().into_iter();
     let mut findings: Vec<Finding> = keys
@@ -36,28 +42,49 @@ pub fn check(data: &ChannelData) -> Vec<Finding> {
         findings.push(Finding::new("dead", Severity::Error, text));
         return findings;
     }
-    findings.extend(samples::check(data));
+    let (found, power) = samples::check(data);
+    findings.extend(found);
     let (base, view, found) = order::band(data, &chosen, &view);
     findings.extend(found);
+    let all_read = chosen.len() == data.transmits.len();
     let table = Table::new(&base, &view);
-    let (view, table, found) =
-        order::check(&base, view, table, chosen.len() == data.transmits.len());
+    let (view, table, found) = order::check(&base, view, table, all_read);
     findings.extend(found);
-    let elements = Elements::new(&base, &view, &table);
-    findings.extend(elements.check(&base, &view, &table));
+    let elements = Elements::new(&power, &view, &table);
+    findings.extend(elements.check(&base, &power, &view, &table));
     findings.extend(order::transmits(data, &base, &view, &table));
     findings.extend(time::check(data, &base, &view, &elements.good));
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
     findings
 }
 
+/// The findings of single elements by a few transmits, in a line; these cost little.
+#[must_use]
+pub fn doubt(data: &ChannelData) -> Option<String> {
+    let count = data.element_x.len();
+    if count < LEAST || data.samples.dead().len() == count {
+        return None;
+    }
+    let of = |most: usize| table::chosen(data.transmits.len(), most);
+    let own = View::new(data, &of(LINES)).own;
+    let chosen = of(if own { LINES } else { FEW });
+    let view = View::new(data, &chosen);
+    let base = Base::new(data, &chosen, data.f0, data.fs);
+    let (table, (_, power)) = (Table::new(&base, &view), samples::check(data));
+    let elements = Elements::new(&power, &view, &table);
+    let findings = elements.check(&base, &power, &view, &table);
+    let texts: Vec<&str> = findings.iter().map(|f| f.text.as_str()).collect();
+    (!texts.is_empty()).then(|| format!("{}; see `host-sim check`", texts.join("; ")))
+}
+
 /// The sound speed of the echoes in a recording's first frame; `None` if they do not show it well.
 #[must_use]
 pub fn sound_speed(data: &ChannelData) -> Option<Speed> {
-    let chosen = table::chosen(data.transmits.len());
+    let chosen = table::chosen(data.transmits.len(), LINES);
     let view = View::new(data, &chosen);
-    let base = base::Base::new(data, &chosen, data.f0, data.fs);
-    let elements = Elements::new(&base, &view, &Table::new(&base, &view));
+    let base = Base::new(data, &chosen, data.f0, data.fs);
+    let (_, power) = samples::check(data);
+    let elements = Elements::new(&power, &view, &Table::new(&base, &view));
     let speeds = speed::estimate(&base, &view, &elements.good)?;
     speeds.is_sure().then(|| time::speed(data, &speeds))
 }

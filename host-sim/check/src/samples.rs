@@ -13,15 +13,15 @@ const FLAT: usize = 2;
 /// Flat tops of an element from which it is clipped.
 const TOPS: usize = 3;
 
-/// Checks the samples of the first frame.
-pub(crate) fn check(data: &ChannelData) -> Vec<Finding> {
+/// Checks the samples of the first frame; also the variance of each element's samples, times a constant.
+pub(crate) fn check(data: &ChannelData) -> (Vec<Finding>, Vec<f64>) {
     match data.samples.frame(0) {
         Some(FrameSamples::Rf(rf)) => of_frame(rf, |v| [f64::from(v); 2], true),
         Some(FrameSamples::Counts(rf)) => of_frame(rf, |v| [f64::from(v); 2], true),
         Some(FrameSamples::Iq { iq, .. }) => {
             of_frame(iq, |v| [f64::from(v.re), f64::from(v.im)], false)
         }
-        None => Vec::new(),
+        None => (Vec::new(), vec![0.0; data.element_x.len()]),
     }
 }
 
@@ -29,23 +29,25 @@ fn of_frame<T: Copy>(
     frame: ArrayView3<'_, T>,
     parts: impl Fn(T) -> [f64; 2],
     rf: bool,
-) -> Vec<Finding> {
+) -> (Vec<Finding>, Vec<f64>) {
     let (transmits, elements, samples) = frame.dim();
     let mut findings = Vec::new();
     let (mut sum, mut squares, mut least) = (0.0, 0.0, f64::INFINITY);
-    let mut clipped = Vec::new();
+    let (mut clipped, mut power) = (Vec::new(), Vec::new());
     let mut share = 0;
     for m in 0..elements {
         let of_element = frame.index_axis(Axis(1), m);
         let rows = || of_element.outer_iter();
-        let mut extremes = [0.0f64; 2];
+        let (mut extremes, mut own) = ([0.0f64; 2], [0.0; 2]);
         for &value in of_element {
             let [a, b] = parts(value);
-            sum += a;
-            squares += a * a;
+            own = [own[0] + a, own[1] + a * a];
             least = least.min(a);
             extremes = [extremes[0].min(a.min(b)), extremes[1].max(a.max(b))];
         }
+        sum += own[0];
+        squares += own[1];
+        power.push(own[1] - own[0] * own[0] / (transmits * samples).max(1) as f64);
         let mut tops = 0;
         for part in 0..if rf { 1 } else { 2 } {
             for row in rows() {
@@ -93,7 +95,7 @@ fn of_frame<T: Copy>(
             .valued(clipped.len() as f64, "elements");
         findings.push(finding.remedy("record with less gain, or set these elements of rf to 0"));
     }
-    findings
+    (findings, power)
 }
 
 /// A short list of elements.

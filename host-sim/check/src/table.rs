@@ -79,9 +79,9 @@ pub(crate) struct View {
     pub without: Vec<usize>,
 }
 
-/// The transmits that are read: all, or some evenly from the list.
-pub(crate) fn chosen(count: usize) -> Vec<usize> {
-    let kept = count.min(LINES);
+/// The transmits that are read: all, or at most so many evenly from the list.
+pub(crate) fn chosen(count: usize, most: usize) -> Vec<usize> {
+    let kept = count.min(most);
     let step = (count.max(1) - 1) as f64 / (kept.max(2) - 1) as f64;
     let mut chosen: Vec<usize> = (0..kept)
         .map(|k| (k as f64 * step).round() as usize)

@@ -6,7 +6,7 @@ use bonebeam_files::ChannelData;
 use serde::Serialize;
 
 use crate::base::Base;
-use crate::finding::{Finding, Severity};
+use crate::finding::{Finding, Severity, drawn};
 use crate::speed::{self, Speeds};
 use crate::table::View;
 
@@ -35,7 +35,7 @@ pub struct Speed {
     pub value: f64,
     /// Interval of 95 %, m/s.
     pub interval: [f64; 2],
-    /// By this much the file's speed draws an echo in the middle of the record too deep, mm.
+    /// By this much the file's speed draws an echo in the middle of the record too deep, mm; negative: too shallow.
     pub shift_mm: f64,
 }
 
@@ -44,9 +44,9 @@ impl Display for Speed {
         let [low, high] = self.interval;
         write!(
             f,
-            "sound speed {:.0} m/s ({low:.0} to {high:.0}): by the file's, an echo in the middle of the record is {:+.2} mm \
-             too deep",
-            self.value, self.shift_mm
+            "sound speed {:.0} m/s ({low:.0} to {high:.0}): by the file's, {}",
+            self.value,
+            drawn(self.shift_mm)
         )
     }
 }

@@ -64,5 +64,11 @@ fn a_shift_of_time_is_measured_with_its_sign() {
         let (value, depth) = (found.value.expect("us"), found.shift_mm.expect("mm"));
         assert!((value + 1e6 * shift).abs() < 0.1, "{found}");
         assert!((depth - 1e3 * shift * data.c / 2.0).abs() < 0.1, "{found}");
+        let side = if shift < 0.0 {
+            "too shallow"
+        } else {
+            "too deep"
+        };
+        assert!(found.to_string().contains(side), "{found}");
     }
 }

@@ -2,6 +2,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
 
 use bonebeam::beamform::Parameters;
 use bonebeam::delay::{Delay, DelayParameters, IqLayout, IqSamples, MAX_SAMPLES, Record};
@@ -63,6 +64,8 @@ pub struct DelayStage<'a> {
     upsampled: bool,
     /// Factor of each transmit's record, if they differ.
     factors: Option<Vec<f32>>,
+    /// Counts as f32; memory that is used again costs less than fresh memory.
+    floats: Mutex<Vec<f32>>,
 }
 
 /// The core's stage for this kind of samples.
@@ -186,6 +189,7 @@ impl<'a> DelayStage<'a> {
             set: InstructionSet::detect(),
             upsampled,
             factors,
+            floats: Mutex::default(),
         })
     }
 
@@ -382,8 +386,13 @@ impl<'a> DelayStage<'a> {
                 self.source_of(FrameSamples::Rf(rf.view()), by, work)
             }
             FrameSamples::Counts(counts) => {
-                let rf = in_float(picked(counts, order, own).view());
-                self.source_of(FrameSamples::Rf(rf.view()), by, work)
+                let counts = picked(counts, order, own);
+                let kept = || self.floats.lock().unwrap_or_else(PoisonError::into_inner);
+                let mut floats = std::mem::take(&mut *kept());
+                let rf = in_float(counts.view(), &mut floats);
+                let done = self.source_of(FrameSamples::Rf(rf), by, work);
+                *kept() = floats;
+                done
             }
             FrameSamples::Iq { iq, f_demod } => {
                 let iq = picked(iq, order, own);
@@ -482,12 +491,12 @@ fn picked<'s, T: Clone>(
 }
 
 /// Counts as f32, made on all threads.
-fn in_float(counts: ArrayView3<'_, i16>) -> Array3<f32> {
+fn in_float<'f>(counts: ArrayView3<'_, i16>, floats: &'f mut Vec<f32>) -> ArrayView3<'f, f32> {
+    let shape = counts.dim();
     let counts = counts.as_standard_layout();
-    let mut floats = Array3::zeros(counts.dim());
     let of = counts.as_slice().unwrap_or_default();
-    let records = floats.as_slice_mut().unwrap_or_default();
-    let parts = records
+    floats.resize(of.len(), 0.0);
+    let parts = floats
         .par_chunks_mut(CONVERTED)
         .zip(of.par_chunks(CONVERTED));
     parts.for_each(|(part, counts)| {
@@ -495,7 +504,7 @@ fn in_float(counts: ArrayView3<'_, i16>) -> Array3<f32> {
             *sample = count.into();
         }
     });
-    floats
+    ArrayView3::from_shape(shape, floats).expect("as many samples as counts")
 }
 
 /// The scan of a recording's lines.

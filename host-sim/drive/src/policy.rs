@@ -3,6 +3,7 @@
 use bonebeam::geometry::Steering;
 use bonebeam::phase_symmetry::Sizes;
 use bonebeam_files::memory::product;
+use bonebeam_files::settings::in_mm;
 use bonebeam_files::terminal::short;
 use bonebeam_files::{ChannelData, Recording, Samples};
 use num_complex::Complex;
@@ -83,8 +84,9 @@ pub fn check_depths(data: &ChannelData, parameters: &Beamform) -> Result<Option<
     };
     let (flag, depth) = flag;
     Err(Error::Usage(format!(
-        "--depth-{flag} is {} m; {holds}",
-        short(depth)
+        "--depth-{flag} is {} m; {holds}{}",
+        short(depth),
+        in_mm(depth)
     )))
 }
 

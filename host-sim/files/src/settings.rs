@@ -48,9 +48,19 @@ pub fn out_of_range(
 ) -> Error {
     let flag = key.replace('_', "-");
     let value = short(value);
+    let metres = value.parse().ok().filter(|_| expected.ends_with("(m)"));
+    let hint = metres.map_or(String::new(), in_mm);
     Error::Usage(format!(
-        "--{flag} (`{key}` in [{section}]) is {value}; expected {expected}"
+        "--{flag} (`{key}` in [{section}]) is {value}; expected {expected}{hint}"
     ))
+}
+
+/// What a length of metres probably is, to append to a message.
+pub fn in_mm(metres: f64) -> String {
+    match metres {
+        1.0..=300.0 => format!("; probably mm: {}", short(metres / 1e3)),
+        _ => String::new(),
+    }
 }
 
 /// Range of lengths of an image, a bone or a record, m.
@@ -59,30 +69,3 @@ pub const LENGTHS: [f64; 2] = [1e-6, 10.0];
 pub const COUNTS: [f64; 2] = [1.0, 65_536.0];
 /// Range of levels, dB.
 pub const LEVELS: [f64; 2] = [-200.0, 40.0];
-
-/// Checks a number above zero, between `least` and `most`.
-///
-/// Outside, it is probably in another unit.
-pub fn check_positive(
-    section: &str,
-    key: &str,
-    value: f64,
-    [least, most]: [f64; 2],
-    unit: &str,
-) -> Result<()> {
-    if (least..=most).contains(&value) {
-        return Ok(());
-    }
-    let expected = format!("a number above 0, from {least} to {most}{unit}");
-    Err(out_of_range(section, key, value, &expected))
-}
-
-/// Checks a level in decibels, if there is one.
-pub fn check_level(section: &str, key: &str, level: Option<f64>) -> Result<()> {
-    match level {
-        Some(level) if !(LEVELS[0]..=LEVELS[1]).contains(&level) => {
-            Err(out_of_range(section, key, level, "-200 to 40 (dB)"))
-        }
-        _ => Ok(()),
-    }
-}

@@ -114,6 +114,19 @@ pub fn is_hdf5(path: &Path) -> bool {
     read.is_ok() && head == HDF5
 }
 
+/// Tracks with raw data of a file of zea: names, and labels in parentheses.
+///
+/// Of other files none.
+///
+/// # Errors
+/// An HDF5 file that cannot be opened.
+pub fn tracks(path: &Path) -> Result<Vec<[String; 2]>> {
+    match is_hdf5(path) {
+        true => Ok(zea::tracks(&Store::open(path, false)?)),
+        false => Ok(Vec::new()),
+    }
+}
+
 /// Result of reading a file.
 pub struct Found {
     /// The requested frames, or all if the samples are read whole.

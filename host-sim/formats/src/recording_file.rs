@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use bonebeam_files::atomic::Outputs;
-use bonebeam_files::{Recording, Result, Samples, SharedHash, file_error};
+use bonebeam_files::{Recording, Result, Samples, SharedHash};
 
 use crate::blocks::{Blocks, Source};
 use crate::export::add_recording;
@@ -65,22 +65,19 @@ impl RecordingFile {
         &self.unread
     }
 
-    /// The pose of the probe in each frame of a tracked sweep.
+    /// The pose of the probe in each frame of a tracked sweep, if the file has poses.
     ///
     /// A position (x, y, z), m, with Euler angles about fixed axes x, y, z, rad, or a quaternion x, y, z, w.
     ///
     /// # Errors
-    /// A file without poses, or poses that are not valid.
-    pub fn poses(&self) -> Result<Vec<Option<Vec<f64>>>> {
+    /// Poses that are not valid.
+    pub fn poses(&self) -> Result<Option<Vec<Option<Vec<f64>>>>> {
+        let Source {
+            path, variables, ..
+        } = &self.source;
         match self.format() {
-            Format::Zea => zea::poses::read(
-                &Store::open(&self.source.path, false)?,
-                &self.source.variables,
-            ),
-            _ => Err(file_error(
-                &self.source.path,
-                "has no poses of the probe; expected a recording of zea with them",
-            )),
+            Format::Zea => zea::poses::read(&Store::open(path, false)?, variables),
+            _ => Ok(None),
         }
     }
 

@@ -63,18 +63,29 @@ pub fn is(store: &Store, variables: &Variables) -> Result<bool> {
     Ok(false)
 }
 
+fn name(folder: &str) -> &str {
+    folder.trim_start_matches("tracks/").trim_end_matches('/')
+}
+
+fn label(store: &Store, folder: &str) -> Option<String> {
+    store.word(&format!("{folder}label")).ok()
+}
+
+/// The tracks with raw data: names, and labels in parentheses.
+pub fn tracks(store: &Store) -> Vec<[String; 2]> {
+    let mut folders = folders(store);
+    folders.retain(|folder| !folder.is_empty());
+    let label =
+        |folder: &String| label(store, folder).map_or(String::new(), |label| format!(" ({label})"));
+    let of = |folder: String| [name(&folder).to_owned(), label(&folder)];
+    folders.into_iter().map(of).collect()
+}
+
 /// The group of the chosen track, or of the only one with raw data.
 fn folder(store: &Store, chosen: Option<&Given>) -> Result<String> {
     let folders = folders(store);
-    let name = |folder: &String| {
-        folder
-            .trim_start_matches("tracks/")
-            .trim_end_matches('/')
-            .to_owned()
-    };
-    let label = |folder: &String| store.word(&format!("{folder}label")).ok();
     let is = |folder: &&String, track: &String| {
-        name(folder) == *track || label(folder).as_ref() == Some(track)
+        name(folder) == track || label(store, folder).as_ref() == Some(track)
     };
     if let Some(Given::Name(track)) = chosen
         && let Some(folder) = folders.iter().find(|folder| is(folder, track))
@@ -84,10 +95,9 @@ fn folder(store: &Store, chosen: Option<&Given>) -> Result<String> {
     if let (None, [folder]) = (chosen, &folders[..]) {
         return Ok(folder.clone());
     }
-    let held = folders.iter().map(|folder| {
-        let shape = store.shape(&format!("{folder}data/raw_data"));
-        let label = label(folder).map_or(String::new(), |label| format!(" ({label})"));
-        Ok(format!("{}{label} {:?}", name(folder), shape?))
+    let held = tracks(store).into_iter().map(|[track, label]| {
+        let shape = store.shape(&format!("tracks/{track}/data/raw_data"))?;
+        Ok(format!("{track}{label} {shape:?}"))
     });
     let held: Vec<String> = held.collect::<Result<_>>()?;
     Err(store.error(format!(
@@ -108,12 +118,12 @@ pub fn read(
 ) -> Result<(ChannelData, usize, Vec<String>)> {
     let folder = folder(store, variables.get(TRACK))?;
     let scan = |name: &str| format!("{folder}scan/{name}");
-    let number = |name: &str| -> Result<f64> {
+    let number = |name: &str, key: &str| -> Result<f64> {
         let values = store.vector(&scan(name))?;
         match values.as_slice() {
             [first, rest @ ..] if rest.iter().all(|v| v == first) => Ok(*first),
             _ => Err(store.error(format!(
-                "`{name}` differs between transmits; expected one number"
+                "`{name}` differs between transmits; --variable {key}=NUMBER gives one"
             ))),
         }
     };
@@ -121,22 +131,26 @@ pub fn read(
     let mut assumed = others(store, &folder);
     let c = match variables.number("c") {
         Some(c) => c,
-        None if store.has(&scan("sound_speed")) => number("sound_speed")?,
+        None if store.has(&scan("sound_speed")) => number("sound_speed", "c")?,
         None => {
             assumed.push("c is 1540 m/s, which the file does not give".into());
             SOUND_SPEED
         }
     };
     // The pulse is sent at one frequency, and a harmonic is received at another.
-    let optional = |name: &str| store.has(&scan(name)).then(|| number(name)).transpose();
-    let (sent, received) = (
-        optional("center_frequency")?,
-        optional("demodulation_frequency")?,
-    );
+    let optional = |name: &str| {
+        let value = store.has(&scan(name)).then(|| number(name, "f0"));
+        value.transpose()
+    };
+    let f0 = variables.number("f0");
+    let sent = match optional("center_frequency") {
+        Err(_) if f0.is_some() => None,
+        sent => sent?,
+    };
+    let received = optional("demodulation_frequency")?;
     let name = format!("{folder}data/raw_data");
     // RF that was not demodulated may have 0.
     let is_iq = store.shape(&name)?.last() == Some(&2);
-    let f0 = variables.number("f0");
     let f0 = f0.or(received.filter(|&f0| is_iq || f0 != 0.0)).or(sent);
     let Some((f0, sent)) = f0.map(|f0| (f0, sent.unwrap_or(f0))) else {
         return Err(store.error("has no `center_frequency`; give it by --variable f0=HZ".into()));
@@ -168,7 +182,7 @@ pub fn read(
     }
     let fs = variables
         .number("fs")
-        .map_or_else(|| number("sampling_frequency"), Ok)?;
+        .map_or_else(|| number("sampling_frequency", "fs"), Ok)?;
     let delay = delays(store, &scan, elements.len())?;
     let transmits = delay.nrows();
     let peaks = peaks(store, &scan, transmits, sent)?;
@@ -253,9 +267,9 @@ fn others(store: &Store, own: &str) -> Vec<String> {
     let names = store.names().into_iter();
     let of_others = names.filter(|name| folders.iter().any(|folder| name.starts_with(folder)));
     of_others.for_each(|name| store.note(&name));
-    let named = |folder: &String| match store.word(&format!("{folder}label")) {
-        Ok(label) => format!("{} ({label})", folder.trim_end_matches('/')),
-        Err(_) => folder.trim_end_matches('/').to_owned(),
+    let named = |folder: &String| match label(store, folder) {
+        Some(label) => format!("{} ({label})", folder.trim_end_matches('/')),
+        None => folder.trim_end_matches('/').to_owned(),
     };
     match folders.is_empty() {
         true => Vec::new(),
@@ -335,7 +349,13 @@ fn delays(store: &Store, scan: &dyn Fn(&str) -> String, elements: usize) -> Resu
             ))
         })?;
     }
-    Ok(delay)
+    let mut waves = delay.outer_iter();
+    match waves.position(|wave| wave.iter().all(|delay| delay.is_nan())) {
+        None => Ok(delay),
+        Some(transmit) => Err(store.error(format!(
+            "`tx_apodizations` is 0 at every element of transmit {transmit}: a passive recording has no delays to its echoes"
+        ))),
+    }
 }
 
 fn each(store: &Store, name: &str, transmits: usize) -> Result<Vec<f64>> {

@@ -8,7 +8,7 @@ use std::time::Instant;
 use clap::Args;
 use twox_hash::XxHash3_128;
 
-use super::check::EstimateArgument;
+use super::check::{EstimateArgument, warn_of};
 use super::frames::{FrameRange, parse_frames};
 use super::measures::Measures;
 use super::phase_symmetry::chosen_scales;
@@ -25,12 +25,12 @@ use bonebeam_drive::config::{Beamform, DELAY, Image, PhaseSymmetry, PixelSize};
 use bonebeam_drive::frame::RecordingFrames;
 use bonebeam_drive::image::{BModeImage, check_beams, image_of, square_side, squared};
 use bonebeam_drive::phase_symmetry;
-use bonebeam_drive::policy::{Pictures, warnings, working_memory};
+use bonebeam_drive::policy::{Pictures, working_memory};
 use bonebeam_drive::surface::{FrameSurface, Kind, add_surfaces_to, of_recording};
 use bonebeam_files::atomic::{Outputs, check_outputs};
 use bonebeam_files::image::{self, Format};
 use bonebeam_files::memory;
-use bonebeam_files::terminal::{digits, print, warn};
+use bonebeam_files::terminal::{digits, print};
 use bonebeam_files::{BeamformedLines, PartialFrames, Recording, Transmits};
 use bonebeam_formats::{Blocks, RecordingFile};
 use bonebeam_report::page::figure;
@@ -239,16 +239,6 @@ impl Arguments {
         }
     }
 
-    /// Warns of parameters that are probably a mistake.
-    fn warn_of(&self, recording: &Recording, config: &Config) -> Result<()> {
-        if let Recording::Channel(data) = recording {
-            for warning in warnings(data, &config.beamform)? {
-                warn(&format!("{}: {warning}", self.recording.display()));
-            }
-        }
-        Ok(())
-    }
-
     /// Lines of an interrupted run with the same configuration and frames of the same samples.
     fn partial(
         output: &Path,
@@ -378,7 +368,9 @@ pub fn run(arguments: Arguments) -> Result<()> {
         )));
     }
     arguments.check_beams(first)?;
-    arguments.warn_of(first, &config)?;
+    if let Recording::Channel(data) = first {
+        warn_of(&arguments.recording, data, &config.beamform)?;
+    }
     tell_assumed(&arguments.recording, &file);
     let pictured = arguments.pictured();
     let pictures = pictured.then(|| arguments.pictures(&config));

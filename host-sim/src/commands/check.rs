@@ -9,9 +9,11 @@ use super::{ConfigArgument, VariableArguments, load_config, recording_help, tell
 use crate::config::Config;
 use crate::provenance::{COMMIT, VERSION};
 use crate::{Error, Result};
-use bonebeam_check::{Finding, Severity, check, sound_speed};
-use bonebeam_files::terminal::{one_line, print, remark};
-use bonebeam_files::{Recording, file_error};
+use bonebeam_check::{Finding, Severity, check, doubt, sound_speed};
+use bonebeam_drive::config::Beamform;
+use bonebeam_drive::policy::warnings;
+use bonebeam_files::terminal::{one_line, print, remark, warn};
+use bonebeam_files::{ChannelData, Recording, file_error};
 use bonebeam_formats::RecordingFile;
 
 /// Check a recording by its own echoes.
@@ -93,6 +95,17 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         Some(Severity::Warning) => std::process::exit(3),
         Some(Severity::Note) | None => Ok(()),
     }
+}
+
+/// Warns of parameters that are probably a mistake, and of doubtful elements.
+///
+/// # Errors
+/// Depths that are not recorded.
+pub fn warn_of(path: &Path, data: &ChannelData, parameters: &Beamform) -> Result<()> {
+    for warning in warnings(data, parameters)?.into_iter().chain(doubt(data)) {
+        warn(&format!("{}: {warning}", path.display()));
+    }
+    Ok(())
 }
 
 /// `--estimate-sound-speed`, shared by the commands that beamform.

@@ -8,16 +8,16 @@ use num_complex::Complex;
 
 use super::sequence::{self, SequenceArguments};
 use super::{ConfigArgument, VariableArguments, load_config, recording_help};
-use crate::Result;
 use crate::config::Config;
 use crate::flags::Flags;
+use crate::{Error, Result};
 use bonebeam_drive::config::{Beamform, Grid};
 use bonebeam_drive::delay::DelayStage;
 use bonebeam_drive::image::sides_of;
 use bonebeam_drive::policy::warnings;
 use bonebeam_files::terminal::{digits, one_line, print};
 use bonebeam_files::{AlignedData, ChannelData, LineFrames, Recording, Samples, Transmits};
-use bonebeam_formats::RecordingFile;
+use bonebeam_formats::{RecordingFile, tracks};
 use bonebeam_tracked::Sequence;
 
 /// Print the contents of a recording or of a tracked sequence.
@@ -70,6 +70,19 @@ pub fn run(arguments: Arguments) -> Result<()> {
         ));
         return print_facts(&facts);
     }
+    let tracks = tracks(&arguments.recording)?;
+    if tracks.len() > 1 && config.variables.get("track").is_none() {
+        for [track, label] in tracks {
+            let mut variables = config.variables.clone();
+            let taken = variables.take(&format!("track={track}"));
+            taken.map_err(Error::Usage)?;
+            let file = RecordingFile::open(&arguments.recording, &variables);
+            let what = file.map_or_else(|e| e.to_string(), |file| of_track(&file));
+            facts.push(("track", format!("{track}{label}: {what}")));
+        }
+        facts.push(("choose", "one by --track NAME".into()));
+        return print_facts(&facts);
+    }
     let file = RecordingFile::open(&arguments.recording, &config.variables)?;
     facts.push(("format", file.format().name().to_owned()));
     facts.extend(file.assumed().iter().map(|what| ("assumed", what.clone())));
@@ -84,11 +97,13 @@ pub fn run(arguments: Arguments) -> Result<()> {
         Recording::Lines(lines) => facts.extend(of_lines(lines)),
     }
     let mut unread = file.unread().to_vec();
-    let of_poses = |name: &String| name.starts_with("metadata/probe_pose");
-    if unread.iter().any(of_poses) {
-        let times =
-            |name: &String| name.ends_with("time_to_next_transmit") || name == "track_schedule";
-        unread.retain(|name| !of_poses(name) && !times(name));
+    if let Some(poses) = file.poses().transpose() {
+        let of_poses = |name: &String| {
+            name.starts_with("metadata/probe_pose")
+                || name.ends_with("time_to_next_transmit")
+                || name == "track_schedule"
+        };
+        unread.retain(|name| !of_poses(name));
         let of = |poses: Vec<Option<Vec<f64>>>| {
             let with = poses.iter().flatten().count();
             format!(
@@ -96,7 +111,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
                 count(poses.len(), "frame")
             )
         };
-        facts.push(("poses", file.poses().map_or_else(|e| e.to_string(), of)));
+        facts.push(("poses", poses.map_or_else(|e| e.to_string(), of)));
     }
     facts.extend(not_used(&unread));
     print_facts(&facts)
@@ -197,6 +212,17 @@ fn of_channel_data(data: &ChannelData, frames: usize) -> Vec<Fact> {
     }
     facts.push(("transmits", law_names(&data.transmits)));
     facts
+}
+
+/// What one of several tracks holds.
+fn of_track(file: &RecordingFile) -> String {
+    let Recording::Channel(data) = file.first() else {
+        return String::new();
+    };
+    let mut facts = of_channel_data(data, file.frames());
+    facts.retain(|(what, _)| ["holds", "transmits"].contains(what));
+    let facts: Vec<String> = facts.into_iter().map(|(_, fact)| fact).collect();
+    facts.join("; ")
 }
 
 fn law_names(transmits: &Transmits) -> String {

@@ -134,6 +134,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
         path: &arguments.input,
         crop: arguments.crop,
         frames: arguments.frames.as_ref(),
+        every: 1,
         drawn: arguments.image.is_some(),
         of_picture: match arguments.crop {
             Some(_) => Some("crop"),

@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use super::about;
+use super::check::warn_of;
 use super::frames::FrameRange;
 use crate::config::Config;
 use crate::progress::Progress;
@@ -11,9 +12,9 @@ use crate::provenance::Snapshot;
 use crate::{Error, Result};
 use bonebeam_drive::frame::RecordingFrames;
 use bonebeam_drive::image::{BModeImage, image_of};
-use bonebeam_drive::policy::{Pictures, warnings, working_memory};
+use bonebeam_drive::policy::{Pictures, working_memory};
 use bonebeam_drive::surface::{self, FrameSurface, Picture, PictureFan, of_picture};
-use bonebeam_files::terminal::{remark, warn};
+use bonebeam_files::terminal::remark;
 use bonebeam_files::{BeamformedLines, Recording, image, memory};
 use bonebeam_formats::RecordingFile;
 use bonebeam_tracked::{PoseTable, Sequence};
@@ -47,6 +48,8 @@ pub struct Source<'a> {
     pub path: &'a Path,
     pub crop: Option<Crop>,
     pub frames: Option<&'a FrameRange>,
+    /// Distance of the frames of a recording that are searched.
+    pub every: usize,
     /// Whether the picture is drawn.
     pub drawn: bool,
     /// A given flag that applies only to pictures.
@@ -279,9 +282,7 @@ fn of_recording(source: &Source<'_>, config: &Config, snapshot: &Snapshot) -> Re
     super::tell_assumed(path, &file);
     let first = file.first();
     if let Recording::Channel(data) = first {
-        for warning in warnings(data, &config.beamform)? {
-            warn(&format!("{}: {warning}", path.display()));
-        }
+        warn_of(path, data, &config.beamform)?;
     }
     let pictures = source.drawn.then_some(Pictures {
         image: &config.image,
@@ -301,9 +302,13 @@ fn of_recording(source: &Source<'_>, config: &Config, snapshot: &Snapshot) -> Re
         let (done, block) = ((start - frames.start) as f64, own.len() as f64);
         let fraction = |part: f64| (done + part * block) / frames.len() as f64;
         let progress = |part: f64| bar.set((1000.0 * fraction(part)) as u64, 1000);
-        let lines = beamformer.lines_and_coherence(recording, own.clone(), &progress);
-        let lines = lines.map_err(|e| about(path, e))?;
-        for ((index, held), (lines, coherence)) in (start..).zip(own).zip(lines) {
+        for (index, held) in (start..).zip(own) {
+            if !(index - frames.start).is_multiple_of(source.every) {
+                continue;
+            }
+            let progress = |part: f64| progress(((index - start) as f64 + part) / block);
+            let lines = beamformer.lines_and_coherence(recording, held..held + 1, &progress);
+            let (lines, coherence) = lines.map_err(|e| about(path, e))?.remove(0);
             let recorded = (&beamformer, (recording, held));
             let lines = (&lines, coherence.as_ref());
             add_frame(&mut found, index, lines, (source, config), recorded)?;

@@ -18,8 +18,8 @@ use crate::{Error, Result};
 use bonebeam_drive::config::Surface;
 use bonebeam_drive::methods::MethodName;
 use bonebeam_files::atomic::{Outputs, check_outputs};
-use bonebeam_files::image;
 use bonebeam_files::terminal::{print, remark, short};
+use bonebeam_files::{file_error, image};
 use bonebeam_formats::{RecordingFile, is_hdf5};
 use bonebeam_tracked::{
     Cloud, Delay, Finder, Sequence, Settings, Space, Track, add_cloud_to, check_name, sweep, views,
@@ -156,6 +156,8 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let sequence = match is_recording {
         true => {
             let poses = RecordingFile::open(&arguments.input, &config.variables)?.poses()?;
+            let none = "has no poses of the probe; expected a recording of zea with them";
+            let poses = poses.ok_or_else(|| file_error(&arguments.input, none))?;
             Sequence::of_recording(&arguments.input, &poses)
         }
         false => arguments.sequence.open(&arguments.input)?,
@@ -255,6 +257,7 @@ impl Arguments {
                 path: &self.input,
                 crop: None,
                 frames: self.frames.as_ref(),
+                every: self.every as usize,
                 drawn: self.overlay.is_some(),
                 of_picture,
             },

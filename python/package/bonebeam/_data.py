@@ -158,6 +158,11 @@ class ChannelData(Shown):
     """Virtual sources: depths, m; above 0 the wave converges on the source."""
     tx_delay: npt.NDArray[Any] | None = None
     """Any transmits: firing times, s, [transmit, element]; NaN for silent elements."""
+    poses: Float64s | None = None
+    """Matrices from (x, y, z, 1) of the array to the tracker's frame, m, [4, 4], or with frames as the first axis.
+
+    NaN where the file has no pose. Not a key of ``.npz`` files.
+    """
     assumed: tuple[str, ...] = ()
     """Assumptions about data missing in the file, one sentence each.
 
@@ -167,13 +172,14 @@ class ChannelData(Shown):
     """What :func:`simulate` imaged. Not a key of ``.npz`` files."""
 
     def keys(self) -> dict[str, Any]:
-        """The fields that have a value, by name, without ``assumed`` and ``truth``."""
-        others = ("assumed", "truth")
+        """The fields that have a value, by name, without ``poses``, ``assumed`` and ``truth``."""
+        others = ("poses", "assumed", "truth")
         return {key: value for key, value in vars(self).items() if value is not None and key not in others}
 
     def frame(self, index: int) -> ChannelData:
         """Returns the data of one of several frames."""
-        return replace(self, **{"rf" if self.iq is None else "iq": self.samples[index]})
+        poses = None if self.poses is None else self.poses[index]
+        return replace(self, poses=poses, **{"rf" if self.iq is None else "iq": self.samples[index]})
 
     @classmethod
     def from_xarray(cls, array: DataArray) -> ChannelData:

@@ -93,7 +93,7 @@ def opened(path: str | PathLike[str], variables: Variables | None) -> _native.Re
 
 def recording(keys: dict[str, Any], one: bool = True) -> Recording:
     """Data from keys; with ``one``, a single frame has no axis of frames."""
-    for key in ("rf", "iq", "x", "z"):
+    for key in ("rf", "iq", "x", "z", "poses"):
         if one and len(keys.get(key, ())) == 1:
             keys[key] = keys[key][0]
     if "z" in keys:

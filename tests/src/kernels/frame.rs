@@ -35,13 +35,15 @@ pub const SIDE: usize = 64;
 macro_rules! with_pipeline {
     ($frame:expr, $way:expr, ($pipeline:ident, $record:ident) => $body:expr) => {{
         let (line, parameters) = (&$frame.line, $frame.parameters($way));
+        let directions = &mut Vec::new();
         match line.input() {
             Some(input) => line.with_iq(|$record| {
-                let $pipeline = &line.gated_frame(Pipeline::of_iq(parameters, input)?)?;
+                let pipeline = Pipeline::of_iq(parameters, input)?;
+                let $pipeline = &line.gated_frame(pipeline, directions)?;
                 $body
             }),
             None => line.with_rf(|$record| {
-                let $pipeline = &line.gated_frame(Pipeline::new(parameters)?)?;
+                let $pipeline = &line.gated_frame(Pipeline::new(parameters)?, directions)?;
                 $body
             }),
         }

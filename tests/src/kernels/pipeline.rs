@@ -107,7 +107,11 @@ impl Line {
     pub fn gated_frame<'a, D: Stage>(
         &self,
         pipeline: Pipeline<'a, D>,
+        directions: &'a mut Vec<Complex<f32>>,
     ) -> Result<Pipeline<'a, D>, Error> {
+        directions.resize(pipeline.lines().directions_len(), Complex::ZERO);
+        pipeline.lines().directions(directions)?;
+        let pipeline = pipeline.with_directions(directions)?;
         match self.gate {
             None => Ok(pipeline),
             Some(gate) => pipeline.with_gate(gate),

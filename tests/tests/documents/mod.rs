@@ -211,6 +211,24 @@ fn words_are_those_of_the_prose() {
     assert_eq!(words(document), 3);
 }
 
+/// The files of docs/application.md are those that the step `application` builds and runs.
+#[test]
+fn the_page_of_an_application_has_its_files() {
+    let page = read(&root().join("docs/application.md"));
+    let mut sections = page.split("\n## ").skip(1).peekable();
+    assert!(sections.peek().is_some());
+    for section in sections {
+        let (name, text) = section.split_once('\n').unwrap();
+        let (_, block) = text.split_once("\n```").unwrap();
+        let (_, block) = block.split_once('\n').unwrap();
+        let file = read(&root().join("firmware/application").join(name));
+        assert!(
+            block == format!("{file}```\n") || block == format!("{file}```"),
+            "{name}"
+        );
+    }
+}
+
 #[test]
 fn the_documents_are_short() {
     let documents = documents()

@@ -5,6 +5,7 @@
 
 mod coherence;
 mod iq;
+mod part;
 
 use crate::common;
 use crate::common::kit::*;

@@ -32,7 +32,14 @@ fn cells(line: &str) -> Vec<&str> {
 pub(crate) fn counts(here: &Here) -> Result<()> {
     let mut frames = String::new();
     let mut counted = Vec::new();
-    for image in ["count", "sub_lines", "frames", "live", "live_every_line"] {
+    for image in [
+        "count",
+        "sub_lines",
+        "frames",
+        "live",
+        "live_every_line",
+        "multiplexed",
+    ] {
         let printed = here.image_prints(&format!("--bin {image}"))?;
         let wrong = printed.lines().any(|line| line.starts_with("error"));
         ensure!(image != "sub_lines" || !wrong, "sub_lines: {printed}");

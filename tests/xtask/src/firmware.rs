@@ -5,8 +5,9 @@ use std::fs;
 use std::io::Write;
 use std::process::{Command, Stdio};
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 
+use crate::documents::with_table;
 use crate::here::{Here, output, printed, run, said, same};
 
 /// Tests, lints and documentation of the front end's crate on this machine, whose target has to be named.
@@ -161,6 +162,76 @@ fn stream_log(here: &Here) -> Result<String> {
         frames.status
     );
     Ok(log)
+}
+
+/// Most bytes of the application's code and constants, without recording and directions.
+const CODE: u64 = 280_000;
+
+/// The application finds the bone twice by each of its probes. The table of its document is written anew where it is
+/// older.
+pub(crate) fn application(here: &Here) -> Result<()> {
+    let folder = "firmware/application$ CARGO_TARGET_DIR=@target/application";
+    let limit = here.limit();
+    let text = here.output(format!(
+        "{folder} {limit} cargo run --release --locked --quiet"
+    ))?;
+    print!("{text}");
+    let bones: Vec<&str> = text
+        .lines()
+        .filter(|line| line.contains(": bone in 24 of 24"))
+        .collect();
+    let [deep, shallow, again @ ..] = &bones[..] else {
+        bail!("no bone");
+    };
+    ensure!(
+        again == [*deep, *shallow],
+        "the second frames are not the first"
+    );
+    let bytes = |owner: &str| {
+        let of = |line: &str| {
+            line.strip_prefix("bytes ")?
+                .strip_prefix(owner)?
+                .trim()
+                .parse::<u64>()
+                .ok()
+        };
+        text.lines()
+            .find_map(of)
+            .with_context(|| format!("no bytes of {owner}"))
+    };
+    let size = here
+        .llvm()
+        .context("llvm-size")?
+        .join("llvm-size")
+        .display()
+        .to_string();
+    let size = here.output(format!(
+        "{size} @target/application/@m7/release/application"
+    ))?;
+    let words = size.lines().nth(1).context("llvm-size")?.split_whitespace();
+    let sections: Vec<u64> = words.take(2).map(str::parse).collect::<Result<_, _>>()?;
+    let code = sections.iter().sum::<u64>() - bytes("recording")? - bytes("directions")?;
+    ensure!(code <= CODE, "{code} bytes of code");
+    let mut table = format!(
+        "| | bytes |\n|---|---|\n| flash: code and constants | {code} |\n| … directions of sub-lines | {} |",
+        bytes("directions")?
+    );
+    for (owner, name) in [
+        ("blocks", "RAM: pool of blocks"),
+        ("frame", "… frame, of the larger probe"),
+        ("coherence", "… its coherence"),
+        ("surface", "… its surface"),
+        ("plans", "… both plans"),
+        ("stack", "… stack, painted"),
+    ] {
+        table += &format!("\n| {name} | {} |", bytes(owner)?);
+    }
+    let name = "docs/application.md";
+    let written = with_table(&here.read(name)?, "application", &table)?;
+    let same = written == here.read(name)?;
+    fs::write(here.root.join(name), written)?;
+    ensure!(same, "{name} had other figures, and is written anew");
+    Ok(())
 }
 
 /// Texts after `START…: ` and `then`, in order, each once.

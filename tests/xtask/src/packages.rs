@@ -121,6 +121,7 @@ pub(crate) fn deny(here: &Here) -> Result<()> {
         "",
         "paper",
         "firmware",
+        "firmware/application",
         "firmware/every-target",
         "bonebeam-c",
         "fuzz",

@@ -115,6 +115,8 @@ pub const STEPS: &[Step] = &[
     step(Emulated, "firmware-lints", &[MICROCONTROLLER[0]], Lines(&[
         "firmware$ cargo fmt --all --check",
         "firmware$ cargo clippy --locked --release --workspace --features no-panic,executors -- -D warnings",
+        "firmware/application$ cargo fmt --check",
+        "firmware/application$ cargo clippy --locked --release -- -D warnings",
         "firmware/every-target$ cargo fmt --check",
         "firmware/every-target$ MACHINE=mps2 cargo clippy --locked --release --target @m7 --features frames,fpu-modes -- -D warnings",
         "cargo clippy --locked -p bonebeam --features defmt --target @m7 -- -D warnings",
@@ -130,6 +132,8 @@ pub const STEPS: &[Step] = &[
     step(Emulated, "example", &MICROCONTROLLER, Call(firmware::example), "the example's bone map, here and on a Cortex-M7"),
     step(Emulated, "stream", &[MICROCONTROLLER[0], MICROCONTROLLER[1], DEFMT_PRINT], Call(firmware::stream),
         "a scanner's processor: blocks to bone maps, here and on a Cortex-M7, under RTIC and Embassy"),
+    step(Emulated, "application", &MICROCONTROLLER, Call(firmware::application),
+        "the application of docs/application.md, from nothing to bone in QEMU; its code, memory and stack"),
     step(Emulated, "targets", &[RISCV], Call(targets::targets),
         "golden hashes on three more kinds of processor: RISC-V, AArch64 with NEON, WebAssembly"),
 
@@ -189,6 +193,9 @@ pub const STEPS: &[Step] = &[
 
     step(Named, "findings", &[], Call(packages::findings),
         "surprises of other software, by its own packages, outside of this project: findings/*.sh"),
+    step(Named, "core-functions", &[MICROCONTROLLER[0], Tool::Debian(&["llvm-dwarfdump"], &["llvm"])],
+        Lines(&["python3 tests/core_functions.py"]),
+        "the functions of Rust's core in bonebeam's code, and those outside of a certified subset"),
     step(Named, "fuzz", FUZZ, Lines(&["python3 tests/fuzz.py 60"]), "a minute of every fuzz target"),
     step(Named, "no-panic-mutants", &[MICROCONTROLLER[0]], Lines(&["python3 tests/no_panic.py --panics"]),
         "a panic put into every 68th function of the core is refused"),

@@ -2,7 +2,7 @@
 //!
 //! The program has one shape of the beamformer, as in a scanner.
 //!
-//! Prints `set-up-live NAME INSTRUCTIONS` of `Frame::new`, `live NAME LINES IMAGE MAP STEP STACK`, instructions, with
+//! Prints `set-up-live NAME INSTRUCTIONS DIRECTIONS` of `Frame::new` and of the directions of sub-lines, `live NAME LINES IMAGE MAP STEP STACK`, instructions, with
 //! the largest step of image and map and the stack in bytes, and `frame NAME READING INSTRUCTIONS` with the map's share.
 
 use bonebeam::prelude::stages::*;
@@ -36,6 +36,9 @@ pub struct Case {
     pub bound: u32,
 }
 
+/// Bound on a change of the probe, whose directions are kept.
+const SET_UP_BOUND: u32 = 3_000_000;
+
 /// Bound on a step of image or map, between two kicks of a watchdog.
 const STEP_BOUND: u32 = 1_000_000;
 
@@ -68,6 +71,7 @@ impl Case {
 }
 
 const NEED: Need = CASE.need();
+const DIRECTIONS: usize = valid!(CASE.parameters().directions_len());
 const GAINS: usize = bonebeam::phase_symmetry::Sizes::new(STREAM.rows, STREAM.columns, 1)
     .gain_tables_len(STREAM.scales.len());
 
@@ -79,6 +83,7 @@ arrays! {
         block: ScanBlock = ScanBlock::filled([0; 2]),
         frame: Memory<{ NEED.real }, { NEED.complex }> = Memory::new(),
         gains: [f32; GAINS] = [0.0; _],
+        directions: [Complex<f32>; DIRECTIONS] = [Complex::ZERO; _],
     }
 }
 
@@ -92,6 +97,7 @@ fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error
         block,
         frame,
         gains,
+        directions,
     } = workspaces;
     const PARAMETERS: Parameters = CASE.parameters();
     let input = IqInput {
@@ -99,6 +105,8 @@ fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error
         ..INPUT
     };
     let plan = Pipeline::of_iq(PARAMETERS, input)?;
+    let computed = counter.cost(|| plan.lines().directions(directions).map(drop))?;
+    let plan = plan.with_directions(directions)?;
     let mut made = None;
     let set_up = counter.count(|| made = Some(Frame::new(&plan, frame.scratch())));
     let Some(made) = made else {
@@ -135,10 +143,11 @@ fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error
     let (image, map) = (image.instructions, map.instructions);
     let whole = lines + image + map / map_every;
     let largest = steps.largest;
-    hprintln!("set-up-live {name} {}", set_up.instructions);
+    let set_up = set_up.instructions;
+    hprintln!("set-up-live {name} {set_up} {}", computed.instructions);
     hprintln!("live {name} {lines} {image} {map} {largest} {stack}");
     hprintln!("frame {name} fixed {whole}");
-    Ok(whole <= bound && largest < STEP_BOUND)
+    Ok(whole <= bound && largest < STEP_BOUND && set_up < SET_UP_BOUND)
 }
 
 /// The largest step.

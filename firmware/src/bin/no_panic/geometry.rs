@@ -64,6 +64,7 @@ fn scan(array: Array<'_>, lines: Lines<'_>) {
             take((steering.samples(), steering.sub_lines()));
             take(steering.direction(opaque(1), opaque(1)));
         }
+        take(SteeringTable::of(&scan, opaque((2, 2)), opaque(&memory[..])).is_ok());
         take(Steering::of(opaque(&[Complex::ZERO; 5]), opaque(2)).samples());
         take((
             Steering::need(opaque(1), opaque(2)),

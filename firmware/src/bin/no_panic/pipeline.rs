@@ -41,8 +41,12 @@ pub fn all() {
 fn rf(parameters: Parameters) -> Result<(), Error> {
     let samples = [0.0; 100];
     let record = Record::new(opaque(&samples[..]), opaque(1))?;
+    let record = opaque(record.part_of(opaque(2), opaque(1))?);
+    take((record.received(), parameters.directions_len()));
     take(frames(
-        &Pipeline::new(parameters)?.with_gate(gate())?,
+        &Pipeline::new(parameters)?
+            .with_gate(gate())?
+            .with_directions(opaque(&[Complex::ZERO; 5]))?,
         &record,
     ));
     let scan = Scan::new(parameters.scan)?;
@@ -99,6 +103,14 @@ fn frames<'r, D: Stage>(pipeline: &Pipeline<D>, record: &'r Record<'r>) -> Resul
     ));
     let (mut real, mut complex) = ([0.0; 100], [Complex::ZERO; 100]);
     let scratch = Scratch::new(opaque(&mut real[..]), opaque(&mut complex[..]));
+    let mut directions = [Complex::ZERO; 100];
+    take(
+        pipeline
+            .lines()
+            .directions(opaque(&mut directions[..]))
+            .is_ok(),
+    );
+    take(pipeline.lines().directions_len());
     let mut frame = Frame::new(pipeline, scratch)?.with_filters(opaque(LogGabor::fixed()));
     take(frame.line(opaque(1), opaque([(transmit(), record)]))?);
     take(frame.image()?);

@@ -15,19 +15,17 @@ const POSE: &str = "metadata/probe_pose/";
 /// Positions (x, y, z), m, with Euler angles about fixed axes x, y, z, rad, or quaternions x, y, z, w.
 type Pose = Vec<f64>;
 
-/// Whether a file has poses.
-pub fn has(store: &Store) -> bool {
-    store.has(&format!("{POSE}translation"))
-}
+/// The poses at the middles of frames; `None` beyond the poses.
+type OfFrames = Vec<Option<Pose>>;
 
-/// The pose at the middle of each frame; `None` beyond the poses.
+/// The poses of a file that has them.
 ///
 /// # Errors
-/// No poses, arrays of other shapes, or poses without times, of another number than the frames.
-pub fn read(store: &Store, variables: &Variables) -> Result<Vec<Option<Pose>>> {
+/// Arrays of other shapes, or poses without times, of another number than the frames.
+pub fn read(store: &Store, variables: &Variables) -> Result<Option<OfFrames>> {
     let name = |field: &str| format!("{POSE}{field}");
-    if !has(store) {
-        return Err(store.error(format!("has no poses of the probe, {POSE}translation")));
+    if !store.has(&name("translation")) {
+        return Ok(None);
     }
     let poses = poses(store)?;
     let folder = folder(store, variables.get(TRACK))?;
@@ -51,9 +49,9 @@ pub fn read(store: &Store, variables: &Variables) -> Result<Vec<Option<Pose>>> {
     });
     match (times, middles(store, &folder, [frames, transmits])?) {
         (Some(times), Some(middles)) => {
-            Ok(middles.iter().map(|&t| at(t, &times, &poses)).collect())
+            Ok(Some(middles.iter().map(|&t| at(t, &times, &poses)).collect()))
         }
-        _ if poses.len() == frames => Ok(poses.into_iter().map(valid).collect()),
+        _ if poses.len() == frames => Ok(Some(poses.into_iter().map(valid).collect())),
         _ => Err(store.error(format!(
             "has {} poses of the probe for {frames} frames, and not the times of both: `{POSE}sampling_frequency` or \
              `timestamps`, and `scan/time_to_next_transmit` of each track, with `track_schedule` of several",
@@ -163,12 +161,18 @@ fn middles(store: &Store, own: &str, [frames, transmits]: [usize; 2]) -> Result<
         }
         steps.push(store.numbers(&name)?.into_iter());
     }
-    let (mut now, mut times) = (0.0, Vec::new());
+    let (mut now, mut times) = (Some(0.0), Vec::new());
     for track in schedule {
+        // Only the last step may be missing.
+        let Some(time) = now else { return Ok(None) };
         if folders.get(track).is_some_and(|folder| folder == own) {
-            times.push(now);
+            times.push(time);
         }
-        now += steps.get_mut(track).and_then(Iterator::next).unwrap_or(0.0);
+        let step = steps.get_mut(track).and_then(Iterator::next);
+        now = step.map(|step| time + step);
+    }
+    if steps.iter_mut().any(|steps| steps.next().is_some()) {
+        return Ok(None);
     }
     if times.len() != count {
         return Err(store.error(format!(
