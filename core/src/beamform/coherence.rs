@@ -49,7 +49,7 @@ const EVERY: usize = 4;
 /// Largest lag of a pair, elements.
 const LAGS: usize = 4;
 
-/// CoherenceSums of a sample: the real parts of the products, and the powers of both elements of each pair.
+/// Sums over a sample's pairs: the products' real parts, and both powers.
 pub type CoherenceSums = [f32; 2];
 
 impl ShortLagCoherence {
@@ -123,7 +123,9 @@ impl ShortLagCoherence {
         }
     }
 
-    /// The coherence of a whole line from the sums of its samples; the bits of [`ShortLagCoherence::line`].
+    /// The coherence of a whole line from the sums of its samples.
+    ///
+    /// It has the bits of [`ShortLagCoherence::line`]. Both have a number for each sample.
     pub fn of_sums(&self, line: &[CoherenceSums], coherence: &mut [f32]) {
         for (sample, out) in coherence.iter_mut().enumerate() {
             let end = sample
