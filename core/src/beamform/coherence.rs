@@ -85,7 +85,7 @@ impl ShortLagCoherence {
     /// The coherence of every sample of a whole line, with the active sets `active(n)`.
     ///
     /// A depth step has no effect. Each sample has the pairs of its own active set. `active` is called twice for
-    /// each sample: the whole line is checked before any output. CoherenceSums are at the line's working scale, in ascending
+    /// each sample: the whole line is checked before any output. Sums are at the line's working scale, in ascending
     /// order of elements, lags and samples.
     ///
     /// Cost: `8·M + 4·K` flops a sample with `M` active elements.
