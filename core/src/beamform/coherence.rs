@@ -49,7 +49,7 @@ const EVERY: usize = 4;
 /// Largest lag of a pair, elements.
 const LAGS: usize = 4;
 
-/// CoherenceSums of a sample: the real parts of the products, and the powers of both elements of each pair.
+/// Sums over a sample's pairs: the products' real parts, and both powers.
 pub type CoherenceSums = [f32; 2];
 
 impl ShortLagCoherence {
@@ -85,7 +85,7 @@ impl ShortLagCoherence {
     /// The coherence of every sample of a whole line, with the active sets `active(n)`.
     ///
     /// A depth step has no effect. Each sample has the pairs of its own active set. `active` is called twice for
-    /// each sample: the whole line is checked before any output. CoherenceSums are at the line's working scale, in ascending
+    /// each sample: the whole line is checked before any output. Sums are at the line's working scale, in ascending
     /// order of elements, lags and samples.
     ///
     /// Cost: `8·M + 4·K` flops a sample with `M` active elements.
@@ -123,7 +123,9 @@ impl ShortLagCoherence {
         }
     }
 
-    /// The coherence of a whole line from the sums of its samples; the bits of [`ShortLagCoherence::line`].
+    /// The coherence of a whole line from the sums of its samples.
+    ///
+    /// It has the bits of [`ShortLagCoherence::line`]. Both have a number for each sample.
     pub fn of_sums(&self, line: &[CoherenceSums], coherence: &mut [f32]) {
         for (sample, out) in coherence.iter_mut().enumerate() {
             let end = sample

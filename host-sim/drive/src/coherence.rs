@@ -1,8 +1,6 @@
 //! Maps of the coherence of the samples, beside the lines of a frame.
 
-use bonebeam::beamform::{
-    AlignedLine, Beamformer, CoherenceSums, Parameters, ShortLagCoherence, Sizes,
-};
+use bonebeam::beamform::{AlignedLine, Beamformer, Parameters, ShortLagCoherence, Sizes};
 use bonebeam::geometry::{self, Active};
 use bonebeam::memory::Scratch;
 use bonebeam::pipeline::Block;
@@ -13,13 +11,11 @@ use rayon::prelude::*;
 
 use super::beamform::{check_window, memory};
 use super::frame::{DEFAULT_SOUND_SPEED, RecordingFrames, no_frame, other_kind};
+use super::short_lag::{of_lines, short_lag};
 use super::{config::Beamform, delay::DelayStage};
 use crate::Result;
 use bonebeam_files::choice;
 use bonebeam_files::{AlignedData, ChannelData, FrameSamples, Recording};
-
-/// Half the time window of the coherence, m of depth.
-const HALF_WINDOW: f64 = 0.4e-3;
 
 choice! {
     /// A measure of coherence.
@@ -80,11 +76,6 @@ impl Kernel {
     }
 }
 
-/// Short-lag coherence over [`HALF_WINDOW`].
-fn short_lag(samples: &geometry::Axis) -> ShortLagCoherence {
-    ShortLagCoherence::over(HALF_WINDOW, samples)
-}
-
 /// The coherence of a frame of a recording.
 ///
 /// The axes are [line, sample], those of the lines of `frames`. Sub-lines have the coherence of their beam.
@@ -136,18 +127,6 @@ pub fn of_channel_data(stage: &DelayStage<'_>, frame: FrameSamples<'_>) -> Resul
     of_stage(stage, frame, &kernel)
 }
 
-/// Short-lag coherence of a frame from the sums of its beams, [beam, sample].
-pub(super) fn of_sums(stage: &DelayStage<'_>, sums: &[CoherenceSums]) -> Array2<f32> {
-    let (beams, samples) = (stage.rays().len(), stage.samples());
-    let coherence = short_lag(&stage.depths());
-    let mut map = Array2::zeros((beams, samples));
-    let rows = map.as_slice_mut().unwrap_or_default();
-    let rows = rows.par_chunks_mut(samples.max(1));
-    rows.zip(sums.par_chunks(samples.max(1)))
-        .for_each(|(row, sums)| coherence.of_sums(sums, row));
-    of_lines(stage, &map)
-}
-
 fn of_stage(
     stage: &DelayStage<'_>,
     frame: FrameSamples<'_>,
@@ -171,14 +150,6 @@ fn of_stage(
         })?;
     }
     Ok(of_lines(stage, &map))
-}
-
-/// Each beam's row of a map for each of its lines.
-fn of_lines(stage: &DelayStage<'_>, map: &Array2<f32>) -> Array2<f32> {
-    let (beams, samples) = map.dim();
-    let each = stage.all_rays().len() / beams.max(1);
-    let beam_of = |line: usize| line / each.max(1);
-    Array2::from_shape_fn((each * beams, samples), |(line, n)| map[[beam_of(line), n]])
 }
 
 fn of_aligned_data(

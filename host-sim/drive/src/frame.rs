@@ -11,8 +11,8 @@ use ndarray::{Array2, ArrayViewMut2, Axis};
 use num_complex::Complex;
 
 use super::beamform::{Plan, Tile};
-use super::coherence;
 use super::delay::DelayStage;
+use super::short_lag;
 use crate::config::Beamform;
 use crate::{Error, Result};
 use bonebeam_files::{AlignedData, BeamformedLines, ChannelData, FrameSamples, Recording};
@@ -235,7 +235,7 @@ impl<'a> RecordingFrames<'a> {
 
     /// [`RecordingFrames::lines`], and of channel data their short-lag coherence.
     ///
-    /// The samples are aligned once for both. The coherence is that of [`coherence::of_frame`].
+    /// The samples are aligned once for both. The coherence has the bits of `coherence::of_frame`.
     ///
     /// # Errors
     /// As [`RecordingFrames::lines`].
@@ -268,7 +268,7 @@ impl<'a> RecordingFrames<'a> {
             let mut z = Array2::zeros((stage.all_rays().len(), stage.samples()));
             let mut sums = with_coherence.then(|| vec![[0.0; 2]; z_len(stage)]);
             self.frame_with(frame, &scaled, z.view_mut(), sums.as_deref_mut())?;
-            let coherence = sums.map(|sums| coherence::of_sums(stage, &sums));
+            let coherence = sums.map(|sums| short_lag::of_sums(stage, &sums));
             Ok((stage.lines(z), coherence))
         })
     }
