@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Result, bail, ensure};
 
 use crate::steps::STEPS;
 
@@ -60,22 +60,10 @@ pub fn evidence(log: &str, safety: &str) -> Result<String> {
     Ok(table)
 }
 
-/// `document` with `table` between its comments `<!-- name -->` and `<!-- end of name -->`.
-pub fn with_table(document: &str, name: &str, table: &str) -> Result<String> {
-    let [start, end] = [
-        format!("<!-- {name} -->\n"),
-        format!("<!-- end of {name} -->"),
-    ];
-    let (before, rest) = document
-        .split_once(&start)
-        .with_context(|| format!("no {start}"))?;
-    let (_, after) = rest.split_once(&end).with_context(|| format!("no {end}"))?;
-    Ok(format!("{before}{start}\n{table}\n\n{end}{after}"))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::here::with_table;
 
     const SAFETY: &str = "## What is claimed, and what shows it\n| claim | evidence |\n|---|---|\n| A | steps `format`, `debug` |\n| B | step `deny` |\n## Next\n| C | none |\n";
 

@@ -7,8 +7,7 @@ use std::process::{Command, Stdio};
 
 use anyhow::{Context, Result, bail, ensure};
 
-use crate::documents::with_table;
-use crate::here::{Here, output, printed, run, said, same};
+use crate::here::{Here, output, printed, run, said, same, with_table};
 
 /// Tests, lints and documentation of the front end's crate on this machine, whose target has to be named.
 pub(crate) const FRONT_END: &[&str] = &[

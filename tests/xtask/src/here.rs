@@ -258,6 +258,19 @@ pub fn same(name: &str, expected: &str, found: &str) -> Result<()> {
     bail!("{name}: other lines than expected, or in another order")
 }
 
+/// `document` with `table` between its comments `<!-- name -->` and `<!-- end of name -->`.
+pub fn with_table(document: &str, name: &str, table: &str) -> Result<String> {
+    let [start, end] = [
+        format!("<!-- {name} -->\n"),
+        format!("<!-- end of {name} -->"),
+    ];
+    let (before, rest) = document
+        .split_once(&start)
+        .with_context(|| format!("no {start}"))?;
+    let (_, after) = rest.split_once(&end).with_context(|| format!("no {end}"))?;
+    Ok(format!("{before}{start}\n{table}\n\n{end}{after}"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

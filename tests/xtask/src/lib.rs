@@ -12,6 +12,6 @@ mod steps;
 mod targets;
 mod tools;
 
-pub use documents::{evidence, with_table};
-pub use here::Here;
+pub use documents::evidence;
+pub use here::{Here, with_table};
 pub use steps::{Group, STEPS, Step};

@@ -146,15 +146,8 @@ impl Interpolator {
                 dots.each_mut().map(|dots| &mut **dots),
             );
             if read.is_none() {
-                let behind = |record: &[f32]| {
-                    let length = record.len() as i32;
-                    positions.first.iter().all(|&first| first >= length)
-                };
                 for (dots, record) in dots.into_iter().zip(records) {
-                    match behind(record) {
-                        true => dots.fill(0.0),
-                        false => at_the_edge::<BLOCKS>(record, table, positions, dots),
-                    }
+                    at_the_edge::<BLOCKS>(record, table, positions, dots);
                 }
             }
         }
@@ -194,6 +187,11 @@ fn at_the_edge<const BLOCKS: usize>(
     positions: &TapPositions,
     dots: &mut [f32],
 ) {
+    let outside = |&first: &i32| first as usize >= record.len() && first >= 0;
+    if positions.first.iter().all(outside) {
+        dots.fill(0.0);
+        return;
+    }
     let mut samples = [[[0.0; PARTIAL_SUMS]; BLOCKS]; PARTIAL_SUMS];
     for (samples, &first) in samples.iter_mut().zip(&positions.first) {
         for (k, sample) in samples.as_flattened_mut().iter_mut().enumerate() {
