@@ -43,6 +43,10 @@ fn coherence() -> Result<(), Error> {
     let scratch = opaque(memory.scratch());
     coherence.line(line, |_| active(), scratch, opaque(&mut out[..]))?;
     take(out);
+    let mut sums = [[0.0; 2]; 100];
+    ShortLagCoherence::sums(line, opaque(1), active(), opaque(&mut sums[..]));
+    coherence.of_sums(opaque(&sums[..]), opaque(&mut out[..]));
+    take(out);
     Ok(())
 }
 
