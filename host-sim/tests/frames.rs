@@ -237,8 +237,8 @@ fn samples_aligned_once_serve_lines_and_coherence() {
         for data in of_counts() {
             let recording = Recording::Channel(data);
             let frames = RecordingFrames::new(&recording, &parameters).unwrap();
-            let both = frames.lines_and_coherence(&recording, 0..1, &|_| {});
-            let (lines, coherence) = both.unwrap().remove(0);
+            let both = frames.lines_and_coherence(&recording, 0, &|_| {});
+            let (lines, coherence) = both.unwrap();
             let alone = frames.lines(&recording, 0..1, &|_| {}).unwrap();
             assert_eq!(lines, alone[0]);
             let map = of_frame(&frames, &recording, 0, Measure::ShortLag).unwrap();

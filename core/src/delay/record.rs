@@ -152,8 +152,9 @@ impl<'a> Record<'a> {
 
     /// The record of a part of an array, as of a multiplexed probe.
     ///
-    /// It begins with element `first` of `elements`. The others are silent. Silence takes no memory, and is neither delayed nor added: a line of transmits with such
-    /// records is that of records with zeros, to the bit, except for the sign of a zero.
+    /// It begins with element `first` of `elements`. The others are silent. Silence takes no memory, and is neither
+    /// delayed nor added: a line of transmits with such records is that of records with zeros, to the bit, except for
+    /// the sign of a zero.
     ///
     /// ```
     /// use bonebeam::delay::Record;

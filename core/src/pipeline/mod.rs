@@ -270,8 +270,8 @@ impl<'a, D: Stage> Pipeline<'a, D> {
 
     /// The same plan, with the directions of its sub-lines.
     ///
-    /// [`LinePipeline::directions`] computes them. They are kept for each plan, in memory or in flash: frames of several plans that share one memory compute none
-    /// anew.
+    /// [`LinePipeline::directions`] computes them. They are kept for each plan, in memory or in flash: frames of
+    /// several plans that share one memory compute none anew.
     ///
     /// ```
     /// use bonebeam::{beamform, prelude::*};

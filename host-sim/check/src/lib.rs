@@ -70,7 +70,7 @@ pub fn doubt(data: &ChannelData) -> Option<String> {
     let chosen = of(if own { LINES } else { FEW });
     let view = View::new(data, &chosen);
     let base = Base::new(data, &chosen, data.f0, data.fs);
-    let (table, (_, power)) = (Table::new(&base, &view), samples::check(data));
+    let (table, power) = (Table::new(&base, &view), samples::power(data));
     let elements = Elements::new(&power, &view, &table);
     let findings = elements.check(&base, &power, &view, &table);
     let texts: Vec<&str> = findings.iter().map(|f| f.text.as_str()).collect();
@@ -83,7 +83,7 @@ pub fn sound_speed(data: &ChannelData) -> Option<Speed> {
     let chosen = table::chosen(data.transmits.len(), LINES);
     let view = View::new(data, &chosen);
     let base = Base::new(data, &chosen, data.f0, data.fs);
-    let (_, power) = samples::check(data);
+    let power = samples::power(data);
     let elements = Elements::new(&power, &view, &Table::new(&base, &view));
     let speeds = speed::estimate(&base, &view, &elements.good)?;
     speeds.is_sure().then(|| time::speed(data, &speeds))

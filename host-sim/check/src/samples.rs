@@ -2,7 +2,9 @@
 
 use bonebeam_files::terminal::digits;
 use bonebeam_files::{ChannelData, FrameSamples};
-use ndarray::{ArrayView3, Axis};
+use ndarray::{ArrayView2, ArrayView3, Axis};
+use num_complex::Complex;
+use rayon::prelude::*;
 
 use crate::finding::{Finding, Severity};
 
@@ -13,14 +15,71 @@ const FLAT: usize = 2;
 /// Flat tops of an element from which it is clipped.
 const TOPS: usize = 3;
 
+/// Sums and extremes of an element's samples.
+struct Moments {
+    /// Of the samples, of I/Q of their real parts, and of their squares.
+    sums: [f64; 2],
+    least: f64,
+    extremes: [f64; 2],
+    count: usize,
+}
+
+impl Moments {
+    fn of<T: Copy>(samples: ArrayView2<'_, T>, parts: impl Fn(T) -> [f64; 2]) -> Self {
+        let mut moments = Moments {
+            sums: [0.0; 2],
+            least: f64::INFINITY,
+            extremes: [0.0; 2],
+            count: samples.len(),
+        };
+        for &value in samples {
+            let [a, b] = parts(value);
+            let ([sum, squares], [lowest, highest]) = (moments.sums, moments.extremes);
+            moments.sums = [sum + a, squares + a * a];
+            moments.least = moments.least.min(a);
+            moments.extremes = [lowest.min(a.min(b)), highest.max(a.max(b))];
+        }
+        moments
+    }
+
+    /// Variance, times a constant.
+    fn power(&self) -> f64 {
+        let [sum, squares] = self.sums;
+        squares - sum * sum / self.count.max(1) as f64
+    }
+}
+
+fn real<T: Into<f64>>(value: T) -> [f64; 2] {
+    [value.into(); 2]
+}
+
+fn both(value: Complex<f32>) -> [f64; 2] {
+    [f64::from(value.re), f64::from(value.im)]
+}
+
+/// The variance of each element's samples in the first frame, times a constant.
+pub(crate) fn power(data: &ChannelData) -> Vec<f64> {
+    fn of<T: Copy + Sync>(
+        frame: ArrayView3<'_, T>,
+        parts: impl Fn(T) -> [f64; 2] + Sync,
+    ) -> Vec<f64> {
+        let of_element = |m| Moments::of(frame.index_axis(Axis(1), m), &parts).power();
+        (0..frame.dim().1).into_par_iter().map(of_element).collect()
+    }
+    match data.samples.frame(0) {
+        Some(FrameSamples::Rf(rf)) => of(rf, real),
+        Some(FrameSamples::Counts(rf)) => of(rf, real),
+        Some(FrameSamples::Iq { iq, .. }) => of(iq, both),
+        None => vec![0.0; data.element_x.len()],
+    }
+}
+
 /// Checks the samples of the first frame; also the variance of each element's samples, times a constant.
 pub(crate) fn check(data: &ChannelData) -> (Vec<Finding>, Vec<f64>) {
     match data.samples.frame(0) {
-        Some(FrameSamples::Rf(rf)) => of_frame(rf, |v| [f64::from(v); 2], true),
-        Some(FrameSamples::Counts(rf)) => of_frame(rf, |v| [f64::from(v); 2], true),
-        Some(FrameSamples::Iq { iq, .. }) => {
-            of_frame(iq, |v| [f64::from(v.re), f64::from(v.im)], false)
-        }
+        Some(FrameSamples::Rf(rf)) => of_frame(rf, real, true),
+        Some(FrameSamples::Counts(rf)) => of_frame(rf, real, true),
+        Some(FrameSamples::Iq { iq, .. }) => of_frame(iq, both, false),
         None => (Vec::new(), vec![0.0; data.element_x.len()]),
     }
 }
@@ -38,23 +97,18 @@ fn of_frame<T: Copy>(
     for m in 0..elements {
         let of_element = frame.index_axis(Axis(1), m);
         let rows = || of_element.outer_iter();
-        let (mut extremes, mut own) = ([0.0f64; 2], [0.0; 2]);
-        for &value in of_element {
-            let [a, b] = parts(value);
-            own = [own[0] + a, own[1] + a * a];
-            least = least.min(a);
-            extremes = [extremes[0].min(a.min(b)), extremes[1].max(a.max(b))];
-        }
-        sum += own[0];
-        squares += own[1];
-        power.push(own[1] - own[0] * own[0] / (transmits * samples).max(1) as f64);
+        let own = Moments::of(of_element, &parts);
+        least = least.min(own.least);
+        sum += own.sums[0];
+        squares += own.sums[1];
+        power.push(own.power());
         let mut tops = 0;
         for part in 0..if rf { 1 } else { 2 } {
             for row in rows() {
                 let mut run = 0;
                 for &value in row {
                     let value = parts(value)[part];
-                    let flat = value != 0.0 && extremes.contains(&value);
+                    let flat = value != 0.0 && own.extremes.contains(&value);
                     run = if flat { run + 1 } else { 0 };
                     tops += usize::from(run == FLAT);
                     share += usize::from(run >= FLAT);

@@ -218,8 +218,13 @@ impl<'a> RecordingFrames<'a> {
     ) -> Result<Vec<BeamformedLines>> {
         match recording {
             Recording::Channel(data) => {
-                let frames = self.of_frames(data, frames, progress, false);
-                frames.map(|frame| frame.map(|(lines, _)| lines)).collect()
+                let (start, count) = (frames.start, frames.len() as f64);
+                let one = |index: usize| {
+                    let scaled = |part: f64| progress(((index - start) as f64 + part) / count);
+                    let frame = self.of_frame(data, index, &scaled, false);
+                    frame.map(|(lines, _)| lines)
+                };
+                frames.map(one).collect()
             }
             Recording::Aligned(data) => self.of_aligned(data, frames, progress),
             Recording::Lines(lines) => {
@@ -233,7 +238,7 @@ impl<'a> RecordingFrames<'a> {
         }
     }
 
-    /// [`RecordingFrames::lines`], and of channel data their short-lag coherence.
+    /// Lines of a frame, and of channel data their short-lag coherence.
     ///
     /// The samples are aligned once for both. The coherence has the bits of `coherence::of_frame`.
     ///
@@ -242,35 +247,31 @@ impl<'a> RecordingFrames<'a> {
     pub fn lines_and_coherence(
         &self,
         recording: &Recording,
-        frames: Range<usize>,
+        frame: usize,
         progress: &(dyn Fn(f64) + Sync),
-    ) -> Result<Vec<(BeamformedLines, Option<Array2<f32>>)>> {
+    ) -> Result<(BeamformedLines, Option<Array2<f32>>)> {
         if let Recording::Channel(data) = recording {
-            return self.of_frames(data, frames, progress, true).collect();
+            return self.of_frame(data, frame, progress, true);
         }
-        let lines = self.lines(recording, frames, progress)?;
-        Ok(lines.into_iter().map(|lines| (lines, None)).collect())
+        let mut lines = self.lines(recording, frame..frame + 1, progress)?;
+        Ok((lines.remove(0), None))
     }
 
-    fn of_frames(
+    fn of_frame(
         &self,
         data: &ChannelData,
-        frames: Range<usize>,
+        index: usize,
         progress: &(dyn Fn(f64) + Sync),
         with_coherence: bool,
-    ) -> impl Iterator<Item = Result<(BeamformedLines, Option<Array2<f32>>)>> {
-        let (start, count) = (frames.start, frames.len() as f64);
-        frames.map(move |index| {
-            let stage = self.stage().ok_or_else(other_kind)?;
-            let frame = data.samples.frame(index);
-            let frame = frame.ok_or_else(|| no_frame(index, data.samples.frames()))?;
-            let scaled = |part: f64| progress(((index - start) as f64 + part) / count);
-            let mut z = Array2::zeros((stage.all_rays().len(), stage.samples()));
-            let mut sums = with_coherence.then(|| vec![[0.0; 2]; z_len(stage)]);
-            self.frame_with(frame, &scaled, z.view_mut(), sums.as_deref_mut())?;
-            let coherence = sums.map(|sums| short_lag::of_sums(stage, &sums));
-            Ok((stage.lines(z), coherence))
-        })
+    ) -> Result<(BeamformedLines, Option<Array2<f32>>)> {
+        let stage = self.stage().ok_or_else(other_kind)?;
+        let frame = data.samples.frame(index);
+        let frame = frame.ok_or_else(|| no_frame(index, data.samples.frames()))?;
+        let mut z = Array2::zeros((stage.all_rays().len(), stage.samples()));
+        let mut sums = with_coherence.then(|| vec![[0.0; 2]; z_len(stage)]);
+        self.frame_with(frame, progress, z.view_mut(), sums.as_deref_mut())?;
+        let coherence = sums.map(|sums| short_lag::of_sums(stage, &sums));
+        Ok((stage.lines(z), coherence))
     }
 
     fn of_aligned(
@@ -319,11 +320,8 @@ pub fn beamform_channel_data(
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<BeamformedLines> {
     let frames = RecordingFrames::of_channel_data(data, parameters)?;
-    let mut frames = frames.of_frames(data, 0..1, progress, false);
-    frames
-        .next()
-        .ok_or_else(|| no_frame(0, 0))?
-        .map(|(lines, _)| lines)
+    let (lines, _) = frames.of_frame(data, 0, progress, false)?;
+    Ok(lines)
 }
 
 fn plan(parameters: Parameters, largest: usize) -> Result<Plan> {

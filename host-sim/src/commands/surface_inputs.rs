@@ -307,8 +307,8 @@ fn of_recording(source: &Source<'_>, config: &Config, snapshot: &Snapshot) -> Re
                 continue;
             }
             let progress = |part: f64| progress(((index - start) as f64 + part) / block);
-            let lines = beamformer.lines_and_coherence(recording, held..held + 1, &progress);
-            let (lines, coherence) = lines.map_err(|e| about(path, e))?.remove(0);
+            let both = beamformer.lines_and_coherence(recording, held, &progress);
+            let (lines, coherence) = both.map_err(|e| about(path, e))?;
             let recorded = (&beamformer, (recording, held));
             let lines = (&lines, coherence.as_ref());
             add_frame(&mut found, index, lines, (source, config), recorded)?;

@@ -22,7 +22,7 @@ pub(super) fn largest_part(pixels: ArrayView2<f32>) -> Array2<bool> {
     let (rows, columns) = pixels.dim();
     let background = background(pixels);
     let lit = pixels.mapv(|level| (level - background).abs() > BLACK);
-    let lit = without_frame(lit);
+    let lit = without_frame(&lit);
     let mut blocks = Array2::from_elem((rows.div_ceil(BLOCK), columns.div_ceil(BLOCK)), 0usize);
     for ((row, column), lit) in lit.indexed_iter() {
         blocks[[row / BLOCK, column / BLOCK]] += usize::from(*lit);
@@ -64,7 +64,7 @@ pub(super) fn largest_part(pixels: ArrayView2<f32>) -> Array2<bool> {
 }
 
 /// Without thin straight lines along rows and columns, as a frame around the picture has.
-fn without_frame(lit: Array2<bool>) -> Array2<bool> {
+fn without_frame(lit: &Array2<bool>) -> Array2<bool> {
     let mut rest = lit.clone();
     for axis in [0, 1] {
         let lit = if axis == 0 { lit.view() } else { lit.t() };
