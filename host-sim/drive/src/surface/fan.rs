@@ -421,7 +421,7 @@ mod tests {
         let mut picture = drawn(&fan, 480, 620);
         for ((row, column), level) in picture.indexed_iter_mut() {
             let (u, v) = (column as f64 - fan.x, row as f64 - fan.z);
-            if u.hypot(v) > 260.0 && u.atan2(v).abs() > 0.35 {
+            if u.hypot(v) > 200.0 && u.atan2(v).abs() > 0.25 || row > 300 {
                 *level = 0.0;
             }
             let across = [26, 27, 420, 421].contains(&row) && (8..612).contains(&column);
