@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use bonebeam_files::{ChannelData, FrameSamples};
-use ndarray::{Array3, Axis};
+use ndarray::{Array3, ArrayView3, Axis};
 use num_complex::Complex;
 use rayon::prelude::*;
 
@@ -31,12 +31,8 @@ impl Base {
     pub fn new(data: &ChannelData, transmits: &[usize], carrier: f64, fs: f64) -> Self {
         let by = (carrier, fs);
         match data.samples.frame(0) {
-            Some(FrameSamples::Rf(rf)) => Self::of_rf(data, transmits, by, rf.dim(), |at| rf[at]),
-            Some(FrameSamples::Counts(counts)) => {
-                Self::of_rf(data, transmits, by, counts.dim(), |at| {
-                    f32::from(counts[at])
-                })
-            }
+            Some(FrameSamples::Rf(rf)) => Self::of_rf(data, transmits, by, rf),
+            Some(FrameSamples::Counts(counts)) => Self::of_rf(data, transmits, by, counts),
             Some(FrameSamples::Iq { iq, f_demod }) => Base {
                 z: iq.select(Axis(0), transmits),
                 rate: fs,
@@ -52,13 +48,13 @@ impl Base {
         }
     }
 
-    fn of_rf(
+    fn of_rf<T: Copy + Into<f32> + Sync>(
         data: &ChannelData,
         transmits: &[usize],
         (carrier, fs): (f64, f64),
-        (_, elements, samples): (usize, usize, usize),
-        sample: impl Fn([usize; 3]) -> f32 + Sync,
+        rf: ArrayView3<'_, T>,
     ) -> Self {
+        let (_, elements, samples) = rf.dim();
         let every = ((fs / (RATE * carrier)) as usize).max(1);
         let taps = ((PERIODS * fs / carrier).round() as usize).max(4);
         let kept = samples.saturating_sub(taps) / every;
@@ -70,28 +66,42 @@ impl Base {
                 Complex::new(mixed.re as f32, mixed.im as f32)
             })
             .collect();
-        let rows: Vec<(usize, usize)> = (0..transmits.len())
-            .flat_map(|t| (0..elements).map(move |m| (t, m)))
-            .collect();
-        let z: Vec<Complex<f32>> = rows
-            .into_par_iter()
-            .flat_map_iter(|(t, m)| {
-                let row: Vec<f32> = (0..samples).map(|n| sample([transmits[t], m, n])).collect();
-                let turned = TAU * carrier * data.t0[transmits[t]];
-                let filter = &filter;
-                (0..kept).map(move |n| {
-                    let part = row[n * every..].iter().zip(filter);
-                    let sum: Complex<f32> = part.map(|(&v, h)| h * v).sum();
-                    let phase = -turned - step * (n * every) as f64;
-                    sum * Complex::from_polar(1.0, phase.rem_euclid(TAU) as f32)
-                })
-            })
-            .collect();
+        let turn = Complex::from_polar(1.0, -step * every as f64);
+        let mut z = Array3::default((transmits.len(), elements, kept));
+        let rows = z.as_slice_mut().unwrap_or_default();
+        let rows = rows.par_chunks_mut(kept.max(1)).enumerate();
+        // Every `every`-th sample from each of the first on, and the sums' parts.
+        let memory = || (vec![Vec::new(); every], [vec![0.0; kept], vec![0.0; kept]]);
+        rows.for_each_init(memory, |(phases, [re, im]), (at, z)| {
+            let transmit = transmits[at / elements];
+            let records = rf.index_axis(Axis(0), transmit);
+            let row = records.row(at % elements);
+            let row = row.as_slice().unwrap_or_default();
+            for (first, phase) in phases.iter_mut().enumerate() {
+                phase.clear();
+                let samples = row.get(first..).unwrap_or_default().iter().step_by(every);
+                phase.extend(samples.map(|&sample| -> f32 { sample.into() }));
+            }
+            re.fill(0.0);
+            im.fill(0.0);
+            for (k, tap) in filter.iter().enumerate() {
+                let samples = &phases[k % every][k / every..];
+                for ((re, im), sample) in re.iter_mut().zip(&mut *im).zip(samples) {
+                    *re += tap.re * sample;
+                    *im += tap.im * sample;
+                }
+            }
+            let mut phasor = Complex::from_polar(1.0, -TAU * carrier * data.t0[transmit]);
+            for (z, (re, im)) in z.iter_mut().zip(re.iter().zip(&*im)) {
+                let mixed = Complex::new(f64::from(*re), f64::from(*im)) * phasor;
+                *z = Complex::new(mixed.re as f32, mixed.im as f32);
+                phasor *= turn;
+            }
+        });
         // The filter's middle.
         let late = (taps - 1) as f64 / 2.0 / fs;
         Base {
-            z: Array3::from_shape_vec((transmits.len(), elements, kept), z)
-                .expect("as many samples as the shape has"),
+            z,
             rate: fs / every as f64,
             carrier,
             t0: transmits.iter().map(|&t| data.t0[t] + late).collect(),

@@ -14,6 +14,8 @@ const CONSTANT: f64 = 0.2;
 const FLAT: usize = 2;
 /// Flat tops of an element from which it is clipped.
 const TOPS: usize = 3;
+/// Samples that are summed side by side.
+const SIDE: usize = 8;
 
 /// Sums and extremes of an element's samples.
 struct Moments {
@@ -59,17 +61,33 @@ fn both(value: Complex<f32>) -> [f64; 2] {
 
 /// The variance of each element's samples in the first frame, times a constant.
 pub(crate) fn power(data: &ChannelData) -> Vec<f64> {
-    fn of<T: Copy + Sync>(
+    fn of<T: Copy + Default + Sync>(
         frame: ArrayView3<'_, T>,
-        parts: impl Fn(T) -> [f64; 2] + Sync,
+        real: impl Fn(T) -> f64 + Sync,
     ) -> Vec<f64> {
-        let of_element = |m| Moments::of(frame.index_axis(Axis(1), m), &parts).power();
+        let of_element = |m| {
+            let (mut sums, mut squares) = ([0.0; SIDE], [0.0; SIDE]);
+            for row in frame.index_axis(Axis(1), m).rows() {
+                let (parts, rest) = row.as_slice().unwrap_or_default().as_chunks::<SIDE>();
+                let mut last = [T::default(); SIDE];
+                last[..rest.len()].copy_from_slice(rest);
+                for part in parts.iter().chain([&last]) {
+                    for ((sum, square), &value) in sums.iter_mut().zip(&mut squares).zip(part) {
+                        let value = real(value);
+                        *sum += value;
+                        *square += value * value;
+                    }
+                }
+            }
+            let count = (frame.dim().0 * frame.dim().2).max(1) as f64;
+            squares.iter().sum::<f64>() - sums.iter().sum::<f64>().powi(2) / count
+        };
         (0..frame.dim().1).into_par_iter().map(of_element).collect()
     }
     match data.samples.frame(0) {
-        Some(FrameSamples::Rf(rf)) => of(rf, real),
-        Some(FrameSamples::Counts(rf)) => of(rf, real),
-        Some(FrameSamples::Iq { iq, .. }) => of(iq, both),
+        Some(FrameSamples::Rf(rf)) => of(rf, f64::from),
+        Some(FrameSamples::Counts(rf)) => of(rf, f64::from),
+        Some(FrameSamples::Iq { iq, .. }) => of(iq, |z| z.re.into()),
         None => vec![0.0; data.element_x.len()],
     }
 }

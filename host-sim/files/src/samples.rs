@@ -3,7 +3,7 @@
 use std::io::{Seek, Write};
 use std::ops::Range;
 
-use ndarray::{Array, Array3, Array4, ArrayView3, Axis, Dimension, concatenate};
+use ndarray::{Array, Array3, Array4, ArrayView1, ArrayView3, Axis, Dimension, concatenate};
 use num_complex::Complex;
 
 use super::{npz, npz_writer, units, validate};
@@ -304,10 +304,17 @@ impl Samples {
     /// It is that of Hann windows of eight periods without mean and slope, in at most 64 records. `None` without RF; 0
     /// beyond half the rate, and without a maximum there: the power of an edge falls with the square of the frequency.
     pub(super) fn harmonics(&self, f0: f64, fs: f64) -> Option<[f64; 2]> {
-        fn power<T: Copy + Into<f64>>(frame: ArrayView3<'_, T>, carrier: &[Complex<f64>]) -> f64 {
+        /// At most 64.
+        fn records<'a, T>(frame: &'a ArrayView3<'_, T>) -> impl Iterator<Item = ArrayView1<'a, T>> {
             let step = (frame.dim().0 * frame.dim().1).div_ceil(64).max(1);
+            frame.rows().into_iter().step_by(step)
+        }
+        fn energy<T: Copy + Into<f64>>(frame: &ArrayView3<'_, T>) -> f64 {
+            records(frame).flatten().map(|&v| v.into() * v.into()).sum()
+        }
+        fn power<T: Copy + Into<f64>>(frame: &ArrayView3<'_, T>, carrier: &[Complex<f64>]) -> f64 {
             let mut sum = 0.0;
-            for record in frame.rows().into_iter().step_by(step) {
+            for record in records(frame) {
                 for part in record.axis_chunks_iter(Axis(0), carrier.len()) {
                     if part.len() < carrier.len() {
                         continue;
@@ -339,15 +346,14 @@ impl Samples {
                 *z -= mean + slope * (f64::from(n) - middle);
             }
             match &frame {
-                FrameSamples::Rf(rf) => power(rf.view(), &carrier),
-                FrameSamples::Counts(counts) => power(counts.view(), &carrier),
+                FrameSamples::Rf(rf) => power(rf, &carrier),
+                FrameSamples::Counts(counts) => power(counts, &carrier),
                 FrameSamples::Iq { .. } => 0.0,
             }
         };
-        let energy = |value: f64| value * value;
-        let all: f64 = match &frame {
-            FrameSamples::Rf(rf) => rf.iter().map(|&v| energy(v.into())).sum(),
-            FrameSamples::Counts(counts) => counts.iter().map(|&v| energy(v.into())).sum(),
+        let all = match &frame {
+            FrameSamples::Rf(rf) => energy(rf),
+            FrameSamples::Counts(counts) => energy(counts),
             FrameSamples::Iq { .. } => return None,
         };
         let own = power(f0);
