@@ -111,7 +111,6 @@ pub fn check_levels(pixels: &Array2<f32>, wide: bool) -> std::result::Result<(),
         () if least < -0.1 * most => {
             "of an oscillating signal take the envelope in decibels".to_owned()
         }
-        () if is(0.0..=1.0) => "multiply by 255".to_owned(),
         () if most > 280.0 => format!(
             "multiply by 255/{}",
             (most + 1.0).log2().ceil().exp2() - 1.0
@@ -120,12 +119,14 @@ pub fn check_levels(pixels: &Array2<f32>, wide: bool) -> std::result::Result<(),
             "a picture of fewer bits in 16, whose levels are to be multiplied before it is stored"
                 .to_owned()
         }
+        () if is(0.0..=1.0) => "multiply by 255".to_owned(),
         () => return Ok(()),
     };
+    let unit = if wide { 257.0 } else { 1.0 };
+    let [least, most] = [least, most].map(|level| digits(f64::from(level * unit)));
     Err(format!(
-        "has values from {} to {}; expected grey levels from 0 to 255: {remedy}",
-        digits(f64::from(least)),
-        digits(f64::from(most))
+        "has values from {least} to {most}; expected grey levels from 0 to {}: {remedy}",
+        255.0 * unit
     ))
 }
 
@@ -369,7 +370,11 @@ mod tests {
             ([0.0, 4095.0], false, "multiply by 255/4095"),
             ([-60.0, 0.0], false, "255·(1 + dB/range)"),
             ([-0.5, 0.5], false, "envelope"),
-            ([0.0, 16.0], true, "fewer bits in 16"),
+            (
+                [0.0, 255.0 / 257.0],
+                true,
+                "from 0 to 255; expected grey levels from 0 to 65535: a picture of fewer bits in 16",
+            ),
         ] {
             let message = check(values, wide).unwrap_err();
             assert!(message.contains(remedy), "{message}");

@@ -35,7 +35,8 @@ pub struct Pictures {
     pub frames: usize,
     /// Bytes of a number.
     size: usize,
-    white: f32,
+    /// Level of a number of grey: its factor, and that of 0.
+    grey: [f32; 2],
     /// Whether colours follow one another as planes.
     planes: bool,
     /// Grey levels of the palette, and its first index.
@@ -52,7 +53,6 @@ enum Packing {
 #[derive(Clone, Copy, PartialEq)]
 enum Colours {
     Grey,
-    Inverted,
     Palette,
     Rgb,
     Ybr,
@@ -77,7 +77,7 @@ pub struct File {
 /// The problem, without the file's name.
 pub fn read(path: &Path) -> Read<File> {
     let bytes = input::read(path, u64::MAX).map_err(|e| cannot_be_opened(&e))?;
-    let object = OpenFileOptions::new().from_reader(Cursor::new(bytes));
+    let object = OpenFileOptions::new().from_reader(Cursor::new(with_group_length(bytes)));
     let object = object.map_err(|e| format!("is damaged or no DICOM file ({e})"))?;
     let region = region(&object)?;
     let spacing = numbers(&object, "PixelSpacing");
@@ -104,7 +104,12 @@ pub fn read(path: &Path) -> Read<File> {
 
 impl Pictures {
     pub fn is_grey(&self) -> bool {
-        matches!(self.colours, Colours::Grey | Colours::Inverted)
+        self.colours == Colours::Grey
+    }
+
+    /// Whether levels have more than 8 bits, which a picture may leave unused.
+    pub fn is_wide(&self) -> bool {
+        self.size > 1
     }
 
     fn of(object: &DefaultDicomObject) -> Read<Self> {
@@ -128,8 +133,7 @@ impl Pictures {
         let colours = colours.and_then(|colours| colours.to_str().ok());
         let samples = need("SamplesPerPixel")?;
         let colours = match (colours.as_deref().map(str::trim), samples) {
-            (Some("MONOCHROME2"), 1) => Colours::Grey,
-            (Some("MONOCHROME1"), 1) => Colours::Inverted,
+            (Some("MONOCHROME1" | "MONOCHROME2"), 1) => Colours::Grey,
             (Some("PALETTE COLOR"), 1) => Colours::Palette,
             (Some("RGB"), 3) => Colours::Rgb,
             (Some("YBR_FULL_422"), 3) if packing == Packing::Raw => Colours::Ybr422,
@@ -153,10 +157,7 @@ impl Pictures {
             return Err(format!("has {frames} frames of {columns} x {rows} pixels"));
         }
         let (allocated, stored) = (need("BitsAllocated")?, need("BitsStored")?);
-        let plain = matches!(
-            colours,
-            Colours::Grey | Colours::Inverted | Colours::Palette
-        );
+        let plain = matches!(colours, Colours::Grey | Colours::Palette);
         let valid = allocated == 8 || (allocated == 16 && plain && packing == Packing::Raw);
         if !valid || stored == 0 || stored > allocated || count("PixelRepresentation") == Some(1) {
             return Err(format!(
@@ -178,7 +179,7 @@ impl Pictures {
             sides: [columns, rows],
             frames,
             size: allocated / 8,
-            white: ((1u32 << stored) - 1) as f32,
+            grey: grey(object, ((1u32 << stored) - 1) as f32),
             planes: count("PlanarConfiguration") == Some(1) && samples == 3,
             palette,
         };
@@ -194,7 +195,7 @@ impl Pictures {
     /// Bytes of an uncompressed frame.
     fn length(&self) -> usize {
         let samples = match self.colours {
-            Colours::Grey | Colours::Inverted | Colours::Palette => 1,
+            Colours::Grey | Colours::Palette => 1,
             Colours::Ybr422 => 2,
             Colours::Rgb | Colours::Ybr => 3,
         };
@@ -226,7 +227,7 @@ impl Pictures {
                     ));
                 }
                 match self.colours {
-                    Colours::Inverted | Colours::Palette => {
+                    Colours::Grey | Colours::Palette => {
                         unpacked = levels
                             .into_iter()
                             .map(|level| level as u8)
@@ -248,8 +249,7 @@ impl Pictures {
         };
         let of_three = |at: usize, k: usize| bytes[if planes { k * area + at } else { 3 * at + k }];
         let level = |at: usize| match self.colours {
-            Colours::Grey => 255.0 / self.white * number(at),
-            Colours::Inverted => 255.0 - 255.0 / self.white * number(at),
+            Colours::Grey => (self.grey[0] * number(at) + self.grey[1]).clamp(0.0, 255.0),
             Colours::Palette => {
                 let (levels, first) = &self.palette;
                 let index = (number(at) as usize).saturating_sub(*first);
@@ -304,6 +304,58 @@ fn numbers(object: &InMemDicomObject, name: &str) -> Vec<f64> {
     let mut numbers = numbers.unwrap_or_default();
     numbers.retain(|number| number.is_finite() && *number > 0.0);
     numbers
+}
+
+/// Factor of a number of grey, and level of 0: modality, window and presentation (PS3.3, C.11 and C.7.6.3.1.2).
+fn grey(object: &InMemDicomObject, white: f32) -> [f32; 2] {
+    let first = |name: &str| {
+        let values = element(object, name)?.to_multi_float32().ok()?;
+        values.first().copied().filter(|value| value.is_finite())
+    };
+    let text = |name: &str| {
+        let value = element(object, name)?.to_str().ok()?;
+        Some(value.trim().to_owned())
+    };
+    let slope = first("RescaleSlope").unwrap_or(1.0);
+    let shift = first("RescaleIntercept").unwrap_or(0.0);
+    // The window's darkest and brightest value.
+    let window = first("WindowCenter").zip(first("WindowWidth"));
+    let [dark, bright] = match window.filter(|(_, width)| *width > 1.0) {
+        Some((centre, width)) => [-0.5, 0.5].map(|side| centre - 0.5 + side * (width - 1.0)),
+        None => [0.0, white],
+    };
+    let factor = 255.0 / (bright - dark);
+    let (factor, zero) = (factor * slope, factor * (shift - dark));
+    let shape = text("PresentationLUTShape");
+    let inverted = text("PhotometricInterpretation").as_deref() == Some("MONOCHROME1");
+    match inverted || shape.as_deref() == Some("INVERSE") {
+        true => [-factor, 255.0 - zero],
+        false => [factor, zero],
+    }
+}
+
+/// The file with the length of its first group, which pydicom leaves out by default.
+pub(crate) fn with_group_length(mut bytes: Vec<u8>) -> Vec<u8> {
+    let start = MAGIC.0 + MAGIC.1.len();
+    let mut end = start;
+    while let Some(&[2, 0, low, high, a, b, ..]) = bytes.get(end..) {
+        if end == start && (low, high) == (0, 0) {
+            return bytes;
+        }
+        let long = matches!(&[a, b], b"OB" | b"OW" | b"UN" | b"UT" | b"SQ");
+        let length = match (bytes.get(end + 6..end + 8), bytes.get(end + 8..end + 12)) {
+            (_, Some(&[a, b, c, d])) if long => 12 + u32::from_le_bytes([a, b, c, d]) as usize,
+            (Some(&[a, b]), _) if !long => 8 + usize::from(u16::from_le_bytes([a, b])),
+            _ => return bytes,
+        };
+        end = end.saturating_add(length);
+    }
+    if (start + 1..=bytes.len()).contains(&end) {
+        let length = ((end - start) as u32).to_le_bytes();
+        let element = [2, 0, 0, 0, b'U', b'L', 4, 0].into_iter().chain(length);
+        bytes.splice(start..start, element);
+    }
+    bytes
 }
 
 /// Grey levels of the palette, and the index of the first.

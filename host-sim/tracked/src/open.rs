@@ -16,6 +16,8 @@ use crate::{dicom, folder, metaimage, nrrd};
 
 /// Number of a frame's transforms that are read from a header at most.
 const MOST_TRANSFORMS: usize = 64;
+/// Largest deviation of the scale of a tracker's pose from 1.
+const RIGID: f64 = 0.02;
 
 impl Sequence {
     /// Whether a path looks like a sequence, by its content.
@@ -93,38 +95,29 @@ impl Sequence {
     fn of_header(path: &Path, kind: Kind, header: Header, pixels: Pixels) -> Result<Self> {
         let wrong = |message: String| file_error(path, message);
         let mut assumed = Vec::new();
-        let names = match kind {
-            Kind::MetaImage => [
-                "UltrasoundImageType",
-                "UltrasoundImageOrientation",
-                "ImageStatus",
-            ],
-            _ => [
-                "ultrasound image type",
-                "ultrasound image orientation",
-                "Status",
-            ],
+        // ITK keeps the names of MetaImage when it writes NRRD.
+        let field = |names: [&'static str; 2]| {
+            let found = names.map(|name| header.get(name).map(|value| (name, value)));
+            found[0].or(found[1])
         };
+        let content = field(["UltrasoundImageType", "ultrasound image type"]);
+        let orientation = field(["UltrasoundImageOrientation", "ultrasound image orientation"]);
         let colours = pixels.components > 1;
-        let content = match header.get(names[0]) {
+        let content = match content {
             None if colours => Content::Rgb,
             None => Content::Brightness,
-            Some(name) => Content::of(name).ok_or_else(|| {
+            Some((key, name)) => Content::of(name).ok_or_else(|| {
                 wrong(format!(
-                    "has {} = {name}; expected BRIGHTNESS, RGB_COLOR or RF lines",
-                    names[0]
+                    "has {key} = {name}; expected BRIGHTNESS, RGB_COLOR or RF lines"
                 ))
             })?,
         };
-        let orientation = match header.get(names[1]) {
-            Some(code) if code != "XX" => Orientation::of(code).ok_or_else(|| {
-                wrong(format!(
-                    "has {} = {code}; expected one such as MF or FM",
-                    names[1]
-                ))
+        let orientation = match orientation {
+            Some((key, code)) if code != "XX" => Orientation::of(code).ok_or_else(|| {
+                wrong(format!("has {key} = {code}; expected one such as MF or FM"))
             })?,
             _ => {
-                assumed.push(format!("{} = MF", names[1]));
+                assumed.push("UltrasoundImageOrientation = MF".into());
                 Orientation {
                     transposed: content.is_lines(),
                     ..Orientation::MF
@@ -165,7 +158,7 @@ impl Sequence {
         }
         let none = Fields::new();
         let frames = (0..pixels.frames)
-            .map(|k| frame(header.frames.get(&k).unwrap_or(&none), names[2]))
+            .map(|k| frame(header.frames.get(&k).unwrap_or(&none)))
             .collect::<std::result::Result<Vec<_>, _>>();
         let frames = frames.map_err(wrong)?;
         let pixel = spacing(&header, orientation);
@@ -225,13 +218,13 @@ fn beginning(path: &Path) -> std::result::Result<Vec<u8>, String> {
 }
 
 /// A frame by its fields.
-fn frame(fields: &Fields, status: &str) -> std::result::Result<Frame, String> {
+fn frame(fields: &Fields) -> std::result::Result<Frame, String> {
     let mut frame = Frame {
         has_picture: true,
         ..Frame::default()
     };
     for (name, value) in fields {
-        if name == status || name == "ImageStatus" {
+        if name == "Status" || name == "ImageStatus" {
             frame.has_picture = value == "OK";
         } else if name == "Timestamp" {
             frame.timestamp = value.parse().ok().filter(|time: &f64| time.is_finite());
@@ -243,6 +236,13 @@ fn frame(fields: &Fields, status: &str) -> std::result::Result<Frame, String> {
         {
             entry(&mut frame, name).matrix = Some(matrix(name, value)?);
         }
+    }
+    let valid = frame
+        .transforms
+        .iter()
+        .filter(|(_, own)| own.status == "OK");
+    for (name, matrix) in valid.filter_map(|(name, own)| Some((name, own.matrix.as_ref()?))) {
+        check_pose(name, matrix)?;
     }
     match frame.transforms.len() <= MOST_TRANSFORMS {
         true => Ok(frame),
@@ -272,6 +272,31 @@ fn matrix(name: &str, text: &str) -> std::result::Result<Matrix, String> {
     Ok(std::array::from_fn(|row| {
         std::array::from_fn(|column| rows[4 * row + column])
     }))
+}
+
+/// Refuses columns in place of rows, and a tracker's pose with another scale than 1; pictures have one.
+fn check_pose(name: &str, matrix: &Matrix) -> std::result::Result<(), String> {
+    let [.., last] = matrix;
+    if *last != [0.0, 0.0, 0.0, 1.0] {
+        return Err(format!(
+            "has a {name}Transform with the last row {last:?}; expected 0, 0, 0, 1, rows first"
+        ));
+    }
+    let scale = |k: usize| {
+        matrix[..3]
+            .iter()
+            .map(|row| row[k] * row[k])
+            .sum::<f64>()
+            .sqrt()
+    };
+    let scales = [0, 1, 2].map(scale);
+    let pictures = name.contains("Image");
+    match pictures || scales.iter().all(|scale| (scale - 1.0).abs() < RIGID) {
+        true => Ok(()),
+        false => Err(format!(
+            "has a {name}Transform that scales by {scales:.3?}; expected a pose, with columns of length 1"
+        )),
+    }
 }
 
 /// The sides of a pixel, mm; PLUS writes 1 for unknown.

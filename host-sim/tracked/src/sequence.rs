@@ -306,6 +306,10 @@ impl Sequence {
                 let levels = image::check_levels(picture, false);
                 levels.map_err(|message| file_error(&self.path, message))
             }
+            Source::Dicom(pictures) if pictures.is_wide() => {
+                let levels = image::check_levels(picture, true);
+                levels.map_err(|message| file_error(&self.path, message))
+            }
             Source::Pictures(_) | Source::Dicom(_) => Ok(()),
         }
     }

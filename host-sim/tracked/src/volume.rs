@@ -10,7 +10,7 @@ use bonebeam_files::{Result, cannot_be_opened, file_error, input};
 use dicom_object::OpenFileOptions;
 
 use crate::cloud::{dot, sub};
-use crate::dicom::{element, whole};
+use crate::dicom::{element, whole, with_group_length};
 use crate::poses::PoseTable;
 use crate::sequence::Sequence;
 
@@ -154,7 +154,7 @@ struct Slice {
 
 fn slice(path: &Path) -> Read<Slice> {
     let bytes = input::read(path, u64::MAX).map_err(|e| cannot_be_opened(&e))?;
-    let object = OpenFileOptions::new().from_reader(Cursor::new(bytes));
+    let object = OpenFileOptions::new().from_reader(Cursor::new(with_group_length(bytes)));
     let object = object.map_err(|e| format!("is damaged or no DICOM file ({e})"))?;
     let numbers = |name: &str| -> Vec<f64> {
         let numbers = element(&object, name).and_then(|element| element.to_multi_float64().ok());

@@ -164,6 +164,31 @@ fn read(file: &File<'_>) -> Result<(Sequence, Vec<Array2<f32>>), String> {
     Ok((sequence, pictures))
 }
 
+/// A file with elements that change how its numbers are shown: modality, window, presentation.
+fn shown<'a>(file: File<'a>, elements: &[(u32, &str)]) -> File<'a> {
+    let texts = elements.iter().map(|&(tag, text)| {
+        let vr = if text == "INVERSE" { "CS" } else { "DS" };
+        let even = text.len().next_multiple_of(2);
+        element(tag, vr, format!("{text:<even$}").as_bytes())
+    });
+    let place = texts.collect::<Vec<_>>().concat();
+    File { place, ..file }
+}
+
+/// pydicom 3.0.2 writes no (0002,0000) unless `enforce_file_format` is set; SimpleITK 2.5.7 reads such files.
+#[test]
+fn the_length_of_the_first_group_may_be_missing() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("picture");
+    file("MONOCHROME2", [1, 8], PLAIN, plain(&LEVELS)).write(&path);
+    let mut bytes = fs::read(&path).unwrap();
+    assert_eq!(bytes[132..136], [2, 0, 0, 0]);
+    bytes.drain(132..144);
+    fs::write(&path, bytes).unwrap();
+    let sequence = Sequence::open(&path, &PoseTable::default()).unwrap();
+    assert_eq!(sequence.sides, [3, 2]);
+}
+
 /// Pixels of colours with samples and bits, in a transfer syntax.
 fn file<'a>(
     colours: &'a str,
@@ -188,6 +213,7 @@ fn every_colour_and_packing_gives_the_same_grey_levels() {
     let expected = Array2::from_shape_vec((2, 3), LEVELS.map(f32::from).to_vec()).unwrap();
     let three = |f: fn(u8) -> [u8; 3]| plain(&LEVELS.map(f).concat());
     let wide = LEVELS.map(|v| (u16::from(v) * 257).to_le_bytes()).concat();
+    let narrow = LEVELS.map(|v| u16::from(v).to_le_bytes()).concat();
     let falling = || plain(&LEVELS.map(|v| 255 - v));
     let shared = plain(&[0, 10, 1, 1, 200, 30, 1, 1, 255, 255, 1, 1]);
     for mut file in [
@@ -201,6 +227,18 @@ fn every_colour_and_packing_gives_the_same_grey_levels() {
         file("MONOCHROME2", [1, 8], RLE, packed(&[&rle(1)])),
         file("RGB", [3, 8], RLE, packed(&[&rle(3)])),
         file("MONOCHROME2", [1, 8], RLE, packed(&[&rle(1), &rle(1)])),
+        shown(
+            file("MONOCHROME2", [1, 8], PLAIN, falling()),
+            &[(0x0028_1053, "-1"), (0x0028_1052, "255")],
+        ),
+        shown(
+            file("MONOCHROME2", [1, 8], PLAIN, falling()),
+            &[(0x2050_0020, "INVERSE")],
+        ),
+        shown(
+            file("MONOCHROME2", [1, 16], PLAIN, plain(&narrow)),
+            &[(0x0028_1050, "128"), (0x0028_1051, "256")],
+        ),
     ] {
         // The last has as many frames as fragments.
         file.frames = if file.pixels.len() > 150 && file.samples == 1 {
