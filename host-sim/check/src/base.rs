@@ -34,7 +34,10 @@ impl Base {
             Some(FrameSamples::Rf(rf)) => Self::of_rf(data, transmits, by, rf),
             Some(FrameSamples::Counts(counts)) => Self::of_rf(data, transmits, by, counts),
             Some(FrameSamples::Iq { iq, f_demod }) => Base {
-                z: iq.select(Axis(0), transmits),
+                z: iq
+                    .select(Axis(0), transmits)
+                    .as_standard_layout()
+                    .into_owned(),
                 rate: fs,
                 carrier: f_demod,
                 t0: transmits.iter().map(|&t| data.t0[t]).collect(),

@@ -34,6 +34,8 @@ pub(crate) struct Elements {
     pub amplitude: Vec<f64>,
     /// Its standard deviation.
     deviation: Vec<f64>,
+    /// Agreement with one neighbour at any phase, which tissue before the two turns, relative to those nearby.
+    tied: Vec<f64>,
     /// Power relative to the neighbours.
     pub power: Vec<f64>,
     /// Elements whose echoes are as expected.
@@ -59,14 +61,24 @@ impl Elements {
             .map(|m| raw[m] / median(near(count, m).map(|n| raw[n])).max(f64::MIN_POSITIVE))
             .collect();
         let mut sums = vec![[0.0; 2]; count];
+        let mut next = vec![Complex::<f64>::default(); count];
         for block in table.blocks.iter().filter(|block| block.total() > 0.0) {
             let total = block.total();
+            let turn = Complex::from_polar(1.0 / total, -f64::from(block.next().arg()));
+            for (sum, product) in next.iter_mut().zip(&block.lags[0]) {
+                *sum += turn * Complex::new(f64::from(product.re), f64::from(product.im));
+            }
             for ((sum, (product, beam)), own) in sums.iter_mut().zip(block.near()).zip(&block.power)
             {
                 sum[0] += f64::from(product.re) / total;
                 sum[1] += f64::from(beam) * f64::from(*own) / INDEPENDENT / (total * total);
             }
         }
+        let next: Vec<f64> = next.iter().map(|sum| sum.norm()).collect();
+        let tied = |m: usize| {
+            let usual = median(near(count, m).map(|n| next[n])).max(f64::MIN_POSITIVE);
+            next[m].max(next[m.saturating_sub(1)]) / usual
+        };
         let usual = |m: usize| median(near(count, m).map(|n| sums[n][0]));
         let judge = |m: usize| match usual(m) {
             usual if usual > 0.0 => [
@@ -79,6 +91,7 @@ impl Elements {
         let mut found = Elements {
             amplitude: judged.iter().map(|own| own[0]).collect(),
             deviation: judged.iter().map(|own| own[1]).collect(),
+            tied: (0..count).map(tied).collect(),
             power,
             good: Vec::new(),
         };
@@ -90,8 +103,10 @@ impl Elements {
 
     /// Whether an element surely has less than a part of its neighbours' amplitude.
     fn is_weak(&self, m: usize) -> bool {
-        self.judged(m)
-            .is_some_and(|a| a < WEAK && 1.0 - a > SURE * self.deviation[m])
+        self.judged(m).is_some_and(|a| {
+            let is_tied = a > -WEAK && self.tied[m] > WEAK;
+            a < WEAK && 1.0 - a > SURE * self.deviation[m] && !is_tied
+        })
     }
 
     /// The amplitude of an element that can be judged, with neighbours on both sides.
@@ -119,8 +134,11 @@ impl Elements {
                 Some(a) if a < -WEAK && -a > SURE / 2.0 * self.deviation[m] => 2,
                 _ if p > NOISY => 3,
                 _ if p < 1e-3 => 0,
-                Some(a) if a.abs() < DEAD && self.deviation[m] < DEAD && p < 1.0 => 0,
-                Some(_) if self.is_weak(m) && p < 0.9 => 1,
+                Some(a) if self.is_weak(m) && p < 1.0 => match a.abs() < DEAD {
+                    true if self.deviation[m] < DEAD => 0,
+                    _ if p < 0.9 => 1,
+                    _ => continue,
+                },
                 _ => continue,
             };
             kinds[kind].push(m);

@@ -19,6 +19,7 @@ pub use time::Speed;
 
 use base::Base;
 use elements::Elements;
+use speed::Speeds;
 use table::{LINES, Table, View};
 
 /// Transmits that [`doubt`] reads at most, unless each has a line of its own.
@@ -51,9 +52,20 @@ pub fn check(data: &ChannelData) -> Vec<Finding> {
     let (view, table, found) = order::check(&base, view, table, all_read);
     findings.extend(found);
     let elements = Elements::new(&power, &view, &table);
+    let speeds = speed::estimate(&base, &view, &elements.good);
+    findings.extend(time::check(data, &base, &view, (&elements.good, &speeds)));
+    // Single elements and transmits agree better where the delays of tissue before them are known.
+    let aligned = speeds.filter(Speeds::is_sure).map(|speeds| speeds.view);
+    let (view, table, elements) = match aligned {
+        Some(view) => {
+            let table = Table::new(&base, &view);
+            let elements = Elements::new(&power, &view, &table);
+            (view, table, elements)
+        }
+        None => (view, table, elements),
+    };
     findings.extend(elements.check(&base, &power, &view, &table));
     findings.extend(order::transmits(data, &base, &view, &table));
-    findings.extend(time::check(data, &base, &view, &elements.good));
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
     findings
 }

@@ -5,16 +5,20 @@
 use std::f64::consts::TAU;
 
 use bonebeam_files::{ChannelData, Samples, Transmits};
+use num_complex::Complex;
 
 use crate::base::Base;
 use crate::finding::{Finding, Severity};
-use crate::table::{Table, View, Wave};
+use crate::table::{Line, Table, View, Wave};
 
 /// Gain of the score from which an alternative is named.
 const GAIN: f64 = 0.07;
-/// Least gain of a small change, and the standard deviations by which the lines' mean gain exceeds 0.
-const LEAST: f64 = 0.02;
-const SURE: f64 = 3.0;
+/// Standard deviations by which the phases of transmits must differ from those of the file, and the shares of an
+/// alternative's phases that they must have.
+const SURE: f64 = 2.5;
+const SHARES: std::ops::Range<f64> = 0.5..3.5;
+/// Largest phase between transmits that counts, rad.
+const STEEP: f64 = 1.5;
 /// Cosine of the phase from which neighbouring transmits are of opposite polarity.
 const OPPOSITE: f64 = 0.8;
 /// Every how many lines are read for it.
@@ -153,13 +157,83 @@ fn alternatives(view: &View, all_read: bool) -> Vec<Alternative> {
     all
 }
 
-/// Whether the scores of lines are surely higher than others.
-fn all_gain(scores: &[f64], others: &[f64]) -> bool {
-    let gains: Vec<f64> = scores.iter().zip(others).map(|(a, b)| a - b).collect();
-    let count = gains.len() as f64;
-    let mean = gains.iter().sum::<f64>() / count;
-    let squares: f64 = gains.iter().map(|gain| (gain - mean).powi(2)).sum();
-    count > 3.0 && mean > SURE * (squares / (count - 1.0) / count).sqrt()
+/// Whether the phases between transmits are those of an alternative's waves.
+///
+/// Echoes beside a line turn them, too: by receiving, it is known how far beside. The share of the alternative's phases
+/// is 1 for single points, and 2 for tissue, of which the wrong waves select echoes beside the line. Its variance is
+/// that of leaving lines out.
+fn moved(view: &View, table: &Table, other: &View) -> bool {
+    let mut lines = vec![[0.0; 2]; view.lines.len()];
+    let turn = TAU * table.frequency;
+    for block in table.blocks.iter().filter(|block| block.total() > 0.0) {
+        let line = view.lines[block.line];
+        let r = view.c * block.time;
+        let (sin, cos) = line.angle.sin_cos();
+        // A length in which all phases are linear.
+        let aside = 0.05 * view.c / table.frequency;
+        let beside = Line {
+            from: [line.from[0] + aside * cos, line.from[1] - aside * sin],
+            ..line
+        };
+        let back = |line: &Line| -> Vec<f64> {
+            let of = |m| view.receive(line, block.time, m, view.c);
+            (0..view.elements.len()).map(of).collect()
+        };
+        let [here, there] = [back(&line), back(&beside)];
+        let mut sums = [0.0; 2];
+        for part in block.parts.iter().filter(|part| part.power > 0.0) {
+            let by = |first: usize| -> f64 {
+                let elements = first..first + part.elements;
+                elements.map(|m| there[m] - here[m]).sum::<f64>() / part.elements as f64
+            };
+            let by = -turn * (by(part.first + part.elements) - by(part.first));
+            sums[0] += by * f64::from(part.product.im / part.power);
+            sums[1] += by * by * f64::from(part.product.re.max(0.0) / part.power);
+        }
+        let share = if sums[1] > 0.0 {
+            sums[0] / sums[1]
+        } else {
+            0.0
+        };
+        let share = share.clamp(-100.0, 100.0);
+        let phases = |view: &View, line: &Line| -> Vec<f64> {
+            let of = |wave| turn * view.arrival(wave, line, r);
+            view.waves.iter().map(of).collect()
+        };
+        let [own, aside, moved] = [
+            phases(view, &line),
+            phases(view, &beside),
+            phases(other, &line),
+        ];
+        for (t, (product, power)) in block.transmits.iter().enumerate() {
+            let between = |of: &[f64]| (own[t + 1] - own[t]) - (of[t + 1] - of[t]);
+            let (by, tilt) = (between(&moved), share * between(&aside));
+            if by.abs() < STEEP && *power > 0.0 && other.signs[t] * other.signs[t + 1] != 0.0 {
+                let value = Complex::new(f64::from(product.re), f64::from(product.im))
+                    * Complex::from_polar(1.0 / f64::from(*power), -tilt);
+                lines[block.line][0] += by * by * value.norm();
+                lines[block.line][1] += by * value.norm() * value.arg();
+            }
+        }
+    }
+    let (share, variance) = jackknife(&lines);
+    SHARES.contains(&share) && share * share > SURE * SURE * variance
+}
+
+/// The slope of lines' sums of xx and xy, and its variance.
+fn jackknife(lines: &[[f64; 2]]) -> (f64, f64) {
+    let without = |left: usize| {
+        let kept = lines
+            .iter()
+            .enumerate()
+            .filter(|(line, _)| line.abs_diff(left) > 1);
+        let [xx, xy] = kept.fold([0.0; 2], |sum, (_, own)| [sum[0] + own[0], sum[1] + own[1]]);
+        xy / xx
+    };
+    let slope = without(usize::MAX);
+    // Each line is left out three times.
+    let squares = (0..lines.len()).map(|line| (without(line) - slope).powi(2));
+    (slope, squares.sum::<f64>() / 3.0)
 }
 
 /// The view that echoes agree with best, and a finding if it is not that of the file.
@@ -173,8 +247,7 @@ pub(crate) fn check(
         every: EVERY,
         ..view.clone()
     };
-    let own = Table::new(base, &coarse);
-    let (own, lines) = (own.score(), own.scores());
+    let own = Table::new(base, &coarse).score();
     let most = if table.transmit_coherence().is_some() {
         2.0
     } else {
@@ -185,12 +258,11 @@ pub(crate) fn check(
         let Some(other) = &alternative.1 else {
             continue;
         };
-        let other = Table::new(base, other);
-        let score = other.score();
+        let score = Table::new(base, other).score();
         let gain = score - own;
         let small = matches!(alternative.0, "element-index" | "transmit-order");
         let named = match small {
-            true => gain > GAIN || gain > LEAST && all_gain(&other.scores(), &lines),
+            true => gain > GAIN || gain > 0.0 && moved(&view, &table, other),
             false => gain > GAIN && gain > SHARE * (most - own),
         };
         if named && best.as_ref().is_none_or(|(best, ..)| score > *best) {
@@ -248,20 +320,7 @@ fn listed(view: &View, table: &Table, all_read: bool) -> Option<(View, Finding)>
         lines[block.line][0] += weight * by * by;
         lines[block.line][1] += weight * by * sine;
     }
-    let without = |left: usize| {
-        let kept = lines
-            .iter()
-            .enumerate()
-            .filter(|(line, _)| line.abs_diff(left) > 1);
-        let [xx, xy] = kept.fold([0.0; 2], |sum, (_, own)| [sum[0] + own[0], sum[1] + own[1]]);
-        xy / xx
-    };
-    let shift = without(usize::MAX);
-    // Each line is left out three times.
-    let variance = (0..lines.len())
-        .map(|line| (without(line) - shift).powi(2))
-        .sum::<f64>()
-        / 3.0;
+    let (shift, variance) = jackknife(&lines);
     let is = |step: f64| {
         let share = shift / step;
         (0.65..1.35).contains(&share) && shift.powi(2) > 2.0 * variance

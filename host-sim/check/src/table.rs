@@ -5,7 +5,6 @@
 use std::f64::consts::TAU;
 
 use bonebeam_files::{ChannelData, Transmits};
-use ndarray::Axis;
 use num_complex::Complex;
 use rayon::prelude::*;
 
@@ -50,6 +49,21 @@ impl Line {
     pub fn at(&self, r: f64) -> [f64; 2] {
         let (sin, cos) = self.angle.sin_cos();
         [self.from[0] + r * sin, self.from[1] + r * cos]
+    }
+
+    /// Distance of a point from the line.
+    fn beside(&self, [x, z]: [f64; 2]) -> f64 {
+        let (sin, cos) = self.angle.sin_cos();
+        ((x - self.from[0]) * cos - (z - self.from[1]) * sin).abs()
+    }
+}
+
+/// The line across the array from an element with neighbours on both sides.
+fn normal(elements: &[[f64; 2]], m: usize) -> Line {
+    let [a, b] = [elements[m - 1], elements[m + 1]];
+    Line {
+        from: elements[m],
+        angle: (a[1] - b[1]).atan2(b[0] - a[0]),
     }
 }
 
@@ -128,7 +142,11 @@ impl View {
                         from: middle,
                         angle: (x[t] - middle[0]).atan2(z[t]),
                     },
-                    false => down(x[t]),
+                    false if data.is_straight() => down(x[t]),
+                    false => (1..count - 1)
+                        .map(|m| normal(&elements, m))
+                        .min_by(|a, b| a.beside([x[t], z[t]]).total_cmp(&b.beside([x[t], z[t]])))
+                        .unwrap_or(down(x[t])),
                 })
                 .collect(),
             Transmits::VirtualSource { .. } if phased => (0..LINES)
@@ -141,14 +159,7 @@ impl View {
                 .map(|k| down(first[0] + share(k) * (last[0] - first[0])))
                 .collect(),
             _ => (0..LINES)
-                .map(|k| {
-                    let m = 1 + (share(k) * (count - 3) as f64) as usize;
-                    let [a, b] = [elements[m - 1], elements[m + 1]];
-                    Line {
-                        from: elements[m],
-                        angle: (a[1] - b[1]).atan2(b[0] - a[0]),
-                    }
-                })
+                .map(|k| normal(&elements, 1 + (share(k) * (count - 3) as f64) as usize))
                 .collect(),
         };
         View {
@@ -220,11 +231,7 @@ impl View {
 
     /// Elements within the aperture of a line at the distance `r`.
     fn active(&self, line: &Line, r: f64) -> std::ops::Range<usize> {
-        let (sin, cos) = line.angle.sin_cos();
-        let across = |m: usize| {
-            let [x, z] = self.elements[m];
-            ((x - line.from[0]) * cos - (z - line.from[1]) * sin).abs()
-        };
+        let across = |m: usize| line.beside(self.elements[m]);
         let count = self.elements.len();
         let nearest = (0..count).min_by(|&a, &b| across(a).total_cmp(&across(b)));
         let nearest = nearest.unwrap_or(0);
@@ -365,10 +372,17 @@ impl Table {
         score(&self.blocks)
     }
 
-    /// The score of each line.
-    pub fn scores(&self) -> Vec<f64> {
+    /// The mean coherence of subapertures on each line.
+    pub fn focused(&self) -> Vec<f64> {
+        let of = |block: &Block| {
+            let sums = block.parts.iter().fold([0.0; 2], |[shared, all], part| {
+                [shared + part.product.re, all + part.power]
+            });
+            f64::from(sums[0] / sums[1].max(f32::MIN_POSITIVE))
+        };
         let lines = self.blocks.chunk_by(|a, b| a.line == b.line);
-        lines.map(score).collect()
+        let mean = |line: &[Block]| line.iter().map(of).sum::<f64>() / line.len() as f64;
+        lines.map(mean).collect()
     }
 }
 
@@ -442,6 +456,8 @@ fn of_line(base: &Base, view: &View, line: usize) -> OfLine {
     let mut sums = vec![Complex::<f32>::default(); view.waves.len()];
     let mut until = vec![Complex::<f32>::default(); count + 1];
     let mut received = vec![(0.0, Complex::<f32>::default()); count];
+    let records = base.z.as_slice().expect("records in order");
+    let last = (length.max(1) - 1) as f64;
     for first in (0..samples.saturating_sub(BLOCK - 1)).step_by(BLOCK) {
         let middle = from + (first as f64 + 0.5 * (BLOCK - 1) as f64) * step;
         let active = view.active(&rays, view.c * middle);
@@ -471,17 +487,17 @@ fn of_line(base: &Base, view: &View, line: usize) -> OfLine {
                 let arrival = view.arrival(&view.waves[t], &rays, view.c * time);
                 let start = (arrival - starts[t]) * rate;
                 let there = turned(base.carrier * (arrival + view.late), view.signs[t]);
-                let rows = base.z.index_axis(Axis(0), t);
+                let records = &records[t * count * length..];
                 for m in active.clone() {
                     let (back, phase) = received[m];
                     let position = start + back;
-                    if !(position >= 0.0 && position < (length.max(1) - 1) as f64) {
+                    if !(position >= 0.0 && position < last) {
                         continue;
                     }
-                    let (whole, part) = (position as usize, position.fract() as f32);
-                    let row = view.order[m];
-                    let [a, b] = [rows[[row, whole]], rows[[row, whole + 1]]];
-                    let mut value = a + (b - a) * part;
+                    let whole = position as usize;
+                    let from = view.order[m] * length + whole;
+                    let [a, b] = [records[from], records[from + 1]];
+                    let mut value = a + (b - a) * (position - whole as f64) as f32;
                     if view.conjugate {
                         value = value.conj();
                     }

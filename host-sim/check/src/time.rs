@@ -8,10 +8,14 @@ use serde::Serialize;
 use crate::base::Base;
 use crate::finding::{Finding, Severity, drawn};
 use crate::speed::{self, Speeds};
-use crate::table::View;
+use crate::table::{Table, View};
 
-/// Standard deviations by which a value must differ from the file's.
-const SURE: f64 = 4.0;
+/// Standard deviations by which a value must differ from the file's, with a part of those of its gain in coherence.
+const SURE: f64 = 3.0;
+/// These parts of a gain and of a loss, and the most that a gain adds.
+const GAIN: f64 = 0.5;
+const LOSS: f64 = 1.5;
+const MOST: f64 = 2.0;
 /// Smallest difference of the sound speed that is reported, as a share.
 const SPEED: f64 = 0.02;
 /// Smallest time that is reported, s.
@@ -19,7 +23,7 @@ const LATE: f64 = 0.5e-6;
 /// Sound speeds of tissue and water, m/s; beyond, the pitch is wrong.
 const TISSUE: [f64; 2] = [1330.0, 1700.0];
 /// Standard deviation of a sound speed above which it is too uncertain to be used, m/s.
-const UNCERTAIN: f64 = 20.0;
+const UNCERTAIN: f64 = 30.0;
 
 impl Speeds {
     /// Whether the speed can be used: it is that of tissue, within a percent or two.
@@ -67,13 +71,18 @@ pub(crate) fn speed(data: &ChannelData, speeds: &Speeds) -> Speed {
 }
 
 /// Findings of sound speed, pitch and time zero.
-pub(crate) fn check(data: &ChannelData, base: &Base, view: &View, good: &[bool]) -> Vec<Finding> {
-    let Some(speeds) = speed::estimate(base, view, good) else {
+pub(crate) fn check(
+    data: &ChannelData,
+    base: &Base,
+    view: &View,
+    (good, speeds): (&[bool], &Option<Speeds>),
+) -> Vec<Finding> {
+    let Some(speeds) = speeds else {
         let text =
             "too few echoes are curved over the aperture: the sound speed cannot be measured";
         return vec![Finding::new("sound-speed", Severity::Note, text)];
     };
-    let found = speed(data, &speeds);
+    let found = speed(data, speeds);
     let finding = |name, severity, text: String| Finding {
         value: Some(found.value),
         interval: Some(found.interval),
@@ -81,12 +90,35 @@ pub(crate) fn check(data: &ChannelData, base: &Base, view: &View, good: &[bool])
         shift_mm: Some(found.shift_mm),
         ..Finding::new(name, severity, text)
     };
-    let differs =
-        |value: f64, deviation: f64, least: f64| value.abs() > (SURE * deviation).max(least);
     let (free, late) = (speeds.free, speeds.late);
     // One transmit a line has no path of its own.
     let times = if view.own { 2.0 } else { 1.0 };
-    if differs(late.value, times * late.deviation, LATE) && plausible(free.value) {
+    let focused = |c: f64, late: f64| {
+        let mut view = view.clone();
+        view.without = (0..good.len()).filter(|&m| !good[m]).collect();
+        view.c = c;
+        view.late -= late;
+        Table::new(base, &view).focused()
+    };
+    let is_sure = |deviations: f64, [old, new]: [[f64; 2]; 2]| {
+        let [old, new] = [old, new].map(|[c, late]| focused(c, late));
+        let gain = sureness(&new, &old);
+        deviations + (GAIN * gain).min(MOST).min(LOSS * gain) > SURE
+    };
+    // An estimate that starts from the found values finds them again.
+    let again = |c: f64, late: f64| {
+        let mut view = view.clone();
+        view.c = c;
+        view.late -= late;
+        speed::estimate(base, &view, good).filter(Speeds::is_sure)
+    };
+    let same = |a: f64, b: f64, deviation: f64| (a - b).abs() < deviation;
+    let with_late = [[found.value, 0.0], [free.value, late.value]];
+    if late.value.abs() > LATE
+        && plausible(free.value)
+        && is_sure(late.value.abs() / (times * late.deviation), with_late)
+        && again(free.value, late.value).is_some_and(|s| same(s.late.value, 0.0, late.deviation))
+    {
         let text = format!(
             "echoes come {:.2} us later than the file's times, if the sound speed is the same at all depths \
              (then {:.0} m/s); `t0` and `lens_delay` cannot be told apart",
@@ -105,7 +137,8 @@ pub(crate) fn check(data: &ChannelData, base: &Base, view: &View, good: &[bool])
         ];
     }
     let beyond = (TISSUE[0] - found.value).max(found.value - TISSUE[1]);
-    if beyond > (SURE * speeds.speed.deviation).max(SPEED * data.c) {
+    let with_speed = [[data.c, 0.0], [found.value, 0.0]];
+    if beyond > SPEED * data.c && is_sure(beyond / speeds.speed.deviation, with_speed) {
         let pitch = data.pitch() * data.c / found.value;
         let text = format!(
             "the curvature of echoes fits {:.0} m/s, which is not tissue, or a pitch of {:.4} mm and not {:.4} mm",
@@ -123,12 +156,19 @@ pub(crate) fn check(data: &ChannelData, base: &Base, view: &View, good: &[bool])
         )];
     }
     let off = found.value - data.c;
-    if !differs(off, speeds.speed.deviation, SPEED * data.c) {
-        return vec![finding(
-            "sound-speed",
-            Severity::Note,
-            "the echoes agree with the file's sound speed".into(),
-        )];
+    let is_off = off.abs() > SPEED * data.c;
+    let deviation = speeds.speed.deviation;
+    let is_found =
+        || again(found.value, 0.0).is_some_and(|s| same(s.speed.value, found.value, deviation));
+    if !(is_off && is_sure(off.abs() / deviation, with_speed) && is_found()) {
+        let text = match (found.interval[0]..=found.interval[1]).contains(&data.c) {
+            true => "the echoes agree with the file's sound speed".into(),
+            false => format!(
+                "the echoes show {:.0} m/s beside the file's {:.0}, which is too little to be sure of",
+                found.value, data.c
+            ),
+        };
+        return vec![finding("sound-speed", Severity::Note, text)];
     }
     let text = format!(
         "the echoes have another sound speed than the file's {:.0} m/s",
@@ -138,6 +178,20 @@ pub(crate) fn check(data: &ChannelData, base: &Base, view: &View, good: &[bool])
         finding("sound-speed", Severity::Warning, text)
             .remedy(format!("--sound-speed {:.0}", found.value)),
     ]
+}
+
+/// The mean of the differences of two rows, in its standard deviations.
+fn sureness(values: &[f64], others: &[f64]) -> f64 {
+    let gains: Vec<f64> = values.iter().zip(others).map(|(a, b)| a - b).collect();
+    let count = gains.len() as f64;
+    let mean = gains.iter().sum::<f64>() / count;
+    let squares: f64 = gains.iter().map(|gain| (gain - mean).powi(2)).sum();
+    let deviation = (squares / (count - 1.0) / count).sqrt();
+    if deviation > 0.0 {
+        mean / deviation
+    } else {
+        0.0
+    }
 }
 
 fn plausible(speed: f64) -> bool {

@@ -184,6 +184,14 @@ pub const FAULTS: &[Fault] = &[
         data.element_x.iter_mut().for_each(|x| *x *= 4.0 / 3.0);
         true
     }),
+    fault(
+        "a lens of 0.8 us and more, there and back, left out",
+        &["time-zero"],
+        |data, _| {
+            let late = std::mem::take(&mut data.lens_delay);
+            late >= 0.4e-6 && !matches!(data.transmits, Transmits::Focused { .. })
+        },
+    ),
     fault("t0 1 us early", &["time-zero"], |data, _| {
         data.t0.iter_mut().for_each(|t| *t -= 1e-6);
         !matches!(data.transmits, Transmits::Focused { .. })

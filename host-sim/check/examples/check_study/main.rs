@@ -1,10 +1,12 @@
 //! Study of the checks: each fault put into recordings of a known truth, and what is named.
 //!
 //! ```sh
-//! cargo run --release -p bonebeam-check --example check_study -- --docs docs/check.md
+//! cargo run --release -p bonebeam-check --example check_study -- --seed 630000 --count 16 --docs docs/check.md
+//! cargo run --release -p bonebeam-check --example check_study -- --seed 620000 --count 100 --only none --docs docs/check.md
 //! ```
 //!
-//! `--seed` and `--count` choose the recordings, `--verbose` lists what was missed. It writes the tables of docs/check.md.
+//! `--seed` and `--count` choose the recordings, `--only` the faults by a part of their names, `--verbose` lists what was
+//! missed. It writes the tables of docs/check.md.
 
 mod faults;
 mod scene;
@@ -12,14 +14,18 @@ mod scene;
 use std::fmt::Write;
 
 use bonebeam_check::{Severity, check, doubt, sound_speed};
-use faults::FAULTS;
+use faults::{FAULTS, Fault};
+use rand::RngExt;
 use scene::{ABERRATIONS, Scene};
 
 /// Of recordings with each RMS of the tissue's delays.
 type Counts = [[usize; 2]; ABERRATIONS.len()];
 
-/// Ends of the tables in the document.
-const MARKS: [&str; 2] = ["<!-- check -->", "<!-- end of check -->"];
+/// Ends of the tables in the document: with faults, and of sound recordings alone.
+const MARKS: [[&str; 2]; 2] = [
+    ["<!-- check -->", "<!-- end of check -->"],
+    ["<!-- sound -->", "<!-- end of sound -->"],
+];
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -32,8 +38,10 @@ fn main() {
     let (first, count) = (number("--seed", 200_000), number("--count", 16));
     let verbose = arguments.iter().any(|a| a == "--verbose");
     let mut named: Vec<Counts> = vec![Counts::default(); FAULTS.len()];
-    // Of `check`, and of the line that `beamform` prints.
-    let mut alarms = [Counts::default(); 2];
+    // Of `check` by the array's shape, and of the line that `beamform` prints.
+    let mut alarms = [Counts::default(); 4];
+    // Two faults at once: both named, and one.
+    let mut pairs = [Counts::default(); 2];
     // Errors and half intervals, m/s.
     let mut speeds: [Vec<[f64; 2]>; ABERRATIONS.len()] = Default::default();
     for seed in first..first + count {
@@ -57,45 +65,70 @@ fn main() {
                 .collect()
         };
         let wrong = found(&sound);
-        for (counts, falsely) in alarms
-            .iter_mut()
-            .zip([!wrong.is_empty(), doubt(&sound).is_some()])
-        {
-            counts[column][0] += usize::from(falsely);
+        let tally = |counts: &mut Counts, is_true: bool| {
+            counts[column][0] += usize::from(is_true);
             counts[column][1] += 1;
-        }
+        };
+        tally(&mut alarms[scene.shape as usize], !wrong.is_empty());
+        tally(&mut alarms[3], doubt(&sound).is_some());
         if verbose {
             println!("{scene:?}: {estimate:.1?} m/s, falsely {wrong:?}");
         } else {
             eprintln!("{} of {count}", seed + 1 - first);
         }
-        for (index, fault) in FAULTS.iter().enumerate() {
+        let only = |fault: &Fault| {
+            value("--only")
+                .is_none_or(|parts| parts.split(',').any(|part| fault.name.contains(part)))
+        };
+        for (index, fault) in FAULTS.iter().enumerate().filter(|(_, fault)| only(fault)) {
             let mut data = sound.clone();
             if !(fault.put)(&mut data, &mut faults::random(seed, index)) {
                 continue;
             }
             let names = found(&data);
             let is_named = names.iter().any(|name| fault.named.contains(name));
-            named[index][column][0] += usize::from(is_named);
-            named[index][column][1] += 1;
+            tally(&mut named[index], is_named);
             if verbose && !is_named {
                 println!("  {}: not named, but {names:?}", fault.name);
             }
         }
+        let mut random = faults::random(seed, FAULTS.len());
+        for _ in 0..if value("--only").is_none() { 2 } else { 0 } {
+            let two = [0; 2].map(|_| &FAULTS[random.random_range(0..FAULTS.len())]);
+            let mut data = sound.clone();
+            if two[0].named != two[1].named
+                && two.iter().all(|fault| (fault.put)(&mut data, &mut random))
+            {
+                let names = found(&data);
+                let is_named = |fault: &Fault| names.iter().any(|name| fault.named.contains(name));
+                let of_two = two.iter().filter(|fault| is_named(fault)).count();
+                tally(&mut pairs[0], of_two == 2);
+                tally(&mut pairs[1], of_two >= 1);
+                if verbose && of_two < 2 {
+                    println!("  {} and {}: {names:?}", two[0].name, two[1].name);
+                }
+            }
+        }
     }
-    let text = tables(&named, &alarms, &speeds);
+    let text = tables(&named, &alarms, &pairs, &speeds);
     match value("--docs") {
         None => print!("{text}"),
         Some(path) => {
             let old = std::fs::read_to_string(path).expect("the document");
-            let [start, end] = MARKS.map(|mark| old.find(mark).expect("the document's marks"));
-            let new = format!("{}{}\n\n{text}\n{}", &old[..start], MARKS[0], &old[end..]);
+            let marks = MARKS[usize::from(value("--only").is_some())];
+            let [start, end] = marks.map(|mark| old.find(mark).expect("the document's marks"));
+            let new = format!("{}{}\n\n{text}\n{}", &old[..start], marks[0], &old[end..]);
             std::fs::write(path, new).expect("the document");
         }
     }
 }
 
-fn tables(named: &[Counts], alarms: &[Counts; 2], speeds: &[Vec<[f64; 2]>]) -> String {
+fn tables(
+    named: &[Counts],
+    alarms: &[Counts; 4],
+    pairs: &[Counts; 2],
+    speeds: &[Vec<[f64; 2]>],
+) -> String {
     let mut text = String::new();
     let head: Vec<String> = ABERRATIONS
         .iter()
@@ -113,12 +146,27 @@ fn tables(named: &[Counts], alarms: &[Counts; 2], speeds: &[Vec<[f64; 2]>]) -> S
         head.join(" | ")
     )
     .expect("a string");
-    for (fault, counts) in FAULTS.iter().zip(named) {
-        let finding = fault.named.join("`, `");
-        writeln!(text, "| {} | `{finding}` |{}", fault.name, row(counts)).expect("a string");
-    }
-    for (by, counts) in ["", ", by `beamform`"].iter().zip(alarms) {
-        writeln!(text, "| none, falsely{by} | any |{}", row(counts)).expect("a string");
+    let faults = FAULTS.iter().zip(named);
+    let faults = faults.map(|(fault, counts)| (fault.name, fault.named.join("`, `"), counts));
+    let alarms = [
+        "none, falsely, linear array",
+        "none, falsely, curved array",
+        "none, falsely, phased array",
+        "none, falsely, by `beamform`",
+    ]
+    .into_iter()
+    .zip(alarms);
+    let alarms = alarms.map(|(name, counts)| (name, "any".into(), counts));
+    let two = [
+        "two of these, both named",
+        "two of these, one or both named",
+    ];
+    let two = two.into_iter().zip(pairs);
+    let two = two.map(|(name, counts)| (name, "theirs".into(), counts));
+    for (name, finding, counts) in faults.chain(two).chain(alarms) {
+        if counts.iter().any(|[_, of]| *of > 0) {
+            writeln!(text, "| {name} | `{finding}` |{}", row(counts)).expect("a string");
+        }
     }
     text += "\n| sound speed | recordings | RMS error, m/s | intervals that cover |\n|---|---|---|---|\n";
     for (head, all) in head.iter().zip(speeds) {

@@ -7,6 +7,7 @@ use std::f64::consts::TAU;
 use bonebeam_files::{ChannelData, Samples, Transmits};
 use bonebeam_simulate::{
     Layers, Phantom, Scatterer, Settings, Summation, Tissue, channel_data, complex_gaussian,
+    visible,
 };
 use ndarray::{Array3, Axis};
 use rand::rngs::ChaCha8Rng;
@@ -28,6 +29,13 @@ pub enum Law {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shape {
+    Linear,
+    Curved,
+    Phased,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Medium {
     Speckle,
     Points,
@@ -37,6 +45,7 @@ pub enum Medium {
 /// What is recorded, and how.
 #[derive(Clone, Copy, Debug)]
 pub struct Scene {
+    pub shape: Shape,
     pub law: Law,
     pub medium: Medium,
     pub f0: f64,
@@ -47,6 +56,8 @@ pub struct Scene {
     pub aberration: f64,
     /// dB.
     pub snr: f64,
+    /// One-way delay of a lens, s.
+    pub lens: f64,
     pub seed: u64,
 }
 
@@ -55,7 +66,9 @@ impl Scene {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let laws = [Law::Focused, Law::Plane, Law::Diverging, Law::Element];
         let media = [Medium::Speckle, Medium::Points, Medium::Bone];
-        Scene {
+        let shapes = [Shape::Linear, Shape::Linear, Shape::Curved, Shape::Phased];
+        let mut scene = Scene {
+            shape: Shape::Linear,
             law: laws[random.random_range(0..4)],
             medium: media[random.random_range(0..3)],
             f0: random.random_range(3e6..8e6),
@@ -63,13 +76,23 @@ impl Scene {
             pitch: random.random_range(0.6..1.0),
             aberration: ABERRATIONS[random.random_range(0..3)],
             snr: random.random_range(0.0..30.0),
+            lens: 0.0,
             seed,
+        };
+        scene.shape = shapes[random.random_range(0..4)];
+        if scene.shape == Shape::Phased {
+            scene.pitch *= 0.5;
         }
+        if random.random_range(0..2) == 0 {
+            scene.lens = random.random_range(0.0..0.6e-6);
+        }
+        scene
     }
 
     /// Tissue under clean conditions.
     pub fn small(law: Law) -> Self {
         Scene {
+            shape: Shape::Linear,
             law,
             medium: Medium::Speckle,
             f0: 5e6,
@@ -77,6 +100,7 @@ impl Scene {
             pitch: 0.9,
             aberration: 0.0,
             snr: 10.0,
+            lens: 0.0,
             seed: 7,
         }
     }
@@ -84,7 +108,12 @@ impl Scene {
     pub fn record(&self) -> ChannelData {
         let mut random = ChaCha8Rng::seed_from_u64(self.seed.wrapping_add(1 << 32));
         let Scene {
-            law, medium, f0, c, ..
+            shape,
+            law,
+            medium,
+            f0,
+            c,
+            ..
         } = *self;
         let pitch = c / f0 * self.pitch;
         let settings = Settings {
@@ -138,32 +167,72 @@ impl Scene {
                 ..tissue
             }),
         };
-        let all = channel_data(&settings, &phantom, Summation::Cells, &|_| {}).expect("a record");
+        let radius = match shape {
+            Shape::Curved => random.random_range(20e-3..50e-3),
+            _ => f64::INFINITY,
+        };
+        let all = if shape == Shape::Curved {
+            curved(&settings, &phantom, radius)
+        } else {
+            channel_data(&settings, &phantom, Summation::Cells, &|_| {}).expect("a record")
+        };
         let delays = screen(&mut random, self.aberration, pitch);
-        let x = all.element_x.clone();
+        let elements: Vec<[f64; 2]> = (0..ELEMENTS).map(|m| all.element(m)).collect();
+        // Sources before or behind the array, and the half aperture of those before it.
+        let from = |[sx, sz]: [f64; 2], reach: f64| -> Vec<f64> {
+            let range = sx.hypot(sz) * sz.signum();
+            let fires = |&[x, z]: &[f64; 2]| {
+                let path = (x - sx).hypot(z - sz) * sz.signum();
+                let tilt = (sx - x).atan2(sz - z) - (x / (radius + z)).atan();
+                let inside = sz < 0.0 || path * tilt.sin().abs() <= reach;
+                if inside { (range - path) / c } else { f64::NAN }
+            };
+            elements.iter().map(fires).collect()
+        };
+        let even = |count: usize, k: usize, most: f64| {
+            most * (2.0 * (k as f64 + 0.5) / count as f64 - 1.0)
+        };
+        let sources = |sources: Vec<[f64; 2]>, reach: f64| {
+            let fire = sources.iter().map(|&s| from(s, reach)).collect();
+            let [x, z] = [0, 1].map(|k| sources.iter().map(|s| s[k]).collect());
+            (Transmits::VirtualSource { x, z }, fire)
+        };
         let (transmits, fire): (Transmits, Vec<Vec<f64>>) = match law {
             Law::Focused => {
                 let focus = random.random_range(12e-3..22e-3);
-                let at: Vec<f64> = (0..24)
-                    .map(|k| half * (1.7 * (k as f64 + 0.5) / 24.0 - 0.85))
-                    .collect();
-                let fire = at
-                    .iter()
-                    .map(|&at| {
-                        let of = |&x: &f64| {
-                            let inside = (x - at).abs() <= 0.5 * focus / 2.5;
-                            let late = (focus - focus.hypot(x - at)) / c;
-                            if inside { late } else { f64::NAN }
+                let reach = 0.5 * focus / 2.5;
+                let at = (0..24).map(|k| even(24, k, 0.85 * half));
+                match shape {
+                    Shape::Linear => {
+                        let at: Vec<f64> = at.collect();
+                        let own = |&x: &f64| {
+                            let late = from([x, focus], reach).into_iter();
+                            late.map(|late| late + (focus - x.hypot(focus)) / c)
+                                .collect()
                         };
-                        x.iter().map(of).collect()
-                    })
-                    .collect();
-                let transmits = Transmits::Focused {
-                    x: at.clone(),
-                    focus: vec![focus; at.len()],
-                    f_number: Some(2.5),
-                };
-                (transmits, fire)
+                        let fire = at.iter().map(own).collect();
+                        let transmits = Transmits::Focused {
+                            focus: vec![focus; at.len()],
+                            x: at,
+                            f_number: Some(2.5),
+                        };
+                        (transmits, fire)
+                    }
+                    Shape::Curved => {
+                        let along = |s: f64| {
+                            let ((sin, cos), r) = ((s / radius).sin_cos(), radius + focus);
+                            [r * sin, r * cos - radius]
+                        };
+                        sources(at.map(along).collect(), reach)
+                    }
+                    Shape::Phased => {
+                        let along = |k| {
+                            let (sin, cos) = even(24, k, 0.6).sin_cos();
+                            [focus * sin, focus * cos]
+                        };
+                        sources((0..24).map(along).collect(), f64::INFINITY)
+                    }
+                }
             }
             Law::Plane => {
                 let count = [7, 11, 15][random.random_range(0..3)];
@@ -171,50 +240,117 @@ impl Scene {
                 let angle: Vec<f64> = (0..count)
                     .map(|k| most * (2.0 * k as f64 / (count - 1) as f64 - 1.0))
                     .collect();
-                let fire = angle
-                    .iter()
-                    .map(|a| x.iter().map(|x| x * a.sin() / c).collect())
-                    .collect();
+                let late = |a: f64| {
+                    let path = |[x, z]: &[f64; 2]| (x * a.sin() + z * a.cos()) / c;
+                    elements.iter().map(path).collect()
+                };
+                let fire = angle.iter().map(|&a| late(a)).collect();
                 (Transmits::Plane { angle }, fire)
             }
             Law::Diverging => {
-                let count = 11;
                 let z = -random.random_range(5e-3..15e-3);
-                let at: Vec<f64> = (0..count)
-                    .map(|k| half * (1.6 * k as f64 / (count - 1) as f64 - 0.8))
-                    .collect();
-                let fire = at
-                    .iter()
-                    .map(|&at| {
-                        x.iter()
-                            .map(|&x| ((x - at).hypot(z) - at.hypot(z)) / c)
-                            .collect()
-                    })
-                    .collect();
-                let z = vec![z; count];
-                (Transmits::VirtualSource { x: at, z }, fire)
+                let at = (0..11).map(|k| [even(11, k, 0.88 * half), z]);
+                sources(at.collect(), f64::INFINITY)
             }
             Law::Element => {
                 let index: Vec<usize> = (0..16).map(|k| 2 + 4 * k).collect();
+                let of = |m: usize, i: usize| if m == i { 0.0 } else { f64::NAN };
                 let fire = index
                     .iter()
-                    .map(|&i| {
-                        (0..ELEMENTS)
-                            .map(|m| if m == i { 0.0 } else { f64::NAN })
-                            .collect()
-                    })
+                    .map(|&i| (0..ELEMENTS).map(|m| of(m, i)).collect())
                     .collect();
                 (Transmits::Element { index }, fire)
             }
         };
+        let delays: Vec<f64> = delays.iter().map(|late| late + self.lens).collect();
         let mut rf = transmitted(&all, &fire, &delays);
         noise(&mut rf, self.snr, &mut random);
         ChannelData {
             samples: rf.into(),
             t0: vec![all.t0[0]; transmits.len()],
             transmits,
+            lens_delay: self.lens,
             ..all
         }
+    }
+}
+
+/// Records of single elements on an arc; shadows are those of its middle.
+fn curved(settings: &Settings, phantom: &Phantom, radius: f64) -> ChannelData {
+    const FINE: usize = 4;
+    let &Settings { f0, fs, c, .. } = settings;
+    let middle = 0.5 * (ELEMENTS - 1) as f64;
+    let angles: Vec<f64> = (0..ELEMENTS)
+        .map(|m| (m as f64 - middle) * settings.pitch / radius)
+        .collect();
+    let elements: Vec<[f64; 2]> = angles
+        .iter()
+        .map(|a| [radius * a.sin(), radius * (a.cos() - 1.0)])
+        .collect();
+    let points: Vec<[f64; 2]> = phantom.scatterers.iter().map(|s| [s.x, s.z]).collect();
+    let seen = match &phantom.bone {
+        Some(bone) => visible(bone, &[0.0], &points).remove(0),
+        None => vec![true; points.len()],
+    };
+    let start = 2.0 * settings.depth_start / c;
+    let samples = ((2.4 * settings.depth_end / c - start) * fs) as usize;
+    // Two-way time and amplitude from each element.
+    let paths: Vec<Vec<[f64; 2]>> = elements
+        .iter()
+        .zip(&angles)
+        .map(|(&[ex, ez], angle)| {
+            let of = |&[x, z]: &[f64; 2]| {
+                let r = (x - ex).hypot(z - ez);
+                let cos = ((x - ex).atan2(z - ez) - angle).cos();
+                [r / c, cos.max(0.0) / r]
+            };
+            points.iter().map(of).collect()
+        })
+        .collect();
+    let reach = (4.0 * fs / f0) as isize;
+    let pulse: Vec<f32> = (-reach * FINE as isize..reach * FINE as isize)
+        .map(|n| {
+            let t = n as f64 / (FINE as f64 * fs) * f0;
+            ((TAU * t).cos() * (-t * t).exp()) as f32
+        })
+        .collect();
+    let row = |(i, m): (usize, usize)| -> Vec<f32> {
+        let mut fine = vec![0.0f32; samples * FINE];
+        for (k, scatterer) in phantom
+            .scatterers
+            .iter()
+            .enumerate()
+            .filter(|(k, _)| seen[*k])
+        {
+            let ([there, a], [back, b]) = (paths[i][k], paths[m][k]);
+            let at = (there + back - start) * fs * FINE as f64;
+            if at >= 0.0 && at < (fine.len() - 1) as f64 {
+                let (value, part) = (scatterer.amplitude * a * b, at.fract());
+                fine[at as usize] += (value * (1.0 - part)) as f32;
+                fine[at as usize + 1] += (value * part) as f32;
+            }
+        }
+        let sample = |n: usize| {
+            let first = (n * FINE) as isize - reach * FINE as isize;
+            let (skipped, first) = ((-first).max(0) as usize, first.max(0) as usize);
+            let part = fine[first..].iter().zip(&pulse[skipped..]);
+            part.map(|(a, b)| a * b).sum()
+        };
+        (0..samples).map(sample).collect()
+    };
+    let rows: Vec<(usize, usize)> = (0..ELEMENTS * ELEMENTS)
+        .map(|k| (k / ELEMENTS, k % ELEMENTS))
+        .collect();
+    let rf: Vec<f32> = rows.into_par_iter().flat_map_iter(row).collect();
+    let rf = Array3::from_shape_vec((ELEMENTS, ELEMENTS, samples), rf).expect("the shape");
+    let [x, z] = [0, 1].map(|k| elements.iter().map(|at| at[k]).collect());
+    let transmits = Transmits::Element {
+        index: (0..ELEMENTS).collect(),
+    };
+    ChannelData {
+        t0: vec![start; ELEMENTS],
+        element_z: Some(z),
+        ..ChannelData::linear(rf, x, transmits, ([fs, f0], c))
     }
 }
 
