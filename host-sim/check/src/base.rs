@@ -16,7 +16,7 @@ const RATE: f64 = 4.0;
 
 /// Analytic signals times e^(−j2π·carrier·t).
 pub(crate) struct Base {
-    /// [transmit, element, sample].
+    /// [transmit, element, sample], in standard layout.
     pub z: Array3<Complex<f32>>,
     /// Hz.
     pub rate: f64,
@@ -33,15 +33,19 @@ impl Base {
         match data.samples.frame(0) {
             Some(FrameSamples::Rf(rf)) => Self::of_rf(data, transmits, by, rf),
             Some(FrameSamples::Counts(counts)) => Self::of_rf(data, transmits, by, counts),
-            Some(FrameSamples::Iq { iq, f_demod }) => Base {
-                z: iq
-                    .select(Axis(0), transmits)
-                    .as_standard_layout()
-                    .into_owned(),
-                rate: fs,
-                carrier: f_demod,
-                t0: transmits.iter().map(|&t| data.t0[t]).collect(),
-            },
+            Some(FrameSamples::Iq { iq, f_demod }) => {
+                let (_, elements, samples) = iq.dim();
+                let mut z = Array3::default((transmits.len(), elements, samples));
+                for (mut own, &transmit) in z.outer_iter_mut().zip(transmits) {
+                    own.assign(&iq.index_axis(Axis(0), transmit));
+                }
+                Base {
+                    z,
+                    rate: fs,
+                    carrier: f_demod,
+                    t0: transmits.iter().map(|&t| data.t0[t]).collect(),
+                }
+            }
             None => Base {
                 z: Array3::default((0, data.element_x.len(), 0)),
                 rate: fs,
@@ -79,6 +83,7 @@ impl Base {
             let transmit = transmits[at / elements];
             let records = rf.index_axis(Axis(0), transmit);
             let row = records.row(at % elements);
+            let row = row.as_standard_layout();
             let row = row.as_slice().unwrap_or_default();
             for (first, phase) in phases.iter_mut().enumerate() {
                 phase.clear();

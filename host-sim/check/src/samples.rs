@@ -28,20 +28,36 @@ struct Moments {
 
 impl Moments {
     fn of<T: Copy>(samples: ArrayView2<'_, T>, parts: impl Fn(T) -> [f64; 2]) -> Self {
-        let mut moments = Moments {
-            sums: [0.0; 2],
-            least: f64::INFINITY,
-            extremes: [0.0; 2],
-            count: samples.len(),
-        };
-        for &value in samples {
+        let (mut sums, mut squares) = ([0.0; SIDE], [0.0; SIDE]);
+        let (mut least, mut lowest, mut highest) =
+            ([f64::INFINITY; SIDE], [0.0; SIDE], [0.0; SIDE]);
+        let mut add = |side: usize, value: T| {
             let [a, b] = parts(value);
-            let ([sum, squares], [lowest, highest]) = (moments.sums, moments.extremes);
-            moments.sums = [sum + a, squares + a * a];
-            moments.least = moments.least.min(a);
-            moments.extremes = [lowest.min(a.min(b)), highest.max(a.max(b))];
+            sums[side] += a;
+            squares[side] += a * a;
+            least[side] = a.min(least[side]);
+            lowest[side] = a.min(b).min(lowest[side]);
+            highest[side] = a.max(b).max(highest[side]);
+        };
+        for row in samples.rows() {
+            let row = row.as_standard_layout();
+            let (parts, rest) = row.as_slice().unwrap_or_default().as_chunks::<SIDE>();
+            for part in parts {
+                (0..SIDE).for_each(|side| add(side, part[side]));
+            }
+            rest.iter()
+                .enumerate()
+                .for_each(|(side, &value)| add(side, value));
         }
-        moments
+        Moments {
+            sums: [sums, squares].map(|sums| sums.iter().sum()),
+            least: least.into_iter().fold(f64::INFINITY, f64::min),
+            extremes: [
+                lowest.into_iter().fold(0.0, f64::min),
+                highest.into_iter().fold(0.0, f64::max),
+            ],
+            count: samples.len(),
+        }
     }
 
     /// Variance, times a constant.
@@ -61,33 +77,17 @@ fn both(value: Complex<f32>) -> [f64; 2] {
 
 /// The variance of each element's samples in the first frame, times a constant.
 pub(crate) fn power(data: &ChannelData) -> Vec<f64> {
-    fn of<T: Copy + Default + Sync>(
+    fn of<T: Copy + Sync>(
         frame: ArrayView3<'_, T>,
-        real: impl Fn(T) -> f64 + Sync,
+        parts: impl Fn(T) -> [f64; 2] + Sync,
     ) -> Vec<f64> {
-        let of_element = |m| {
-            let (mut sums, mut squares) = ([0.0; SIDE], [0.0; SIDE]);
-            for row in frame.index_axis(Axis(1), m).rows() {
-                let (parts, rest) = row.as_slice().unwrap_or_default().as_chunks::<SIDE>();
-                let mut last = [T::default(); SIDE];
-                last[..rest.len()].copy_from_slice(rest);
-                for part in parts.iter().chain([&last]) {
-                    for ((sum, square), &value) in sums.iter_mut().zip(&mut squares).zip(part) {
-                        let value = real(value);
-                        *sum += value;
-                        *square += value * value;
-                    }
-                }
-            }
-            let count = (frame.dim().0 * frame.dim().2).max(1) as f64;
-            squares.iter().sum::<f64>() - sums.iter().sum::<f64>().powi(2) / count
-        };
+        let of_element = |m| Moments::of(frame.index_axis(Axis(1), m), &parts).power();
         (0..frame.dim().1).into_par_iter().map(of_element).collect()
     }
     match data.samples.frame(0) {
-        Some(FrameSamples::Rf(rf)) => of(rf, f64::from),
-        Some(FrameSamples::Counts(rf)) => of(rf, f64::from),
-        Some(FrameSamples::Iq { iq, .. }) => of(iq, |z| z.re.into()),
+        Some(FrameSamples::Rf(rf)) => of(rf, real),
+        Some(FrameSamples::Counts(rf)) => of(rf, real),
+        Some(FrameSamples::Iq { iq, .. }) => of(iq, both),
         None => vec![0.0; data.element_x.len()],
     }
 }

@@ -6,6 +6,7 @@ mod faults;
 mod scene;
 
 use bonebeam_check::{Finding, Severity, check, sound_speed};
+use bonebeam_files::Samples;
 use faults::FAULTS;
 use scene::{Law, Scene, Shape};
 
@@ -40,6 +41,19 @@ fn each_fault_is_named_and_none_in_sound_recordings() {
             }
         }
     }
+}
+
+#[test]
+fn findings_do_not_depend_on_the_order_of_memory() {
+    let mut data = Scene::small(Law::Focused).record();
+    let texts = |data: &_| check(data).into_iter().map(|f| f.text).collect::<Vec<_>>();
+    let found = texts(&data);
+    let Samples::Rf(rf) = &mut data.samples else {
+        panic!("RF");
+    };
+    *rf = rf.t().as_standard_layout().into_owned().reversed_axes();
+    assert!(!rf.is_standard_layout());
+    assert_eq!(texts(&data), found);
 }
 
 #[test]

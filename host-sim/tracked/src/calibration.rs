@@ -7,7 +7,7 @@ use serde_json::Value;
 use bonebeam_files::{Result, cannot_be_opened, file_error, input};
 
 use crate::poses::Euler;
-use crate::transforms::{IDENTITY, Matrix, name_parts};
+use crate::transforms::{IDENTITY, Matrix, check_last_row, name_parts};
 
 /// Largest file, bytes.
 const LARGEST: u64 = 16 << 20;
@@ -101,13 +101,7 @@ pub(crate) fn matrix(numbers: &[f64], euler: Euler) -> std::result::Result<Matri
             ));
         }
     }
-    match matrix[3] == IDENTITY[3] {
-        true => Ok(matrix),
-        false => Err(format!(
-            "has the last row {:?}; expected 0, 0, 0, 1",
-            matrix[3]
-        )),
-    }
+    check_last_row(&matrix).map(|()| matrix)
 }
 
 /// PLUS's `<Transform From="Image" To="Probe" Matrix="…"/>`.

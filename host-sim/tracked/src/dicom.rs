@@ -76,9 +76,7 @@ pub struct File {
 /// # Errors
 /// The problem, without the file's name.
 pub fn read(path: &Path) -> Read<File> {
-    let bytes = input::read(path, u64::MAX).map_err(|e| cannot_be_opened(&e))?;
-    let object = OpenFileOptions::new().from_reader(Cursor::new(with_group_length(bytes)));
-    let object = object.map_err(|e| format!("is damaged or no DICOM file ({e})"))?;
+    let object = opened(path)?;
     let region = region(&object)?;
     let spacing = numbers(&object, "PixelSpacing");
     let pixel = match (&region, &spacing[..]) {
@@ -334,8 +332,15 @@ fn grey(object: &InMemDicomObject, white: f32) -> [f32; 2] {
     }
 }
 
+/// The elements of a file.
+pub(crate) fn opened(path: &Path) -> Read<DefaultDicomObject> {
+    let bytes = input::read(path, u64::MAX).map_err(|e| cannot_be_opened(&e))?;
+    let object = OpenFileOptions::new().from_reader(Cursor::new(with_group_length(bytes)));
+    object.map_err(|e| format!("is damaged or no DICOM file ({e})"))
+}
+
 /// The file with the length of its first group, which pydicom leaves out by default.
-pub(crate) fn with_group_length(mut bytes: Vec<u8>) -> Vec<u8> {
+fn with_group_length(mut bytes: Vec<u8>) -> Vec<u8> {
     let start = MAGIC.0 + MAGIC.1.len();
     let mut end = start;
     while let Some(&[2, 0, low, high, a, b, ..]) = bytes.get(end..) {

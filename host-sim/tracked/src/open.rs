@@ -11,7 +11,7 @@ use crate::orientation::Orientation;
 use crate::pixels::Pixels;
 use crate::poses::PoseTable;
 use crate::sequence::{Content, Frame, Sequence, Source, Tracked};
-use crate::transforms::{Matrix, name_parts};
+use crate::transforms::{Matrix, check_last_row, name_parts};
 use crate::{dicom, folder, metaimage, nrrd};
 
 /// Number of a frame's transforms that are read from a header at most.
@@ -276,12 +276,7 @@ fn matrix(name: &str, text: &str) -> std::result::Result<Matrix, String> {
 
 /// Refuses columns in place of rows, and a tracker's pose with another scale than 1; pictures have one.
 fn check_pose(name: &str, matrix: &Matrix) -> std::result::Result<(), String> {
-    let [.., last] = matrix;
-    if *last != [0.0, 0.0, 0.0, 1.0] {
-        return Err(format!(
-            "has a {name}Transform with the last row {last:?}; expected 0, 0, 0, 1, rows first"
-        ));
-    }
+    check_last_row(matrix).map_err(|e| format!("{e}, rows first, in {name}Transform"))?;
     let scale = |k: usize| {
         matrix[..3]
             .iter()

@@ -300,18 +300,13 @@ impl Sequence {
     /// # Errors
     /// Numbers of another range, such as 0 to 1 or decibels.
     pub fn check_levels(&self, picture: &Array2<f32>) -> Result<()> {
-        match &self.source {
-            Source::Pixels(pixels) if pixels.element == Element::U8 => Ok(()),
-            Source::Pixels(_) | Source::Memory(_) => {
-                let levels = image::check_levels(picture, false);
-                levels.map_err(|message| file_error(&self.path, message))
-            }
-            Source::Dicom(pictures) if pictures.is_wide() => {
-                let levels = image::check_levels(picture, true);
-                levels.map_err(|message| file_error(&self.path, message))
-            }
-            Source::Pictures(_) | Source::Dicom(_) => Ok(()),
-        }
+        let wide = match &self.source {
+            Source::Pixels(pixels) if pixels.element == Element::U8 => return Ok(()),
+            Source::Pixels(_) | Source::Memory(_) => false,
+            Source::Dicom(pictures) if pictures.is_wide() => true,
+            Source::Pictures(_) | Source::Dicom(_) => return Ok(()),
+        };
+        image::check_levels(picture, wide).map_err(|message| file_error(&self.path, message))
     }
 
     fn arranged(&self, pixels: &Pixels, bytes: &[u8]) -> Array2<f32> {

@@ -12,6 +12,17 @@ pub fn product(a: &Matrix, b: &Matrix) -> Matrix {
     })
 }
 
+/// Refuses a last row other than 0, 0, 0, 1, such as that of a matrix with columns first.
+pub(crate) fn check_last_row(matrix: &Matrix) -> Result<(), String> {
+    match matrix[3] == IDENTITY[3] {
+        true => Ok(()),
+        false => Err(format!(
+            "has the last row {:?}; expected 0, 0, 0, 1",
+            matrix[3]
+        )),
+    }
+}
+
 /// The position of a point under a matrix.
 pub fn apply(matrix: &Matrix, point: [f64; 3]) -> [f64; 3] {
     std::array::from_fn(|row| {

@@ -2,15 +2,13 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::Cursor;
 use std::path::Path;
 
 use bonebeam_files::memory::{self, product};
-use bonebeam_files::{Result, cannot_be_opened, file_error, input};
-use dicom_object::OpenFileOptions;
+use bonebeam_files::{Result, cannot_be_opened, file_error};
 
 use crate::cloud::{dot, sub};
-use crate::dicom::{element, whole, with_group_length};
+use crate::dicom::{element, opened, whole};
 use crate::poses::PoseTable;
 use crate::sequence::Sequence;
 
@@ -153,9 +151,7 @@ struct Slice {
 }
 
 fn slice(path: &Path) -> Read<Slice> {
-    let bytes = input::read(path, u64::MAX).map_err(|e| cannot_be_opened(&e))?;
-    let object = OpenFileOptions::new().from_reader(Cursor::new(with_group_length(bytes)));
-    let object = object.map_err(|e| format!("is damaged or no DICOM file ({e})"))?;
+    let object = opened(path)?;
     let numbers = |name: &str| -> Vec<f64> {
         let numbers = element(&object, name).and_then(|element| element.to_multi_float64().ok());
         numbers.unwrap_or_default()

@@ -147,7 +147,10 @@ fn tables(
     )
     .expect("a string");
     let faults = FAULTS.iter().zip(named);
-    let faults = faults.map(|(fault, counts)| (fault.name, fault.named.join("`, `"), counts));
+    let faults = faults.map(|(fault, counts)| {
+        let finding = format!("`{}`", fault.named.join("`, `"));
+        (fault.name, finding, counts)
+    });
     let alarms = [
         "none, falsely, linear array",
         "none, falsely, curved array",
@@ -165,7 +168,7 @@ fn tables(
     let two = two.map(|(name, counts)| (name, "theirs".into(), counts));
     for (name, finding, counts) in faults.chain(two).chain(alarms) {
         if counts.iter().any(|[_, of]| *of > 0) {
-            writeln!(text, "| {name} | `{finding}` |{}", row(counts)).expect("a string");
+            writeln!(text, "| {name} | {finding} |{}", row(counts)).expect("a string");
         }
     }
     text += "\n| sound speed | recordings | RMS error, m/s | intervals that cover |\n|---|---|---|---|\n";
