@@ -84,6 +84,7 @@ module beamformer_tb;
             stalls = l % 4 * 30;
             while (!top.idle) @(negedge clock);
             for (k = 0; k < VALUES; k = k + 1) write(k + 1, values[VALUES*l + k]);
+            write(20, 0);
             read(VALUES);
             if (r !== values[VALUES*l + VALUES - 1]) errors = errors + 1;
             read(31);
