@@ -25,6 +25,14 @@ const OPPOSITE: f64 = 0.8;
 const EVERY: usize = 2;
 /// Least share of the missing coherence that it brings, but for a small change of the waves.
 const SHARE: f64 = 0.15;
+/// The same of mirrored beams: if the array is narrow, they lie side by side.
+const LITTLE: f64 = 0.03;
+const MUCH: f64 = 0.2;
+/// Share of the best agreement below which a transmit may be exchanged with another, the number of transmits that are
+/// tried, and the gain of both by which they are, if compounded and if not.
+const ODD: f64 = 0.95;
+const MOST_ODD: usize = 6;
+const EXCHANGED: [f64; 2] = [0.15, 0.08];
 
 /// A mistake, the view without it, and its remedy.
 type Alternative = (&'static str, Option<View>, &'static str, &'static str);
@@ -261,12 +269,30 @@ pub(crate) fn check(
         let score = Table::new(base, other).score();
         let gain = score - own;
         let small = matches!(alternative.0, "element-index" | "transmit-order");
+        let missing = gain / (most - own);
         let named = match small {
             true => gain > GAIN || gain > 0.0 && moved(&view, &table, other),
-            false => gain > GAIN && gain > SHARE * (most - own),
+            false if view.own && alternative.0 == "mirrored" => gain > LITTLE && missing > MUCH,
+            false => gain > GAIN && missing > SHARE,
         };
         if named && best.as_ref().is_none_or(|(best, ..)| score > *best) {
             best = Some((score, alternative));
+        }
+    }
+    let two = all_read.then(|| exchanged(base, &view, &table)).flatten();
+    if let Some((view, [a, b])) = two {
+        let table = Table::new(base, &view);
+        let coarse = View {
+            every: EVERY,
+            ..view.clone()
+        };
+        let score = Table::new(base, &coarse).score();
+        if best.as_ref().is_none_or(|(best, ..)| score > *best) {
+            let text = format!("transmits {a} and {b} have each other's echoes");
+            let finding = Finding::new("transmit-order", Severity::Error, text)
+                .valued(2.0, "transmits")
+                .remedy("exchange their records, or their entries in the list of transmits");
+            return (view, table, vec![finding]);
         }
     }
     match best {
@@ -287,6 +313,37 @@ pub(crate) fn check(
             None => (view, table, Vec::new()),
         },
     }
+}
+
+/// Two transmits that have each other's place in the list: both agree better once exchanged.
+fn exchanged(base: &Base, view: &View, table: &Table) -> Option<(View, [usize; 2])> {
+    let own = table.agreements(view);
+    let most = own.iter().copied().fold(0.0, f64::max);
+    let mut odd: Vec<usize> = (0..own.len()).filter(|&t| own[t] < ODD * most).collect();
+    odd.sort_by(|&a, &b| own[a].total_cmp(&own[b]));
+    odd.truncate(MOST_ODD);
+    odd.sort_unstable();
+    let near = if view.own { 0 } else { 1 };
+    let pairs = (0..odd.len()).flat_map(|i| (i + 1..odd.len()).map(move |j| [i, j]));
+    let of_pair = |[i, j]: [usize; 2]| {
+        let [a, b] = [odd[i], odd[j]];
+        let mut other = view.clone();
+        other.waves.swap(a, b);
+        if view.own {
+            other.lines.swap(a, b);
+        }
+        let mut few = other.clone();
+        for (t, sign) in few.signs.iter_mut().enumerate() {
+            if t.abs_diff(a) > near && t.abs_diff(b) > near {
+                *sign = 0.0;
+            }
+        }
+        let new = Table::new(base, &few).agreements(view);
+        let gain = (new[a] - own[a]).min(new[b] - own[b]);
+        (gain, other, [a, b])
+    };
+    let best = pairs.map(of_pair).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (best.0 > EXCHANGED[usize::from(view.own)]).then_some((best.1, best.2))
 }
 
 /// Records and a list of transmits that are shifted by one: all echoes then lie beside their lines, by the distance of

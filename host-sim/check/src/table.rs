@@ -352,6 +352,23 @@ impl Table {
         transmit_coherence(&self.blocks)
     }
 
+    /// How well each transmit agrees with the neighbour that it agrees with better; on a line of its own, its elements.
+    pub fn agreements(&self, view: &View) -> Vec<f64> {
+        let mut found = vec![0.0; view.waves.len()];
+        if view.own {
+            for blocks in self.blocks.chunk_by(|a, b| a.line == b.line) {
+                found[blocks[0].line] = coherence(blocks);
+            }
+        }
+        for (t, (product, power)) in self.transmits.iter().enumerate() {
+            if *power > 0.0 {
+                found[t] = (product.re / power).max(found[t]);
+                found[t + 1] = product.re / power;
+            }
+        }
+        found
+    }
+
     /// Power of the echoes that neighbouring elements have in common, also of those beside the lines.
     pub fn coherent_power(&self) -> f64 {
         let of = |block: &Block| f64::from(block.next().norm());
@@ -443,6 +460,9 @@ fn of_line(base: &Base, view: &View, line: usize) -> OfLine {
         0..view.waves.len()
     };
     let own: Vec<usize> = own.filter(|&t| view.signs[t] != 0.0).collect();
+    if own.is_empty() {
+        return OfLine::default();
+    }
     let starts: Vec<f64> = (0..base.t0.len()).map(|t| base.t0[t] - view.late).collect();
     let last_time =
         starts.iter().fold(f64::NEG_INFINITY, |a, &b| a.max(b)) + (length.max(1) - 1) as f64 / rate;

@@ -7,7 +7,9 @@ mod scene;
 
 use bonebeam_check::{Finding, Severity, check, sound_speed};
 use bonebeam_files::Samples;
+use bonebeam_simulate::{Phantom, Scatterer, Settings, Summation, channel_data};
 use faults::FAULTS;
+use rand::RngExt;
 use scene::{Law, Scene, Shape};
 
 fn wrong(findings: Vec<Finding>) -> Vec<Finding> {
@@ -40,6 +42,41 @@ fn each_fault_is_named_and_none_in_sound_recordings() {
                 assert!(is_named, "{law:?}: {}: {found:#?}", fault.name);
             }
         }
+    }
+}
+
+/// Beams of a narrow array lie near their mirrored places: most coherence is there with either.
+#[test]
+fn mirrored_beams_of_a_narrow_array_are_named() {
+    let mut random = faults::random(9, 0);
+    let settings = Settings {
+        elements: 64,
+        pitch: 0.1e-3,
+        kerf: 0.01e-3,
+        fs: 40e6,
+        beams: 20,
+        beam_step: 63.0 / 19.0,
+        focus: 18e-3,
+        noise: Some(-40.0),
+        ..Settings::default()
+    };
+    let scatterers = (0..30).map(|_| Scatterer {
+        x: random.random_range(-3.2e-3..3.2e-3),
+        y: 0.0,
+        z: random.random_range(6e-3..36e-3),
+        amplitude: random.random_range(0.5..1.5),
+    });
+    let phantom = Phantom {
+        scatterers: scatterers.collect(),
+        ..Phantom::default()
+    };
+    let sound = channel_data(&settings, &phantom, Summation::Direct, &|_| {}).expect("a record");
+    assert_eq!(wrong(check(&sound)), Vec::new());
+    for fault in FAULTS.iter().filter(|f| f.named == ["mirrored"]) {
+        let mut data = sound.clone();
+        assert!((fault.put)(&mut data, &mut random));
+        let found = wrong(check(&data));
+        assert!(found.iter().any(|f| f.name == "mirrored"), "{found:#?}");
     }
 }
 

@@ -176,6 +176,27 @@ pub const FAULTS: &[Fault] = &[
             true
         },
     ),
+    fault(
+        "two transmits exchanged",
+        &["transmit-order"],
+        |data, random| {
+            let count = data.transmits.len();
+            let a = random.random_range(0..count - 2);
+            let b = random.random_range(a + 2..count);
+            match &mut data.transmits {
+                Transmits::Focused { x, .. } => x.swap(a, b),
+                Transmits::Plane { angle } => angle.swap(a, b),
+                Transmits::VirtualSource { x, z } => {
+                    x.swap(a, b);
+                    z.swap(a, b);
+                }
+                Transmits::Element { index } => index.swap(a, b),
+                Transmits::Delays { .. } => return false,
+            }
+            // Exchanged ends of three mirror them.
+            count > 3
+        },
+    ),
     fault("c 5 % high", &["sound-speed"], |data, _| {
         data.c *= 1.05;
         true
