@@ -151,7 +151,7 @@ impl Circle {
         let (whole, part) = ((along >> 28) as i32, (along >> 8) as i32 & ((1 << 20) - 1));
         let x = whole as f32 * (1.0 / UNIT);
         let root = sqrt(x * x + of_f32);
-        if root < SMALLEST_ROOT || root > LARGEST_ROOT {
+        if !(SMALLEST_ROOT..=LARGEST_ROOT).contains(&root) {
             return None;
         }
         let d = (root * UNIT) as i32;
