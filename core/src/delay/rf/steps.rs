@@ -75,7 +75,7 @@ impl Centre {
 }
 
 impl Steps {
-    /// The positions of `count` output samples from `first` on, if they are within the bounds.
+    /// The positions of `count` output samples from `first` on, if within the bounds.
     pub fn new(flight: &Flight, first: f64, count: usize) -> Option<Self> {
         let ([offset, slope], circle) = flight.transmit.parts()?;
         let c = flight.sound_speed;
