@@ -116,47 +116,50 @@ module beamformer #(
     wire signed [BITS+11:0] aligned_re, aligned_im;
     reg [15:0] asked, aligned;     // samples of the line
     reg [3:0] asked_element;
-    wire asks = state == LINE && !start && asked != outputs;
-    delay_interpolate #(ELEMENTS, SAMPLES, BITS, PHASORS) interpolate (clock, reset, asks, write, write_sample,
+    reg asks, asked_last, aligned_end;
+    wire asked_now = delay_valid && delay_ready && &asked_element;
+    wire aligned_now = aligned_valid && aligned_ready && aligned_last;
+    delay_interpolate #(ELEMENTS, SAMPLES, BITS, PHASORS, 0) interpolate (clock, reset, asks, write, write_sample,
         write_element, write_word, start, first_position, first_cycles, step_position, step_cycles, rate, delay_valid,
-        delay_ready, delay, 16'h8000, aligned_valid, aligned_ready, aligned_last, aligned_re, aligned_im);
-    assign line_done = aligned == outputs && !start;
+        delay_ready, delay, 16'd0, aligned_valid, aligned_ready, aligned_last, aligned_re, aligned_im);
+    assign line_done = aligned_now && aligned_end;
     always @(posedge clock) begin
-        if (delay_valid && delay_ready) begin
-            asked_element <= asked_element + 1'b1;
-            if (&asked_element) asked <= asked + 1'b1;
-        end
-        if (aligned_valid && aligned_ready && aligned_last) aligned <= aligned + 1'b1;
-        if (state == START || reset) {asked, asked_element, aligned} <= 0;
+        // A sample has many clocks.
+        asked_last <= asked + 1'b1 == outputs;
+        aligned_end <= aligned + 1'b1 == outputs;
+        if (delay_valid && delay_ready) asked_element <= asked_element + 1'b1;
+        if (asked_now) asked <= asked + 1'b1;
+        if (asked_now && asked_last) asks <= 0;
+        if (aligned_now) aligned <= aligned + 1'b1;
+        if (start) asks <= 1;
+        if (state == START || reset) {asked, asked_element, aligned, asks} <= 0;
     end
 
     // --- Words of 16 bits: counts, rounded, then saturated.
     localparam V = BITS + 12;
-    wire [2*V:0] whole_word;       // {last of the line, re, im}
-    wire whole_valid, word_ready;
+    wire [2*V-1:0] aligned_word = {aligned_re, aligned_im};
+    wire word_ready;
     reg [2:1] moves, ends;
     wire word_valid = moves[2];
-    wire advance = !word_valid || word_ready;
-    skid #(2 * V + 1) counts (clock, reset, {aligned_last && aligned + 1'b1 == outputs, aligned_re, aligned_im},
-        aligned_valid, aligned_ready, whole_word, whole_valid, advance);
+    assign aligned_ready = !word_valid || word_ready;
     genvar k;
     generate
         for (k = 0; k < 2; k = k + 1) begin : part
             reg signed [V-11:0] rounded;
             reg [15:0] count;
-            wire unused_bits = &whole_word[V*k +: 10];
+            wire unused_bits = &aligned_word[V*k +: 10];
             wire [V-27:0] above = rounded[V-11:16];
             wire fits = (above == {V-26{rounded[15]}}) && rounded[15:0] != 16'h8000;
-            always @(posedge clock) if (advance) begin
-                rounded <= {whole_word[V*k+V-1], whole_word[V*k+11 +: V-11]} + {{V-11{1'b0}}, whole_word[V*k+10]};
+            always @(posedge clock) if (aligned_ready) begin
+                rounded <= {aligned_word[V*k+V-1], aligned_word[V*k+11 +: V-11]} + {{V-11{1'b0}}, aligned_word[V*k+10]};
                 count <= fits ? rounded[15:0] : {rounded[V-11], {14{!rounded[V-11]}}, 1'b1};
             end
         end
     endgenerate
     always @(posedge clock) begin
-        if (advance) begin
-            moves <= {moves[1], whole_valid};
-            ends <= {ends[1], whole_word[2*V]};
+        if (aligned_ready) begin
+            moves <= {moves[1], aligned_valid};
+            ends <= {ends[1], line_done};
         end
         if (reset) moves <= 0;
     end

@@ -1,24 +1,34 @@
-// Blocks to lines of MV beside the chain's vectors of `host-sim golden`: registers by AXI-Lite before each line, gaps and
-// stalls on both streams.
+// Blocks to lines of MV beside the chain's vectors of `host-sim golden`, or by chain.v samples to lines: registers by
+// AXI-Lite before each line, gaps and stalls on both streams, and the next block waits.
 module beamformer_tb;
-    parameter LINES = 12;
+    parameter LINES = 12, PACKED = 0;
     localparam SAMPLES = 175, OUTPUTS = 96, BEATS = 1404, VALUES = 19;
     reg [63:0] in [0:12*BEATS-1], expected [0:12*OUTPUTS-1];
     reg [31:0] values [0:12*VALUES-1];
-    reg clock = 0, reset = 1, enable = 1, in_valid = 0, last = 0, out_ready = 0;
+    reg clock = 0, reset = 1, start = 0, in_valid = 0, last = 0, out_ready = 0;
     reg aw_valid = 0, w_valid = 0, ar_valid = 0, b_ready = 0, r_ready = 0;
     reg [6:0] aw = 0, ar = 0;
     reg [31:0] w = 0;
-    reg [63:0] beat;
+    reg [511:0] word;              // a beat, or a sample
     wire aw_ready, w_ready, b_valid, ar_ready, r_valid, in_ready, out_valid, out_last;
     wire [1:0] b_resp, r_resp;
     wire [31:0] r;
     wire [63:0] z;
-    integer l, k, received = 0, errors = 0, gaps = 0, stalls = 0, began;
+    integer l, k, sent, n, part, counted = 0, received = 0, errors = 0, gaps = 0, stalls = 0;
 
-    beamformer #(SAMPLES) dut (clock, reset, aw, aw_valid, aw_ready, w, 4'hf, w_valid, w_ready, b_resp, b_valid, b_ready,
-        ar, ar_valid, ar_ready, r, r_resp, r_valid, r_ready, beat, in_valid, in_ready, last, z, out_valid, out_ready,
-        out_last);
+    generate
+        if (PACKED) begin : top
+            chain #(SAMPLES) dut (clock, reset, 1'b1, start, sent[15:0], 8'd0, word, 2'd0, in_valid, in_ready, 1'b1, aw,
+                aw_valid, aw_ready, w, 4'hf, w_valid, w_ready, b_resp, b_valid, b_ready, ar, ar_valid, ar_ready, r, r_resp,
+                r_valid, r_ready, z, out_valid, out_ready, out_last);
+            wire idle = dut.beamformer.state == 0;
+        end else begin : top
+            beamformer #(SAMPLES) dut (clock, reset, aw, aw_valid, aw_ready, w, 4'hf, w_valid, w_ready, b_resp, b_valid,
+                b_ready, ar, ar_valid, ar_ready, r, r_resp, r_valid, r_ready, word[63:0], in_valid, in_ready, last, z,
+                out_valid, out_ready, out_last);
+            wire idle = dut.state == 0;
+        end
+    endgenerate
     always #5 clock = ~clock;
 
     function chance(input integer percent);
@@ -47,16 +57,12 @@ module beamformer_tb;
         end
     endtask
 
-    task read(input [4:0] from, input [31:0] value);
+    task read(input [4:0] from);   // to `r`
         begin
             {ar, ar_valid} = {from, 2'd0, 1'b1};
             #1 while (!ar_ready) @(negedge clock) #1;
             @(negedge clock) ar_valid = 0;
             while (!r_valid) @(negedge clock);
-            if (r !== value) begin
-                $display("register %0d: %h, expected %h", from, r, value);
-                errors = errors + 1;
-            end
             r_ready = 1;
             @(negedge clock) r_ready = 0;
         end
@@ -73,26 +79,20 @@ module beamformer_tb;
         $readmemh("chain.lines.hex", values);
         repeat (3) @(negedge clock);
         reset = 0;
-        began = $time;
         for (l = 0; l < LINES; l = l + 1) begin
             gaps = l % 3 * 30;
             stalls = l % 4 * 30;
-            // The line before has been read when its block is counted.
-            while (dut.state != 0) @(negedge clock);
-            write(0, 0);
+            while (!top.idle) @(negedge clock);
             for (k = 0; k < VALUES; k = k + 1) write(k + 1, values[VALUES*l + k]);
+            write(20, 0);
+            read(VALUES);
+            if (r !== values[VALUES*l + VALUES - 1]) errors = errors + 1;
+            read(31);
+            if (r !== l) errors = errors + 1;
             write(0, 1);
-            read(VALUES, values[VALUES*l + VALUES - 1]);
-            read(31, l);
-            for (k = 0; k < BEATS; k = k + 1) begin
-                while (chance(gaps)) @(negedge clock);
-                beat = in[BEATS*l + k];
-                last = k == BEATS - 1;
-                in_valid = 1;
-                #1 while (!in_ready) @(negedge clock) #1;
-                @(negedge clock) in_valid = 0;
-            end
-            repeat (8) @(negedge clock);
+            while (r !== l + 1) read(31);
+            counted = l + 1;
+            write(0, 0);
         end
         while (received < OUTPUTS * LINES) @(negedge clock);
         repeat (10000) @(negedge clock);
@@ -100,5 +100,24 @@ module beamformer_tb;
         $display("beamformer: %0d lines, %0d clocks a sample with its block, %0d errors", LINES,
             ($time / 10 - 10000) / OUTPUTS / LINES, errors);
         $finish;
+    end
+
+    initial begin
+        @(negedge reset);
+        for (sent = 0; sent < LINES; sent = sent + 1) begin
+            // A bank of the packer is free.
+            while (sent > counted + 1) @(negedge clock);
+            start = 1;
+            @(negedge clock) start = 0;
+            for (n = 0; n < (PACKED ? SAMPLES : BEATS); n = n + 1) begin
+                while (chance(gaps)) @(negedge clock);
+                word = in[BEATS*sent + n];
+                if (PACKED) for (part = 0; part < 8; part = part + 1) word[64*part +: 64] = in[BEATS*sent + 8*n + part + 1];
+                last = n == BEATS - 1;
+                in_valid = 1;
+                #1 while (!in_ready) @(negedge clock) #1;
+                @(negedge clock) in_valid = 0;
+            end
+        end
     end
 endmodule

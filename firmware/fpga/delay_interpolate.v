@@ -7,7 +7,8 @@ module delay_interpolate #(
     parameter ELEMENTS = 16,       // from 2 on
     parameter SAMPLES = 280,       // of a record, from 3 on
     parameter BITS = 16,           // of a count
-    parameter TABLE = "phasors.hex"
+    parameter TABLE = "phasors.hex",
+    parameter WEIGHTED = 1         // 0: by 1
 ) (
     input wire clock,
     input wire reset,
@@ -33,6 +34,7 @@ module delay_interpolate #(
     output wire signed [BITS+11:0] im
 );
     localparam E = $clog2(ELEMENTS);
+    localparam END = WEIGHTED ? 17 : 14;   // stages
     localparam H = $clog2((SAMPLES + 1) / 2);
     localparam [E-1:0] LAST = ELEMENTS[E-1:0] - 1'b1;
 
@@ -46,19 +48,15 @@ module delay_interpolate #(
         if (record_write && record_sample[0]) odd[record_address] <= record_word;
     end
 
-    reg [17:1] valid, last;
-    assign out_valid = valid[17];
-    assign out_last = last[17];
-    wire advance = !out_valid || out_ready;
-    assign in_ready = enable && advance && !start;
+    reg [END:1] valid, last;
+    wire room;
+    assign in_ready = enable && room && !start;
     wire taken = in_valid && in_ready;
     reg [E-1:0] element;
     wire last_element = element == LAST;
     always @(posedge clock) begin
-        if (advance) begin
-            valid <= {valid[16:1], taken};
-            last <= {last[16:1], last_element};
-        end
+        valid <= {valid[END-1:1], taken};
+        last <= {last[END-1:1], last_element};
         if (reset) valid <= 0;
     end
 
@@ -69,7 +67,7 @@ module delay_interpolate #(
     reg signed [31:0] delay_1;
     reg [E-1:0] element_1, element_2, element_3;
     wire signed [60:0] turn_5;
-    multiply #(32, 29) turn (clock, advance, delay_1, {1'b0, rate}, turn_5);
+    multiply #(32, 29) turn (clock, delay_1, {1'b0, rate}, turn_5);
     wire unused_5 = &{turn_5[60:44], position[18:0]};
     always @(posedge clock) begin
         if (start) begin
@@ -83,24 +81,22 @@ module delay_interpolate #(
                 cycles <= cycles + step_cycles;
             end
         end
-        if (advance) begin
-            position_1 <= position[51:19];
-            // So that cutting the phase rounds.
-            {cycles_5, cycles_4, cycles_3, cycles_2, cycles_1} <=
-                {cycles_4, cycles_3, cycles_2, cycles_1, cycles + 44'h80000000};
-            delay_1 <= in_delay;
-            {element_3, element_2, element_1} <= {element_2, element_1, element};
-        end
+        position_1 <= position[51:19];
+        // So that cutting the phase rounds.
+        {cycles_5, cycles_4, cycles_3, cycles_2, cycles_1} <=
+            {cycles_4, cycles_3, cycles_2, cycles_1, cycles + 44'h80000000};
+        delay_1 <= in_delay;
+        {element_3, element_2, element_1} <= {element_2, element_1, element};
     end
 
     // --- 2 to 6: the samples on both sides; 0 outside of the record.
     reg [33:0] at_2;
     reg [20:0] index_3, next_3;
-    reg [12:0] fraction_3, fraction_4, fraction_5, fraction_6, fraction_7;
+    reg [12:0] fraction_3, fraction_4, fraction_5, fraction_6, fraction_7, fraction_8;
     reg [2*BITS-1:0] even_4, odd_4, even_5, odd_5, earlier_6, later_6;
     reg swap_4, swap_5, first_4, first_5, second_4, second_5;
     wire unused_3 = next_3[0];
-    always @(posedge clock) if (advance) begin
+    always @(posedge clock) begin
         at_2 <= {position_1[32], position_1} + {{7{delay_1[31]}}, delay_1[31:5]};
         index_3 <= at_2[33:13];
         next_3 <= at_2[33:13] + 1'b1;
@@ -112,8 +108,8 @@ module delay_interpolate #(
         {second_5, second_4} <= {second_4, next_3 < SAMPLES[20:0]};
         earlier_6 <= first_5 ? (swap_5 ? odd_5 : even_5) : {2*BITS{1'b0}};
         later_6 <= second_5 ? (swap_5 ? even_5 : odd_5) : {2*BITS{1'b0}};
-        {fraction_7, fraction_6, fraction_5, fraction_4, fraction_3} <=
-            {fraction_6, fraction_5, fraction_4, fraction_3, at_2[12:0]};
+        {fraction_8, fraction_7, fraction_6, fraction_5, fraction_4, fraction_3} <=
+            {fraction_7, fraction_6, fraction_5, fraction_4, fraction_3, at_2[12:0]};
     end
 
     // --- 6 to 10: the phase, and its cosine and sine from the table.
@@ -124,7 +120,7 @@ module delay_interpolate #(
     reg [9:7] negative, half;
     reg [31:0] phasor_8, phasor_9;
     reg signed [15:0] cosine_10, sine_10;
-    always @(posedge clock) if (advance) begin
+    always @(posedge clock) begin
         phase_6 <= phase[43:32];
         address_7 <= phase_6[11] ? -phase_6[10:0] : phase_6[10:0];
         negative <= {negative[8:7], phase_6[11]};
@@ -141,44 +137,52 @@ module delay_interpolate #(
         for (k = 0; k < 2; k = k + 1) begin : part
             wire signed [BITS-1:0] a = earlier_6[BITS*k +: BITS], b = later_6[BITS*k +: BITS];
             reg signed [BITS-1:0] a_7, a_8, a_9;
-            reg signed [BITS:0] rise_7;
-            reg signed [BITS+14:0] risen_8, risen_9;
+            reg signed [BITS:0] rise_7, rise_8;
+            reg signed [BITS+14:0] risen_9;
             reg signed [BITS+12:0] between_10;
             wire signed [BITS+28:0] cosine_13, sine_13;
             wire unused = &{risen_9[BITS+14:BITS+13], cosine_13[BITS+28], cosine_13[15:0], sine_13[BITS+28],
                 sine_13[15:0]};
-            always @(posedge clock) if (advance) begin
+            always @(posedge clock) begin
                 rise_7 <= {b[BITS-1], b} - {a[BITS-1], a};
                 {a_9, a_8, a_7} <= {a_8, a_7, a};
-                risen_8 <= rise_7 * $signed({1'b0, fraction_7});
-                risen_9 <= risen_8;
+                rise_8 <= rise_7;
+                risen_9 <= rise_8 * $signed({1'b0, fraction_8});
                 between_10 <= {a_9, 13'd0} + risen_9[BITS+12:0];
             end
-            multiply #(BITS + 13, 16) by_cosine (clock, advance, between_10, cosine_10, cosine_13);
-            multiply #(BITS + 13, 16) by_sine (clock, advance, between_10, sine_10, sine_13);
+            multiply #(BITS + 13, 16) by_cosine (clock, between_10, cosine_10, cosine_13);
+            multiply #(BITS + 13, 16) by_sine (clock, between_10, sine_10, sine_13);
         end
     endgenerate
 
     // --- 14: the rotated sample, each product truncated. 17: its weight.
     reg signed [BITS+11:0] re_14, im_14;
-    reg [15:0] weights [0:15];     // of the last 16 elements
-    reg [3:0] newest;
-    wire [3:0] needed = newest - 4'd13;
-    reg [15:0] weight_14;
-    wire signed [BITS+28:0] re_17, im_17;
-    wire unused_17 = &{re_17[BITS+28:BITS+27], re_17[14:0], im_17[BITS+28:BITS+27], im_17[14:0]};
     always @(posedge clock) begin
-        if (advance) begin
-            re_14 <= part[1].cosine_13[BITS+27:16] - part[0].sine_13[BITS+27:16];
-            im_14 <= part[1].sine_13[BITS+27:16] + part[0].cosine_13[BITS+27:16];
-            newest <= newest + 1'b1;
-            weights[newest] <= in_weight;
-            weight_14 <= weights[needed];
-        end
-        if (reset) newest <= 0;
+        re_14 <= part[1].cosine_13[BITS+27:16] - part[0].sine_13[BITS+27:16];
+        im_14 <= part[1].sine_13[BITS+27:16] + part[0].cosine_13[BITS+27:16];
     end
-    multiply #(BITS + 12, 17) re_weight (clock, advance, re_14, {1'b0, weight_14}, re_17);
-    multiply #(BITS + 12, 17) im_weight (clock, advance, im_14, {1'b0, weight_14}, im_17);
-    assign re = re_17[BITS+26:15];
-    assign im = im_17[BITS+26:15];
+    wire signed [BITS+11:0] re_end, im_end;
+    generate
+        if (WEIGHTED) begin : weighted
+            reg [15:0] weights [0:15];     // of the last 16 clocks
+            reg [3:0] newest;
+            wire [3:0] needed = newest - 4'd13;
+            reg [15:0] weight_14;
+            always @(posedge clock) begin
+                newest <= reset ? 4'd0 : newest + 1'b1;
+                weights[newest] <= in_weight;
+                weight_14 <= weights[needed];
+            end
+            wire signed [BITS+28:0] re_17, im_17;
+            multiply #(BITS + 12, 17) re_weight (clock, re_14, {1'b0, weight_14}, re_17);
+            multiply #(BITS + 12, 17) im_weight (clock, im_14, {1'b0, weight_14}, im_17);
+            assign {re_end, im_end} = {re_17[BITS+26:15], im_17[BITS+26:15]};
+            wire unused = &{re_17[BITS+28:BITS+27], re_17[14:0], im_17[BITS+28:BITS+27], im_17[14:0]};
+        end else begin : plain
+            assign {re_end, im_end} = {re_14, im_14};
+            wire unused = &in_weight;
+        end
+    endgenerate
+    credits #(2 * BITS + 25, 32) leaving (clock, reset, room, taken, valid[END], {last[END], re_end, im_end},
+        {out_last, re, im}, out_valid, out_ready);
 endmodule

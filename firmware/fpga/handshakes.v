@@ -46,6 +46,13 @@ module skid_held (input clock, reset, in_valid, out_ready, input [7:0] in);
     counted #(2) all (clock, reset, in_valid && in_ready, out_valid && out_ready, in_ready, out_valid);
 endmodule
 
+module credits_held (input clock, reset, begins, in_valid, out_ready, input [7:0] in);
+    wire room, out_valid;
+    wire [7:0] out;
+    credits #(8) dut (clock, reset, room, begins, in_valid, in, out, out_valid, out_ready);
+    held #(8) stays (clock, reset, out_valid, out_ready, out);
+endmodule
+
 module registers_held (
     input clock, reset, aw_valid, w_valid, b_ready, ar_valid, r_ready,
     input [3:0] aw, ar, strobe,

@@ -32,7 +32,7 @@ module receive_delays #(
     reg [2*ROOT-1:0] depth_square;
     reg signed [ROOT-1:0] chosen, factor;
     wire signed [2*ROOT-1:0] square;
-    multiply #(ROOT, ROOT) multiplier (clock, 1'b1, factor, factor, square);
+    multiply #(ROOT, ROOT) multiplier (clock, factor, factor, square);
     reg [U-1:0] unit, out_unit;
     wire [UNITS-1:0] idle, done;
     wire [32*UNITS-1:0] delays;

@@ -1,4 +1,5 @@
-// Registers of 32 bits behind AXI-Lite: written whole, and read. The last address is a count of blocks instead.
+// Registers of 32 bits behind AXI-Lite: written whole, and read. The last address is a count of blocks instead. A reset
+// clears register 0 alone.
 module registers #(
     parameter COUNT = 16           // a power of two
 ) (
@@ -33,6 +34,7 @@ module registers #(
     assign s_axil_arready = reads;
     assign {s_axil_bresp, s_axil_rresp} = 0;
     wire [A-1:0] to = s_axil_awaddr[A+1:2], from = s_axil_araddr[A+1:2];
+    reg [31:0] copies [0:COUNT-1];   // to be read without gathering them
     genvar k;
     generate
         for (k = 0; k < COUNT; k = k + 1) begin : register
@@ -40,17 +42,18 @@ module registers #(
             assign values[32*k +: 32] = kept;
             always @(posedge clock) begin
                 if (writes && to == k[A-1:0] && &s_axil_wstrb) kept <= s_axil_wdata;
-                if (reset) kept <= 0;
+                if (k == 0 && reset) kept <= 0;
             end
         end
     endgenerate
     always @(posedge clock) begin
+        if (writes && &s_axil_wstrb) copies[to] <= s_axil_wdata;
         if (s_axil_bready) s_axil_bvalid <= 0;
         if (writes) s_axil_bvalid <= 1;
         if (s_axil_rready) s_axil_rvalid <= 0;
         if (reads) begin
             s_axil_rvalid <= 1;
-            s_axil_rdata <= &from ? status : values[32*from +: 32];
+            s_axil_rdata <= &from ? status : from == 0 ? values[31:0] : copies[from];
         end
         if (reset) {s_axil_bvalid, s_axil_rvalid} <= 0;
     end

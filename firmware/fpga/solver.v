@@ -26,17 +26,19 @@ module solver #(
     // --- Two banks of eight samples of 128 numbers; an exponent is above each number.
     reg [35:0] memory_a [0:2047], memory_b [0:2047];
     reg [4:0] exponents [0:15];
-    reg [1:0] full, full_end, solved;
+    reg [1:0] full, solved;
+    reg full_end [0:1];
     reg [2:0] count [0:1];         // of a bank's samples, less one
     reg in_bank, bank;
     reg [2:0] in_slot;
-    wire writes;
+    reg writes;
     wire [10:0] address_13;
     wire [35:0] number_13;
     assign in_ready = enable && !full[in_bank] && !writes;
     wire taken = in_valid && in_ready;
     wire [10:0] write_address = writes ? address_13 : {in_bank, in_slot, in_address};
     wire [35:0] write_number = writes ? number_13 : {4'd0, in_number};
+    wire fills = taken && in_last && (in_end || &in_slot);
     wire finished;
     always @(posedge clock) begin
         if (writes || taken) begin
@@ -46,14 +48,13 @@ module solver #(
         if (taken && in_last) begin
             exponents[{in_bank, in_slot}] <= in_exponent;
             in_slot <= in_end ? 3'd0 : in_slot + 1'b1;
-            if (in_end || &in_slot) begin
-                full[in_bank] <= 1;
-                full_end[in_bank] <= in_end;
-                count[in_bank] <= in_slot;
-                in_bank <= !in_bank;
-            end
         end
-        if (finished) full[bank] <= 0;
+        if (fills) begin
+            full_end[in_bank] <= in_end;
+            count[in_bank] <= in_slot;
+            in_bank <= !in_bank;
+        end
+        full <= (full | {fills && in_bank, fills && !in_bank}) & ~{finished && bank, finished && !bank};
         if (reset) begin
             full <= 0;
             {in_bank, in_slot} <= 0;
@@ -103,7 +104,7 @@ module solver #(
     localparam TO = 14, UNIT = 21, NEGATIVE = 22, LAST = 23, UP = 24, TWO = 25, KEEP = 26, RECIPROCAL = 27, OUTPUT = 28;
     reg [28:0] flags [2:13];       // the term, from place TO on
     reg [2:0] slots [1:13];
-    reg [13:1] valid;
+    reg [12:1] valid;
     reg [35:0] a_3, b_3;
     reg signed [31:0] a_4, b_4;
     reg [3:0] keeps [4:12], ups [4:9];
@@ -114,7 +115,7 @@ module solver #(
     reg [1:0] shift_10;
     reg [35:0] result_13;
     integer k;
-    multiply #(32, 32) multiplier (clock, 1'b1, a_4, b_4, product_8);
+    multiply #(32, 32) multiplier (clock, a_4, flags[4][UNIT] ? 32'sh4000000 : b_4, product_8);
     wire [3:0] shift_9 = ~ups[9];
     wire fits = &rounded_12[56:31] || !(|rounded_12[56:31]);
     wire [31:0] sum_12 = fits ? rounded_12[31:0] : {rounded_12[56], {31{!rounded_12[56]}}};
@@ -141,11 +142,12 @@ module solver #(
         a_3 <= memory_a[{bank, slots[2], flags[2][6:0]}];
         b_3 <= memory_b[{bank, slots[2], flags[2][13:7]}];
         a_4 <= a_3[31:0];
-        b_4 <= flags[3][UNIT] ? 32'h4000000 : b_3[31:0];
+        b_4 <= b_3[31:0];
         keeps[4] <= a_3[35:32];
-        ups[4] <= (flags[3][UNIT] ? 4'd0 : b_3[35:32]) | {2'd0, flags[3][UP], 1'b0};
+        ups[4] <= b_3[35:32];
+        ups[5] <= (flags[4][UNIT] ? 4'd0 : ups[4]) | {2'd0, flags[4][UP], 1'b0};
         for (k = 5; k <= 12; k = k + 1) keeps[k] <= keeps[k-1];
-        for (k = 5; k <= 9; k = k + 1) ups[k] <= ups[k-1];
+        for (k = 6; k <= 9; k = k + 1) ups[k] <= ups[k-1];
         if (valid[8]) begin
             sum_9 <= (fresh ? 67'sd0 : sum_9) + ({67{flags[8][NEGATIVE]}} ^ {{3{product_8[63]}}, product_8})
                 + {66'd0, flags[8][NEGATIVE]};
@@ -167,13 +169,14 @@ module solver #(
 
         result_13 <= flags[12][RECIPROCAL] ? {zeros[12], 6'd0, reciprocal_12, 9'd0}
             : {flags[12][KEEP] ? keeps[12] : 4'd0, flags[12][TWO] ? 5'd0 : sum_12[31:27], sum_12[26:0]};
-        valid <= {valid[12:1], running};
+        valid <= {valid[11:1], running};
+        writes <= valid[12] && flags[12][LAST];
         if (reset) begin
             valid <= 0;
+            writes <= 0;
             fresh <= 1;
         end
     end
-    assign writes = valid[13] && flags[13][LAST];
     assign address_13 = {bank, slots[13], flags[13][TO +: 7]};
     assign number_13 = result_13;
 
@@ -181,7 +184,7 @@ module solver #(
     reg [31:0] solved_re [0:15], solved_im [0:15];
     reg [4:0] solved_exponents [0:15];
     reg [2:0] solved_count [0:1];
-    reg [1:0] solved_end;
+    reg solved_end [0:1];
     reg out_bank;
     reg [2:0] out_slot;
     reg signed [31:0] re_1, im_1, re_2, im_2, re_3, im_3;
@@ -202,17 +205,15 @@ module solver #(
             solved_exponents[{bank, slots[13]}] <= exponents[{bank, slots[13]}];
         end
         if (finished) begin
-            solved[bank] <= 1;
             solved_count[bank] <= count[bank];
             solved_end[bank] <= full_end[bank];
         end
         if (sends) begin
             out_slot <= last_sent ? 3'd0 : out_slot + 1'b1;
-            if (last_sent) begin
-                solved[out_bank] <= 0;
-                out_bank <= !out_bank;
-            end
+            if (last_sent) out_bank <= !out_bank;
         end
+        solved <= (solved | {finished && bank, finished && !bank})
+            & ~{sends && last_sent && out_bank, sends && last_sent && !out_bank};
         if (advance) begin
             moves <= {moves[3:1], sends};
             ends <= {ends[3:1], last_sent && solved_end[out_bank]};

@@ -266,7 +266,15 @@ fn points_lie_on_a_shaft_in_the_references_frame() {
     assert!((length(from_axis(back)) - RADIUS).abs() < 1.0);
 
     folder.works(&format!("{common} -o c.vtp"));
+    folder.works(&format!("{common} -o c.vtk"));
     folder.works(&format!("{common} -o c.mrk.json"));
+    let vtk = fs::read_to_string(at("c.vtk")).unwrap();
+    let vtk: Vec<&str> = vtk.lines().collect();
+    // VTK 9.6's legacy reader; 3D Slicer 5 reads the axes in the title.
+    assert_eq!(vtk[1], "bone, mm, SPACE=RAS");
+    let count: usize = vtk[4].split(' ').nth(1).unwrap().parse().unwrap();
+    assert_eq!(vtk[5 + count], format!("VERTICES {count} {}", 2 * count));
+    assert_eq!(vtk.len(), 13 + 6 * count);
     let vtp = fs::read_to_string(at("c.vtp")).unwrap();
     assert!(vtp.contains("Name=\"SPACE\" NumberOfTuples=\"1\" format=\"ascii\">\n82\n65\n83\n0\n"));
     let markups: serde_json::Value =
@@ -403,6 +411,31 @@ fn what_a_sweep_lacks_is_named() {
         status == 1 && message.contains("multiply by 255"),
         "{message}"
     );
+    // Decibels are no grey levels: 0 is the brightest of them.
+    let levels = (0..64 * 64).flat_map(|k| (-(k as f32) / 64.0).to_le_bytes());
+    let levels: Vec<u8> = header.bytes().chain(levels).collect();
+    fs::write(folder.path().join("decibels.mha"), levels).unwrap();
+    // Nothing but speckle, by a calibration whose first number is negative.
+    let mut mirrored = calibration();
+    (0..3).for_each(|row| mirrored[row][0] = -mirrored[row][0]);
+    assert!(mirrored[0][0] < 0.0, "{mirrored:?}");
+    let numbers = text(&mirrored).trim().replace(' ', ",");
+    let speckle = format!("sweep sweep.igs.mha -o n.ply --crop 0,0,160,40 --calibration {numbers}");
+    let (status, message) = run(&folder, &speckle);
+    assert!(
+        status == 0 && message.contains("no bone in any frame; the middle one: "),
+        "{message}"
+    );
+    fs::write(
+        folder.path().join("p.csv"),
+        "x,y,z\n".to_owned() + &"1,2,3\n".repeat(8),
+    )
+    .unwrap();
+    let (status, message) = run(&folder, "register p.csv sweep.igs.mha -o a.ply");
+    assert!(
+        status == 1 && message.contains("is a tracked sequence of pictures"),
+        "{message}"
+    );
     for row in REFUSED.lines() {
         let cells: Vec<&str> = row.split(" | ").collect();
         let [arguments, status, words] = cells[..] else {
@@ -428,6 +461,7 @@ sweep.igs.mha -o a.ply --calibration none.xml | 1 | no such file
 short.mha -o a.ply | 1 | no ElementDataFile
 plus.xml -o a.ply | 1 | no tracked sequence
 levels.mha -o a.ply --calibration ImageToReference=0.1,0,0,0,0,0.1,0,0,0,0,1,0,0,0,0,1 | 1 | multiply by 255
+decibels.mha -o a.ply --calibration ImageToReference=0.1,0,0,0,0,0.1,0,0,0,0,1,0,0,0,0,1 | 1 | of decibels
 sweep.igs.mha -o a.obj | 2 | .mrk.json
 sweep.igs.mha -o a.ply --calibration plus.xml --crop 100,0,100,10 | 2 | beyond the 160 x 240
 sweep.igs.mha -o a.ply --calibration plus.xml --frames 5 | 1 | no frame with a picture and a pose
@@ -528,6 +562,10 @@ fn a_recording_with_poses_is_a_sweep() {
             "{found:?}"
         );
     }
+    folder.works("sweep s.hdf5 -o e.csv --join 0 --every 2");
+    let every = rows(&folder.path().join("e.csv"));
+    let first = found.iter().filter(|row| row[0] == 0.0);
+    assert_eq!(every, first.copied().collect::<Vec<_>>());
     let (status, message) = run(&folder, "sweep s.npz -o b.csv");
     assert!(
         status == 1 && message.contains("no tracked sequence"),

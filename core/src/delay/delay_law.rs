@@ -134,6 +134,20 @@ impl<'a> TransmitDelay<'a> {
         }
     }
 
+    /// `[offset, slope]` and `[along, square]` of a path `offset + slope·r + √((r − along)² + square)`, if it is one.
+    pub(super) fn parts(&self) -> Option<([f64; 2], Option<[f64; 2]>)> {
+        match self.shape {
+            Wavefront::Straight { offset, slope } => Some(([offset, slope], None)),
+            Wavefront::Round { along, square } => Some(([0.0; 2], Some([along, square]))),
+            Wavefront::Diverging {
+                along,
+                square,
+                range,
+            } => Some(([-range, 0.0], Some([along, square]))),
+            Wavefront::Converging { .. } | Wavefront::Delays { .. } => None,
+        }
+    }
+
     /// Whether the wave comes from an element in front, so that deeper echoes may return earlier.
     pub(super) fn is_in_front(&self) -> bool {
         matches!(self.shape, Wavefront::Round { along, .. } if along > 0.0)

@@ -77,12 +77,15 @@ pub trait Stage: Sealed {
         scratch: &mut [f32],
         out: &mut [Complex<f32>],
     ) -> Result<(), Error> {
+        if line.compounding == Compounding::Add {
+            check_sums(out)?;
+        }
         self.block_of(zero, line, record, Outputs::every(first, 1), scratch, out)
     }
 
     /// [`Stage::block`] with only every `step`-th output sample in use.
     ///
-    /// They count from the line's first on.
+    /// They count from the line's first on. When adding, `out` is what earlier calls made, and not checked.
     ///
     /// RF is still interpolated at all samples, since an imaginary part needs the real parts around it.
     #[doc(hidden)]
@@ -118,7 +121,7 @@ pub trait Stage: Sealed {
             ));
         }
         let source = Source {
-            transmit: check_line(line, shape.elements, shape.sound_speed, out)?,
+            transmit: check_line(line, shape.elements, shape.sound_speed)?,
             line,
             record,
             first,
@@ -235,12 +238,23 @@ impl<S: Stage> Stage for &S {
     }
 }
 
+/// Refuses numbers that are not finite.
+fn check_sums(out: &[Complex<f32>]) -> Result<(), Error> {
+    // A whole chunk at a time, since that needs no branch a sample.
+    let infinite = |y: &Complex<f32>| !y.re.is_finite() | !y.im.is_finite();
+    let any = |chunk: &[Complex<f32>]| chunk.iter().fold(false, |any, y| any | infinite(y));
+    if out.chunks(256).any(any) {
+        let index = out.iter().position(infinite).unwrap_or(0);
+        return Err(Error::NonFinite { name: "out", index });
+    }
+    Ok(())
+}
+
 /// Checks of a line that all stages share.
 pub(super) fn check_line<'a>(
     line: &'a ScanLine<'_>,
     elements: usize,
     sound_speed: f64,
-    out: &[Complex<f32>],
 ) -> Result<TransmitDelay<'a>, Error> {
     finite("t0", line.transmit.t0)?;
     line.array.check()?;
@@ -248,15 +262,6 @@ pub(super) fn check_line<'a>(
     if end > elements {
         let expected = "a range that ends within the elements";
         return Err(Error::parameter("active", end as f64, expected));
-    }
-    if line.compounding == Compounding::Add {
-        // A whole chunk at a time, since that needs no branch a sample.
-        let infinite = |y: &Complex<f32>| !y.re.is_finite() | !y.im.is_finite();
-        let any = |chunk: &[Complex<f32>]| chunk.iter().fold(false, |any, y| any | infinite(y));
-        if out.chunks(256).any(any) {
-            let index = out.iter().position(infinite).unwrap_or(0);
-            return Err(Error::NonFinite { name: "out", index });
-        }
     }
     TransmitDelay::new(line.transmit.law, &line.ray, &line.array, sound_speed)
 }

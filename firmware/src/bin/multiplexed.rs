@@ -22,9 +22,8 @@ const SAMPLES: usize = 400;
 const RATE: f64 = 8e6;
 /// At most this many bytes of records.
 const BYTES: usize = 40_000;
-/// At most this many instructions a line, 5 % above the count of Rust 1.95. 0.74 million are the beamformer's, and most
-/// of the others times of 16 transmits in f64: 5.7 million with f64 in hardware.
-const BOUND: u32 = 19_100_000;
+/// At most this many instructions a line, 4 % above the count of Rust 1.95; 0.8 million are the beamformer's.
+const BOUND: u32 = 6_000_000;
 
 const PARAMETERS: Parameters<'static> = Parameters {
     scan: ScanParameters {

@@ -180,6 +180,12 @@ impl Arguments {
     /// Refuses outputs that cannot be written, or that would overwrite another file.
     fn check_paths(&self, config_path: &Path) -> Result<()> {
         let output = self.output.as_deref();
+        if let Some(path) = output.filter(|path| path.extension().is_none_or(|end| end != "npz")) {
+            return Err(Error::Usage(format!(
+                "--output is {}; expected a name that ends in .npz, which `convert` turns into .uff or .hdf5",
+                path.display()
+            )));
+        }
         let mut outputs: Vec<_> = output.into_iter().chain([config_path]).collect();
         if let Some(path) = &self.image {
             if !is_figure(path) {

@@ -58,7 +58,7 @@ struct Report<'a> {
 /// Runs the command, and ends the program with its exit status.
 ///
 /// # Errors
-/// A recording that is not valid, or that holds aligned data.
+/// A recording that is not valid, or that holds no channel data.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let mut config = load_config(arguments.config.path.as_deref())?;
     arguments.variables.apply(&mut config.variables)?;
@@ -66,11 +66,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let path = &arguments.recording;
     let file = RecordingFile::open(path, &config.variables)?;
     tell_assumed(path, &file);
-    let Recording::Channel(data) = file.first() else {
-        return Err(file_error(
-            path,
-            "holds aligned data; check needs channel data",
-        ));
+    let needs = |held| file_error(path, format!("holds {held}; check needs channel data"));
+    let data = match file.first() {
+        Recording::Channel(data) => data,
+        Recording::Aligned(_) => return Err(needs("aligned data")),
+        Recording::Lines(_) => return Err(needs("lines")),
     };
     let findings = check(data);
     if arguments.json {

@@ -72,7 +72,7 @@ pub struct PlaceArguments {
     ///
     /// Numbers are a matrix, rows first, or x, y, z in mm and three Euler angles in degrees (--euler). Without a name they
     /// are ImageToProbe. They replace transforms of the same name in the sequence.
-    #[arg(long, value_name = "FILE|NUMBERS")]
+    #[arg(long, value_name = "FILE|NUMBERS", allow_hyphen_values = true)]
     calibration: Vec<String>,
 
     /// Frame of reference of the points [default: the first with a chain from Image of Reference, World, CT, Tracker]

@@ -17,8 +17,9 @@ use crate::provenance::{PROGRAM, Snapshot};
 use crate::{Error, Result};
 use bonebeam_drive::config::Surface;
 use bonebeam_drive::methods::MethodName;
+use bonebeam_drive::surface::Verdict;
 use bonebeam_files::atomic::{Outputs, check_outputs};
-use bonebeam_files::terminal::{print, remark, short};
+use bonebeam_files::terminal::{print, remark, short, warn};
 use bonebeam_files::{file_error, image};
 use bonebeam_formats::{RecordingFile, is_hdf5};
 use bonebeam_tracked::{
@@ -32,7 +33,8 @@ use bonebeam_tracked::{
 /// SEQUENCE is a file of PLUS or 3D Slicer (.mha, .nrrd), a folder of PNGs with a table of poses, or a recording of zea
 /// with poses (probe_pose), which is beamformed by das. A point of a picture (column, row, 0, 1) is mapped by
 /// ImageToProbe and the sequence's transforms; of a recording, x = along the array, z = depth. Frames without a picture, with
-/// a pose that is missing or not OK, and frames that jump are left out and counted. An interrupted run of more than ten
+/// a pose that is missing or not OK, and frames that jump are left out and counted; so are points that none of at least
+/// three frames nearby shows. An interrupted run of more than ten
 /// seconds resumes from BONE.ply.partial.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES, allow_negative_numbers = true)]
@@ -41,9 +43,9 @@ pub struct Arguments {
     #[arg(value_name = "SEQUENCE")]
     input: PathBuf,
 
-    /// Points, written as .ply, .vtp, .csv or .mrk.json, in mm
+    /// Points, written as .ply, .vtp, .vtk, .csv or .mrk.json, in mm
     ///
-    /// .ply, .vtp and .csv: positions, normals towards the probe, confidence, frame and line; .ply and .csv also the
+    /// .ply, .vtp, .vtk and .csv: positions, normals towards the probe, confidence, frame and line; .ply and .csv also the
     /// sound's way to the point (px, py, pz). .mrk.json: at most 1000 fiducials for 3D Slicer.
     #[arg(short, long, value_name = "BONE.ply")]
     output: PathBuf,
@@ -220,13 +222,24 @@ pub fn run(arguments: Arguments) -> Result<()> {
     if let Some(path) = &arguments.image {
         image::add_colours_to(&views(&cloud.points), path, &mut outputs)?;
     }
-    if let Some(path) = &arguments.overlay {
-        let drawn = drawn.map_or_else(|| overlay(&sequence, &track, &settings), Ok);
-        drawn?.add_to(path, &mut outputs)?;
+    let mut why = None;
+    let drawn = match drawn {
+        None if !is_recording && (arguments.overlay.is_some() || cloud.points.is_empty()) => {
+            let (drawn, verdict) = overlay(&sequence, &track, &settings)?;
+            why = cloud.points.is_empty().then_some(verdict);
+            Some(drawn)
+        }
+        drawn => drawn,
+    };
+    if let (Some(path), Some(drawn)) = (&arguments.overlay, drawn) {
+        drawn.add_to(path, &mut outputs)?;
     }
     outputs.commit()?;
     if let Some(partial) = partial {
         partial.finish();
+    }
+    if let Some(verdict) = why {
+        warn(&format!("no bone in any frame; the middle one: {verdict}"));
     }
     print(&format!("{}\n", summary(&cloud, space)))
 }
@@ -274,8 +287,8 @@ impl Arguments {
     }
 }
 
-/// The middle one of the searched frames with its surface.
-fn overlay(sequence: &Sequence, track: &Track, settings: &Settings) -> Result<Overlay> {
+/// The middle one of the searched frames with its surface, and how sure this is.
+fn overlay(sequence: &Sequence, track: &Track, settings: &Settings) -> Result<(Overlay, Verdict)> {
     let frames = track.usable(&settings.frames);
     let finder = Finder::new(sequence, track, (&settings.surface, settings.crop), &frames)?;
     let (frame, _) = frames[frames.len() / 2];
@@ -283,12 +296,9 @@ fn overlay(sequence: &Sequence, track: &Track, settings: &Settings) -> Result<Ov
     let pixels = finder.part_of(sequence.picture(encoded)?);
     let found = finder.search(&pixels)?;
     let picture = finder.image(pixels);
-    Ok(Overlay::of(
-        &picture,
-        found.fan.as_ref(),
-        &found.points,
-        Overlay::colour,
-    ))
+    let (fan, points) = (found.fan.as_ref(), &found.points);
+    let drawn = Overlay::of(&picture, fan, points, Overlay::colour);
+    Ok((drawn, found.verdict))
 }
 
 /// One line for the terminal.
@@ -308,11 +318,12 @@ fn summary(cloud: &Cloud, space: Space) -> String {
         resumed => format!(" ({resumed} of them from an interrupted run)"),
     };
     format!(
-        "{} points of bone in {with} of {searched} frames{resumed}, in the frame {} ({}), {} joined; left out: {left_out}; lines are {}",
+        "{} points of bone in {with} of {searched} frames{resumed}, in the frame {} ({}), {} joined, {} left out that no neighbouring frame shows; frames left out: {left_out}; lines are {}",
         cloud.points.len(),
         cloud.target,
         space.name(),
         cloud.joined,
+        cloud.alone,
         if cloud.fan.is_some() {
             "beams of a fan"
         } else {

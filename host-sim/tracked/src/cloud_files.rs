@@ -1,4 +1,4 @@
-//! Files of a cloud: PLY, VTK's XML, CSV and 3D Slicer's markups. Lengths are mm.
+//! Files of a cloud: PLY, VTK's XML and legacy formats, CSV and 3D Slicer's markups. Lengths are mm.
 
 use std::error::Error as StdError;
 use std::fmt::Display;
@@ -45,9 +45,10 @@ fn writer(path: &Path) -> Result<Writer> {
         .unwrap_or_default()
         .to_string_lossy()
         .to_ascii_lowercase();
-    let writers: [(&str, Writer); 4] = [
+    let writers: [(&str, Writer); 5] = [
         (".ply", ply),
         (".vtp", vtp),
+        (".vtk", vtk),
         (".csv", csv),
         (".mrk.json", markups),
     ];
@@ -55,7 +56,7 @@ fn writer(path: &Path) -> Result<Writer> {
     found.map(|(_, writer)| *writer).ok_or_else(|| {
         let path = path.display();
         Error::Usage(format!(
-            "--output is {path}; expected a name that ends in .ply, .vtp, .csv or .mrk.json"
+            "--output is {path}; expected a name that ends in .ply, .vtp, .vtk, .csv or .mrk.json"
         ))
     })
 }
@@ -63,7 +64,7 @@ fn writer(path: &Path) -> Result<Writer> {
 /// Checks the ending of a name.
 ///
 /// # Errors
-/// Another ending than .ply, .vtp, .csv or .mrk.json.
+/// Another ending than .ply, .vtp, .vtk, .csv or .mrk.json.
 pub fn check_name(path: &Path) -> Result<()> {
     writer(path).map(|_| ())
 }
@@ -155,17 +156,6 @@ fn vtp(cloud: &Cloud, space: Space, sink: &mut dyn Write) -> Written {
         Ok(writeln!(sink, "</DataArray>")?)
     }
     let (points, count) = (&cloud.points, cloud.points.len());
-    let three = |from: usize| {
-        move |point: &CloudPoint| {
-            let numbers = numbers(point);
-            format!(
-                "{:.4} {:.4} {:.4}",
-                numbers[from],
-                numbers[from + 1],
-                numbers[from + 2]
-            )
-        }
-    };
     write!(
         sink,
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"0.1\" byte_order=\"LittleEndian\">\n<PolyData>\n\
@@ -191,7 +181,7 @@ fn vtp(cloud: &Cloud, space: Space, sink: &mut dyn Write) -> Written {
     array(
         sink,
         "type=\"Float32\" Name=\"normals\" NumberOfComponents=\"3\"",
-        points.iter().map(three(3)),
+        points.iter().map(|p| three(p.normal)),
     )?;
     array(
         sink,
@@ -207,7 +197,7 @@ fn vtp(cloud: &Cloud, space: Space, sink: &mut dyn Write) -> Written {
     array(
         sink,
         "type=\"Float32\" Name=\"Points\" NumberOfComponents=\"3\"",
-        points.iter().map(three(0)),
+        points.iter().map(|p| three(p.position)),
     )?;
     write!(sink, "</Points>\n<Verts>\n")?;
     array(sink, "type=\"Int32\" Name=\"connectivity\"", 0..count)?;
@@ -216,6 +206,45 @@ fn vtp(cloud: &Cloud, space: Space, sink: &mut dyn Write) -> Written {
         sink,
         "</Verts>\n</Piece>\n</PolyData>\n</VTKFile>\n"
     )?)
+}
+
+fn three([x, y, z]: [f64; 3]) -> String {
+    format!("{x:.4} {y:.4} {z:.4}")
+}
+
+/// PolyData of VTK's legacy format, version 3.0, in ASCII, with a vertex for each point.
+///
+/// 3D Slicer reads the axes in its title.
+fn vtk(cloud: &Cloud, space: Space, sink: &mut dyn Write) -> Written {
+    let (points, count) = (&cloud.points, cloud.points.len());
+    let mut rows = |head: String, row: &dyn Fn((usize, &CloudPoint)) -> String| -> Written {
+        writeln!(sink, "{head}")?;
+        for point in points.iter().enumerate() {
+            writeln!(sink, "{}", row(point))?;
+        }
+        Ok(())
+    };
+    let head = format!(
+        "# vtk DataFile Version 3.0\nbone, mm, SPACE={}\nASCII\nDATASET POLYDATA\nPOINTS {count} float",
+        space.name()
+    );
+    rows(head, &|(_, point)| three(point.position))?;
+    let head = format!("VERTICES {count} {}", 2 * count);
+    rows(head, &|(index, _)| format!("1 {index}"))?;
+    let head = format!("POINT_DATA {count}\nSCALARS confidence float 1\nLOOKUP_TABLE default");
+    rows(head, &|(_, point)| format!("{:.4}", point.confidence))?;
+    rows("NORMALS normals float".into(), &|(_, point)| {
+        three(point.normal)
+    })?;
+    rows(format!("FIELD numbers 2\nframe 1 {count} int"), &|(
+        _,
+        point,
+    )| {
+        point.frame.to_string()
+    })?;
+    rows(format!("line 1 {count} int"), &|(_, point)| {
+        point.line.to_string()
+    })
 }
 
 /// 3D Slicer's fiducials: of many points as many, evenly, as it shows.

@@ -141,9 +141,13 @@ impl Finder {
     /// Adds one of the first pictures, and says whether it was one.
     pub fn show(&mut self, picture: &Array2<f32>) -> bool {
         let part = cut(picture, self.part);
+        match self.shown {
+            0 => self.brightest.assign(&part),
+            _ => self
+                .brightest
+                .zip_mut_with(&part, |most, level| *most = most.max(*level)),
+        }
         self.shown += 1;
-        self.brightest
-            .zip_mut_with(&part, |most, level| *most = most.max(*level));
         self.shown <= SHOWN
     }
 

@@ -5,6 +5,7 @@
 //! frame to the tracker's. A point of a picture is (column, row, 0, 1) in the frame `Image`, with pixel centres at
 //! whole numbers and the picture in PLUS's orientation `MF`.
 
+mod agreement;
 mod calibration;
 mod cloud;
 mod cloud_files;

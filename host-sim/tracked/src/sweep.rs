@@ -9,7 +9,6 @@ use bonebeam_drive::config::Surface;
 use bonebeam_drive::surface::{FrameSurface, PictureFan, SurfacePoint};
 use bonebeam_files::{PartialFrames, hash_of_array};
 
-use crate::Result;
 use crate::cloud::{CloudPoint, join, set_normals};
 use crate::delay::{Delay, estimate};
 use crate::finder::{Finder, axes, placed};
@@ -17,6 +16,7 @@ use crate::kept;
 use crate::sequence::{Encoded, RECORDING_PIXEL, Sequence};
 use crate::track::Track;
 use crate::transforms::{Matrix, apply};
+use crate::{Result, agreement};
 
 /// Frames in memory, for each thread.
 const AHEAD: usize = 4;
@@ -49,6 +49,8 @@ pub struct Cloud {
     pub searched: [usize; 2],
     /// Numbers of frames left out, by the reason.
     pub left_out: BTreeMap<String, usize>,
+    /// Number of points left out since no neighbouring frame shows them.
+    pub alone: usize,
     /// Number of points that were joined to others.
     pub joined: usize,
     /// The fan, m from the first pixel's centre; `None` if columns are lines.
@@ -109,12 +111,15 @@ pub fn sweep(
 
 impl Cloud {
     /// The points of the searched frames that have a pose.
-    fn of(track: &Track, settings: &Settings, found: Vec<(usize, Vec<CloudPoint>)>) -> Self {
-        let searched = found
-            .iter()
-            .filter(|(frame, _)| track.poses[*frame].is_ok());
-        let with = searched.clone().filter(|(_, points)| !points.is_empty());
-        let searched = [searched.clone().count(), with.count()];
+    fn of(track: &Track, settings: &Settings, mut found: Vec<(usize, Vec<CloudPoint>)>) -> Self {
+        found.retain(|(frame, _)| track.poses[*frame].is_ok());
+        let alone = agreement::weigh(&mut found, settings.surface.min_confidence, |frame| {
+            let pose = track.poses[frame].as_ref();
+            let origin = pose.map_or([0.0; 3], |pose| [0, 1, 2].map(|row| pose[row][3]));
+            (origin, axes(track, frame))
+        });
+        let with = found.iter().filter(|(_, points)| !points.is_empty());
+        let searched = [found.len(), with.count()];
         let mut points = found.into_iter().flat_map(|(_, points)| points).collect();
         let joined = join(&mut points, settings.join);
         set_normals(&mut points, |frame| axes(track, frame));
@@ -130,6 +135,7 @@ impl Cloud {
             target: track.target.clone(),
             searched,
             left_out,
+            alone,
             joined,
             points,
             ..Self::default()

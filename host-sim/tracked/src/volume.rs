@@ -74,6 +74,10 @@ fn reserved(path: &Path, sides: [usize; 3]) -> Result<Vec<i16>> {
 
 fn of_file(path: &Path) -> Result<Voxels> {
     let sequence = Sequence::open(path, &PoseTable::default())?;
+    if !sequence.transform_names().is_empty() {
+        let message = "is a tracked sequence of pictures; expected a CT volume";
+        return Err(file_error(path, message));
+    }
     let [columns, rows] = sequence.sides;
     let sides = [columns, rows, sequence.frames.len()];
     let (axes, origin) = place(&sequence).map_err(|message| file_error(path, message))?;

@@ -148,6 +148,8 @@ def sweep(
 ) -> Cloud:
     """Finds the bone in tracked pictures, as ``host-sim sweep`` does.
 
+    Points that none of at least three frames nearby shows are left out.
+
     Args:
         pictures: Grey levels 0 to 255, [frame, row, column].
         poses: Matrices from (column, row, 0, 1) to the frame of reference, mm, [frame, 4, 4]. Frames with NaN are left

@@ -94,6 +94,7 @@ pub(crate) fn fpga(here: &Here) -> Result<()> {
         ("covariance_mac", ""),
         ("mv", ""),
         ("beamformer", ""),
+        ("beamformer", "-Pbeamformer_tb.PACKED=1"),
     ] {
         let image = format!("@target/vectors/{bench}.vvp firmware/fpga/{bench}_tb.v");
         here.run(format!(

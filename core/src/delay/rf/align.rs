@@ -6,11 +6,12 @@ use core::ops::Range;
 use core::slice;
 
 use super::put::GroupLines;
+use super::steps::{Centre, Steps};
 use super::{Compounding, Delay, FAR, STEP, ScanLine, Source};
 use crate::Complex;
 use crate::delay::decimator::{DecimatorMemory, streams_len};
 use crate::delay::delay_law::{ReceiveDelay, TransmitDelay};
-use crate::delay::flight::{CentreSample, Flight};
+use crate::delay::flight::Flight;
 use crate::delay::groups::{Group, Groups};
 use crate::delay::interpolate::{Locator, TapPositions};
 use crate::simd::{PARTIAL_SUMS, Vector, load, split_front, vectorize};
@@ -66,7 +67,7 @@ impl Delay {
         let line = source.line;
         let wanted = (source.first, source.step);
         let mut scratch = self.split_scratch::<V>(scratch, source.samples);
-        self.trace_centre(source, &mut scratch.centre);
+        self.trace_centre::<V>(source, &mut scratch.centre);
         for group in self.groups(line, V::LANES) {
             self.read_group(zero, source, &group, &mut scratch);
             let lines = GroupLines {
@@ -168,7 +169,7 @@ impl Delay {
     ///
     /// The depth is 0 if nothing can be read.
     #[inline(always)]
-    fn trace_centre(&self, source: &Source, centre: &mut CentrePath) {
+    fn trace_centre<V: Vector>(&self, source: &Source, centre: &mut CentrePath) {
         let reach = self.hilbert.reach() as f64;
         let flight = self.flight(&source.transmit, source.line);
         centre.in_order = !source.transmit.is_in_front();
@@ -178,16 +179,19 @@ impl Delay {
             fraction,
             ..
         } = centre;
+        let first = source.first as f64 - reach;
+        let mut steps = match V::LANES {
+            1 => Steps::new(&flight, first, depth.len()),
+            _ => None,
+        };
         let positions = depth.iter_mut().zip(&mut **whole).zip(&mut **fraction);
         for (n, ((depth, whole), fraction)) in positions.enumerate() {
-            let CentreSample {
-                depth: z, position, ..
-            } = flight.at((source.first + n) as f64 - reach);
-            let near = position > -FAR && position < FAR;
-            let floor = if near { libm::floor(position) } else { 0.0 };
-            *depth = if near { z as f32 } else { 0.0 };
-            *whole = floor as f32;
-            *fraction = if near { (position - floor) as f32 } else { 0.0 };
+            let centre = steps.as_mut().and_then(Steps::next);
+            let centre = centre.unwrap_or_else(
+                #[inline(always)]
+                || Centre::at(&flight, (source.first + n) as f64 - reach),
+            );
+            (*depth, *whole, *fraction) = (centre.depth, centre.whole, centre.fraction);
         }
     }
 

@@ -14,6 +14,7 @@
 mod align;
 mod put;
 mod record_end;
+mod steps;
 mod upsampled;
 
 pub use upsampled::{Contribution, UPSAMPLING, Upsampled};
@@ -193,7 +194,8 @@ const fn within_limits(size: usize) -> usize {
 /// paper's 100 → 20 MHz takes 61 products and 99 additions. With several lanes, two elements at the same distance on
 /// either side of the line share the position and the coefficients (taps products, 2·taps additions, the division and
 /// the root); a record is decimated only where it is read. Per output sample three f64 divisions, and a root for
-/// [`TransmitLaw::Element`](crate::geometry::TransmitLaw::Element). RAM: the stage, the scratch, and 5 KiB of stack.
+/// [`TransmitLaw::Element`](crate::geometry::TransmitLaw::Element); with one lane, mostly 200 instructions of integers
+/// with the same bits. RAM: the stage, the scratch, and 5 KiB of stack.
 ///
 /// ```
 /// use bonebeam::prelude::stages::*;

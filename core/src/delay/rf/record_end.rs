@@ -37,7 +37,7 @@ impl Delay {
         if block.end > p.output_samples {
             return Err(Error::capacity("block", block.end, p.output_samples));
         }
-        let transmit = check_line(line, p.elements, p.sound_speed, &[])?;
+        let transmit = check_line(line, p.elements, p.sound_speed)?;
         let active = line.active.first..line.active.first.saturating_add(line.active.count);
         if active.is_empty() || block.is_empty() {
             return Ok(0);

@@ -182,7 +182,7 @@ impl<'a> Upsampled<'a> {
     pub fn centre(&self, line: &ScanLine, positions: &mut [i32]) -> Result<(), Error> {
         let p = &self.delay.parameters;
         check_length("positions", positions.len(), self.line_len())?;
-        let transmit = check_line(line, p.elements, p.sound_speed, &[])?;
+        let transmit = check_line(line, p.elements, p.sound_speed)?;
         let reach = self.delay.hilbert.reach() as f64;
         let before = (self.taps() / 2 + 1) as f64;
         let flight = self.delay.flight(&transmit, line);
@@ -302,7 +302,7 @@ impl<'a> Upsampled<'a> {
         check_length("scratch", scratch.len(), p.need(V::LANES).real)?;
         let samples = out.len() / p.elements.max(1);
         check_length("out", out.len(), p.elements * samples.min(p.output_samples))?;
-        check_line(line, p.elements, p.sound_speed, &[])?;
+        check_line(line, p.elements, p.sound_speed)?;
         let line_len = self.block_len(samples);
         check_length("lines", lines.len(), line.active.count * line_len)?;
         let mut scratch = scratch;

@@ -10,7 +10,7 @@ mod verdict;
 use bonebeam::geometry::Axis;
 use bonebeam::image::{Fan, envelope, largest, log_compression};
 use bonebeam::memory::Scratch;
-use bonebeam::surface::{Detector, Levels, Parameters, Point, Settings, Survey, grey};
+use bonebeam::surface::{Detector, Parameters, Point, Settings, Survey, grey};
 use ndarray::{Array2, ArrayBase, ArrayView2, Data, Ix2};
 use num_complex::Complex;
 use rayon::prelude::*;
@@ -25,6 +25,7 @@ use crate::{Error, Result};
 pub use fan::PictureFan;
 pub use files::{FrameSurface, Kind, add_surfaces_to};
 pub use picture::{Picture, PictureSurface, of_picture};
+use verdict::Facts;
 pub use verdict::Verdict;
 
 /// A point of the bone surface.
@@ -232,19 +233,22 @@ fn detect(
     samples: Axis,
     spacing: f64,
     mut settings: Settings,
-) -> Result<(Vec<Option<Point>>, Levels)> {
+) -> Result<(Vec<Option<Point>>, Facts)> {
     // Nearer to the end of the data there is too little shadow to judge, and the end itself looks like a shadow.
     let end = samples.last() - settings.far[1];
     if settings.depths[1].is_infinite() && end > settings.depths[0] + settings.far[1] {
         settings.depths[1] = end;
     }
     let lines = grey.len() / samples.count.max(1);
-    let detector = Detector::new(Parameters {
-        samples,
-        spacing,
-        settings,
-        latency: lines.saturating_sub(1),
-    })?;
+    let of_piece = |piece| {
+        Detector::new(Parameters {
+            samples,
+            spacing,
+            settings: Settings { piece, ..settings },
+            latency: lines.saturating_sub(1),
+        })
+    };
+    let (detector, sure) = (of_piece(0.0)?, of_piece(settings.piece)?);
     let need = detector.need();
     let mut real = Vec::new();
     let refused = |_| Error::Usage("not enough memory for the bone surface".into());
@@ -261,7 +265,9 @@ fn detect(
         Some(map) => detector.frame_with_coherence(grey, map, scratch, &mut points)?,
         None => detector.frame(grey, scratch, &mut points)?,
     }
-    Ok((points, levels))
+    let surface = points.iter().any(Option::is_some);
+    sure.keep_sure_pieces(&mut points);
+    Ok((points, Facts { levels, surface }))
 }
 
 /// Points at the positions `at(line, depth)`, in pieces.

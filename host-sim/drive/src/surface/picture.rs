@@ -1,11 +1,11 @@
 //! The surface in a picture, whose lines are its columns or the beams of its fan.
 
 use bonebeam::geometry::Axis;
-use bonebeam::surface::{Levels, Point, Settings, grey};
+use bonebeam::surface::{Point, Settings, grey};
 use ndarray::ArrayView2;
 use rayon::prelude::*;
 
-use super::{PictureFan, SurfacePoint, Verdict, detect, doubt_points, placed};
+use super::{Facts, PictureFan, SurfacePoint, Verdict, detect, doubt_points, placed};
 use crate::config;
 use crate::image::{square_side, squared};
 use crate::{Error, Result};
@@ -132,7 +132,7 @@ fn of_fan(
     grey(&levels, &mut grey_levels)?;
     let depths = Axis::new(0.0, side, samples);
     let settings = section.settings_of_picture()?;
-    let (mut points, levels) = detect_joined(&grey_levels, depths, step * middle, settings)?;
+    let (mut points, facts) = detect_joined(&grey_levels, depths, step * middle, settings)?;
     for (point, seen) in points.iter_mut().zip(seen) {
         // Where the picture is cut, there is too little shadow to judge.
         let end = seen.filter(|&seen| seen + 1 < samples);
@@ -151,7 +151,7 @@ fn of_fan(
     );
     let at = |line: usize, r: f64| fan.at(fan.radii[0] + r, angle(line));
     Ok(PictureSurface {
-        verdict: Verdict::of(&points, step * middle, levels),
+        verdict: Verdict::of(&points, step * middle, facts),
         points: placed(points, section.min_confidence, at),
         lines,
         fan: Some(fan),
@@ -170,7 +170,7 @@ fn detect_joined(
     samples: Axis,
     spacing: f64,
     settings: Settings,
-) -> Result<(Vec<Option<Point>>, Levels)> {
+) -> Result<(Vec<Option<Point>>, Facts)> {
     let count = samples.count.max(1);
     let lines = levels.len() / count;
     let joined = ((JOINED / spacing + 1e-9) as usize).min(lines / 8);
@@ -192,7 +192,7 @@ fn detect_joined(
             }
         });
     let spacing = joined as f64 * spacing;
-    let (groups, levels) = detect(&means, None, samples, spacing, settings)?;
+    let (groups, facts) = detect(&means, None, samples, spacing, settings)?;
     let point = |line: usize| {
         let group = (line / joined).min(groups.len() - 1);
         let mut point = groups[group]?;
@@ -211,7 +211,7 @@ fn detect_joined(
         point.begins &= line.is_multiple_of(joined);
         Some(point)
     };
-    Ok(((0..lines).map(point).collect(), levels))
+    Ok(((0..lines).map(point).collect(), facts))
 }
 
 /// Interpolates the levels of a beam; returns its last sample within the picture.
@@ -408,6 +408,22 @@ mod tests {
             assert!(point.confidence <= POINT_CONFIDENCE, "{point:?}");
         }
         assert_ne!(found.verdict, Verdict::Bone);
+    }
+
+    #[test]
+    fn a_line_above_what_is_dim_but_not_black_leaves_the_frame_open() {
+        let pixels = Array2::from_shape_fn((300, 300), |(row, _)| match row {
+            0..150 => 60.0,
+            150..156 => 150.0,
+            _ => 30.0,
+        });
+        let found = surface(&pixels, &config::Surface::default());
+        assert_eq!(found.points, []);
+        assert!(
+            matches!(found.verdict, Verdict::Unclear(_)),
+            "{}",
+            found.verdict
+        );
     }
 
     #[test]

@@ -24,21 +24,27 @@ const BRIGHT: u16 = 16 * 32;
 /// Largest level of a black shadow, 1/16 of a grey level.
 const BLACK: u16 = 16 * 13;
 
+/// What a frame shows beside its points.
+#[derive(Clone, Copy)]
+pub(super) struct Facts {
+    pub levels: Levels,
+    /// Whether lines had a surface before unsure pieces were left out.
+    pub surface: bool,
+}
+
 impl Verdict {
-    /// Of the points of lines, m apart, in a frame of levels.
-    pub(super) fn of(points: &[Option<Point>], spacing: f64, levels: Levels) -> Self {
+    /// Of the points of lines, m apart, in a frame.
+    pub(super) fn of(points: &[Option<Point>], spacing: f64, facts: Facts) -> Self {
         let sure = points.iter().flatten().filter(|p| p.confidence >= SURE);
         let Levels {
             dark,
             tissue,
             bright,
-        } = levels;
+        } = facts.levels;
         match () {
             () if sure.count() as f64 * spacing >= LENGTH => Verdict::Bone,
             () if bright < BRIGHT => Verdict::Unclear("the frame is too dark"),
-            () if points.iter().any(Option::is_some) => {
-                Verdict::Unclear("the surface is short or faint")
-            }
+            () if facts.surface => Verdict::Unclear("the surface is short or faint"),
             () if dark > BLACK.max(tissue / 2) => Verdict::NoBone("no shadow"),
             () => Verdict::NoBone("no line above a shadow"),
         }
@@ -69,33 +75,38 @@ mod tests {
                 begins,
             })
         };
-        let levels = |[dark, tissue, bright]: [u16; 3]| Levels {
-            dark: 16 * dark,
-            tissue: 16 * tissue,
-            bright: 16 * bright,
+        let facts = |surface, [dark, tissue, bright]: [u16; 3]| Facts {
+            levels: Levels {
+                dark: 16 * dark,
+                tissue: 16 * tissue,
+                bright: 16 * bright,
+            },
+            surface,
         };
-        let usual = levels([2, 60, 150]);
-        for (points, levels, expected) in [
-            (vec![point(0.9); 20], usual, "bone"),
-            (
-                vec![point(0.9); 4],
-                usual,
-                "cannot tell: the surface is short or faint",
-            ),
-            (
-                vec![point(0.4); 40],
-                usual,
-                "cannot tell: the surface is short or faint",
-            ),
-            (vec![None; 20], usual, "no bone: no line above a shadow"),
-            (vec![None; 20], levels([50, 60, 150]), "no bone: no shadow"),
+        let usual = [2, 60, 150];
+        let doubtful = "cannot tell: the surface is short or faint";
+        for (points, surface, levels, expected) in [
+            (vec![point(0.9); 20], true, usual, "bone"),
+            (vec![point(0.9); 4], true, usual, doubtful),
+            (vec![point(0.4); 40], true, usual, doubtful),
+            // All pieces were left out.
+            (vec![None; 20], true, usual, doubtful),
             (
                 vec![None; 20],
-                levels([0, 5, 20]),
+                false,
+                usual,
+                "no bone: no line above a shadow",
+            ),
+            (vec![None; 20], false, [50, 60, 150], "no bone: no shadow"),
+            (
+                vec![None; 20],
+                false,
+                [0, 5, 20],
                 "cannot tell: the frame is too dark",
             ),
         ] {
-            assert_eq!(Verdict::of(&points, 0.25e-3, levels).to_string(), expected);
+            let verdict = Verdict::of(&points, 0.25e-3, facts(surface, levels));
+            assert_eq!(verdict.to_string(), expected);
         }
     }
 }
