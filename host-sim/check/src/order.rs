@@ -262,12 +262,14 @@ pub(crate) fn check(
         1.0
     };
     let mut best: Option<(f64, Alternative)> = None;
+    let mut highest = f64::NEG_INFINITY;
     for alternative in alternatives(&coarse, all_read) {
         let Some(other) = &alternative.1 else {
             continue;
         };
         let score = Table::new(base, other).score();
         let gain = score - own;
+        highest = highest.max(score);
         let small = matches!(alternative.0, "element-index" | "transmit-order");
         let missing = gain / (most - own);
         let named = match small {
@@ -286,8 +288,7 @@ pub(crate) fn check(
             every: EVERY,
             ..view.clone()
         };
-        let score = Table::new(base, &coarse).score();
-        if best.as_ref().is_none_or(|(best, ..)| score > *best) {
+        if Table::new(base, &coarse).score() > highest {
             let text = format!("transmits {a} and {b} have each other's echoes");
             let finding = Finding::new("transmit-order", Severity::Error, text)
                 .valued(2.0, "transmits")
@@ -380,7 +381,7 @@ fn listed(view: &View, table: &Table, all_read: bool) -> Option<(View, Finding)>
     let (shift, variance) = jackknife(&lines);
     let is = |step: f64| {
         let share = shift / step;
-        (0.65..1.35).contains(&share) && shift.powi(2) > 2.0 * variance
+        (0.65..1.35).contains(&share) && shift.powi(2) > SURE * SURE * variance
     };
     let by = [1, -1]
         .into_iter()

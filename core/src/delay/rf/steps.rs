@@ -162,7 +162,7 @@ impl Circle {
     }
 }
 
-/// `x·2⁻⁶⁴` as f32, if all numbers less than `error` away are rounded to the same one.
+/// `x·2⁻⁶⁴` as f32, if all numbers less than `error` away round to the same one.
 #[inline(always)]
 fn rounded(x: u64, error: u64) -> Option<f32> {
     let zeros = x.leading_zeros();
