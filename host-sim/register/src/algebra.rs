@@ -86,6 +86,17 @@ pub(crate) fn symmetric_eigen<const N: usize>(mut a: [[f64; N]; N]) -> ([f64; N]
     (order.map(|k| a[k][k]), order.map(|k| vectors[k]))
 }
 
+/// The product of a matrix and a vector.
+pub(crate) fn image<const N: usize>(a: &[[f64; N]; N], v: &[f64; N]) -> [f64; N] {
+    a.map(|row| row.iter().zip(v).map(|(a, v)| a * v).sum())
+}
+
+/// `b·a·bᵀ` of a symmetric a.
+pub(crate) fn congruent<const N: usize>(a: &[[f64; N]; N], b: &[[f64; N]; N]) -> [[f64; N]; N] {
+    let images = b.map(|row| image(a, &row));
+    b.map(|row| image(&images, &row))
+}
+
 /// Principal axes of some points, the longest first.
 pub(crate) fn principal_axes(points: &[V3]) -> [V3; 3] {
     let centre = mean(points.iter().copied());

@@ -101,7 +101,7 @@ pub(crate) fn freedoms(
     view: Option<&View>,
 ) -> Vec<Freedom> {
     let matches = scene.matches(chosen, pose, view, FARTHEST);
-    let normal = Normal::of(scene, chosen, pose, &matches);
+    let normal = Normal::of(scene, chosen, pose, &matches, false);
     let (values, mut vectors) = symmetric_eigen(normal.matrix);
     let weak = values.partition_point(|value| *value < WEAK * WEAK);
     sort_turns(&mut vectors[..weak], |v| normal.parameters(v));
