@@ -270,7 +270,7 @@ fn points_lie_on_a_shaft_in_the_references_frame() {
     folder.works(&format!("{common} -o c.mrk.json"));
     let vtk = fs::read_to_string(at("c.vtk")).unwrap();
     let vtk: Vec<&str> = vtk.lines().collect();
-    // VTK 9.6's legacy reader; 3D Slicer 5 reads the axes in the title.
+    // VTK 9.7.2 reads such a file; 3D Slicer takes the axes from its title (vtkMRMLModelStorageNode.cxx).
     assert_eq!(vtk[1], "bone, mm, SPACE=RAS");
     let count: usize = vtk[4].split(' ').nth(1).unwrap().parse().unwrap();
     assert_eq!(vtk[5 + count], format!("VERTICES {count} {}", 2 * count));

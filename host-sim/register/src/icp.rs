@@ -22,7 +22,7 @@ const NARROWEST: f64 = 0.8;
 const WIDEST: f64 = 15.0;
 /// Standard deviations of a frame's pose, mm and radians about its points' middle, and of a point in its frame, mm.
 const SHIFT: f64 = 0.3;
-const TURN: f64 = 0.3 / 57.3;
+const TURN: f64 = 0.3f64.to_radians();
 /// A point's is wide: neighbours share errors, and a sound speed 2 % off moves a sweep by 1.0 mm, by 3.5 mm with 0.2.
 const POINT: f64 = 1.0;
 /// Largest step, mm.
