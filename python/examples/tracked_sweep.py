@@ -21,8 +21,8 @@ def drawn(count: int = 24, pixel: float = 0.15, depth: float = 14.0) -> bonebeam
     below[abs(x) > 10] = -9
     speckle = np.random.default_rng(59).uniform(0, 50, (count, *z.shape))
     pictures = np.where(below > 0.3, speckle / 4, 45 + speckle) + 190 * np.exp(-((below / 0.25) ** 2))
-    # Columns along x, rows down along z, the probe along y.
-    poses = np.tile([[pixel, 0, 0, 0], [0, 0, -1, 0], [0, pixel, 0, 0], [0, 0, 0, 1.0]], (count, 1, 1))
+    # Columns along x, rows down against z, the probe along y.
+    poses = np.tile([[pixel, 0, 0, 0], [0, 0, 1, 0], [0, -pixel, 0, 0], [0, 0, 0, 1.0]], (count, 1, 1))
     poses[:, 1, 3] = 0.8 * np.arange(count)
     return bonebeam.sweep(pictures.clip(0, 255), poses)
 
@@ -38,7 +38,4 @@ cloud = read(*sys.argv[1:]) if sys.argv[1:] else drawn()
 print(cloud)
 shown = pyvista.PolyData(cloud.points)
 shown["confidence"] = cloud.confidence
-plotter = pyvista.Plotter()
-plotter.add_mesh(shown, scalars="confidence", clim=(0, 1), render_points_as_spheres=True, point_size=6)
-plotter.show_bounds(xtitle="x, mm", ytitle="y, mm", ztitle="z, mm")
-plotter.show(screenshot="tracked_sweep.png")
+shown.plot(scalars="confidence", clim=(0, 1), style="points_gaussian", point_size=4, screenshot="tracked_sweep.png")
