@@ -21,7 +21,7 @@ const LENGTH: usize = COHERENCE.need().real;
 const BOUNDS: [u32; 3] = [585, 910, 1560];
 
 /// The same of a trial speed.
-const SPEED_BOUNDS: [u32; 3] = [200, 400, 800];
+const SPEED_BOUNDS: [u32; 3] = [258, 463, 873];
 
 arrays! {
     /// The memory of the cases.
