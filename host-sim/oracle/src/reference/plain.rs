@@ -165,4 +165,6 @@ impl Plain for coherence::Shares {}
 
 impl Plain for coherence::ShortLag {}
 
+impl Plain for coherence::Speeds {}
+
 impl Plain for scan::Apertures {}
