@@ -27,7 +27,7 @@ pub struct Arguments {
     #[arg(long, value_name = "DIR", conflicts_with = "output")]
     check: Option<PathBuf>,
 
-    /// Folder whose chain.out.hex is written from its chain.in.hex and chain.lines.hex
+    /// Folder that gets the chain.out.hex of its chain.in.hex and chain.lines.hex
     #[arg(long, value_name = "DIR", conflicts_with_all = ["output", "check"])]
     chain: Option<PathBuf>,
 }

@@ -103,7 +103,9 @@ fn counts(record: &LineRecord, [fs, f0]: [f64; 2], scale: f64) -> (Vec<[Word; EL
     (rows.collect(), record.t0 - 0.5 / fs)
 }
 
-/// MV of blocks of I/Q by the registers of their lines, and the aligned words. `None`: these are no such files.
+/// MV of blocks of I/Q by the registers of their lines, and the aligned words.
+///
+/// `None`: the texts are no such files.
 fn lines(blocks: &str, registers: &str) -> Option<(String, Vec<[Word; ELEMENTS]>)> {
     let word = |word: &str| u64::from_str_radix(word, 16).ok();
     let words = |text: &str| text.lines().map(word).collect::<Option<Vec<_>>>();
