@@ -144,7 +144,7 @@ pub fn write_lines(folder: &Path) -> Result<()> {
     outputs.add(&folder.join("chain.out.hex"), |sink| {
         Ok(sink.write_all(text.as_bytes())?)
     })?;
-    Ok(outputs.commit()?)
+    outputs.commit()
 }
 
 /// The bench's files, and the aligned words.
