@@ -53,7 +53,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         return Ok(());
     }
     if let Some(folder) = &arguments.chain {
-        return Ok(write_lines(folder)?);
+        return write_lines(folder);
     }
     let Some(folder) = &arguments.check else {
         return Ok(());
