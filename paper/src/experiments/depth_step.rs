@@ -17,9 +17,9 @@ const BRIGHT: f32 = 127.5;
 
 parameters! {
     /// Section `[depth_step]`: the vertebra in tissue of Fig. 3, default covariance.
-    DepthStep "depth_step" {
+    DepthStep "depth_step" [scene.simulation, scene.receive, scene.image] {
         /// The scene, its recording and its images.
-        scene: VertebraInTissue = VertebraInTissue::default() => VertebraInTissue::validate;
+        scene: VertebraInTissue = VertebraInTissue::default() => VertebraInTissue::check;
     }
 }
 
@@ -46,16 +46,12 @@ impl Experiment for DepthStep {
         }
     }
 
-    fn resolve(&mut self) {
-        self.scene.resolve();
-    }
-
     fn apply(&mut self, overrides: &Overrides) {
         self.scene.apply(overrides);
     }
 
     fn validate(&self) -> Result<()> {
-        self.check()
+        self.scene.validate()
     }
 
     fn run(&self, context: &Context<'_>) -> Result<Outcome> {
