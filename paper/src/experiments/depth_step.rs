@@ -144,8 +144,8 @@ fn outcome(results: &[StepError]) -> Result<Outcome> {
         &[
             ("", |e| e.name.clone()),
             ("depth step", |e| e.depth_step.to_string()),
-            ("rms, grey levels", |e| number(Some(e.rms))),
-            ("rms, bright half", |e| number(Some(e.bright_rms))),
+            ("rms, grey levels", |e| number(e.rms)),
+            ("rms, bright half", |e| number(e.bright_rms)),
             ("bone shift, B-mode, mm", |e| thousandths(e.bone_mm[0])),
             ("bone shift, phase symmetry, mm", |e| {
                 thousandths(e.bone_mm[1])
