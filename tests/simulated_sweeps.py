@@ -18,8 +18,7 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 PIXEL = 0.1  # mm
-FRAMES = 18
-STEPS = {"vertebra": 1.5, "shaft": 2.0}  # mm
+LENGTHS = {"vertebra": 27.0, "shaft": 36.0}  # of a sweep, mm
 SCANNER = "--elements 96 --beams 96 --thickness 0.004 --sampling-rate 50000000".split()
 
 
@@ -95,8 +94,10 @@ def main():
     parser.add_argument("folder", type=pathlib.Path)
     parser.add_argument("--starts", type=int, default=100)
     parser.add_argument("--method", default="das")
-    parser.add_argument("--bones", nargs="*", default=list(STEPS))
+    parser.add_argument("--bones", nargs="*", default=list(LENGTHS))
+    parser.add_argument("--frames", type=int, default=36)
     given = parser.parse_args()
+    frames = given.frames
 
     def run(*words):
         words = [given.command, *map(str, words)]
@@ -105,15 +106,15 @@ def main():
     given.folder.mkdir(exist_ok=True)
     shaft(given.folder / "shaft.obj")
     for bone in given.bones:
-        step = STEPS[bone]
+        step = LENGTHS[bone] / frames
         recording = f"{bone}.npz"
         if not (given.folder / recording).exists():
             own = ["--mesh", "shaft.obj"] if bone == "shaft" else []
-            sweep = ["--sweep", FRAMES, "--sweep-step", step / 1e3]
+            sweep = ["--sweep", frames, "--sweep-step", step / 1e3]
             run("simulate", "vertebra-3d", *own, *SCANNER, *sweep, "-o", recording)
         pictures = given.folder / f"{bone}-{given.method}"
         pictures.mkdir(exist_ok=True)
-        for frame in range(FRAMES):
+        for frame in range(frames):
             if not (pictures / f"{frame}.png").exists():
                 out = ["--method", given.method, "-o", "lines.npz", "--pixel-size", PIXEL / 1e3, "--image", pictures.name + f"/{frame}.png"]
                 run("beamform", recording, "--frames", frame, *out)
@@ -129,13 +130,13 @@ def main():
         def found(name, pose_noise, calibration, speed, gap):
             """Writes the points of a sweep with these errors, in the tracker's frame."""
             offset, rows = calibration * direction(random), []
-            for frame in range(FRAMES):
+            for frame in range(frames):
                 pose = rigid([0, 0, 0], np.add(corner, [0, step * frame, 0])) @ picture
                 wrong = rigid(np.radians(pose_noise) * random.standard_normal(3), pose_noise * random.standard_normal(3))
                 pose = tracker @ pose @ wrong @ rigid([0, 0, 0], offset)
                 rows.append(",".join([f"{frame}.png", *map(str, pose.ravel())]))
             names = [f"m{k}" for k in range(16)]
-            kept = [row for frame, row in enumerate(rows) if not gap or not 0.5 <= frame / FRAMES < 0.62]
+            kept = [row for frame, row in enumerate(rows) if not gap or not 0.5 <= frame / frames < 0.62]
             (given.folder / "poses.csv").write_text("\n".join([",".join(["file", *names]), *kept]) + "\n")
             pixel = f"{PIXEL / 1e3},{speed * PIXEL / 1e3}"
             place = ["--poses", "poses.csv", "--pose-columns", ",".join(names), "--calibration", text(np.eye(4)), "--pixel-size", pixel]

@@ -26,6 +26,7 @@ mod pipeline_blocks;
 mod pipeline_errors;
 mod points;
 mod simulate;
+mod sound_speed;
 mod sub_lines;
 mod surface;
 mod upsampled;

@@ -5,7 +5,7 @@ use bonebeam_drive::beamform::Plan;
 use bonebeam_drive::pipeline::Frames;
 use bonebeam_drive::source::{LineSource, Recorded};
 use bonebeam_drive::threads::pool;
-use bonebeam_oracle::reference::f64::coherence::short_lag_coherence;
+use bonebeam_oracle::reference::f64::coherence::{short_lag_coherence, squared_coherence_factors};
 use bonebeam_oracle::reference::plain::Plain;
 use bonebeam_tests::draw::Seed;
 use bonebeam_tests::kernel::{Kernel, judge, judge_seeds};
@@ -90,7 +90,7 @@ judged! {
     #[test] fn delayed_lines() { delay::Lines: 6000 }
     #[test] fn upsampled_lines() { upsampled::Waves: 1000 }
     #[test] fn beamformed_lines() { beamform::Lines: 6000 }
-    #[test] fn coherence_of_lines() { coherence::Shares: 1000, coherence::ShortLag: 1000 short_lag }
+    #[test] fn coherence_of_lines() { coherence::Shares: 1000, coherence::ShortLag: 1000 short_lag, coherence::Speeds: 1000 factors }
     #[test] fn images() { image::Image: 3000, depth_interpolation::Envelopes: 1000 }
     #[test] fn bone_maps() { phase_symmetry::Map: 60 }
     #[test] fn surfaces() { surface::Frame: 200 }
@@ -176,5 +176,24 @@ fn short_lag(kernel: &coherence::ShortLag, numbers: &[f32]) {
             let bound = terms * f64::from(f32::EPSILON);
             assert!(!moderate || error <= bound, "{n}: {found} and {expected}");
         }
+    }
+}
+
+/// A sum of M values errs by at most M units in the last place of its largest; its square by twice that.
+fn factors(kernel: &coherence::Speeds, numbers: &[f32]) {
+    let lines = &kernel.0;
+    for (line, ((x, _), found)) in lines.lines.iter().zip(numbers).enumerate() {
+        let parts = x.iter().flat_map(|x| [x.re.abs(), x.im.abs()]);
+        let moderate = parts
+            .clone()
+            .all(|x| x == 0.0 || (1e-15..1e15).contains(&x));
+        let active = |n: usize| lines.active(line, n);
+        let block = kernel.block();
+        let expected = squared_coherence_factors(x, lines.elements, active, block);
+        let error = (f64::from(*found) - expected).abs();
+        let blocks = lines.samples(line).div_ceil(block);
+        let terms = 8 * blocks * (lines.elements + block) + blocks * blocks;
+        let bound = terms as f64 * f64::from(f32::EPSILON);
+        assert!(!moderate || error <= bound, "{found} and {expected}");
     }
 }

@@ -318,12 +318,13 @@ fn summary(cloud: &Cloud, space: Space) -> String {
         resumed => format!(" ({resumed} of them from an interrupted run)"),
     };
     format!(
-        "{} points of bone in {with} of {searched} frames{resumed}, in the frame {} ({}), {} joined, {} left out that no neighbouring frame shows; frames left out: {left_out}; lines are {}",
+        "{} points of bone in {with} of {searched} frames{resumed}, in the frame {} ({}), {} joined, {} left out that no neighbouring frame shows, {} of unsure pieces that neighbours show; frames left out: {left_out}; lines are {}",
         cloud.points.len(),
         cloud.target,
         space.name(),
         cloud.joined,
         cloud.alone,
+        cloud.confirmed,
         if cloud.fan.is_some() {
             "beams of a fan"
         } else {

@@ -13,6 +13,8 @@ const APART: f64 = 0.75;
 const SLOPE: f64 = 1.0;
 /// A point that none of so many neighbours shows is left out.
 const ALONE: usize = 3;
+/// So many neighbours, and half of them, must show a point of an unsure piece.
+const WITNESSES: usize = 2;
 
 /// A frame's plane and its points along the picture and in depth, mm, sorted.
 struct Plane {
@@ -32,7 +34,7 @@ impl Plane {
             let [along, depth, _] = plane.place(point.position);
             [along, depth]
         };
-        plane.points = points.iter().map(place).collect();
+        plane.points = points.iter().filter(|p| p.sure).map(place).collect();
         plane.points.sort_by(|a, b| a[0].total_cmp(&b[0]));
         plane
     }
@@ -63,14 +65,15 @@ impl Plane {
 ///
 /// Of each frame's up to eight neighbours in order, those whose plane passes near a point confirm it or not. The
 /// confidence is multiplied by twice the share that shows it, at most 1; its own frame is one of them. A point that none
-/// of at least three neighbours shows is removed, as one whose confidence falls below `least`. `place` gives the origin
-/// and axes of a frame's picture. Returns how many were removed.
+/// of at least three neighbours shows is removed, as one whose confidence falls below `least`. Neighbours show what their
+/// sure pieces have; a point of an unsure piece stays only if half of at least two of them show it. `place` gives the
+/// origin and axes of a frame's picture. Returns how many sure points were removed, and how many unsure ones stayed.
 pub(crate) fn weigh(
     frames: &mut [(usize, Vec<CloudPoint>)],
     least: f64,
     place: impl Fn(usize) -> ([f64; 3], Axes),
-) -> usize {
-    let mut removed = 0;
+) -> [usize; 2] {
+    let [mut removed, mut confirmed] = [0; 2];
     let planes: Vec<Plane> = frames
         .iter()
         .map(|(frame, points)| {
@@ -94,13 +97,17 @@ pub(crate) fn weigh(
             let yes = said.iter().filter(|&&shown| shown).count();
             let share = (1 + yes) as f32 / (1 + said.len()) as f32;
             point.confidence *= (2.0 * share).min(1.0);
-            let shown = yes > 0 || said.len() < ALONE;
+            let shown = match point.sure {
+                true => yes > 0 || said.len() < ALONE,
+                false => yes >= WITNESSES && 2 * yes >= said.len(),
+            };
             let kept = shown && f64::from(point.confidence) >= least;
-            removed += usize::from(!kept);
+            removed += usize::from(point.sure && !kept);
+            confirmed += usize::from(!point.sure && kept);
             kept
         });
     }
-    removed
+    [removed, confirmed]
 }
 
 #[cfg(test)]
@@ -134,7 +141,7 @@ mod tests {
             across: [1.0, 0.0, 0.0],
             down: [0.0, 0.0, -1.0],
         };
-        let removed = weigh(&mut frames, least, |frame| {
+        let [removed, _] = weigh(&mut frames, least, |frame| {
             ([0.0, step * frame as f64, 0.0], axes)
         });
         (removed, frames.into_iter().flat_map(|(_, p)| p).collect())
@@ -183,6 +190,31 @@ mod tests {
     }
 
     #[test]
+    fn an_unsure_piece_stays_where_half_of_the_neighbours_show_it() {
+        // Frame 4 is unsure, and shows an echo above the bone at its left end.
+        let depth = |frame, x| Some(if frame == 4 && x < 1.95 { 10.0 } else { 20.0 });
+        let of = |sure: &dyn Fn(usize) -> bool| {
+            let mut frames = frames(9, 0.3, depth);
+            for (frame, points) in &mut frames {
+                points
+                    .iter_mut()
+                    .for_each(|point| point.sure = sure(*frame));
+            }
+            let axes = Axes {
+                across: [1.0, 0.0, 0.0],
+                down: [0.0, 0.0, -1.0],
+            };
+            weigh(&mut frames, 0.0, |frame| {
+                ([0.0, 0.3 * frame as f64, 0.0], axes)
+            })
+        };
+        assert_eq!(of(&|frame| frame != 4), [0, 80]);
+        // Frame 4 has four sure neighbours of eight, frame 5 three of seven.
+        assert_eq!(of(&|frame| frame < 4), [0, 80]);
+        assert_eq!(of(&|_| false), [0, 0]);
+    }
+
+    #[test]
     fn a_steep_bone_and_one_beside_the_others_pictures_stay() {
         // 40° across the frames.
         let steep = |frame: usize, _: f64| Some(20.0 + 0.84 * 0.5 * frame as f64);
@@ -198,7 +230,7 @@ mod tests {
             down: [0.0, 0.0, -1.0],
         };
         let place = |frame: usize| ([3.0 * frame as f64, 0.3 * frame as f64, 0.0], axes);
-        assert_eq!(weigh(&mut frames, 0.0, place), 0);
+        assert_eq!(weigh(&mut frames, 0.0, place), [0, 0]);
         let sure =
             |(_, points): &(usize, Vec<CloudPoint>)| points.iter().all(|p| p.confidence == 1.0);
         assert!(frames.iter().all(sure));

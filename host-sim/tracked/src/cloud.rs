@@ -23,6 +23,8 @@ pub struct CloudPoint {
     pub frame: usize,
     /// Index of the column, or of the fan's beam.
     pub line: usize,
+    /// Whether it is of a sure piece; others need neighbours.
+    pub(crate) sure: bool,
 }
 
 impl CloudPoint {
@@ -40,6 +42,7 @@ impl CloudPoint {
             confidence,
             frame,
             line,
+            sure: true,
         }
     }
 }
@@ -234,6 +237,7 @@ mod tests {
             confidence,
             frame,
             line: 0,
+            sure: true,
         }
     }
 

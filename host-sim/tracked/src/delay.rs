@@ -112,11 +112,12 @@ fn between(a: &Matrix, b: &Matrix, share: f64) -> Matrix {
 pub(crate) fn estimate(
     sequence: &Sequence,
     track: &Track,
-    finder: &Finder,
+    (finder, sure): (&Finder, f32),
     surfaces: &[(usize, Vec<SurfacePoint>)],
 ) -> Result<[f64; 2]> {
     let (times, step) = times(sequence)?;
-    let mut cloud: Vec<CloudPoint> = placed(track, finder, surfaces).concat();
+    let mut cloud: Vec<CloudPoint> = placed(track, finder, surfaces, sure).concat();
+    cloud.retain(|point| point.sure);
     set_normals(&mut cloud, |frame| axes(track, frame));
     let normals: HashMap<(usize, usize), [f64; 3]> = cloud
         .iter()
@@ -125,9 +126,9 @@ pub(crate) fn estimate(
     let every = normals.len() / MOST + 1;
     let costs = (-CANDIDATES..=CANDIDATES).into_par_iter().map(|candidate| {
         let track = track.delayed(sequence, f64::from(candidate) * step / PER_STEP)?;
-        let mut placed = placed(&track, finder, surfaces);
+        let mut placed = placed(&track, finder, surfaces, sure);
         for points in &mut placed {
-            points.retain(|point| point.line % every == 0);
+            points.retain(|point| point.sure && point.line % every == 0);
         }
         let apart = |a: usize, b: usize| (times[a] - times[b]).abs() > APART * step;
         Ok(of_runs(&placed, &normals, apart))

@@ -18,14 +18,28 @@ use crate::{Error, Result};
 const SHOWN: usize = 16;
 
 /// The points of each surface in space, by the poses of a track, without normals.
+///
+/// Points of pieces whose mean confidence is below `sure` are marked.
 pub(crate) fn placed(
     track: &Track,
     finder: &Finder,
     surfaces: &[(usize, Vec<SurfacePoint>)],
+    sure: f32,
 ) -> Vec<Vec<CloudPoint>> {
-    let of = |(frame, found): &(usize, Vec<SurfacePoint>)| match &track.poses[*frame] {
-        Ok(pose) => finder.points(found, *frame, pose),
-        Err(_) => Vec::new(),
+    let of = |(frame, found): &(usize, Vec<SurfacePoint>)| {
+        let Ok(pose) = &track.poses[*frame] else {
+            return Vec::new();
+        };
+        let mut points = finder.points(found, *frame, pose);
+        let mut rest = points.as_mut_slice();
+        for piece in found.chunk_by(|a, b| a.piece == b.piece) {
+            let (own, others) = rest.split_at_mut(piece.len());
+            let sum: f32 = piece.iter().map(|point| point.confidence).sum();
+            let is_sure = sum >= sure * piece.len() as f32;
+            own.iter_mut().for_each(|point| point.sure = is_sure);
+            rest = others;
+        }
+        points
     };
     surfaces.iter().map(of).collect()
 }

@@ -20,6 +20,8 @@ use crate::{Result, agreement};
 
 /// Frames in memory, for each thread.
 const AHEAD: usize = 4;
+/// Mean confidence of a piece from which neighbouring frames may confirm it.
+const UNSURE: f64 = 0.3;
 
 /// How a sweep is searched.
 #[derive(Clone, Debug)]
@@ -51,6 +53,8 @@ pub struct Cloud {
     pub left_out: BTreeMap<String, usize>,
     /// Number of points left out since no neighbouring frame shows them.
     pub alone: usize,
+    /// Number of points of unsure pieces that neighbouring frames confirm.
+    pub confirmed: usize,
     /// Number of points that were joined to others.
     pub joined: usize,
     /// The fan, m from the first pixel's centre; `None` if columns are lines.
@@ -84,7 +88,12 @@ pub fn sweep(
     };
     let mut track = known.as_ref().unwrap_or(track);
     let frames = track.usable(&settings.frames);
-    let finder = Finder::new(sequence, track, (&settings.surface, settings.crop), &frames)?;
+    let sure = settings.surface.settings_of_picture()?.piece;
+    let surface = Surface {
+        min_piece: Some(UNSURE.min(f64::from(sure))),
+        ..settings.surface.clone()
+    };
+    let finder = Finder::new(sequence, track, (&surface, settings.crop), &frames)?;
     let mut partial = None;
     if let Some((output, program)) = &settings.resumable {
         partial = Some(kept::open((output, program), sequence, &finder, &frames)?);
@@ -93,12 +102,12 @@ pub fn sweep(
     let estimated;
     let mut delay = None;
     if settings.delay == Delay::Estimated {
-        let found = estimate(sequence, track, &finder, &surfaces)?;
+        let found = estimate(sequence, track, (&finder, sure), &surfaces)?;
         delay = Some(found);
         estimated = track.delayed(sequence, found[0])?;
         track = &estimated;
     }
-    let points = placed(track, &finder, &surfaces).into_iter();
+    let points = placed(track, &finder, &surfaces, sure).into_iter();
     let points = surfaces.iter().map(|(frame, _)| *frame).zip(points);
     let cloud = Cloud {
         fan: finder.fan(),
@@ -113,11 +122,12 @@ impl Cloud {
     /// The points of the searched frames that have a pose.
     fn of(track: &Track, settings: &Settings, mut found: Vec<(usize, Vec<CloudPoint>)>) -> Self {
         found.retain(|(frame, _)| track.poses[*frame].is_ok());
-        let alone = agreement::weigh(&mut found, settings.surface.min_confidence, |frame| {
-            let pose = track.poses[frame].as_ref();
-            let origin = pose.map_or([0.0; 3], |pose| [0, 1, 2].map(|row| pose[row][3]));
-            (origin, axes(track, frame))
-        });
+        let [alone, confirmed] =
+            agreement::weigh(&mut found, settings.surface.min_confidence, |frame| {
+                let pose = track.poses[frame].as_ref();
+                let origin = pose.map_or([0.0; 3], |pose| [0, 1, 2].map(|row| pose[row][3]));
+                (origin, axes(track, frame))
+            });
         let with = found.iter().filter(|(_, points)| !points.is_empty());
         let searched = [found.len(), with.count()];
         let mut points = found.into_iter().flat_map(|(_, points)| points).collect();
@@ -136,6 +146,7 @@ impl Cloud {
             searched,
             left_out,
             alone,
+            confirmed,
             joined,
             points,
             ..Self::default()

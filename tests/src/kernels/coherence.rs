@@ -1,6 +1,6 @@
-//! Coherence of aligned lines: the share of the largest eigenvalue, and short-lag coherence.
+//! Coherence of aligned lines: the share of the largest eigenvalue, short-lag coherence, and that of trial speeds.
 
-use bonebeam::beamform::Sizes;
+use bonebeam::beamform::{Sizes, SpeedTrials};
 use bonebeam::prelude::stages::*;
 
 use super::beamform::Lines;
@@ -76,6 +76,51 @@ impl<const SHARES: bool> Kernel for Coherence<SHARES> {
                 true => beamformer.eigenvalue_shares(&mut workspace, x, active, out)?,
                 false => (self.short_lag()).line(x, active, memory.reborrow(), out)?,
             }
+        }
+        Ok(())
+    }
+}
+
+/// Squared coherence factors of lines, added up.
+#[derive(Clone, Debug)]
+pub struct Speeds(pub Lines);
+
+impl Speeds {
+    /// Samples of a block.
+    pub fn block(&self) -> usize {
+        1 + self.0.parameters.temporal_half_window
+    }
+}
+
+impl Kernel for Speeds {
+    type Number = f32;
+
+    fn draw(draw: &mut impl Draw) -> Result<Self, Error> {
+        let mut lines = Lines::draw(draw)?;
+        (lines.parameters.sub_lines, lines.parameters.depth_step) = (1, 1);
+        Ok(Speeds(lines))
+    }
+
+    fn need(&self, _: usize, _: usize) -> [Need; 2] {
+        [Need::default(); 2]
+    }
+
+    fn numbers(&self) -> usize {
+        self.0.lines.len()
+    }
+
+    fn run<V: Vector>(
+        &self,
+        _: V,
+        _: usize,
+        _: (Scratch<'_>, Scratch<'_, V>),
+        out: &mut [f32],
+    ) -> Result<(), Error> {
+        for (line, out) in out.iter_mut().enumerate() {
+            let mut trials = SpeedTrials::<3>::new(1500.0, 40.0)?;
+            let active = |n| self.0.active(line, n);
+            trials.add(line, 1, self.0.aligned(line)?, active, self.block())?;
+            *out = trials.coherence(1) as f32;
         }
         Ok(())
     }

@@ -28,6 +28,7 @@ macro_rules! for_each_kernel {
             $crate::kernels::frame::Frame,
             $crate::kernels::coherence::Shares,
             $crate::kernels::coherence::ShortLag,
+            $crate::kernels::coherence::Speeds,
             $crate::kernels::phase_symmetry::Map;
             $($rest)*
         }

@@ -143,7 +143,7 @@ pub const STEPS: &[Step] = &[
         "recordings that h5py, pyuff, zea and scipy write, where pip can install them; a point by each, into file-formats.md"),
     step(HostAll, "writers", &[Tool::Python("writers", "h5py hdf5plugin numpy pyuff_ustb scipy"), Tool::Command], Call(python::writers),
         "the same by the newest versions of these writers"),
-    step(HostAll, "wheel", &[Tool::Python("wheel", OF_TESTS), Tool::Command], Lines(python::WHEEL),
+    step(HostAll, "wheel", &[Tool::Python("wheel", OF_TESTS), Tool::Python("wheel", "pyvista"), Tool::Command], Lines(python::WHEEL),
         "the wheel as pip builds it, its tests and examples with every package"),
     step(HostAll, "campaigns",
         &[Tool::Python("campaigns", "numpy pytest matplotlib xxhash snakemake snakemake-executor-plugin-slurm"), Tool::Command],

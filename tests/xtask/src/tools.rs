@@ -148,7 +148,7 @@ impl Here {
     /// Installs Debian's packages; whether that succeeded.
     pub fn by_apt(&self, packages: &[&str]) -> bool {
         let install = format!(
-            "apt-get install -y -q --no-install-recommends {}",
+            "apt-get -o DPkg::Lock::Timeout=600 install -y -q --no-install-recommends {}",
             packages.join(" ")
         );
         self.has(&["apt-get"])

@@ -1,5 +1,6 @@
-//! Short-lag coherence of a line, of three sizes.
+//! Short-lag coherence of a line, and its coherence at a trial speed, of three sizes.
 
+use bonebeam::beamform::SpeedTrials;
 use bonebeam::prelude::stages::*;
 use firmware::arrays;
 use static_cell::ConstStaticCell;
@@ -18,6 +19,9 @@ const LENGTH: usize = COHERENCE.need().real;
 
 /// The bounds on the instructions per sample for `M` = 16, 32 and 64 (see `beamform.rs`).
 const BOUNDS: [u32; 3] = [585, 910, 1560];
+
+/// The same of a trial speed.
+const SPEED_BOUNDS: [u32; 3] = [200, 400, 800];
 
 arrays! {
     /// The memory of the cases.
@@ -42,6 +46,16 @@ pub fn run(counter: &mut Counter) -> Result<bool, Error> {
         let bytes = Memory::<LENGTH, 0>::BYTES;
         let name = "short-lag-coherence";
         within &= report(name, elements, SAMPLES, &cost, bytes, bound);
+    }
+    for (elements, bound) in [16, 32, LARGEST].into_iter().zip(SPEED_BOUNDS) {
+        let x = &mut x[..SAMPLES * elements];
+        snapshots(x, elements, ECHO);
+        let line = AlignedLine::new(x, elements)?;
+        let mut trials = SpeedTrials::<5>::new(1460.0, 40.0)?;
+        let all = |_| Active::new(0, elements);
+        let cost = counter.cost(|| trials.add(0, 2, line, all, 16))?;
+        let bytes = size_of::<SpeedTrials<5>>();
+        within &= report("speed-trials", elements, SAMPLES, &cost, bytes, bound);
     }
     Ok(within)
 }

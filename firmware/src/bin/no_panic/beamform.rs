@@ -1,7 +1,7 @@
 //! The beamformers.
 
 use crate::{opaque, take};
-use bonebeam::beamform::{Parameters, Sizes, constant_segments, segments_within};
+use bonebeam::beamform::{Parameters, Sizes, SpeedTrials, constant_segments, segments_within};
 use bonebeam::prelude::stages::*;
 use bonebeam::simd::{ComplexVector, Mask};
 
@@ -47,6 +47,10 @@ fn coherence() -> Result<(), Error> {
     ShortLagCoherence::sums(line, opaque(1), active(), opaque(&mut sums[..]));
     coherence.of_sums(opaque(&sums[..]), opaque(&mut out[..]));
     take(out);
+    let mut trials = SpeedTrials::<5>::new(opaque(1440.0), opaque(40.0))?;
+    trials.add(opaque(9), opaque(2), line, |_| active(), opaque(2))?;
+    take((trials.speed(opaque(9)), trials.coherence(opaque(9))));
+    take(trials.estimate());
     Ok(())
 }
 

@@ -59,6 +59,9 @@ section! {
                 row("X").within([0.0, 1.0], " of white").usual(|| of_lines(|s| s.margin));
             /// Minimum confidence of a point, 0 to 1
             min_confidence: f64 = 0.0, row("P").within([0.0, 1.0], "");
+            /// Minimum mean confidence of a connected piece of surface, 0 to 1
+            min_piece: Option<f64> = None,
+                row("P").within([0.0, 1.0], "").usual(|| usual(|s| f64::from(s.piece)));
             /// Distance in elevation between the frames of a sweep, m
             ///
             /// Frame 0 is at elevation 0. Points then have y as well, and a .ply file has triangles between the surfaces of
@@ -121,6 +124,7 @@ impl Surface {
             jump: self.jump_price.unwrap_or(usual.jump),
             slope: self.slope_price.map_or(usual.slope, |price| 1e3 * price),
             margin: self.margin.unwrap_or(usual.margin),
+            piece: self.min_piece.map_or(usual.piece, |least| least as f32),
             ..usual
         };
         settings.contrast.weight = self.contrast.unwrap_or(usual.contrast.weight);

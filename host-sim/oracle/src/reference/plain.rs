@@ -163,4 +163,6 @@ impl Plain for frame::Frame {}
 /// The reference of shares is in f64: `coherence.rs`.
 impl<const SHARES: bool> Plain for coherence::Coherence<SHARES> {}
 
+impl Plain for coherence::Speeds {}
+
 impl Plain for scan::Apertures {}

@@ -1,4 +1,4 @@
-//! Short-lag coherence in f64, directly from its definition.
+//! Short-lag coherence and coherence factors in f64, from their definitions.
 
 use bonebeam::geometry::Active;
 use num_complex::Complex;
@@ -30,4 +30,26 @@ pub fn short_lag_coherence(
         }
     }
     if powers > 0.0 { products / powers } else { 0.0 }
+}
+
+/// The squared coherence factors of a line's blocks of `block` samples, added up.
+pub fn squared_coherence_factors(
+    line: &[Complex<f32>],
+    elements: usize,
+    active: impl Fn(usize) -> Active,
+    block: usize,
+) -> f64 {
+    let factor = |(first, x): (usize, &[Complex<f32>])| {
+        let [mut coherent, mut all] = [0.0; 2];
+        for (n, x) in (first * block..).zip(x.chunks_exact(elements)) {
+            let Active { first, count } = active(n);
+            let x = x[first..first + count].iter();
+            let x = x.map(|x| Complex::new(f64::from(x.re), f64::from(x.im)));
+            coherent += x.clone().sum::<Complex<f64>>().norm_sqr();
+            all += count as f64 * x.map(|x| x.norm_sqr()).sum::<f64>();
+        }
+        if all > 0.0 { coherent / all } else { 0.0 }
+    };
+    let blocks = line.chunks(block * elements).enumerate();
+    blocks.map(|block| factor(block).powi(2)).sum()
 }
