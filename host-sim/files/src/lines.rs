@@ -153,7 +153,7 @@ impl BeamformedLines {
 }
 
 impl<Z> BeamformedLines<Z> {
-    /// Lines straight down from z = 0, with the sampling rate, the time of sample 0 and the speed of sound.
+    /// Lines straight down from z = 0, by `fs`, `t0` and `c`.
     pub fn straight(z: Z, beam_x: Vec<f64>, [fs, t0, c]: [f64; 3]) -> Self {
         Self {
             z,

@@ -7,7 +7,7 @@ use super::beamform::Lines;
 use crate::draw::Draw;
 use crate::kernel::Kernel;
 
-/// Coherence of lines: shares of the largest eigenvalue in their covariances, or short-lag coherence.
+/// Shares of the largest eigenvalue in lines' covariances, or short-lag coherence.
 #[derive(Clone, Debug)]
 pub struct Coherence<const SHARES: bool>(pub Lines);
 

@@ -30,7 +30,9 @@ pub trait Parameters: Serialize + DeserializeOwned + Default {
     /// [`crate::Error::Usage`] naming the value and the range.
     fn check(&self) -> Result<()>;
 
-    /// The keys of a scanner, if the section has them: the receiver and the image follow the array, the seed the flag.
+    /// The keys of a scanner, if the section has them.
+    ///
+    /// Receiver and image follow the array, the seed the flag.
     fn scanner(&mut self) -> Option<Scanner<'_>> {
         None
     }
