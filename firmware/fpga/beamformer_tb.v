@@ -1,10 +1,10 @@
 // Blocks to lines of MV beside the chain's vectors of `host-sim golden`, or by chain.v samples to lines: registers by
 // AXI-Lite before each line, gaps and stalls on both streams, and the next block waits.
 module beamformer_tb;
-    parameter LINES = 12, PACKED = 0;
-    localparam SAMPLES = 175, OUTPUTS = 96, BEATS = 1404, VALUES = 19;
-    reg [63:0] in [0:12*BEATS-1], expected [0:12*OUTPUTS-1];
-    reg [31:0] values [0:12*VALUES-1];
+    parameter LINES = 12, PACKED = 0, SAMPLES = 175, OUTPUTS = 96;
+    localparam BEATS = 8 * SAMPLES + 4, VALUES = 19;
+    reg [63:0] in [0:LINES*BEATS-1], expected [0:LINES*OUTPUTS-1];
+    reg [31:0] values [0:LINES*VALUES-1];
     reg clock = 0, reset = 1, start = 0, in_valid = 0, last = 0, out_ready = 0;
     reg aw_valid = 0, w_valid = 0, ar_valid = 0, b_ready = 0, r_ready = 0;
     reg [6:0] aw = 0, ar = 0;
@@ -68,7 +68,7 @@ module beamformer_tb;
         end
     endtask
 
-    initial #100000000 begin
+    initial #(100000 * LINES * OUTPUTS) begin
         $display("beamformer: hangs in line %0d", l);
         $finish;
     end

@@ -140,11 +140,7 @@ fn recording(
 /// Position of a beam's sample, (x, z) m.
 fn position(lines: &BeamformedLines, beam: usize, sample: usize) -> [f64; 2] {
     let r = lines.c * (lines.t0 + sample as f64 / lines.fs) / 2.0;
-    let (z, angle) = match &lines.rays {
-        None => (0.0, 0.0),
-        Some(rays) => (rays.z[beam], rays.angle[beam]),
-    };
-    [lines.beam_x[beam] + r * angle.sin(), z + r * angle.cos()]
+    lines.point(beam, r)
 }
 
 fn brightest(lines: &BeamformedLines) -> [f64; 2] {

@@ -217,23 +217,13 @@ fn transmits_are_weighted() {
 
 /// Lines with magnitudes that halve every tenth sample, and from beam to beam.
 fn sector() -> BeamformedLines {
-    let angles: Vec<f64> = (0..21)
-        .map(|beam| (f64::from(beam) - 10.0) * 0.05)
-        .collect();
+    let angles = (0..21).map(|beam| (f64::from(beam) - 10.0) * 0.05);
     let z = Array2::from_shape_fn((21, 100), |(beam, sample)| {
         Complex::new(0.5f32.powf(sample as f32 / 10.0 + beam as f32), 0.0)
     });
     BeamformedLines {
-        z,
-        fs: 15e6,
-        t0: 0.0,
-        beam_x: vec![0.0; 21],
-        rays: Some(BeamRays {
-            z: vec![0.0; 21],
-            angle: angles,
-        }),
-        sub_lines: 1,
-        c: 1500.0,
+        rays: BeamRays::of(21, None, Some(angles.collect())),
+        ..BeamformedLines::straight(z, vec![0.0; 21], [15e6, 0.0, 1500.0])
     }
 }
 

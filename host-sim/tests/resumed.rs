@@ -8,7 +8,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use common::channel_data_without;
-use common::program::{Folder, names, program, run, succeeded};
+use common::program::{Folder, names, program, succeeded};
 use ndarray::{Array4, Axis};
 use tempfile::{TempDir, tempdir};
 
@@ -98,11 +98,7 @@ fn frames_that_were_done_are_not_made_again() {
     fs::remove_file(folder.path().join("lines.npz")).unwrap();
     killed(&folder, 5 * frame as u64);
     let other = COMMAND.replace("mv", "das");
-    let (code, message) = run(&folder, &other);
-    assert!(
-        code == 0 && message.contains("belongs to another run"),
-        "{message}"
-    );
+    folder.ends(&other, 0, "belongs to another run");
     assert_ne!(folder.frames(), whole);
     fs::remove_file(folder.path().join("lines.npz")).unwrap();
     killed(&folder, 5 * frame as u64);
@@ -136,7 +132,6 @@ fn a_run_that_fails_leaves_no_lines() {
     channel_data_without(&path, &["rf"])
         .with("rf", rf.into_dyn())
         .finish();
-    let (code, message) = run(&folder, COMMAND);
-    assert!(code == 1 && message.contains("NaN"), "{message}");
+    folder.ends(COMMAND, 1, "NaN");
     assert_eq!(names(folder.path()), ["data.npz"]);
 }

@@ -158,17 +158,9 @@ fn a_cropped_picture_has_the_places_of_the_whole() {
 fn the_surface_of_lines_lies_where_the_beams_do() {
     let folder = tempdir().unwrap();
     let levels = picture();
-    let lines = BeamformedLines {
-        z: Array2::from_shape_fn((COLUMNS, ROWS), |(line, sample)| {
-            envelope(levels[(sample, line)])
-        }),
-        fs: 7.7e6,
-        t0: 0.0,
-        beam_x: (0..COLUMNS).map(|k| -8e-3 + PIXEL * k as f64).collect(),
-        rays: None,
-        sub_lines: 1,
-        c: 1540.0,
-    };
+    let z = Array2::from_shape_fn((COLUMNS, ROWS), |(line, n)| envelope(levels[(n, line)]));
+    let x = (0..COLUMNS).map(|k| -8e-3 + PIXEL * k as f64);
+    let lines = BeamformedLines::straight(z, x.collect(), [7.7e6, 0.0, 1540.0]);
     lines.write(&folder.path().join("lines.npz")).unwrap();
     folder.works("surface lines.npz -o a.csv --image over.png");
     follow(&rows(&folder, "a.csv"), [-8e-3, 0.0]);

@@ -8,172 +8,11 @@ use std::path::Path;
 
 use crate::resumed::killed_at;
 use bonebeam_files::image;
-use bonebeam_tracked::{IDENTITY, Matrix, apply, inverse, product};
+use bonebeam_tracked::{IDENTITY, apply, inverse, product};
 use common::program::{Folder, names, program, run, succeeded};
+use common::shaft::*;
 use ndarray::Array2;
-use rand::rngs::ChaCha8Rng;
-use rand::{RngExt, SeedableRng};
-use tempfile::{TempDir, tempdir};
-
-const FRAMES: usize = 24;
-const COLUMNS: usize = 160;
-const ROWS: usize = 240;
-/// Side of a pixel, mm.
-const PIXEL: f64 = 0.15;
-/// Radius of the shaft and a point of its axis in the reference's frame, mm.
-const RADIUS: f64 = 11.0;
-const MIDDLE: [f64; 3] = [40.0, -20.0, 30.0];
-/// Frames whose pose is out of view, whose pose jumps, and without a picture.
-const LOST: usize = 5;
-const JUMP: usize = 9;
-const EMPTY: usize = 15;
-
-/// The rotation by angles about x, then y, then z, and a translation.
-fn pose(angles: [f64; 3], [x, y, z]: [f64; 3]) -> Matrix {
-    let [(sa, ca), (sb, cb), (sc, cc)] = angles.map(f64::sin_cos);
-    [
-        [cb * cc, sa * sb * cc - ca * sc, ca * sb * cc + sa * sc, x],
-        [cb * sc, sa * sb * sc + ca * cc, ca * sb * sc - sa * cc, y],
-        [-sb, sa * cb, ca * cb, z],
-        [0.0, 0.0, 0.0, 1.0],
-    ]
-}
-
-fn calibration() -> Matrix {
-    let [x, y] = [COLUMNS, ROWS].map(|side| side as f64 * PIXEL / 2.0);
-    let scale = [
-        [PIXEL, 0.0, 0.0, -x],
-        [0.0, PIXEL, 0.0, -y],
-        [0.0, 0.0, 1.0, 0.0],
-        [0.0, 0.0, 0.0, 1.0],
-    ];
-    product(&pose([0.1, 1.2, -0.4], [5.0, 50.0, -3.0]), &scale)
-}
-
-/// Direction of the shaft in the reference's frame.
-fn axis() -> [f64; 3] {
-    let at = apply(&pose([0.3, 0.2, 0.5], [0.0; 3]), [0.0, 0.0, 1.0]);
-    at.map(|x| x / at.iter().map(|x| x * x).sum::<f64>().sqrt())
-}
-
-/// The vector from the axis to a point.
-fn from_axis(point: [f64; 3]) -> [f64; 3] {
-    let own = axis();
-    let off: [f64; 3] = std::array::from_fn(|k| point[k] - MIDDLE[k]);
-    let along: f64 = (0..3).map(|k| off[k] * own[k]).sum();
-    std::array::from_fn(|k| off[k] - along * own[k])
-}
-
-fn length(v: [f64; 3]) -> f64 {
-    v.iter().map(|x| x * x).sum::<f64>().sqrt()
-}
-
-fn reference() -> Matrix {
-    pose([-0.7, 0.4, 2.0], [100.0, -40.0, 900.0])
-}
-
-/// The picture's matrix to the reference: across the shaft, the array 14 mm above it, wobbling.
-fn image_to_reference(frame: usize) -> Matrix {
-    let k = frame as f64 - FRAMES as f64 / 2.0;
-    let along = axis().map(|x| 0.8 * k * x);
-    let wobble = pose([0.02 * k.sin(), 0.02 * k.cos(), 0.01 * k.sin()], [0.0; 3]);
-    let upright = product(
-        &pose(
-            [0.3, 0.2, 0.5],
-            std::array::from_fn(|k| MIDDLE[k] + along[k]),
-        ),
-        &wobble,
-    );
-    let top = [
-        [PIXEL, 0.0, 0.0, -(COLUMNS as f64) * PIXEL / 2.0],
-        [0.0, PIXEL, 0.0, -14.0 - RADIUS],
-        [0.0, 0.0, 1.0, 0.0],
-        [0.0, 0.0, 0.0, 1.0],
-    ];
-    product(&upright, &top)
-}
-
-/// Speckle, with an echo of 0.25 mm on the shaft and a shadow below it.
-fn picture(frame: usize, matrix: &Matrix) -> Vec<u8> {
-    let mut rng = ChaCha8Rng::seed_from_u64(59 + frame as u64);
-    let mut pixels = vec![0; ROWS * COLUMNS];
-    for column in 0..COLUMNS {
-        let depth = |row: f64| length(from_axis(apply(matrix, [column as f64, row, 0.0]))) - RADIUS;
-        let bone = (0..ROWS)
-            .map(|row| row as f64)
-            .find(|row| depth(*row) < 0.0);
-        let bone = bone.map(|row| row - depth(row) / (depth(row) - depth(row - 1.0)));
-        for row in 0..ROWS {
-            let speckle: f64 = rng.random_range(0.0..50.0);
-            let below = bone.map_or(-1e3, |bone| PIXEL * (row as f64 - bone));
-            let tissue = if below > 0.3 {
-                speckle / 4.0
-            } else {
-                45.0 + speckle
-            };
-            let echo = 190.0 * (-(below / 0.25).powi(2)).exp();
-            pixels[row * COLUMNS + column] = (tissue + echo).min(255.0) as u8;
-        }
-    }
-    pixels
-}
-
-fn text(matrix: &Matrix) -> String {
-    let numbers: Vec<String> = matrix.as_flattened().iter().map(f64::to_string).collect();
-    numbers.join(" ") + " "
-}
-
-/// The sweep as PLUS writes it, and its configuration.
-fn folder() -> TempDir {
-    let noted = |k: usize| {
-        let mut pose = image_to_reference(k);
-        pose[1][3] += if k == JUMP { 30.0 } else { 0.0 };
-        pose
-    };
-    folder_of(FRAMES, image_to_reference, noted)
-}
-
-/// Pictures by their poses, and the poses that are written.
-fn folder_of(
-    count: usize,
-    true_pose: impl Fn(usize) -> Matrix,
-    noted: impl Fn(usize) -> Matrix,
-) -> TempDir {
-    let folder = tempdir().unwrap();
-    let mut header = format!(
-        "ObjectType = Image\nNDims = 3\nBinaryData = True\nCompressedData = False\n\
-         DimSize = {COLUMNS} {ROWS}                {count} \nElementSpacing = 1 1 1\nElementType = MET_UCHAR\n\
-         Kinds = domain domain               list\nUltrasoundImageOrientation = MFA\n"
-    );
-    let to_image = inverse(&calibration()).unwrap();
-    for k in 0..count {
-        let probe = product(&reference(), &product(&noted(k), &to_image));
-        let status = if k == LOST { "OUT_OF_VIEW" } else { "OK" };
-        let valid = if k == EMPTY { "INVALID" } else { "OK" };
-        let of = |name: &str, matrix: &Matrix, status: &str| {
-            let name = format!("Seq_Frame{k:04}_{name}ToTrackerTransform");
-            format!("{name} = {}\n{name}Status = {status}\n", text(matrix))
-        };
-        header += &of("Probe", &probe, status);
-        header += &of("Reference", &reference(), "OK");
-        header += &format!("Seq_Frame{k:04}_Timestamp = {:.6}\n", 0.05 * k as f64);
-        header += &format!("Seq_Frame{k:04}_ImageStatus = {valid}\n");
-    }
-    header += "ElementDataFile = LOCAL\n";
-    let pixels: Vec<u8> = (0..count).flat_map(|k| picture(k, &true_pose(k))).collect();
-    fs::write(
-        folder.path().join("sweep.igs.mha"),
-        [header.as_bytes(), &pixels].concat(),
-    )
-    .unwrap();
-    let plus = format!(
-        "<PlusConfiguration><CoordinateDefinitions><Transform From=\"Image\" To=\"Probe\" Matrix=\"{}\"/>\
-         </CoordinateDefinitions></PlusConfiguration>",
-        text(&calibration())
-    );
-    fs::write(folder.path().join("plus.xml"), plus).unwrap();
-    folder
-}
+use tempfile::tempdir;
 
 /// The rows of a cloud's CSV: frame, line, position, normal, path, confidence.
 fn rows(path: &Path) -> Vec<[f64; 12]> {
@@ -308,14 +147,14 @@ fn a_folder_of_pngs_gives_the_points_of_the_same_sweep() {
         let [tx, ty, tz] = [m[0][3], m[1][3], m[2][3]].map(|mm| mm / 1e3);
         table += &format!("{k}.png,{tx},{ty},{tz},{w},{x},{y},{z}\n");
     }
-    fs::write(folder.path().join("poses.csv"), table).unwrap();
+    folder.write("poses.csv", table);
     // The calibration in mm, with the pixel's size apart.
     let mut rigid = calibration();
     rigid
         .iter_mut()
         .take(3)
         .for_each(|row| row[..2].iter_mut().for_each(|value| *value /= PIXEL));
-    fs::write(folder.path().join("rigid.txt"), text(&rigid)).unwrap();
+    folder.write("rigid.txt", text(&rigid));
     folder.works(
         "sweep pngs --pose-unit m --calibration rigid.txt --pixel-size 0.00015 -o a.csv --join 0",
     );
@@ -351,8 +190,7 @@ fn a_delay_is_taken_away_and_estimated_by_passes_over_the_same_bone() {
     };
     folder.works(&format!("{common} -o late.csv"));
     folder.works(&format!("{common} --delay 0.08 -o known.csv"));
-    let (status, message) = run(&folder, &format!("{common} --delay estimate -o found.csv"));
-    assert_eq!(status, 0, "{message}");
+    let message = folder.ends(&format!("{common} --delay estimate -o found.csv"), 0, "");
     let [late, known, found] = ["late.csv", "known.csv", "found.csv"].map(mean);
     assert!(
         late > 0.5 && known < 0.15 && found < 0.15,
@@ -382,59 +220,43 @@ fn a_killed_sweep_resumes_with_the_same_points() {
     let mut bytes = text("sweep.igs.mha");
     let pixels = bytes.len() - FRAMES * ROWS * COLUMNS;
     bytes[pixels..].fill(20);
-    fs::write(folder.path().join("sweep.igs.mha"), bytes).unwrap();
-    let (status, message) = run(&folder, &format!("{command} a.csv"));
-    assert!(
-        status == 0 && message.contains("belongs to another run"),
-        "{message}"
-    );
+    folder.write("sweep.igs.mha", bytes);
+    folder.ends(&format!("{command} a.csv"), 0, "belongs to another run");
     assert!(rows(&folder.path().join("a.csv")).is_empty());
 }
 
 #[test]
 fn what_a_sweep_lacks_is_named() {
     let folder = folder();
-    fs::write(
-        folder.path().join("short.mha"),
-        "ObjectType = Image\nNDims = 2\n",
-    )
-    .unwrap();
-    fs::write(folder.path().join("mm.txt"), "1 0 0 0 0 1 0 0 0 0 1 0").unwrap();
+    folder.write("short.mha", "ObjectType = Image\nNDims = 2\n");
+    folder.write("mm.txt", "1 0 0 0 0 1 0 0 0 0 1 0");
     // Numbers of 0 to 1 are no grey levels.
     let header = "ObjectType = Image\nNDims = 3\nBinaryData = True\nCompressedData = False\nDimSize = 64 64 1\n\
                   ElementType = MET_FLOAT\nUltrasoundImageOrientation = MFA\nElementDataFile = LOCAL\n";
     let levels = (0..64 * 64).flat_map(|k| (k as f32 / 4096.0).to_le_bytes());
     let levels: Vec<u8> = header.bytes().chain(levels).collect();
-    fs::write(folder.path().join("levels.mha"), levels).unwrap();
-    let (status, message) = run(&folder, "surface levels.mha --pixel-size 0.0001 -o a.csv");
-    assert!(
-        status == 1 && message.contains("multiply by 255"),
-        "{message}"
+    folder.write("levels.mha", levels);
+    folder.ends(
+        "surface levels.mha --pixel-size 0.0001 -o a.csv",
+        1,
+        "multiply by 255",
     );
     // Decibels are no grey levels: 0 is the brightest of them.
     let levels = (0..64 * 64).flat_map(|k| (-(k as f32) / 64.0).to_le_bytes());
     let levels: Vec<u8> = header.bytes().chain(levels).collect();
-    fs::write(folder.path().join("decibels.mha"), levels).unwrap();
+    folder.write("decibels.mha", levels);
     // Nothing but speckle, by a calibration whose first number is negative.
     let mut mirrored = calibration();
     (0..3).for_each(|row| mirrored[row][0] = -mirrored[row][0]);
     assert!(mirrored[0][0] < 0.0, "{mirrored:?}");
     let numbers = text(&mirrored).trim().replace(' ', ",");
     let speckle = format!("sweep sweep.igs.mha -o n.ply --crop 0,0,160,40 --calibration {numbers}");
-    let (status, message) = run(&folder, &speckle);
-    assert!(
-        status == 0 && message.contains("no bone in any frame; the middle one: "),
-        "{message}"
-    );
-    fs::write(
-        folder.path().join("p.csv"),
-        "x,y,z\n".to_owned() + &"1,2,3\n".repeat(8),
-    )
-    .unwrap();
-    let (status, message) = run(&folder, "register p.csv sweep.igs.mha -o a.ply");
-    assert!(
-        status == 1 && message.contains("is a tracked sequence of pictures"),
-        "{message}"
+    folder.ends(&speckle, 0, "no bone in any frame; the middle one: ");
+    folder.write("p.csv", "x,y,z\n".to_owned() + &"1,2,3\n".repeat(8));
+    folder.ends(
+        "register p.csv sweep.igs.mha -o a.ply",
+        1,
+        "is a tracked sequence of pictures",
     );
     for row in REFUSED.lines() {
         let cells: Vec<&str> = row.split(" | ").collect();
@@ -566,14 +388,10 @@ fn a_recording_with_poses_is_a_sweep() {
     let every = rows(&folder.path().join("e.csv"));
     let first = found.iter().filter(|row| row[0] == 0.0);
     assert_eq!(every, first.copied().collect::<Vec<_>>());
-    let (status, message) = run(&folder, "sweep s.npz -o b.csv");
-    assert!(
-        status == 1 && message.contains("no tracked sequence"),
-        "{message}"
-    );
-    let (status, message) = run(&folder, "sweep s.hdf5 -o b.csv --pixel-size 0.0001");
-    assert!(
-        status == 2 && message.contains("--pixel-size has no effect"),
-        "{message}"
+    folder.ends("sweep s.npz -o b.csv", 1, "no tracked sequence");
+    folder.ends(
+        "sweep s.hdf5 -o b.csv --pixel-size 0.0001",
+        2,
+        "--pixel-size has no effect",
     );
 }

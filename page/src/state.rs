@@ -347,7 +347,7 @@ fn of_channel_data(data: &ChannelData, frames: usize) -> Value {
         "fs": data.fs,
         "f0": data.f0,
         "c": data.c,
-        "iq": matches!(data.samples, bonebeam_files::Samples::Iq { .. }),
+        "iq": data.samples.f_demod().is_some(),
         "focused": matches!(data.transmits, Transmits::Focused { .. }),
         "warnings": data.warnings(),
     })

@@ -8,6 +8,8 @@ fn the_command_ends_with_1_where_a_file_differs() {
     let folder = tempfile::tempdir().expect("a folder");
     let run = |arguments: &str| ended(&mut program(&folder, arguments));
     assert_eq!(run("golden -o vectors").0, 0);
+    fs::remove_file(folder.path().join("vectors/chain.out.hex")).expect("removed");
+    assert_eq!(run("golden --chain vectors").0, 0);
     assert_eq!(run("golden --check vectors").0, 0);
     let file = folder.path().join("vectors/covariance.out.hex");
     fs::write(&file, "00\n").expect("written");

@@ -20,61 +20,21 @@ pub const ROWS: Axis = Axis::new(0.0, 1.0 / 60.0, SIDE);
 /// The columns; the first one is beyond the data.
 pub const COLUMNS: Axis = Axis::new(-0.01, 1.0 / 63.0, SIDE);
 
-/// A case of envelopes of a line with a depth step.
-#[derive(Clone, Copy, Debug)]
-pub struct Interpolated {
-    /// Envelopes of the line.
-    pub samples: usize,
-    /// The depth step.
-    pub depth_step: usize,
-    /// Cycles of the carrier from one of the samples to the next.
-    pub cycles: f64,
-    /// Sub-lines of the line.
-    pub sub_lines: usize,
-    /// Pooling of the sub-lines.
-    pub pooling: Pooling,
-}
-
-/// The cases of envelopes, with their names. Lines begin with the snapshots.
-pub const INTERPOLATED: [(&str, Interpolated); 3] = [
-    (
-        "depth-interpolation-2",
-        Interpolated {
-            samples: 200,
-            depth_step: 2,
-            cycles: 0.25,
-            sub_lines: 1,
-            pooling: Pooling::Largest,
-        },
-    ),
-    (
-        "depth-interpolation-3-rms",
-        Interpolated {
-            samples: 101,
-            depth_step: 3,
-            cycles: 0.31,
-            sub_lines: 4,
-            pooling: Pooling::Rms,
-        },
-    ),
+/// Envelopes of lines that begin with the snapshots, with a depth step.
+///
+/// The name, the samples, the depth step and the sub-lines, cycles of the carrier from one of the samples to the next,
+/// and the pooling of the sub-lines.
+const INTERPOLATED: [(&str, [usize; 3], f64, Pooling); 3] = [
+    ("depth-interpolation-2", [200, 2, 1], 0.25, Pooling::Largest),
+    ("depth-interpolation-3-rms", [101, 3, 4], 0.31, Pooling::Rms),
     (
         "depth-interpolation-8-largest",
-        Interpolated {
-            samples: 95,
-            depth_step: 8,
-            cycles: 1.7,
-            sub_lines: 2,
-            pooling: Pooling::Largest,
-        },
+        [95, 8, 2],
+        1.7,
+        Pooling::Largest,
     ),
 ];
 
-/// The case of a line at all samples, computed from every fourth of them.
-pub const LINE: &str = "depth-interpolation-line-4";
-/// Number of its samples.
-pub const LINE_SAMPLES: usize = 150;
-/// Cycles of its carrier from one sample to the next.
-pub const LINE_CYCLES: f64 = 0.2;
 /// Complex numbers of the cases' scratch and output.
 const SCRATCH: usize = 256;
 
@@ -122,21 +82,21 @@ fn interpolations(
     scratch: &mut [Complex<f32>],
     report: &mut impl FnMut(&str, u64),
 ) -> Result<(), Error> {
-    for (name, case) in INTERPOLATED {
-        let interpolation = DepthInterpolation::new(case.samples, case.depth_step, case.cycles)?;
-        let z = SNAPSHOTS.get(..interpolation.line_samples() * case.sub_lines);
-        let (scratch, _) = scratch.split_at_mut(interpolation.need(case.sub_lines).complex);
-        let (envelopes, _) = envelopes.split_at_mut(case.samples);
-        let of_line = (case.sub_lines, case.pooling);
+    for (name, [samples, depth_step, sub_lines], cycles, pooling) in INTERPOLATED {
+        let interpolation = DepthInterpolation::new(samples, depth_step, cycles)?;
+        let z = SNAPSHOTS.get(..interpolation.line_samples() * sub_lines);
+        let (scratch, _) = scratch.split_at_mut(interpolation.need(sub_lines).complex);
+        let (envelopes, _) = envelopes.split_at_mut(samples);
+        let of_line = (sub_lines, pooling);
         interpolation.envelope(z.unwrap_or_default(), of_line, scratch, envelopes)?;
         report(name, hash::real(envelopes));
     }
-    let interpolation = DepthInterpolation::new(LINE_SAMPLES, 4, LINE_CYCLES)?;
+    let interpolation = DepthInterpolation::new(150, 4, 0.2)?;
     let need = interpolation.need(1).complex;
     let (scratch, rest) = scratch.split_at_mut(need);
-    let (out, _) = rest.split_at_mut(LINE_SAMPLES);
+    let (out, _) = rest.split_at_mut(150);
     let z = SNAPSHOTS.get(..interpolation.line_samples());
     interpolation.line(z.unwrap_or_default(), scratch, out)?;
-    report(LINE, hash::complex(out));
+    report("depth-interpolation-line-4", hash::complex(out));
     Ok(())
 }

@@ -13,24 +13,16 @@ pub const LINES: usize = 24;
 /// Samples of a line.
 pub const SAMPLES: usize = 384;
 
-const fn ramp(weight: f64, centre: f64, width: f64) -> Ramp {
-    Ramp {
-        weight,
-        centre,
-        width,
-    }
-}
-
 /// All terms except the contrast, against the tissue alone.
 const SETTINGS: Settings = Settings {
     cell: 0.06e-3,
     echo: 0.3e-3,
     onset_weight: 1.25,
     margin: 1.0,
-    contrast: ramp(0.0, 0.0, 1.0),
-    level: ramp(1.0, 0.02, 0.15),
-    rest: ramp(2.0, 0.0, 0.1),
-    shadow: ramp(-1.0, 0.3, 0.25),
+    contrast: Ramp::new(0.0, 0.0, 1.0),
+    level: Ramp::new(1.0, 0.02, 0.15),
+    rest: Ramp::new(2.0, 0.0, 0.1),
+    shadow: Ramp::new(-1.0, 0.3, 0.25),
     shadow_range: 0.15,
     absence: -1.5,
     end: 3.0,
@@ -61,7 +53,7 @@ pub const LATE: Parameters = Parameters {
 pub const CONTRAST: Parameters = Parameters {
     settings: Settings {
         cell: 0.11e-3,
-        contrast: ramp(0.8, 0.1, 0.2),
+        contrast: Ramp::new(0.8, 0.1, 0.2),
         ..WHOLE.settings
     },
     ..WHOLE
@@ -70,7 +62,7 @@ pub const CONTRAST: Parameters = Parameters {
 pub const MARGIN: Parameters = Parameters {
     settings: Settings {
         margin: 0.1,
-        level: ramp(1.0, 0.5, 0.3),
+        level: Ramp::new(1.0, 0.5, 0.3),
         ..CONTRAST.settings
     },
     ..WHOLE

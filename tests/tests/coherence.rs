@@ -6,12 +6,12 @@ use crate::common::kit::*;
 use bonebeam::beamform::Parameters;
 use bonebeam_tests::kernel::judge;
 use bonebeam_tests::kernels::beamform::Lines;
-use bonebeam_tests::kernels::coherence::Shares;
+use bonebeam_tests::kernels::coherence::{Coherence, Shares};
 
 /// Shares of the largest eigenvalue, the same over any lanes.
 fn shares(line: &Line, parameters: Parameters) -> Vec<f32> {
     let (samples, elements) = line.x.dim();
-    let kernel = Shares(Lines {
+    let kernel: Shares = Coherence(Lines {
         parameters,
         elements,
         lines: vec![(line.x.iter().copied().collect(), 0)],

@@ -3,6 +3,7 @@
 use crate::common::kit::*;
 use bonebeam::image::{envelope, largest, log_compression, median, resample};
 use bonebeam_drive::image::{PixelGrid, b_mode, grid_of_lines, resize};
+use bonebeam_oracle::verify;
 use ndarray::array;
 use proptest::prelude::*;
 
@@ -18,15 +19,8 @@ fn random_lines(beams: usize, samples: usize, seed: u64) -> BeamformedLines {
         let mut part = || rng.random_range(-1.0..1.0f32) * level;
         Complex::new(part(), part())
     });
-    BeamformedLines {
-        z,
-        fs: 20e6,
-        t0: 13e-6,
-        beam_x: (0..beams).map(|k| -5e-3 + 0.4e-3 * k as f64).collect(),
-        rays: None,
-        sub_lines: 1,
-        c: 1540.0,
-    }
+    let x = (0..beams).map(|k| -5e-3 + 0.4e-3 * k as f64);
+    BeamformedLines::straight(z, x.collect(), [20e6, 13e-6, 1540.0])
 }
 
 #[test]
@@ -205,33 +199,13 @@ fn the_image_agrees_with_its_definition_in_f64() {
         assert!((f64::from(a) - b).abs() < tolerances::ENVELOPE_RELATIVE * b);
     }
 
-    let levels = exact::log_compression(env.view(), 60.0);
-    let grid = PixelGrid {
-        x0: -5.3e-3,
-        z0: 9.7e-3,
-        pixel: 0.1097e-3,
-        rows: 130,
-        columns: 120,
-    };
-    let expected = Array2::from_shape_fn((130, 120), |(row, column)| {
-        let x = grid.x0 + grid.pixel * column as f64;
-        let time = (grid.z0 + grid.pixel * row as f64) * 2.0 / lines.c;
-        let (beam, sample) = ((x + 5e-3) / 0.4e-3, (time - lines.t0) * lines.fs);
-        exact::bilinear(levels.view(), beam, sample)
-    });
-    for (with_median, expected) in [
-        (false, expected.clone()),
-        (true, exact::median(expected.view())),
-    ] {
+    let grid = PixelGrid::new([-5.3e-3, 9.7e-3], 0.1097e-3, [130, 120]);
+    for with_median in [false, true] {
         let image = b_mode(&lines, 60.0, &grid, with_median).unwrap();
-        assert_eq!(
-            (image.x0, image.z0, image.pixel),
-            (grid.x0, grid.z0, [grid.pixel; 2])
-        );
-        for ((at, &a), &b) in image.pixels.indexed_iter().zip(&expected) {
-            let error = (f64::from(a) - b).abs();
-            assert!(error < tolerances::PIXEL, "{at:?}: {a} and {b}");
-        }
+        let place = (image.x0, image.z0, image.pixel);
+        assert_eq!(place, (grid.x0, grid.z0, [grid.pixel; 2]));
+        let (bits, error) = verify::image::check(&image, &lines, 60.0, &grid, with_median);
+        assert!(bits.different == 0 && error.holds(), "{bits:?}, {error:?}");
     }
 }
 

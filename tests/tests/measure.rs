@@ -133,15 +133,7 @@ fn lines(x: &[f64], f: impl Fn(f64) -> f64) -> BeamformedLines {
         let along = 1.0 - ((depth - 15e-3) / 2e-3).powi(2);
         Complex::from_polar((f(x[beam]) * along) as f32, 0.7 * n as f32)
     });
-    BeamformedLines {
-        z,
-        fs,
-        t0,
-        beam_x: x.to_vec(),
-        rays: None,
-        sub_lines: 1,
-        c,
-    }
+    BeamformedLines::straight(z, x.to_vec(), [fs, t0, c])
 }
 
 #[test]

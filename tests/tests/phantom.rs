@@ -108,13 +108,7 @@ fn tissue_fills_its_rectangle_but_not_the_bone() {
     }
     // The share of the rectangle that is not bone, on a grid; four standard deviations of a
     // count of some 5000.
-    let map = outline.distance_map(&PixelGrid {
-        x0: -15e-3,
-        z0: 12e-3,
-        pixel: 0.1e-3,
-        rows: 251,
-        columns: 301,
-    });
+    let map = outline.distance_map(&PixelGrid::new([-15e-3, 12e-3], 0.1e-3, [251, 301]));
     let outside = map.iter().filter(|&&s| s < 0.0).count() as f64 / map.len() as f64;
     let expected = outside * 10e6 * 30e-3 * 25e-3;
     assert!((added.len() as f64 - expected).abs() < 4.0 * expected.sqrt() + 0.01 * expected);

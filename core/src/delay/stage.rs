@@ -1,7 +1,7 @@
 //! The interface that both delay stages share.
 
 use super::delay_law::TransmitDelay;
-use super::record::Record;
+use super::record::{Record, Samples};
 use super::scan_line::{Compounding, ScanLine};
 use crate::error::{check_length, finite};
 use crate::geometry::DepthStep;
@@ -108,9 +108,11 @@ pub trait Stage: Sealed {
         }
         let Need { real, .. } = self.need(V::LANES, samples);
         check_length("scratch", scratch.len(), real)?;
-        let [elements, record_samples] = Self::shape_of(record);
+        // A record of the other kind has no samples.
+        let is_own = matches!(record.samples, Samples::Rf(_)) == Self::RF;
+        let record_samples = if is_own { record.samples() } else { 0 };
         check_length("element_x", line.array.elements(), shape.elements)?;
-        check_length("record elements", elements, shape.elements)?;
+        check_length("record elements", record.elements(), shape.elements)?;
         check_length("record samples", record_samples, shape.record_samples)?;
         if record.is_part() && line.active.within(record.received()) != line.active {
             let expected = "elements that the record has";
@@ -142,9 +144,9 @@ pub trait Stage: Sealed {
     #[doc(hidden)]
     fn shape(&self) -> StageShape;
 
-    /// Number of elements and of samples of a record; of another kind, it has none.
+    /// Whether records are RF.
     #[doc(hidden)]
-    fn shape_of(record: &Record<'_>) -> [usize; 2];
+    const RF: bool;
 
     /// Computes the samples after all common checks.
     #[doc(hidden)]
@@ -215,16 +217,14 @@ pub struct Source<'a> {
 
 /// A stage by reference, for instance in a static.
 impl<S: Stage> Stage for &S {
+    const RF: bool = S::RF;
+
     fn need(&self, lanes: usize, samples: usize) -> Need {
         S::need(self, lanes, samples)
     }
 
     fn shape(&self) -> StageShape {
         S::shape(self)
-    }
-
-    fn shape_of(record: &Record<'_>) -> [usize; 2] {
-        S::shape_of(record)
     }
 
     fn compute<V: Vector>(

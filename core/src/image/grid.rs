@@ -19,6 +19,17 @@ pub struct PixelGrid {
 }
 
 impl PixelGrid {
+    /// A grid from its first pixel (x, z) on, with its numbers of rows and columns.
+    pub const fn new([x0, z0]: [f64; 2], pixel: f64, [rows, columns]: [usize; 2]) -> Self {
+        PixelGrid {
+            x0,
+            z0,
+            pixel,
+            rows,
+            columns,
+        }
+    }
+
     /// The smallest grid of `rows` × `columns` pixels that covers a region, in metres.
     ///
     /// The tighter of width and depth range sets the pixel size. The width is centred, and the first row is at the
@@ -34,13 +45,8 @@ impl PixelGrid {
         let across = (x[1] - x[0]) / steps(columns);
         let down = (z[1] - z[0]) / steps(rows);
         let pixel = if across > down { across } else { down };
-        PixelGrid {
-            x0: (x[0] + x[1] - pixel * steps(columns)) / 2.0,
-            z0: z[0],
-            pixel,
-            rows,
-            columns,
-        }
+        let x0 = (x[0] + x[1] - pixel * steps(columns)) / 2.0;
+        Self::new([x0, z[0]], pixel, [rows, columns])
     }
 
     /// The smallest grid of `rows` × `columns` pixels that covers all lines.

@@ -194,10 +194,7 @@ impl<'a> HalfSpectrum<'a> {
                     cold_path();
                     return bin;
                 };
-                Complex {
-                    re: bin.re * gain,
-                    im: bin.im * (sign * gain),
-                }
+                Complex::new(bin.re * gain, bin.im * (sign * gain))
             },
             line,
         );

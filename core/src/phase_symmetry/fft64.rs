@@ -41,10 +41,10 @@ const DIAGONAL: f32 = twiddle(1, 8).re;
 const fn twiddle(k: usize, length: usize) -> Complex<f32> {
     let (k, quarter) = (k as f64, length as f64 / 4.0);
     // As sines of angles up to π/2, which are exact at both ends.
-    Complex {
-        re: sin(TAU * (quarter - k) / length as f64) as f32,
-        im: -(sin(TAU * k / length as f64) as f32),
-    }
+    Complex::new(
+        sin(TAU * (quarter - k) / length as f64) as f32,
+        -(sin(TAU * k / length as f64) as f32),
+    )
 }
 
 /// `line[k] = Σ input(n)·exp(−2πikn/64)`.

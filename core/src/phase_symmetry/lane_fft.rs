@@ -39,10 +39,7 @@ impl LaneFft {
     #[inline(always)]
     fn twiddle<V: Vector>(&self, zero: V, k: usize, length: usize) -> Complex<V> {
         let twiddle = self.twiddles[(k * (LONGEST / length)) % (LONGEST / 2)];
-        Complex {
-            re: zero.splat(twiddle.re),
-            im: zero.splat(twiddle.im),
-        }
+        Complex::new(zero.splat(twiddle.re), zero.splat(twiddle.im))
     }
 
     /// One level: halves of `half` points become transforms of twice as many.
@@ -124,18 +121,12 @@ impl<V: Vector> Fft<V> for LaneFft {
 
 #[inline(always)]
 fn sum<V: Vector>(a: Complex<V>, b: Complex<V>) -> Complex<V> {
-    Complex {
-        re: a.re + b.re,
-        im: a.im + b.im,
-    }
+    Complex::new(a.re + b.re, a.im + b.im)
 }
 
 #[inline(always)]
 fn difference<V: Vector>(a: Complex<V>, b: Complex<V>) -> Complex<V> {
-    Complex {
-        re: a.re - b.re,
-        im: a.im - b.im,
-    }
+    Complex::new(a.re - b.re, a.im - b.im)
 }
 
 /// `a − i·b` and `a + i·b`.
@@ -144,21 +135,12 @@ fn sum_and_difference_at_minus_i<V: Vector>(
     a: Complex<V>,
     b: Complex<V>,
 ) -> (Complex<V>, Complex<V>) {
-    let minus = Complex {
-        re: a.re + b.im,
-        im: a.im - b.re,
-    };
-    let plus = Complex {
-        re: a.re - b.im,
-        im: a.im + b.re,
-    };
+    let minus = Complex::new(a.re + b.im, a.im - b.re);
+    let plus = Complex::new(a.re - b.im, a.im + b.re);
     (minus, plus)
 }
 
 #[inline(always)]
 fn product<V: Vector>(a: Complex<V>, b: Complex<V>) -> Complex<V> {
-    Complex {
-        re: a.re * b.re - a.im * b.im,
-        im: a.re * b.im + a.im * b.re,
-    }
+    Complex::new(a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re)
 }

@@ -58,10 +58,10 @@ pub(super) fn load_complex<V: Vector>(
         };
         return Complex::new(zero.splat(re), zero.splat(im));
     }
-    Complex {
-        re: load_partial(zero, re, at, lanes),
-        im: load_partial(zero, im, at, lanes),
-    }
+    Complex::new(
+        load_partial(zero, re, at, lanes),
+        load_partial(zero, im, at, lanes),
+    )
 }
 
 /// The first `lanes` lanes, to as many numbers of `to[at..]`.

@@ -162,9 +162,11 @@ fn transform_strip_of_columns<V: Vector, F: Fft<V>>(
         |first, lanes| {
             fft.transform(
                 #[inline(always)]
-                |row| Complex {
-                    re: load_partial(zero, strip, 2 * row * width + first, lanes),
-                    im: load_partial(zero, strip, (2 * row + 1) * width + first, lanes),
+                |row| {
+                    Complex::new(
+                        load_partial(zero, strip, 2 * row * width + first, lanes),
+                        load_partial(zero, strip, (2 * row + 1) * width + first, lanes),
+                    )
                 },
                 line,
             );

@@ -67,7 +67,7 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
     pub fn new(pipeline: &'p Pipeline<'p, D>, scratch: Scratch<'m>) -> Result<Self, Error> {
         let parts = &pipeline.parts;
         if pipeline.directions.is_none() {
-            check_length("directions", 0, parts.directions)?;
+            check_length("directions", 0, pipeline.lines().directions_len())?;
         }
         scratch.check(parts.need())?;
         let mut scratch = scratch;

@@ -1,7 +1,7 @@
 //! From records of transmits to a beamformed line, block by block.
 
 use super::cuts::Cuts;
-use super::memory::buffered;
+use super::memory::{buffered, directions_len};
 use super::output::Output;
 use super::{Block, DepthGate};
 use crate::beamform::{
@@ -369,12 +369,7 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
 
     /// Length of the directions of all sub-lines; 0 for lines alone.
     pub fn directions_len(&self) -> usize {
-        match self.beamformer.parameters().sub_lines {
-            sub_lines @ 2.. if SUB_LINES => {
-                SteeringTable::need(self.scan.lines(), self.line_samples(), sub_lines).complex
-            }
-            _ => 0,
-        }
+        directions_len(&self.scan, self.beamformer.parameters())
     }
 
     /// Computes the directions of all sub-lines.

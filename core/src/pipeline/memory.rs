@@ -22,8 +22,6 @@ pub(crate) struct FrameLayout {
     /// Memory of the image's interpolation of lines.
     pub(super) interpolation: Need,
     pub(super) sub_lines: usize,
-    /// The directions of all sub-lines, if there are any: not in the frame's memory.
-    pub(super) directions: usize,
     /// Samples of all lines.
     pub(super) envelopes: usize,
     /// The delay stage and the aligned samples of a line.
@@ -109,7 +107,8 @@ impl Parameters<'_> {
     ///
     /// [`Pipeline::with_directions`]: super::Pipeline::with_directions
     pub const fn directions_len(&self) -> Result<usize, Error> {
-        Ok(attempt!(self.parts(Input::Iq, 1)).directions)
+        let scan = attempt!(Scan::of_iq(self.scan));
+        Ok(directions_len(&scan, &self.beamformer))
     }
 
     /// Aligned samples in memory at a time.
@@ -126,14 +125,12 @@ impl Parameters<'_> {
         let line_samples = self.beamformer.line_samples(scan.samples());
         let step = self.beamformer.depth_step;
         let interpolation = DepthInterpolation::need_of(line_samples, step, sub_lines);
-        let directions = SteeringTable::need(scan.lines(), line_samples, sub_lines).complex;
         let before_median = if self.median { strips.image_len() } else { 0 };
         FrameLayout {
             samples: scan.samples(),
             line_samples,
             interpolation,
             sub_lines,
-            directions: if sub_lines > 1 { directions } else { 0 },
             envelopes,
             line: delay.and(Need::new(0, elements.saturating_mul(self.buffered(scan)))),
             beamformer: self.beamformer.sizes(elements),
@@ -185,6 +182,15 @@ impl FrameLayout {
     /// Grey levels of a line as real numbers, and of all as integers of eight bits.
     const fn grey(&self) -> usize {
         self.samples.saturating_add(self.envelopes.div_ceil(4))
+    }
+}
+
+/// Length of the directions of all sub-lines; 0 for lines alone.
+pub(super) const fn directions_len(scan: &Scan<'_>, beamformer: &beamform::Parameters) -> usize {
+    let samples = beamformer.line_samples(scan.samples());
+    match beamformer.sub_lines {
+        sub_lines @ 2.. => SteeringTable::need(scan.lines(), samples, sub_lines).complex,
+        _ => 0,
     }
 }
 

@@ -293,11 +293,12 @@ impl<'a, D: Stage> Pipeline<'a, D> {
     /// # Errors
     /// [`Error::Length`] unless they have [`Parameters::directions_len`] numbers.
     pub fn with_directions(self, directions: &'a [Complex<f32>]) -> Result<Self, Error> {
-        check_length("directions", directions.len(), self.parts.directions)?;
+        let length = self.lines.directions_len();
+        check_length("directions", directions.len(), length)?;
         let p = self.lines.beamformer().parameters();
         let of = (p.sub_lines, p.depth_step);
         Ok(Pipeline {
-            directions: match self.parts.directions {
+            directions: match length {
                 0 => None,
                 _ => Some(SteeringTable::of(self.lines.scan(), of, directions)?),
             },

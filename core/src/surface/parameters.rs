@@ -29,6 +29,17 @@ pub struct Ramp {
     pub width: f64,
 }
 
+impl Ramp {
+    /// The term of a weight, a centre and a width.
+    pub const fn new(weight: f64, centre: f64, width: f64) -> Self {
+        Ramp {
+            weight,
+            centre,
+            width,
+        }
+    }
+}
+
 /// Windows, terms and prices. Grey levels range from 0, black, to 1, white.
 ///
 /// The score of a cell is `onset_weight·ln(o + onset_floor) + contrast + level + rest + shadow`:
@@ -143,35 +154,15 @@ impl Settings {
         above: [0.3e-3, 10e-3],
         below: [0.6e-3, 10e-3],
         margin: 0.26,
-        contrast: Ramp {
-            weight: 1.94,
-            centre: 0.26,
-            width: 0.43,
-        },
-        level: Ramp {
-            weight: 0.98,
-            centre: -0.1,
-            width: 0.145,
-        },
-        rest: Ramp {
-            weight: 1.58,
-            centre: 0.012,
-            width: 0.056,
-        },
+        contrast: Ramp::new(1.94, 0.26, 0.43),
+        level: Ramp::new(0.98, -0.1, 0.145),
+        rest: Ramp::new(1.58, 0.012, 0.056),
         rest_from: 1.5e-3,
         rest_block: 1e-3,
         shadow_from: 1.5e-3,
-        shadow: Ramp {
-            weight: -0.58,
-            centre: 0.253,
-            width: 0.325,
-        },
+        shadow: Ramp::new(-0.58, 0.253, 0.325),
         shadow_range: 0.063,
-        coherence: Ramp {
-            weight: 0.0,
-            centre: 0.12,
-            width: 0.05,
-        },
+        coherence: Ramp::new(0.0, 0.12, 0.05),
         depths: [5e-3, f64::INFINITY],
         absence: -2.35,
         end: 8.0,

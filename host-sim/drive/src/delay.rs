@@ -15,12 +15,12 @@ use bonebeam::pipeline::{IqInput, LinePipeline};
 use bonebeam::simd::InstructionSet;
 use bonebeam_kernels::Compounded;
 use bonebeam_kernels::source::{LineSource, Recorded};
-use ndarray::{Array3, ArrayView2, ArrayView3, ArrayViewMut2, Axis as ArrayAxis, CowArray, Ix3};
+use ndarray::{Array3, ArrayView2, ArrayView3, ArrayViewMut2, CowArray, Ix3};
 use num_complex::Complex;
-use rayon::prelude::*;
 
 use super::beams::{self, Beams};
 use super::limits::{check_depths, check_rate, check_upsampling, record_times};
+use super::records::{in_float, picked, records};
 use super::sub_lines::SubLines;
 use crate::config::{Beamform, RfInterpolation};
 use crate::{Error, Result};
@@ -33,8 +33,6 @@ pub(crate) const UPSAMPLED_FROM: usize = 2;
 pub(crate) const LINES_UPSAMPLED: usize = 128;
 /// Parts of a frame that are converted from counts to f32 in turn, if each line has its own transmit.
 const COUNTED_PASSES: usize = 8;
-/// Counts that a thread converts at a time.
-const CONVERTED: usize = 1 << 16;
 
 /// The delay stage of one set of channel data: beams, depths, elements.
 ///
@@ -84,7 +82,7 @@ impl<'a> DelayStage<'a> {
     pub fn new(data: &'a ChannelData, parameters: &Beamform) -> Result<Self> {
         let c = parameters.sound_speed.unwrap_or(data.c);
         let rate = parameters.rate_of(data);
-        if let Samples::Rf(_) | Samples::Counts(_) = data.samples {
+        if data.samples.f_demod().is_none() {
             check_rate(rate, data)?;
         }
         let (_, transmits, _, record_samples) = data.samples.dim();
@@ -120,11 +118,9 @@ impl<'a> DelayStage<'a> {
                 scan.samples()
             )));
         }
-        let stage = match data.samples {
-            Samples::Rf(_) | Samples::Counts(_) => {
-                Stage::Rf(Box::new(Delay::new(DelayParameters::of(&scan))?))
-            }
-            Samples::Iq { f_demod, .. } => {
+        let stage = match data.samples.f_demod() {
+            None => Stage::Rf(Box::new(Delay::new(DelayParameters::of(&scan))?)),
+            Some(f_demod) => {
                 let iq = IqInput {
                     demodulation_frequency: f_demod,
                     interpolation: parameters.iq_interpolation.map(Into::into),
@@ -478,35 +474,6 @@ impl<'a> DelayStage<'a> {
     }
 }
 
-/// The transmits of a range, or those of an order.
-fn picked<'s, T: Clone>(
-    samples: ArrayView3<'s, T>,
-    order: Option<&[usize]>,
-    own: Range<usize>,
-) -> CowArray<'s, T, Ix3> {
-    match order {
-        Some(order) => samples.select(ArrayAxis(0), order).into(),
-        None => samples.slice_axis_move(ArrayAxis(0), own.into()).into(),
-    }
-}
-
-/// Counts as f32, made on all threads.
-fn in_float<'f>(counts: ArrayView3<'_, i16>, floats: &'f mut Vec<f32>) -> ArrayView3<'f, f32> {
-    let shape = counts.dim();
-    let counts = counts.as_standard_layout();
-    let of = counts.as_slice().unwrap_or_default();
-    floats.resize(of.len(), 0.0);
-    let parts = floats
-        .par_chunks_mut(CONVERTED)
-        .zip(of.par_chunks(CONVERTED));
-    parts.for_each(|(part, counts)| {
-        for (sample, &count) in part.iter_mut().zip(counts) {
-            *sample = count.into();
-        }
-    });
-    ArrayView3::from_shape(shape, floats).expect("as many samples as counts")
-}
-
 /// The scan of a recording's lines.
 fn scan<'s>(
     data: &ChannelData,
@@ -519,22 +486,10 @@ fn scan<'s>(
         lines: Lines::Rays(&beams.rays),
         ..parameters
     };
-    Ok(match data.samples {
-        Samples::Rf(_) | Samples::Counts(_) => Scan::new(parameters)?,
-        Samples::Iq { .. } => Scan::of_iq(parameters)?,
+    Ok(match data.samples.f_demod() {
+        None => Scan::new(parameters)?,
+        Some(_) => Scan::of_iq(parameters)?,
     })
-}
-
-/// Records of the transmits, checked on all threads.
-fn records<'r, T: Sync, R: Send>(
-    samples: ArrayView3<'r, T>,
-    check: impl Fn(&'r [T], usize) -> std::result::Result<R, bonebeam::Error> + Sync,
-) -> Result<Vec<R>> {
-    let (_, elements, length) = samples.dim();
-    let all = samples.to_slice().expect("a standard layout is contiguous");
-    let records = all.par_chunks((elements * length).max(1));
-    let checked = records.map(|record| check(record, elements));
-    Ok(checked.collect::<std::result::Result<_, _>>()?)
 }
 
 /// The delay law of one transmit.

@@ -293,16 +293,12 @@ impl<'a> RecordingFrames<'a> {
                 return Err(no_frame(index, held));
             }
             let x = data.x.index_axis(Axis(0), index);
-            Ok(BeamformedLines {
-                z: self.plan.run(x, &|_, _| all, &count)?,
-                // The carrier for the interpolation is unknown.
-                fs: data.fs / self.parameters.depth_step() as f64,
-                t0: data.t0,
-                beam_x: beam_x.clone(),
-                rays: None,
-                sub_lines: 1,
-                c: self.parameters.sound_speed.unwrap_or(DEFAULT_SOUND_SPEED),
-            })
+            let z = self.plan.run(x, &|_, _| all, &count)?;
+            // The carrier for the interpolation is unknown.
+            let fs = data.fs / self.parameters.depth_step() as f64;
+            let c = self.parameters.sound_speed.unwrap_or(DEFAULT_SOUND_SPEED);
+            let axis = [fs, data.t0, c];
+            Ok(BeamformedLines::straight(z, beam_x.clone(), axis))
         });
         lines.collect()
     }

@@ -13,6 +13,7 @@ pub mod methods;
 pub mod phase_symmetry;
 pub mod pipeline;
 pub mod policy;
+mod records;
 mod short_lag;
 mod sub_lines;
 pub mod surface;

@@ -10,6 +10,7 @@ pub mod atomic;
 mod channel_data;
 pub mod document;
 mod error;
+mod first_frame;
 mod hash;
 #[cfg(feature = "png")]
 pub mod image;
@@ -35,9 +36,10 @@ mod truth;
 mod units;
 mod validate;
 mod volume;
+mod warnings;
 
 pub use aligned::AlignedData;
-pub use channel_data::{ChannelData, check_plane};
+pub use channel_data::{ChannelData, OUT_OF_PLANE, check_plane};
 pub use error::{Error, Result};
 pub use hash::{FileHash, SharedHash, of_array as hash_of_array};
 pub use input::cannot_be_opened;

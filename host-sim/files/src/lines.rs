@@ -153,6 +153,29 @@ impl BeamformedLines {
 }
 
 impl<Z> BeamformedLines<Z> {
+    /// Lines straight down from z = 0, by `fs`, `t0` and `c`.
+    pub fn straight(z: Z, beam_x: Vec<f64>, [fs, t0, c]: [f64; 3]) -> Self {
+        Self {
+            z,
+            fs,
+            t0,
+            beam_x,
+            rays: None,
+            sub_lines: 1,
+            c,
+        }
+    }
+
+    /// The point (x, z) of a beam at a depth along it, m.
+    pub fn point(&self, beam: usize, depth: f64) -> [f64; 2] {
+        let rays = self.rays.as_ref();
+        let (z, angle) = rays.map_or((0.0, 0.0), |rays| (rays.z[beam], rays.angle[beam]));
+        [
+            self.beam_x[beam] + depth * angle.sin(),
+            z + depth * angle.cos(),
+        ]
+    }
+
     /// The lines of an archive with these samples of `beams` beams, not checked.
     fn with(file: &mut npz::Reader, beams: usize, z: Z) -> Result<Self> {
         let beam_x = file.vector("beam_x", beams, "beam")?;

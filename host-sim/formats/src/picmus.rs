@@ -32,20 +32,15 @@ pub fn read(store: &Store, variables: &Variables) -> Result<(ChannelData, Vec<St
     let angle = store.vector(&at("angles"))?;
     let geometry = store.numbers(&at("probe_geometry"))?;
     if geometry.ndim() != 2 || geometry.shape()[0] != 3 {
-        return Err(store.error(format!(
-            "`probe_geometry` has shape {:?}; expected [3, element]",
-            geometry.shape()
-        )));
+        return Err(store.misshapen("probe_geometry", geometry.shape(), "[3, element]"));
     }
     let coordinate = |axis: usize| geometry.index_axis(Axis(0), axis).iter().copied().collect();
     let modulation = one("modulation_frequency")?;
     let samples = match store.samples(&at("data"), None)? {
         Values::Complex(samples) if samples.ndim() == 3 => samples,
         other => {
-            return Err(store.error(format!(
-                "`data` has shape {:?}; expected [transmit, element, sample]",
-                other.shape()
-            )));
+            let expected = "[transmit, element, sample]";
+            return Err(store.misshapen("data", other.shape(), expected));
         }
     };
     let samples = samples

@@ -7,12 +7,11 @@ use num_complex::Complex;
 use crate::hdf5::Store;
 use crate::values::{NamedArrays, Values};
 use crate::variables::Variables;
-use bonebeam_files::{ChannelData, Result, Samples, Transmits};
+use bonebeam_files::{ChannelData, OUT_OF_PLANE, Result, Samples, Transmits};
 
 /// Speed of sound if a file gives none, m/s.
 const SOUND_SPEED: f64 = 1540.0;
 /// Largest distance of a wave or an element from the image plane, rad or m.
-const OUT_OF_PLANE: f64 = 1e-4;
 /// Largest distance of a source from the element that it is, m.
 const AT_ELEMENT: f64 = 1e-6;
 
@@ -145,11 +144,7 @@ fn elements(store: &Store, probe: &str) -> Result<[Vec<f64>; 3]> {
     if store.has(&at("geometry")) {
         let geometry = store.numbers(&at("geometry"))?;
         if geometry.ndim() != 2 || geometry.shape()[0] < 4 {
-            return Err(store.error(format!(
-                "`{}` has shape {:?}; expected [7, element]",
-                at("geometry"),
-                geometry.shape()
-            )));
+            return Err(store.misshapen(&at("geometry"), geometry.shape(), "[7, element]"));
         }
         let row = |row: usize| -> Vec<f64> {
             let row = geometry.index_axis(ndarray::Axis(0), row);
@@ -322,11 +317,8 @@ fn samples(
     let values = store.samples(name, along.map(|_| (0, frames)))?;
     let shape = values.shape().to_vec();
     let wrong = || {
-        store.error(format!(
-            "`{name}` has shape {:?}; expected [frame, {} waves, channel, sample]",
-            whole.as_ref().unwrap_or(&shape),
-            waves.len()
-        ))
+        let expected = format!("[frame, {} waves, channel, sample]", waves.len());
+        store.misshapen(name, whole.as_ref().unwrap_or(&shape), &expected)
     };
     if !(2..=4).contains(&shape.len()) {
         return Err(wrong());

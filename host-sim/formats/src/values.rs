@@ -72,6 +72,11 @@ pub trait NamedArrays {
     /// An error about this file.
     fn error(&self, message: String) -> Error;
 
+    /// An error about the shape of an array.
+    fn misshapen(&self, name: &str, shape: &[usize], expected: &str) -> Error {
+        self.error(format!("`{name}` has shape {shape:?}; expected {expected}"))
+    }
+
     /// The names of its arrays.
     fn names(&self) -> Vec<String>;
 
@@ -176,10 +181,7 @@ pub trait NamedArrays {
     fn vector(&self, name: &str) -> Result<Vec<f64>> {
         let numbers = self.all_numbers(name)?;
         if numbers.shape().iter().filter(|&&side| side > 1).count() > 1 {
-            return Err(self.error(format!(
-                "`{name}` has shape {:?}; expected one axis",
-                numbers.shape()
-            )));
+            return Err(self.misshapen(name, numbers.shape(), "one axis"));
         }
         Ok(numbers.iter().copied().collect())
     }

@@ -16,7 +16,7 @@ use crate::variables::{Given, TRACK, Variables};
 use crate::waves::{Fired, Wave, inverted, silence};
 use bonebeam_files::memory::{self, product};
 use bonebeam_files::terminal::digits;
-use bonebeam_files::{ChannelData, Result, Samples, Transmits};
+use bonebeam_files::{ChannelData, OUT_OF_PLANE, Result, Samples, Transmits};
 
 /// Sampling rate of zea's waveforms, Hz.
 const WAVEFORM_RATE: f64 = 250e6;
@@ -24,8 +24,6 @@ const WAVEFORM_RATE: f64 = 250e6;
 const MAX_HALF_PERIOD: f64 = 2000.0;
 /// Speed of sound if a file gives none, m/s.
 const SOUND_SPEED: f64 = 1540.0;
-/// Largest distance of an element from the image plane, m.
-const OUT_OF_PLANE: f64 = 1e-4;
 
 /// Groups with raw data: files of zea 0.1 have tracks, older ones do not.
 fn folders(store: &Store) -> Vec<String> {
@@ -156,11 +154,8 @@ pub fn read(
         return Err(store.error("has no `center_frequency`; give it by --variable f0=HZ".into()));
     };
     if f0 != sent {
-        let from = if variables.number("f0").is_some() {
-            "as given"
-        } else {
-            "by demodulation_frequency"
-        };
+        let given = variables.number("f0").map(|_| "as given");
+        let from = given.unwrap_or("by demodulation_frequency");
         assumed.push(format!(
             "f0 is the received frequency, {} MHz, {from}; the pulse was sent at {} MHz, center_frequency",
             digits(f0 / 1e6),
@@ -271,17 +266,12 @@ fn others(store: &Store, own: &str) -> Vec<String> {
         Some(label) => format!("{} ({label})", folder.trim_end_matches('/')),
         None => folder.trim_end_matches('/').to_owned(),
     };
-    match folders.is_empty() {
-        true => Vec::new(),
-        false => {
-            let others: Vec<String> = folders.iter().map(named).collect();
-            vec![format!(
-                "{} is read, not {}",
-                named(&own.to_owned()),
-                others.join(", ")
-            )]
-        }
+    if folders.is_empty() {
+        return Vec::new();
     }
+    let others: Vec<String> = folders.iter().map(named).collect();
+    let own = named(&own.to_owned());
+    vec![format!("{own} is read, not {}", others.join(", "))]
 }
 
 /// Time through the probe's lens, one way, s.
@@ -303,10 +293,7 @@ fn elements(store: &Store, scan: &dyn Fn(&str) -> String) -> Result<Vec<[f64; 2]
         .unwrap_or(&names[0]);
     let geometry = store.numbers(name)?;
     if geometry.ndim() != 2 || geometry.shape()[1] != 3 {
-        return Err(store.error(format!(
-            "`{name}` has shape {:?}; expected [element, 3]",
-            geometry.shape()
-        )));
+        return Err(store.misshapen(name, geometry.shape(), "[element, 3]"));
     }
     let mut elements = Vec::new();
     for (index, position) in geometry.axis_iter(Axis(0)).enumerate() {
@@ -329,9 +316,7 @@ fn delays(store: &Store, scan: &dyn Fn(&str) -> String, elements: usize) -> Resu
         let shape = values.shape().to_vec();
         let table: Option<Array2<f64>> = values.into_dimensionality().ok();
         table.filter(|t| t.ncols() == elements).ok_or_else(|| {
-            store.error(format!(
-                "`{name}` has shape {shape:?}; expected [transmit, {elements} elements]"
-            ))
+            store.misshapen(name, &shape, &format!("[transmit, {elements} elements]"))
         })
     };
     let mut delay = table("t0_delays")?;
@@ -341,12 +326,8 @@ fn delays(store: &Store, scan: &dyn Fn(&str) -> String, elements: usize) -> Resu
             return Err(store.error("`tx_apodizations` has another shape than `t0_delays`".into()));
         }
         silence(delay.iter_mut(), apodization.iter().copied()).map_err(|place| {
-            let name = "tx_apodizations";
-            store.error(inverted(
-                name,
-                place / elements.max(1),
-                place % elements.max(1),
-            ))
+            let sides = elements.max(1);
+            store.error(inverted("tx_apodizations", place / sides, place % sides))
         })?;
     }
     let mut waves = delay.outer_iter();
@@ -387,10 +368,8 @@ fn peaks(
     }
     let waveforms = store.numbers(&name)?;
     if waveforms.ndim() != 2 || waveforms.shape()[0] != transmits || waveforms.shape()[1] == 0 {
-        return Err(store.error(format!(
-            "`{name}` has shape {:?}; expected [{transmits} transmits, sample]",
-            waveforms.shape()
-        )));
+        let expected = format!("[{transmits} transmits, sample]");
+        return Err(store.misshapen(&name, waveforms.shape(), &expected));
     }
     let peak = |waveform: ndarray::ArrayViewD<'_, f64>| envelope_peak(waveform.iter().copied(), f0);
     Ok(waveforms.axis_iter(Axis(0)).map(peak).collect())
@@ -440,10 +419,8 @@ fn waves(store: &Store, scan: &dyn Fn(&str) -> String, transmits: usize) -> Resu
     if store.has(&scan("transmit_origins")) {
         let positions = store.numbers(&scan("transmit_origins"))?;
         if positions.shape() != [transmits, 3] {
-            return Err(store.error(format!(
-                "`transmit_origins` has shape {:?}; expected [{transmits} transmits, 3]",
-                positions.shape()
-            )));
+            let expected = format!("[{transmits} transmits, 3]");
+            return Err(store.misshapen("transmit_origins", positions.shape(), &expected));
         }
         for (origin, position) in origins.iter_mut().zip(positions.axis_iter(Axis(0))) {
             *origin = [position[0], position[2]];
@@ -466,11 +443,8 @@ fn waves(store: &Store, scan: &dyn Fn(&str) -> String, transmits: usize) -> Resu
 fn channels(store: &Store, name: &str, sides: [usize; 2]) -> Result<Array2<usize>> {
     let indices = store.numbers(name)?;
     if indices.ndim() != 2 || indices.shape()[0] != sides[0] {
-        return Err(store.error(format!(
-            "`{name}` has shape {:?}; expected [{} transmits, channel]",
-            indices.shape(),
-            sides[0]
-        )));
+        let expected = format!("[{} transmits, channel]", sides[0]);
+        return Err(store.misshapen(name, indices.shape(), &expected));
     }
     let channels = receivers::channels(&indices, sides[1]);
     channels.map_err(|message| store.error(format!("`{name}` {message}")))
@@ -493,11 +467,11 @@ fn samples(
         Values::Complex(_) => None,
     };
     let wrong = || {
-        store.error(format!(
-            "`{name}` has shape {shape:?}; expected real numbers as [frame, {} transmits, sample, \
-             element, 1 of RF or 2 of I/Q]",
+        let expected = format!(
+            "real numbers as [frame, {} transmits, sample, element, 1 of RF or 2 of I/Q]",
             t0.len()
-        ))
+        );
+        store.misshapen(name, &shape, &expected)
     };
     let values = values.ok_or_else(wrong)?;
     let (frames, transmits, samples, elements, parts) = values.dim();

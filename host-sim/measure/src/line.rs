@@ -137,13 +137,7 @@ mod tests {
 
     /// Bone below 12 mm within 3 mm of the middle, pixels of 0.5 mm.
     fn post() -> (PixelGrid, Array2<f64>) {
-        let grid = PixelGrid {
-            x0: -5e-3,
-            z0: 10e-3,
-            pixel: 0.5e-3,
-            rows: 61,
-            columns: 21,
-        };
+        let grid = PixelGrid::new([-5e-3, 10e-3], 0.5e-3, [61, 21]);
         let distance = Array2::from_shape_fn((61, 21), |(row, column)| {
             let (x, z) = (-5e-3 + 0.5e-3 * column as f64, 10e-3 + 0.5e-3 * row as f64);
             (3.1e-3 - x.abs()).min(z - 12.2e-3)

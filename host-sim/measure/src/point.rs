@@ -50,11 +50,11 @@ impl LateralProfile {
         let along = 0.5 * lines.c * (lines.t0 + sample / lines.fs);
         Ok(LateralProfile {
             x: (0..maxima.len())
-                .map(|beam| place(lines, beam, along)[0])
+                .map(|beam| lines.point(beam, along)[0])
                 .collect(),
             level: re(&maxima, maxima[peak]),
             peak,
-            peak_depth: place(lines, peak, along)[1],
+            peak_depth: lines.point(peak, along)[1],
             maxima,
         })
     }
@@ -122,7 +122,6 @@ impl PointSpread {
         reach: f64,
     ) -> Result<Self> {
         let depth = |sample: usize| 0.5 * lines.c * (lines.t0 + sample as f64 / lines.fs);
-        let place = |beam: usize, along: f64| place(lines, beam, along);
         let envelope = |beam: usize, sample: usize| {
             let z = lines.z[[beam, sample]];
             f64::from(z.re).hypot(f64::from(z.im))
@@ -133,7 +132,7 @@ impl PointSpread {
         let mut best = (0.0, 0, 0);
         for ((beam, sample), _) in lines.z.indexed_iter() {
             let value = envelope(beam, sample);
-            if value > best.0 && within(place(beam, depth(sample))) {
+            if value > best.0 && within(lines.point(beam, depth(sample))) {
                 best = (value, beam, sample);
             }
         }
@@ -148,7 +147,7 @@ impl PointSpread {
             )));
         }
         let (beams, samples) = lines.z.dim();
-        let places: Vec<[f64; 2]> = (0..beams).map(|k| place(k, depth(sample))).collect();
+        let places: Vec<[f64; 2]> = (0..beams).map(|k| lines.point(k, depth(sample))).collect();
         let steps = places
             .windows(2)
             .map(|pair| (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1]));
@@ -172,7 +171,7 @@ impl PointSpread {
         };
         let row = (0..beams).map(|k| envelope(k, sample)).collect();
         let column: Vec<f64> = (0..samples).map(|k| envelope(beam, k)).collect();
-        let [x, z] = place(
+        let [x, z] = lines.point(
             beam,
             depth(sample) + 0.5 * lines.c / lines.fs * around(&column, sample),
         );
@@ -183,21 +182,6 @@ impl PointSpread {
             lateral: profile(across, row, beam),
             axial: profile((0..samples).map(depth).collect(), column, sample),
         })
-    }
-}
-
-/// Position (x, z) of a beam at a distance along it, m.
-fn place<S: Data<Elem = Complex<f32>>>(
-    lines: &BeamformedLines<ArrayBase<S, Ix2>>,
-    beam: usize,
-    along: f64,
-) -> [f64; 2] {
-    match &lines.rays {
-        None => [lines.beam_x[beam], along],
-        Some(rays) => [
-            lines.beam_x[beam] + along * rays.angle[beam].sin(),
-            rays.z[beam] + along * rays.angle[beam].cos(),
-        ],
     }
 }
 

@@ -343,13 +343,7 @@ mod tests {
         }
         assert!((outline.without_holes().unwrap().signed_distance(0.0, 10.0) - 4.0).abs() < 1e-12);
         assert!((outline.at_depth(15.0).unwrap().signed_distance(0.0, 14.0) + 1.0).abs() < 1e-12);
-        let map = outline.distance_map(&PixelGrid {
-            x0: 0.0,
-            z0: 5.0,
-            pixel: 1.5,
-            rows: 3,
-            columns: 2,
-        });
+        let map = outline.distance_map(&PixelGrid::new([0.0, 5.0], 1.5, [3, 2]));
         assert!(
             (map[[1, 0]] - 0.5).abs() < 1e-12
                 && (map[[2, 1]] - outline.signed_distance(1.5, 8.0)).abs() < 1e-12

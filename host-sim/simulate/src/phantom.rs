@@ -137,12 +137,7 @@ impl Phantom {
     /// element.
     pub fn point(settings: &Settings, offset: f64) -> Self {
         let x = settings.array().x((settings.elements / 2) as f64) + offset;
-        let point = Scatterer {
-            x,
-            y: 0.0,
-            z: settings.focus,
-            amplitude: 1.0,
-        };
+        let point = Scatterer::new([x, 0.0, settings.focus], 1.0);
         Phantom {
             scatterers: vec![point],
             ..Phantom::default()
@@ -162,12 +157,7 @@ impl Phantom {
         let scatterers: Vec<Scatterer> = surface
             .equally_spaced(BONE_SPACING)
             .into_iter()
-            .map(|[x, z]| Scatterer {
-                x,
-                y: 0.0,
-                z,
-                amplitude: 1.0,
-            })
+            .map(|[x, z]| Scatterer::new([x, 0.0, z], 1.0))
             .collect();
         Ok(Phantom {
             on_bone: scatterers.len(),
@@ -351,12 +341,10 @@ impl Phantom {
                 .as_ref()
                 .is_none_or(|bone| bone.signed_distance(x, z) < 0.0)
             {
-                self.scatterers.push(Scatterer {
-                    x,
-                    y: 0.0,
-                    z,
-                    amplitude: tissue.amplitude * layer(tissue.layers, [1e3 * x, 0.0, 1e3 * z]),
-                });
+                self.scatterers.push(Scatterer::new(
+                    [x, 0.0, z],
+                    tissue.amplitude * layer(tissue.layers, [1e3 * x, 0.0, 1e3 * z]),
+                ));
             }
         }
         self
@@ -381,12 +369,7 @@ mod tests {
 
     #[test]
     fn at_another_elevation_the_plane_cuts_the_bone_there() {
-        let at = |y: f64| Scatterer {
-            x: 1e-3,
-            y,
-            z: 20e-3,
-            amplitude: 1.0,
-        };
+        let at = |y: f64| Scatterer::new([1e-3, y, 20e-3], 1.0);
         let phantom = Phantom {
             scatterers: vec![at(0.0), at(2.9e-3), at(3.5e-3), at(3.6e-3)],
             on_bone: 3,

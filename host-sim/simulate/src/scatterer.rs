@@ -13,6 +13,13 @@ pub struct Scatterer {
     pub amplitude: f64,
 }
 
+impl Scatterer {
+    /// A scatterer at a position, m.
+    pub const fn new([x, y, z]: [f64; 3], amplitude: f64) -> Self {
+        Scatterer { x, y, z, amplitude }
+    }
+}
+
 /// A point of a smooth surface, m, and its outward unit normal.
 pub(super) type SurfacePoint = ([f64; 3], [f64; 3]);
 

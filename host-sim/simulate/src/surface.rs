@@ -185,12 +185,7 @@ impl Surface {
         wanted: impl Fn([f64; 3]) -> bool,
     ) -> Result<Vec<Scatterer>> {
         let points = self.points_with_normals(density, wanted)?.into_iter();
-        let scatterer = |([x, y, z], _): SurfacePoint| Scatterer {
-            x,
-            y,
-            z,
-            amplitude: 1.0,
-        };
+        let scatterer = |([x, y, z], _): SurfacePoint| Scatterer::new([x, y, z], 1.0);
         Ok(points.map(scatterer).collect())
     }
 

@@ -232,12 +232,7 @@ impl Block {
         for _ in 0..count as usize {
             let p = ranges.map(|[low, high]| low + (high - low) * random.random::<f64>());
             if let Some(amplitude) = amplitude(p) {
-                scatterers.push(Scatterer {
-                    x: p[0],
-                    y: p[1],
-                    z: p[2],
-                    amplitude,
-                });
+                scatterers.push(Scatterer::new([p[0], p[1], p[2]], amplitude));
             }
         }
         Ok(())
@@ -291,12 +286,9 @@ impl DynamicRange {
         let mut phantom = Phantom::default();
         let mut add = |x: f64, z: f64, level: f64| {
             let amplitude = POINT * libm::pow(10.0, level / 20.0);
-            phantom.scatterers.push(Scatterer {
-                x: 1e-3 * x,
-                y: 0.0,
-                z: 1e-3 * z,
-                amplitude,
-            });
+            phantom
+                .scatterers
+                .push(Scatterer::new([1e-3 * x, 0.0, 1e-3 * z], amplitude));
         };
         for (k, x) in POINTS.into_iter().enumerate() {
             add(x, 8.0, -10.0 * k as f64);

@@ -10,7 +10,7 @@ use twox_hash::XxHash3_128;
 
 use super::check::{EstimateArgument, warn_of};
 use super::frames::{FrameRange, parse_frames};
-use super::measures::Measures;
+use super::measures::{Measures, summary_of_lines};
 use super::phase_symmetry::chosen_scales;
 use super::{ConfigArgument, VariableArguments};
 use super::{about, command_line, load_config, recording_help, tell_assumed};
@@ -30,7 +30,7 @@ use bonebeam_drive::surface::{FrameSurface, Kind, add_surfaces_to, of_recording}
 use bonebeam_files::atomic::{Outputs, check_outputs};
 use bonebeam_files::image::{self, Format};
 use bonebeam_files::memory;
-use bonebeam_files::terminal::{digits, print};
+use bonebeam_files::terminal::print;
 use bonebeam_files::{BeamformedLines, PartialFrames, Recording, Transmits};
 use bonebeam_formats::{Blocks, RecordingFile};
 use bonebeam_report::page::figure;
@@ -495,30 +495,6 @@ pub fn run(arguments: Arguments) -> Result<()> {
 fn is_figure(path: &Path) -> bool {
     let extension = path.extension().and_then(|e| e.to_str());
     extension.is_some_and(|e| e.eq_ignore_ascii_case("svg"))
-}
-
-/// Summary of the lines, with the values that the program chose.
-fn summary_of_lines(
-    recording: &Recording,
-    parameters: &Beamform,
-    frames: usize,
-    lines: &BeamformedLines,
-) -> String {
-    let (beams, samples) = lines.z.dim();
-    let of_frames = match frames {
-        1 => String::new(),
-        count => format!("{count} frames of "),
-    };
-    let depth = |sample: f64| 1e3 * lines.c * (lines.t0 + sample / lines.fs) / 2.0;
-    let (first, last) = (depth(0.0), depth((samples - 1) as f64));
-    let rate = digits(lines.fs / 1e6);
-    let chosen = match recording {
-        Recording::Channel(data) if parameters.output_rate.is_none() => {
-            format!(" ({:.3} f0)", lines.fs / data.f0)
-        }
-        _ => String::new(),
-    };
-    format!("{of_frames}{beams} lines from {first:.2} to {last:.2} mm at {rate} MHz{chosen}")
 }
 
 /// Positions of the lines if the recording has them; else they are evenly spaced.

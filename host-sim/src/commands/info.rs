@@ -16,7 +16,7 @@ use bonebeam_drive::delay::DelayStage;
 use bonebeam_drive::image::sides_of;
 use bonebeam_drive::policy::warnings;
 use bonebeam_files::terminal::{digits, one_line, print};
-use bonebeam_files::{AlignedData, ChannelData, LineFrames, Recording, Samples, Transmits};
+use bonebeam_files::{AlignedData, ChannelData, LineFrames, Recording, Transmits};
 use bonebeam_formats::{RecordingFile, tracks};
 use bonebeam_tracked::Sequence;
 
@@ -160,9 +160,9 @@ fn range(values: &[f64], scale: f64, unit: &str) -> String {
 
 fn of_channel_data(data: &ChannelData, frames: usize) -> Vec<Fact> {
     let (_, transmits, elements, samples) = data.samples.dim();
-    let kind = match data.samples {
-        Samples::Rf(_) | Samples::Counts(_) => "RF".to_owned(),
-        Samples::Iq { f_demod, .. } => format!("I/Q demodulated at {}", mhz(f_demod)),
+    let kind = match data.samples.f_demod() {
+        None => "RF".to_owned(),
+        Some(f_demod) => format!("I/Q demodulated at {}", mhz(f_demod)),
     };
     let mut facts = vec![(
         "holds",

@@ -6,7 +6,8 @@ use crate::provenance::{COMMIT, Input, VERSION};
 use crate::{Error, Result};
 use bonebeam_drive::config::{Beamform, PixelSize};
 use bonebeam_drive::image::BModeImage;
-use bonebeam_files::BeamformedLines;
+use bonebeam_files::terminal::digits;
+use bonebeam_files::{BeamformedLines, Recording};
 use bonebeam_formats::Format;
 use bonebeam_measure::point::PointSpread;
 
@@ -161,4 +162,28 @@ impl Measures {
         };
         Ok(text.chars().map(safe).collect::<String>() + "\n")
     }
+}
+
+/// Summary of the lines, with the values that the program chose.
+pub fn summary_of_lines(
+    recording: &Recording,
+    parameters: &Beamform,
+    frames: usize,
+    lines: &BeamformedLines,
+) -> String {
+    let (beams, samples) = lines.z.dim();
+    let of_frames = match frames {
+        1 => String::new(),
+        count => format!("{count} frames of "),
+    };
+    let depth = |sample: f64| 1e3 * lines.c * (lines.t0 + sample / lines.fs) / 2.0;
+    let (first, last) = (depth(0.0), depth((samples - 1) as f64));
+    let rate = digits(lines.fs / 1e6);
+    let chosen = match recording {
+        Recording::Channel(data) if parameters.output_rate.is_none() => {
+            format!(" ({:.3} f0)", lines.fs / data.f0)
+        }
+        _ => String::new(),
+    };
+    format!("{of_frames}{beams} lines from {first:.2} to {last:.2} mm at {rate} MHz{chosen}")
 }

@@ -3,6 +3,7 @@
 mod pages;
 pub mod program;
 mod runs;
+pub mod shaft;
 
 use bonebeam_files::Recording;
 use bonebeam_formats::Variables;

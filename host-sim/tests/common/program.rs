@@ -16,6 +16,9 @@ pub use super::runs::*;
 pub trait Folder {
     /// Runs the program, which must succeed.
     fn works(&self, arguments: &str);
+    /// Runs the program, which must end with this status and these words; returns its message.
+    fn ends(&self, arguments: &str, status: i32, words: &str) -> String;
+    fn write(&self, name: &str, contents: impl AsRef<[u8]>);
     fn bytes(&self, name: &str) -> Vec<u8>;
     fn text(&self, name: &str) -> String;
     fn lines(&self, name: &str) -> BeamformedLines;
@@ -27,6 +30,17 @@ pub trait Folder {
 impl Folder for TempDir {
     fn works(&self, arguments: &str) {
         succeeded(&mut program(self, arguments));
+    }
+
+    fn ends(&self, arguments: &str, status: i32, words: &str) -> String {
+        let (ended, message) = run(self, arguments);
+        assert_eq!(ended, status, "{arguments}: {message}");
+        assert!(message.contains(words), "{arguments}: {message}");
+        message
+    }
+
+    fn write(&self, name: &str, contents: impl AsRef<[u8]>) {
+        fs::write(self.path().join(name), contents).unwrap();
     }
 
     fn bytes(&self, name: &str) -> Vec<u8> {

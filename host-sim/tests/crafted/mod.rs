@@ -7,7 +7,7 @@ mod outputs;
 
 use crate::common;
 use common::program::{
-    DATA, Folder, ended, folder_with_channel_data, program, refused, run, shell, succeeded,
+    DATA, Folder, ended, folder_with_channel_data, program, refused, shell, succeeded,
 };
 use common::{channel_data_with, npy};
 use std::fs;

@@ -184,15 +184,7 @@ fn aligned_data_and_lines_return_as_written() {
         assert_eq!(AlignedData::read(&path).unwrap(), delayed);
     }
     let z = x.index_axis(Axis(2), 1).to_owned();
-    let lines = BeamformedLines {
-        z,
-        fs: 20e6,
-        t0: 1e-5,
-        beam_x: vec![0.0, 1e-3],
-        rays: None,
-        sub_lines: 1,
-        c: 1480.0,
-    };
+    let lines = BeamformedLines::straight(z, vec![0.0, 1e-3], [20e6, 1e-5, 1480.0]);
     lines.write(&path).unwrap();
     assert_eq!(BeamformedLines::read(&path).unwrap(), lines);
     let fan = BeamformedLines {

@@ -6,7 +6,7 @@ use clap::Args;
 
 use crate::{Error, Result};
 use bonebeam_files::terminal::print;
-use bonebeam_oracle::golden::{check, stages, write};
+use bonebeam_oracle::golden::{check, stages, write, write_lines};
 
 /// Write golden vectors, or compare those of another implementation with them.
 ///
@@ -20,12 +20,16 @@ use bonebeam_oracle::golden::{check, stages, write};
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// Folder to write; it is created
-    #[arg(short, long, value_name = "DIR", required_unless_present = "check")]
+    #[arg(short, long, value_name = "DIR", required_unless_present_any = ["check", "chain"])]
     output: Option<PathBuf>,
 
     /// Folder to compare with the golden vectors
     #[arg(long, value_name = "DIR", conflicts_with = "output")]
     check: Option<PathBuf>,
+
+    /// Folder that gets the chain.out.hex of its chain.in.hex and chain.lines.hex
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["output", "check"])]
+    chain: Option<PathBuf>,
 }
 
 const EXAMPLES: &str = "\
@@ -47,6 +51,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             ))?;
         }
         return Ok(());
+    }
+    if let Some(folder) = &arguments.chain {
+        return write_lines(folder);
     }
     let Some(folder) = &arguments.check else {
         return Ok(());

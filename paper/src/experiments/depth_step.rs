@@ -17,9 +17,9 @@ const BRIGHT: f32 = 127.5;
 
 parameters! {
     /// Section `[depth_step]`: the vertebra in tissue of Fig. 3, default covariance.
-    DepthStep "depth_step" {
+    DepthStep "depth_step" [scene.simulation, scene.receive, scene.image] {
         /// The scene, its recording and its images.
-        scene: VertebraInTissue = VertebraInTissue::default() => VertebraInTissue::validate;
+        scene: VertebraInTissue = VertebraInTissue::default() => VertebraInTissue::check;
     }
 }
 
@@ -46,16 +46,12 @@ impl Experiment for DepthStep {
         }
     }
 
-    fn resolve(&mut self) {
-        self.scene.resolve();
-    }
-
     fn apply(&mut self, overrides: &Overrides) {
         self.scene.apply(overrides);
     }
 
     fn validate(&self) -> Result<()> {
-        self.check()
+        self.scene.validate()
     }
 
     fn run(&self, context: &Context<'_>) -> Result<Outcome> {
@@ -148,8 +144,8 @@ fn outcome(results: &[StepError]) -> Result<Outcome> {
         &[
             ("", |e| e.name.clone()),
             ("depth step", |e| e.depth_step.to_string()),
-            ("rms, grey levels", |e| number(Some(e.rms))),
-            ("rms, bright half", |e| number(Some(e.bright_rms))),
+            ("rms, grey levels", |e| number(e.rms)),
+            ("rms, bright half", |e| number(e.bright_rms)),
             ("bone shift, B-mode, mm", |e| thousandths(e.bone_mm[0])),
             ("bone shift, phase symmetry, mm", |e| {
                 thousandths(e.bone_mm[1])

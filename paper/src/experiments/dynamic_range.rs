@@ -25,7 +25,7 @@ const VARIANTS: [&str; 5] = ["das", "esmv-rank1", "esmv-rank1-fb", "esmv-1", "mv
 
 parameters! {
     /// Section `[dynamic_range]`.
-    DynamicRange "dynamic_range" {
+    DynamicRange "dynamic_range" [simulation, receive, image] {
         /// Thickness of the slab, m.
         thickness: f64 = 4e-3;
         /// Scatterers per m³.
@@ -81,18 +81,6 @@ impl Experiment for DynamicRange {
             simulation: common::quick(full.simulation),
             ..full
         }
-    }
-
-    fn resolve(&mut self) {
-        common::resolve(&self.simulation, &mut self.receive, &mut self.image);
-    }
-
-    fn apply(&mut self, overrides: &Overrides) {
-        overrides.replace(&mut self.simulation.seed, None);
-    }
-
-    fn validate(&self) -> Result<()> {
-        self.check()
     }
 
     fn run(&self, context: &Context<'_>) -> Result<Outcome> {

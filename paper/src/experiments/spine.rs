@@ -13,7 +13,7 @@ const MUSCLE: f64 = 14e-3;
 
 parameters! {
     /// Section `[spine]`.
-    Spine "spine" {
+    Spine "spine" [simulation, receive, image] {
         /// Thickness of the slab, m.
         thickness: f64 = 4e-3;
         /// Scatterers per m³; together they are as bright as 60 per mm³.
@@ -128,16 +128,7 @@ impl Experiment for Spine {
         }
     }
 
-    fn resolve(&mut self) {
-        common::resolve(&self.simulation, &mut self.receive, &mut self.image);
-    }
-
-    fn apply(&mut self, overrides: &Overrides) {
-        overrides.replace(&mut self.simulation.seed, None);
-    }
-
     fn validate(&self) -> Result<()> {
-        self.check()?;
         self.bone.validate(Self::NAME)?;
         self.clutter.validate(Self::NAME)?;
         SCENES

@@ -12,7 +12,7 @@ pub use super::common::variants::{Scene, Variant, lines_of};
 pub use super::common::{Receive, octaves};
 pub use super::outcome::{
     Column, Comparison, Curve, Gallery, PaperComparison, Picture, Plot, Scale, Section, SideBySide,
-    Table, data, number, percent,
+    Table, data, number, percent, ranged,
 };
 pub use super::parameters::{level, positive, within};
 pub use super::{Context, Experiment, Outcome, Overrides, Parameters, common};

@@ -15,13 +15,7 @@ use super::surface::detectors::{Answer, DEPTHS, DETECTORS, Detector, Kind, judge
 use super::surface::show::interval;
 
 /// The pixels: their centres, from half a pixel below the array on.
-const GRID: PixelGrid = PixelGrid {
-    x0: -19e-3,
-    z0: 0.05e-3,
-    pixel: 0.1e-3,
-    columns: 381,
-    rows: 461,
-};
+const GRID: PixelGrid = PixelGrid::new([-19e-3, 0.05e-3], 0.1e-3, [461, 381]);
 /// Names in the tables, and how the bone looks.
 const KINDS: [(&str, Look); 2] = [("clear bone", Look::CLEAR), ("faint bone", Look::FAINT)];
 /// Number of the first bone, beyond those of other experiments.
@@ -73,14 +67,8 @@ impl Experiment for SurfacePictures {
         }
     }
 
-    fn resolve(&mut self) {}
-
     fn apply(&mut self, overrides: &Overrides) {
-        overrides.replace(&mut self.seed, None);
-    }
-
-    fn validate(&self) -> Result<()> {
-        self.check()
+        self.seed = overrides.seed.unwrap_or(self.seed);
     }
 
     fn run(&self, context: &Context<'_>) -> Result<Outcome> {

@@ -163,13 +163,7 @@ mod tests {
 
     #[test]
     fn a_print_has_every_pixel_within_axes_and_300_dots_an_inch() {
-        let grid = PixelGrid {
-            x0: -10e-3,
-            z0: 5e-3,
-            pixel: 0.1e-3,
-            rows: 150,
-            columns: 200,
-        };
+        let grid = PixelGrid::new([-10e-3, 5e-3], 0.1e-3, [150, 200]);
         let pixels =
             Array2::from_shape_fn((150, 200), |(row, column)| ((row + column) % 256) as f32);
         let shown = picture("a.png".into(), "a".into(), pixels.clone(), &grid);
@@ -202,13 +196,7 @@ mod tests {
 
     #[test]
     fn a_print_in_colours_has_their_bar_beside_it() {
-        let grid = PixelGrid {
-            x0: -5e-3,
-            z0: 5e-3,
-            pixel: 0.1e-3,
-            rows: 80,
-            columns: 100,
-        };
+        let grid = PixelGrid::new([-5e-3, 5e-3], 0.1e-3, [80, 100]);
         let white = Array2::from_elem((80, 100), 255.0);
         let shown = Coloured {
             picture: picture("a.png".into(), "a".into(), white, &grid),

@@ -166,10 +166,8 @@ impl Frame {
         for line in 0..LINES {
             let (block, transmits) = (Block::of_line(scan, line), self.line.transmits(record));
             let x = lines.align(0.0f32, block, transmits, &mut scratch, &mut x)?;
-            let memory = Scratch {
-                real: &mut vec![f32::NAN; self.coherence().need().real],
-                complex: &mut [],
-            };
+            let real = &mut vec![f32::NAN; self.coherence().need().real];
+            let memory = Scratch::new(real, &mut []);
             let mut shares = vec![f32::NAN; scan.samples()];
             let active = |sample| scan.active(line, sample);
             self.coherence().line(x, active, memory, &mut shares)?;

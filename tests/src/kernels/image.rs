@@ -89,13 +89,7 @@ impl Kernel for Image {
         let pixel = at([1e-4, 2e-3]);
         let grid = match draw.byte() < 192 && !in_fan && !wild {
             true => PixelGrid::of_lines(&lines, &samples, rows, columns),
-            false => PixelGrid {
-                rows,
-                columns,
-                x0,
-                z0,
-                pixel,
-            },
+            false => PixelGrid::new([x0, z0], pixel, [rows, columns]),
         };
         let parameters = BModeParameters {
             lines,

@@ -38,10 +38,6 @@ pub const ENVELOPE_RELATIVE: f64 = 2.5e-7;
 /// The envelopes' ratio is off by 6e-7 (5e-6 dB), the logarithm by one unit in the last place (5e-6 dB), and two
 /// roundings near 255 add 1.5e-5 each.
 pub const GREY_LEVEL: f64 = 1e-4;
-/// [`GREY_LEVEL`], plus six roundings of 1.5e-5 in the bilinear sum.
-///
-/// The median adds nothing.
-pub const PIXEL: f64 = 2e-4;
 /// Arrival times, from a parabola through three samples of the envelope.
 ///
 /// For an envelope 3 MHz wide at 100 MHz the error is within a hundredth of a sample, and the record's f32 rounding

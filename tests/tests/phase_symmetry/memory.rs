@@ -158,11 +158,14 @@ fn a_map_in_one_memory_refuses_what_does_not_fit_it_and_stays() {
     let need = bank.sizes().map_need();
     let filters = core::LogGabor::fixed();
     let run = |image: &[f32], real: usize, complex: usize, map: &mut [f32]| {
-        let scratch = Scratch {
-            real: &mut vec![0.0; real],
-            complex: &mut vec![Complex::ZERO; complex],
-        };
-        bank.map(&filters, image, scratch, map, &mut |_| {})
+        let (real, complex) = (&mut vec![0.0; real], &mut vec![Complex::ZERO; complex]);
+        bank.map(
+            &filters,
+            image,
+            Scratch::new(real, complex),
+            map,
+            &mut |_| {},
+        )
     };
     let (image, mut map) = (vec![1.0; 64 * 128], vec![7.0; 64 * 128]);
     let (real, complex) = (need.real, need.complex);
@@ -177,10 +180,8 @@ fn a_map_in_one_memory_refuses_what_does_not_fit_it_and_stays() {
     assert_eq!(bad, "non-finite image 5000");
     let strips = vec![0.0; bank.gain_tables_len()];
     let strips = core::GainTables::new(&filters, &bank, strips).unwrap();
-    let scratch = Scratch {
-        real: &mut vec![0.0; real],
-        complex: &mut vec![Complex::ZERO; complex],
-    };
+    let scratch = (&mut vec![0.0; real], &mut vec![Complex::ZERO; complex]);
+    let scratch = Scratch::new(scratch.0, scratch.1);
     assert!(
         bank.map(&strips, &image, scratch, &mut map, &mut |_| {})
             .is_err()

@@ -39,10 +39,7 @@ fn a_surface_with_coherence_is_the_detectors() {
     let length = PARAMETERS.coherence_len(COHERENCE).unwrap();
     assert_eq!(length, pipeline.coherence_len(COHERENCE));
     let mut real = vec![f32::NAN; detector.need().real];
-    let mut scratch = Scratch {
-        real: &mut real,
-        complex: &mut [],
-    };
+    let mut scratch = Scratch::new(&mut real, &mut []);
     let mut of = |coherence: Option<&mut [f32]>| {
         let mut memory = Box::new(Memory::<{ NEED.real }, { NEED.complex }>::new());
         let frame = Frame::new(&pipeline, memory.scratch()).unwrap();

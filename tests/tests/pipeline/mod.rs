@@ -67,15 +67,7 @@ fn a_frame_has_the_bits_of_the_hosts_drive() {
     let drive = beamform(x.view(), &active, beamformer, &|_| {}).unwrap();
     assert_eq!(drive.as_slice().unwrap(), z);
 
-    let lines = BeamformedLines {
-        z: drive,
-        fs: p.output_rate,
-        t0: stage.start(),
-        beam_x: stage.beam_x().to_vec(),
-        rays: None,
-        sub_lines: 1,
-        c: p.sound_speed,
-    };
+    let lines = stage.lines(drive);
     let grid = grid_of_lines(&lines, 64, 64).unwrap();
     let picture = b_mode(&lines, 50.0, &grid, true).unwrap();
     // The positions define the lines' spacing there, which differs in its last bits.
@@ -117,11 +109,7 @@ fn the_bone_is_where_it_is() {
 
 #[test]
 fn the_bones_surface_is_where_it_is() {
-    let none = Ramp {
-        weight: 0.0,
-        centre: 0.0,
-        width: 1.0,
-    };
+    let none = Ramp::new(0.0, 0.0, 1.0);
     // No shadow reaches below it within the record.
     let settings = Settings {
         near: [0.5e-3, 1.5e-3],
@@ -146,10 +134,7 @@ fn the_bones_surface_is_where_it_is() {
     }
     let mut points = [None; LINES];
     let mut find = |out: &mut [Option<Point>]| {
-        let scratch = Scratch {
-            real: &mut real,
-            complex: &mut [],
-        };
+        let scratch = Scratch::new(&mut real, &mut []);
         frame.surface(&detector, scratch, out)
     };
     find(&mut points).unwrap();

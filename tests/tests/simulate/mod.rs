@@ -28,12 +28,7 @@ fn small() -> Settings {
 fn points(points: &[(f64, f64, f64)]) -> Phantom {
     let scatterers = points
         .iter()
-        .map(|&(x, z, amplitude)| Scatterer {
-            x,
-            y: 0.0,
-            z,
-            amplitude,
-        })
+        .map(|&(x, z, amplitude)| Scatterer::new([x, 0.0, z], amplitude))
         .collect();
     changed(Phantom::default(), |s| s.scatterers = scatterers)
 }

@@ -9,12 +9,9 @@ fn a_shadowed_scatterer_contributes_nothing() {
         let without = simulate(&settings, &bone_and_points(), summation);
         let mut phantom = bone_and_points();
         // Right behind the bone: the outermost elements at ±2.3 mm do not see it.
-        phantom.scatterers.push(Scatterer {
-            x: 0.0,
-            y: 0.0,
-            z: 11.2e-3,
-            amplitude: 100.0,
-        });
+        phantom
+            .scatterers
+            .push(Scatterer::new([0.0, 0.0, 11.2e-3], 100.0));
         assert_eq!(
             simulate(&settings, &phantom, summation).samples,
             without.samples
@@ -32,12 +29,7 @@ fn each_element_sees_past_the_edge_on_its_own() {
     // One element transmits; the scatterer behind the right edge is seen from the right only.
     let settings = changed(small(), |s| s.f_number = 1e4);
     let mut phantom = bone_and_points();
-    phantom.scatterers = vec![Scatterer {
-        y: 0.0,
-        x: 1.15e-3,
-        z: 12.5e-3,
-        amplitude: 1.0,
-    }];
+    phantom.scatterers = vec![Scatterer::new([1.15e-3, 0.0, 12.5e-3], 1.0)];
     let bone = phantom.bone.clone().unwrap();
     let data = simulate(&settings, &phantom, Summation::Direct);
     let seen = visible(&bone, &data.element_x, &[[1.15e-3, 12.5e-3]]);

@@ -34,12 +34,7 @@ fn with_lens() -> Settings {
 
 fn point(x: f64, y: f64, z: f64) -> Phantom {
     Phantom {
-        scatterers: vec![Scatterer {
-            x,
-            y,
-            z,
-            amplitude: 1.0,
-        }],
+        scatterers: vec![Scatterer::new([x, y, z], 1.0)],
         ..Phantom::default()
     }
 }

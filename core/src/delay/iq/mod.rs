@@ -22,7 +22,7 @@ mod taps;
 pub use interpolation::IqInterpolation;
 pub use parameters::IqParameters;
 
-use super::record::{IqSamples, Record, Samples};
+use super::record::{IqSamples, Samples};
 use super::stage::{Sealed, Source, Stage, StageShape};
 use super::{check_shapes, finite, positive};
 use crate::error::attempt;
@@ -152,6 +152,8 @@ impl IqDelay {
 impl Sealed for IqDelay {}
 
 impl Stage for IqDelay {
+    const RF: bool = false;
+
     fn need(&self, lanes: usize, _: usize) -> Need {
         self.parameters.need(lanes)
     }
@@ -163,13 +165,6 @@ impl Stage for IqDelay {
             output_samples: p.output_samples,
             record_samples: p.record_samples,
             sound_speed: p.sound_speed,
-        }
-    }
-
-    fn shape_of(record: &Record<'_>) -> [usize; 2] {
-        match record.samples {
-            Samples::Rf(_) => [record.elements(), 0],
-            Samples::Iq(..) => [record.elements(), record.samples()],
         }
     }
 

@@ -22,7 +22,6 @@ pub use upsampled::{Contribution, UPSAMPLING, Upsampled};
 use super::analytic::{HilbertTransformer, hilbert_taps, reach};
 use super::decimator::{decimated_len, halvings, streams_len};
 use super::interpolate::Interpolator;
-use super::record::{Record, Samples};
 use super::scan_line::{Compounding, ScanLine};
 use super::stage::{Sealed, Source, Stage, StageShape};
 use super::{FAR, MAX_SAMPLES, check_shapes, finite, positive};
@@ -344,6 +343,8 @@ impl Delay {
 impl Sealed for Delay {}
 
 impl Stage for Delay {
+    const RF: bool = true;
+
     fn need(&self, lanes: usize, samples: usize) -> Need {
         self.parameters.block_need(lanes, samples)
     }
@@ -355,13 +356,6 @@ impl Stage for Delay {
             output_samples: p.output_samples,
             record_samples: p.record_samples,
             sound_speed: p.sound_speed,
-        }
-    }
-
-    fn shape_of(record: &Record<'_>) -> [usize; 2] {
-        match record.samples {
-            Samples::Rf(_) => [record.elements(), record.samples()],
-            Samples::Iq(..) => [record.elements(), 0],
         }
     }
 

@@ -65,6 +65,7 @@ fn b_mode(from: &[f32], to: &mut [f32]) -> Result<(), Error> {
     let [x, z] = opaque([[0.0, 1.0]; 2]);
     let grid = PixelGrid::cover(x, z, rows, columns);
     take((grid.row_axis(), grid.column_axis(), grid.pixels()));
+    take(PixelGrid::new(x, opaque(1.0), [rows, columns]));
     let (lines, samples) = (axis(), axis());
     let parameters = opaque(BModeParameters {
         lines,

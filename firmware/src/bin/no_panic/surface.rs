@@ -9,6 +9,7 @@ use bonebeam::surface::{Levels, Parameters, Settings, Survey, Tracker, grey};
 pub fn all() {
     let mut to = [0; 100];
     take(grey(opaque(&[0.0; 100][..]), opaque(&mut to[..])));
+    take(Ramp::new(opaque(1.0), opaque(0.0), opaque(1.0)));
     take(detector());
 }
 

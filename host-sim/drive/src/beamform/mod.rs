@@ -198,16 +198,12 @@ impl Plan {
             ));
         }
         let x = x.as_standard_layout();
-        let lines: Vec<Result<AlignedLine<'_>>> = (0..beams)
-            .into_par_iter()
-            .map(|beam| {
-                let line = x.index_axis(Axis(0), beam);
-                let line = line
-                    .to_slice()
-                    .expect("one beam of a standard layout is contiguous");
-                AlignedLine::new(line, elements).map_err(|error| name_sample(error, beam, elements))
-            })
-            .collect();
+        let of_beam = |beam| {
+            let line = x.index_axis(Axis(0), beam).to_slice();
+            let line = line.expect("one beam of a standard layout is contiguous");
+            AlignedLine::new(line, elements).map_err(|error| name_sample(error, beam, elements))
+        };
+        let lines: Vec<Result<_>> = (0..beams).into_par_iter().map(of_beam).collect();
         let computed = self.beamformer.line_samples(samples);
         let z = in_order(z, (beams, computed))?;
         let tiles = self.tiles(0..beams, samples, active, None)?;
@@ -395,10 +391,8 @@ impl Plan {
         }
         let sub_lines = self.sub_lines();
         let outputs = tile.items.iter().map(|item| self.outputs(item).len());
-        z.resize(
-            z.len().max(outputs.sum::<usize>() * sub_lines),
-            Complex::ZERO,
-        );
+        let numbers = outputs.sum::<usize>() * sub_lines;
+        z.resize(z.len().max(numbers), Complex::ZERO);
         let mut rest = &mut z[..];
         for group in groups(&tile.items, self.lanes) {
             let mut out = Vec::with_capacity(group.len());
@@ -407,11 +401,8 @@ impl Plan {
                 let (own, behind) = rest.split_at_mut(self.outputs(item).len() * sub_lines);
                 out.push(own);
                 rest = behind;
-                segments.push(Segment::new(
-                    line(item),
-                    item.active.first,
-                    item.first_sample,
-                ));
+                let (element, sample) = (item.active.first, item.first_sample);
+                segments.push(Segment::new(line(item), element, sample));
             }
             let active = group[0].active.count;
             if sub_lines == 1 {
@@ -451,11 +442,7 @@ impl Plan {
         let (mut from, mut count) = (0, 0);
         for item in &tile.items {
             let above = self.adaptive.start.saturating_sub(item.first_sample);
-            let above = if tile.by_das {
-                0
-            } else {
-                above.min(item.samples)
-            };
+            let above = usize::from(!tile.by_das) * above.min(item.samples);
             let sub_lines = self.sub_lines();
             let of_item = self.outputs(item);
             let first = self.beamformer.line_samples(item.first_sample + above);

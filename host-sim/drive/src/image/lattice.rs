@@ -195,17 +195,11 @@ mod tests {
 
     fn lines(rays: &[[f64; 3]]) -> BeamformedLines {
         let part = |k: usize| rays.iter().map(|ray| ray[k]).collect::<Vec<f64>>();
+        let z = Array2::zeros((rays.len(), SAMPLES));
+        let axis = [1500.0 / 2.0 / 0.5e-3, 2.0 * 2e-3 / 1500.0, 1500.0];
         BeamformedLines {
-            z: Array2::zeros((rays.len(), SAMPLES)),
-            fs: 1500.0 / 2.0 / 0.5e-3,
-            t0: 2.0 * 2e-3 / 1500.0,
-            beam_x: part(0),
-            rays: Some(BeamRays {
-                z: part(1),
-                angle: part(2),
-            }),
-            sub_lines: 1,
-            c: 1500.0,
+            rays: BeamRays::of(rays.len(), Some(part(1)), Some(part(2))),
+            ..BeamformedLines::straight(z, part(0), axis)
         }
     }
 

@@ -36,14 +36,9 @@ pub fn extent<S: Data<Elem = Complex<f32>>>(
 ) -> [[f64; 2]; 2] {
     let samples = sample_axis(lines);
     let mut extent = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
-    for (beam, &x) in lines.beam_x.iter().enumerate() {
-        let (z, angle) = match &lines.rays {
-            None => (0.0, 0.0),
-            Some(rays) => (rays.z[beam], rays.angle[beam]),
-        };
+    for beam in 0..lines.beam_x.len() {
         for r in [samples.first, samples.last()] {
-            let position = [x + r * angle.sin(), z + r * angle.cos()];
-            for (range, at) in extent.iter_mut().zip(position) {
+            for (range, at) in extent.iter_mut().zip(lines.point(beam, r)) {
                 *range = [range[0].min(at), range[1].max(at)];
             }
         }

@@ -186,13 +186,7 @@ fn polar<S: Data<Elem = Complex<f32>>>(
     let b_mode = BMode::new(BModeParameters {
         lines: any_axis(&lattice),
         samples,
-        grid: PixelGrid {
-            x0: 0.0,
-            z0: samples.first,
-            pixel,
-            rows,
-            columns,
-        },
+        grid: PixelGrid::new([0.0, samples.first], pixel, [rows, columns]),
         dynamic_range: section.dynamic_range as f32,
         logarithm: Logarithm::Exact,
         median: false,
@@ -418,12 +412,8 @@ pub fn image_of<S: Data<Elem = Complex<f32>>>(
     }
     let [across, [first, bottom]] = region(lines, parameters)?;
     let [rows, columns] = sides_of(lines, parameters)?;
-    let grid = |pixel: f64, [x0, z0]: [f64; 2], [rows, columns]: [usize; 2]| PixelGrid {
-        x0,
-        z0,
-        pixel,
-        rows,
-        columns,
+    let grid = |pixel: f64, [x0, z0]: [f64; 2], [rows, columns]: [usize; 2]| {
+        PixelGrid::new([x0, z0], pixel, [rows, columns])
     };
     let centred =
         |pixel: f64, columns: usize| (across[0] + across[1] - pixel * (columns - 1) as f64) / 2.0;

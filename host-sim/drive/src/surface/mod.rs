@@ -112,13 +112,8 @@ fn of_lines_with<S: Data<Elem = Complex<f32>>>(
     let (mut points, _) = detect(&grey, coherence.as_deref(), samples, spacing, settings)?;
     let falls = [POINT_FALL, SIDE_LOBES].map(|fall| (fall / section.grey_range * 255.0) as u8);
     doubt_points(&mut points, &grey, samples, spacing, falls);
-    Ok(placed(points, section.min_confidence, |line, r| {
-        let (z, angle) = match &lines.rays {
-            None => (0.0, 0.0),
-            Some(rays) => (rays.z[line], rays.angle[line]),
-        };
-        [lines.beam_x[line] + r * angle.sin(), z + r * angle.cos()]
-    }))
+    let place = |line, r| lines.point(line, r);
+    Ok(placed(points, section.min_confidence, place))
 }
 
 /// Level below its brightest echo down to which a piece of surface must be long, dB.

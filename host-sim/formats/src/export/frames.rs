@@ -121,15 +121,8 @@ pub(super) fn positions(lines: &BeamformedLines) -> Vec<[f64; 3]> {
     let position = |k: usize| {
         let (beam, sample) = (k / samples, k % samples);
         let depth = lines.c * (lines.t0 + sample as f64 / lines.fs) / 2.0;
-        let (z, angle) = match &lines.rays {
-            None => (0.0, 0.0),
-            Some(rays) => (rays.z[beam], rays.angle[beam]),
-        };
-        [
-            lines.beam_x[beam] + depth * angle.sin(),
-            0.0,
-            z + depth * angle.cos(),
-        ]
+        let [x, z] = lines.point(beam, depth);
+        [x, 0.0, z]
     };
     (0..beams * samples).map(position).collect()
 }

@@ -8,7 +8,7 @@ use rust_hdf5::types::H5Type;
 
 use super::frames::{Part, each_frame};
 use super::tree::{Branch, Tree, frame, mark};
-use bonebeam_files::{BeamformedLines, ChannelData, Result, Samples, Transmits};
+use bonebeam_files::{BeamformedLines, ChannelData, Result, Transmits};
 
 /// Version of USTB's files.
 const VERSION: &str = "v1.2.0";
@@ -86,10 +86,7 @@ pub fn write<'a>(
     root.mark(&[("version", VERSION)])?;
     let own = object(&root, "channel_data", "uff.channel_data", 1)?;
     let first = data.t0.first().copied().unwrap_or(0.0);
-    let f_demod = match data.samples {
-        Samples::Rf(_) | Samples::Counts(_) => 0.0,
-        Samples::Iq { f_demod, .. } => f_demod,
-    };
+    let f_demod = data.samples.f_demod().unwrap_or(0.0);
     number(&own, "sampling_frequency", data.fs)?;
     number(&own, "initial_time", first)?;
     number(&own, "sound_speed", data.c)?;
@@ -150,7 +147,7 @@ fn samples<'a>(
 ) -> Result<()> {
     let (_, transmits, elements, samples) = data.samples.dim();
     let shape = [count, transmits, elements, samples];
-    let Samples::Iq { f_demod, .. } = data.samples else {
+    let Some(f_demod) = data.samples.f_demod() else {
         let array = parent.array::<f32>("data", &shape)?;
         let texts = [("class", "single"), ("name", "data")];
         mark(&array, &texts, &[("complex", &[0]), ("imaginary", &[0])])?;

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::frames::{Part, delays, each_frame, positions};
 use super::tree::{Branch, Tree, all, frame};
-use bonebeam_files::{BeamformedLines, ChannelData, Result, Samples, Transmits};
+use bonebeam_files::{BeamformedLines, ChannelData, Result, Transmits};
 
 /// The version of zea whose format this is.
 const VERSION: &str = "0.1.8";
@@ -80,10 +80,7 @@ fn scan(own: &Branch, data: &ChannelData) -> Result<()> {
         .zip(&first)
         .map(|(t0, first)| t0 - first + 1.0 / data.f0)
         .collect();
-    let f_demod = match data.samples {
-        Samples::Rf(_) | Samples::Counts(_) => data.f0,
-        Samples::Iq { f_demod, .. } => f_demod,
-    };
+    let f_demod = data.samples.f_demod().unwrap_or(data.f0);
     numbers(own, "sampling_frequency", &[], &[data.fs])?;
     numbers(own, "center_frequency", &[], &[data.f0])?;
     numbers(own, "demodulation_frequency", &[], &[f_demod])?;
@@ -132,10 +129,8 @@ fn samples<'a>(
     parts: impl Iterator<Item = Part<'a>>,
 ) -> Result<()> {
     let (_, transmits, elements, samples) = data.samples.dim();
-    let (channels, f_demod) = match data.samples {
-        Samples::Rf(_) | Samples::Counts(_) => (1, 0.0),
-        Samples::Iq { f_demod, .. } => (2, f_demod),
-    };
+    let f_demod = data.samples.f_demod();
+    let (channels, f_demod) = f_demod.map_or((1, 0.0), |f_demod| (2, f_demod));
     let shape = [count, transmits, samples, elements, channels];
     let array = own.array::<f32>("raw_data", &shape)?;
     let lens = 2.0 * data.lens_delay;

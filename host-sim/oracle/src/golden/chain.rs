@@ -4,70 +4,67 @@
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
+use std::fs;
+use std::io::Write as _;
+use std::path::Path;
+
+use bonebeam_files::atomic::Outputs;
 
 use super::adaptive::{Adaptive, LOADING};
 use super::integer::Word;
 use super::scene::{self, ELEMENTS, LineRecord, OUTPUT_RATE, SAMPLES, START};
 use crate::reference::f32::iq::phasor;
+use crate::{Error, Result};
 
 /// Recorded samples of a count.
 const EVERY: usize = 4;
 /// The largest part of a count.
 const LARGEST: f64 = 16_000.0;
 const CYCLES: u64 = 1 << 44;
+/// Registers that a line has.
+const VALUES: usize = 19;
 
-/// The registers of a line that follow from its geometry, in their units.
-struct Registers {
-    rate: u64,
-    position: [u64; 2],
-    cycles: [u64; 2],
-    depth: [u64; 2],
-    across: [u64; 2],
+/// The registers of a line, from register 1 on, in their units.
+fn registers(record: &LineRecord, t0: f64, [rate, demodulation, c]: [f64; 3]) -> Vec<u32> {
+    let whole = |x: f64, bits: i32| libm::floor(libm::ldexp(x, bits)) as i64 as u64;
+    let flight = 2.0 * START / c;
+    let path = rate / c;
+    let pitch = record.element_x[1] - record.element_x[0];
+    let position = [(flight - t0) * rate, rate / OUTPUT_RATE].map(|n| whole(n, 32));
+    let cycles = [flight, 1.0 / OUTPUT_RATE].map(|t| whole(t * demodulation, 44) % CYCLES);
+    let depth = [START * path, rate / OUTPUT_RATE / 2.0].map(|z| whole(z, 20));
+    let across = [record.element_x[0] - record.x, pitch].map(|x| whole(x * path, 20));
+    let wide = [position, cycles, depth, across].concat().into_iter();
+    let wide = wide.flat_map(|number| [number as u32, (number >> 32) as u32]);
+    let first = [
+        SAMPLES as u32,
+        LOADING.into(),
+        whole(demodulation / rate, 26) as u32,
+    ];
+    first.into_iter().chain(wide).collect()
 }
 
-impl Registers {
-    fn new(record: &LineRecord, t0: f64, [rate, demodulation, sound_speed]: [f64; 3]) -> Self {
-        let whole = |x: f64, bits: i32| libm::floor(libm::ldexp(x, bits)) as i64 as u64;
-        let flight = 2.0 * START / sound_speed;
-        let path = rate / sound_speed;
-        let pitch = record.element_x[1] - record.element_x[0];
-        Registers {
-            rate: whole(demodulation / rate, 26),
-            position: [
-                whole((flight - t0) * rate, 32),
-                whole(rate / OUTPUT_RATE, 32),
-            ],
-            cycles: [flight, 1.0 / OUTPUT_RATE].map(|t| whole(t * demodulation, 44) % CYCLES),
-            depth: [START * path, rate / OUTPUT_RATE / 2.0].map(|z| whole(z, 20)),
-            across: [record.element_x[0] - record.x, pitch].map(|x| whole(x * path, 20)),
-        }
-    }
+/// The registers of a line as `beamformer.v` reads them, from register 1 on.
+struct Registers<'a>(&'a [u64; VALUES]);
 
-    /// From register 1 on.
-    fn words(&self) -> Vec<u32> {
-        let wide = [self.position, self.cycles, self.depth, self.across];
-        let wide = wide.as_flattened().iter();
-        let wide = wide.flat_map(|&number| [number as u32, (number >> 32) as u32]);
-        [SAMPLES as u32, LOADING.into(), self.rate as u32]
-            .into_iter()
-            .chain(wide)
-            .collect()
+impl Registers<'_> {
+    /// The sum of a number at a register and `k` times its step.
+    fn at(&self, register: usize, k: usize) -> i64 {
+        let wide = |r: usize| self.0[r - 1] & 0xffff_ffff | self.0[r] << 32;
+        wide(register).wrapping_add(wide(register + 2).wrapping_mul(k as u64)) as i64
     }
 
     /// The receive delay of an element at a sample, in 2⁻¹⁸ samples.
-    fn receive_delay(&self, sample: u64, element: u64) -> i64 {
-        let [z, d] = [(self.depth, sample), (self.across, element)]
-            .map(|([first, step], k)| (first.wrapping_add(step.wrapping_mul(k)) as i64) >> 9);
+    fn receive_delay(&self, sample: usize, element: usize) -> i64 {
+        let [z, d] = [self.at(12, sample), self.at(16, element)].map(|path| path << 29 >> 38);
         ((z * z + d * d).isqrt() - z) << 7
     }
 
     /// The aligned count of an element at a sample.
     fn aligned(&self, counts: &[[Word; ELEMENTS]], (sample, element): (usize, usize)) -> Word {
-        let delay = self.receive_delay(sample as u64, element as u64);
-        let at =
-            |[first, step]: [u64; 2]| first.wrapping_add(step.wrapping_mul(sample as u64)) as i64;
-        let position = (at(self.position) >> 19) + (delay >> 5);
-        let cycles = at(self.cycles) + (1 << 31) + delay * self.rate as i64;
+        let delay = self.receive_delay(sample, element);
+        let position = (self.at(4, sample) >> 19) + (delay >> 5);
+        let cycles = self.at(8, sample) + (1 << 31) + delay * (self.0[2] as i64 & 0xfff_ffff);
         let (cosine, sine) = phasor((cycles >> 32 & 4095) as f32 / 4096.0);
         let [cosine, sine] = [cosine, sine].map(|x| libm::roundf(x * 16384.0) as i64);
         let count = |index: i64| {
@@ -106,6 +103,50 @@ fn counts(record: &LineRecord, [fs, f0]: [f64; 2], scale: f64) -> (Vec<[Word; EL
     (rows.collect(), record.t0 - 0.5 / fs)
 }
 
+/// MV of blocks of I/Q by the registers of their lines, and the aligned words.
+///
+/// `None`: the texts are no such files.
+fn lines(blocks: &str, registers: &str) -> Option<(String, Vec<[Word; ELEMENTS]>)> {
+    let word = |word: &str| u64::from_str_radix(word, 16).ok();
+    let words = |text: &str| text.lines().map(word).collect::<Option<Vec<_>>>();
+    let (blocks, registers) = (words(blocks)?, words(registers)?);
+    let (registers, _) = registers.as_chunks::<VALUES>();
+    let beats = blocks.len().checked_div(registers.len())?.max(1);
+    let (mut text, mut all) = (String::new(), Vec::new());
+    for (block, values) in blocks.chunks_exact(beats).zip(registers) {
+        let (rows, _) = block[1..].as_chunks::<{ ELEMENTS / 2 }>();
+        let part = |row: &[u64], k: usize| (row[k / 4] >> (16 * (k % 4))) as i16;
+        let count = |row, m| [0, 1].map(|k| part(row, 2 * m + k));
+        let row = |row| std::array::from_fn(|m| count(row, m));
+        let counts: Vec<_> = rows.iter().map(|beats| row(beats)).collect();
+        let (line, adaptive) = (Registers(values), Adaptive::new(values[1] as u16));
+        for sample in 0..(values[0] & 0xffff) as usize {
+            let x = std::array::from_fn(|element| line.aligned(&counts, (sample, element)));
+            let [re, im] = adaptive.sample(&x);
+            let _ = writeln!(text, "{im:08x}{re:08x}");
+            all.push(x);
+        }
+    }
+    Some((text, all))
+}
+
+/// Writes chain.out.hex of `folder` from its chain.in.hex and chain.lines.hex.
+///
+/// # Errors
+/// A file that is missing, wrong or cannot be written.
+pub fn write_lines(folder: &Path) -> Result<()> {
+    let read = |name| fs::read_to_string(folder.join(name)).unwrap_or_default();
+    let made = lines(&read("chain.in.hex"), &read("chain.lines.hex"));
+    let (text, _) = made.ok_or_else(|| {
+        Error::Data("chain.in.hex and chain.lines.hex have no blocks and registers".into())
+    })?;
+    let mut outputs = Outputs::new();
+    outputs.add(&folder.join("chain.out.hex"), |sink| {
+        Ok(sink.write_all(text.as_bytes())?)
+    })?;
+    outputs.commit()
+}
+
 /// The bench's files, and the aligned words.
 pub fn vectors() -> (Vec<(String, String)>, Vec<[Word; ELEMENTS]>) {
     let (data, records) = scene::records();
@@ -114,12 +155,9 @@ pub fn vectors() -> (Vec<(String, String)>, Vec<[Word; ELEMENTS]>) {
         .flat_map(|record| &record.rf)
         .fold(0.0f32, |a, &b| a.max(b.abs()));
     let scale = LARGEST / f64::from(largest) / (data.fs / data.f0);
-    let adaptive = Adaptive::new(LOADING);
-    let [mut blocks, mut registers, mut lines] = [const { String::new() }; 3];
-    let mut all = Vec::new();
+    let [mut blocks, mut values] = [const { String::new() }; 2];
     for (beam, record) in records.iter().enumerate() {
         let (counts, t0) = counts(record, [data.fs, data.f0], scale);
-        let values = Registers::new(record, t0, [data.fs / EVERY as f64, data.f0, data.c]);
         let _ = writeln!(blocks, "{:016x}", beam << 32 | beam);
         let words = counts.as_flattened();
         let beats = words.as_chunks::<2>().0.iter();
@@ -133,19 +171,14 @@ pub fn vectors() -> (Vec<(String, String)>, Vec<[Word; ELEMENTS]>) {
         for _ in number..number.next_multiple_of(4) {
             let _ = writeln!(blocks, "{:016x}", 0);
         }
-        for word in values.words() {
-            let _ = writeln!(registers, "{word:08x}");
-        }
-        for sample in 0..SAMPLES {
-            let x = std::array::from_fn(|element| values.aligned(&counts, (sample, element)));
-            let [re, im] = adaptive.sample(&x);
-            let _ = writeln!(lines, "{im:08x}{re:08x}");
-            all.push(x);
+        for word in registers(record, t0, [data.fs / EVERY as f64, data.f0, data.c]) {
+            let _ = writeln!(values, "{word:08x}");
         }
     }
+    let (lines, all) = lines(&blocks, &values).unwrap_or_default();
     let files = [
         ("chain.in.hex", blocks),
-        ("chain.lines.hex", registers),
+        ("chain.lines.hex", values),
         ("chain.out.hex", lines),
     ];
     (files.map(|(name, text)| (name.into(), text)).into(), all)

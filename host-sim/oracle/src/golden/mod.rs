@@ -14,6 +14,7 @@ mod scene;
 mod solver;
 mod stages;
 
+pub use chain::write_lines;
 pub use check::{Verdict, check};
 pub use files::{Entry, Manifest, write};
 pub use stages::{Stage, Values, stages};

@@ -87,21 +87,13 @@ impl Program {
             return self.sum(to, terms, last);
         }
         for (k, &(negative, a, b)) in terms.iter().enumerate() {
-            let common = Term {
+            let is_last = k + 1 == length;
+            self.terms.push(Term {
                 a,
                 b,
                 negative,
-                ..Term::default()
-            };
-            self.terms.push(match k + 1 == length {
-                true => Term {
-                    a,
-                    b,
-                    negative,
-                    to: Some(to),
-                    ..last
-                },
-                false => common,
+                to: is_last.then_some(to),
+                ..if is_last { last } else { Term::default() }
             });
         }
         self.written.retain(|&(_, place, _)| place != to);

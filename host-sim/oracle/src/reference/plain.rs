@@ -161,9 +161,7 @@ impl Plain for pipeline::Line {}
 impl Plain for frame::Frame {}
 
 /// The reference of shares is in f64: `coherence.rs`.
-impl Plain for coherence::Shares {}
-
-impl Plain for coherence::ShortLag {}
+impl<const SHARES: bool> Plain for coherence::Coherence<SHARES> {}
 
 impl Plain for coherence::Speeds {}
 

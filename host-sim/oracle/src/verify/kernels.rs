@@ -20,7 +20,7 @@ use bonebeam_drive::image::{b_mode, grid_of_lines};
 use bonebeam_drive::methods::COMPARED;
 use bonebeam_drive::phase_symmetry::{self, phase_symmetry};
 use bonebeam_drive::threads::pool;
-use bonebeam_files::{BeamformedLines, ChannelData};
+use bonebeam_files::ChannelData;
 use bonebeam_tests::kernel::over_one_lane;
 use bonebeam_tests::kernels::delay::{self, Input, Iq, Law, Place};
 use bonebeam_tests::kernels::upsampled::Waves;
@@ -318,15 +318,7 @@ impl<'a> AlignedRecording<'a> {
     fn image_and_phase_symmetry(&self) -> Result<Vec<Verdict>> {
         const RANGE: f32 = 60.0;
         let parameters = Parameters::of(Method::Das);
-        let lines = BeamformedLines {
-            z: self.beamform(parameters)?,
-            fs: 20e6,
-            t0: self.stage.start(),
-            beam_x: self.stage.beam_x().to_vec(),
-            rays: None,
-            sub_lines: 1,
-            c: self.stage.sound_speed(),
-        };
+        let lines = self.stage.lines(self.beamform(parameters)?);
         let grid = grid_of_lines(&lines, 128, 128)?;
         let image = b_mode(&lines, RANGE, &grid, true)?;
         let (bits, error) = verify::image::check(&image, &lines, f64::from(RANGE), &grid, true);

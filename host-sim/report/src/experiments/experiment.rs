@@ -5,10 +5,12 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::common::{Checking, Common};
+use super::common::{Checking, Common, Receive};
 use super::outcome::Outcome;
 use crate::{Error, Result};
 use bonebeam_drive::check::References;
+use bonebeam_drive::config::Image;
+use bonebeam_simulate::Settings;
 
 /// Callback with the current step and the fraction done, from any thread.
 pub type Progress<'a> = &'a (dyn Fn(&str, f64) + Sync);
@@ -21,7 +23,23 @@ pub trait Parameters: Serialize + DeserializeOwned + Default {
     ///
     /// Names of its pictures and checks begin with it.
     const NAME: &'static str;
+
+    /// Checks each value that has a range.
+    ///
+    /// # Errors
+    /// [`crate::Error::Usage`] naming the value and the range.
+    fn check(&self) -> Result<()>;
+
+    /// The keys of a scanner, if the section has them.
+    ///
+    /// Receiver and image follow the array, the seed the flag.
+    fn scanner(&mut self) -> Option<Scanner<'_>> {
+        None
+    }
 }
+
+/// Array and pulse, receiver and image.
+pub type Scanner<'a> = (&'a mut Settings, &'a mut Receive, &'a mut Image);
 
 /// An experiment: the value is its parameters.
 pub trait Experiment: Sync + 'static {
@@ -30,19 +48,21 @@ pub trait Experiment: Sync + 'static {
     where
         Self: Sized;
 
-    /// Fills in missing values that follow from other parameters.
-    fn resolve(&mut self);
+    /// Fills in missing values that follow from other parameters than the scanner's.
+    fn resolve(&mut self) {}
 
     /// Applies overrides of the command line.
     ///
     /// Those that do not concern the experiment change nothing.
     fn apply(&mut self, _overrides: &Overrides) {}
 
-    /// Checks the parameters before anything is computed.
+    /// Checks what [`Parameters::check`] does not, before anything is computed.
     ///
     /// # Errors
     /// [`crate::Error::Usage`] naming the value and the expected range, or a file that cannot be read.
-    fn validate(&self) -> Result<()>;
+    fn validate(&self) -> Result<()> {
+        Ok(())
+    }
 
     /// Checks the data of the same experiment in another run's `report.json`.
     ///
@@ -123,11 +143,10 @@ pub struct Overrides {
 }
 
 impl Overrides {
-    /// Overrides a seed and a mesh by the given ones.
-    pub fn replace(&self, seed: &mut u64, mesh: Option<&mut Option<PathBuf>>) {
-        *seed = self.seed.unwrap_or(*seed);
-        if let (Some(mesh), Some(given)) = (mesh, &self.mesh) {
-            *mesh = Some(given.clone());
+    /// Overrides a mesh by the given one.
+    pub fn replace_mesh(&self, mesh: &mut Option<PathBuf>) {
+        if self.mesh.is_some() {
+            mesh.clone_from(&self.mesh);
         }
     }
 

@@ -136,17 +136,35 @@ impl Kind {
 }
 
 fn resolved<E: Experiment + Parameters>(mut experiment: E) -> Box<dyn Stored> {
+    if let Some((simulation, receive, image)) = experiment.scanner() {
+        receive.resolve(simulation);
+        image.resolve_square();
+    }
     experiment.resolve();
     Box::new(experiment)
 }
 
 /// An experiment whose parameters are written.
 trait Stored: Experiment {
+    fn overridden(&mut self, overrides: &Overrides);
+    fn checked(&self) -> Result<()>;
     fn toml(&self) -> Result<String>;
     fn json(&self) -> Result<serde_json::Value>;
 }
 
 impl<E: Experiment + Parameters> Stored for E {
+    fn overridden(&mut self, overrides: &Overrides) {
+        if let (Some((simulation, ..)), Some(seed)) = (self.scanner(), overrides.seed) {
+            simulation.seed = seed;
+        }
+        self.apply(overrides);
+    }
+
+    fn checked(&self) -> Result<()> {
+        self.check()?;
+        self.validate()
+    }
+
     fn toml(&self) -> Result<String> {
         toml::to_string(&BTreeMap::from([(E::NAME, self)])).map_err(cannot_be_written)
     }
@@ -290,9 +308,8 @@ impl Job {
 
     /// Applies overrides of the command line.
     pub fn apply(&mut self, overrides: &Overrides) {
-        for (_, experiment) in &mut self.experiments {
-            experiment.apply(overrides);
-        }
+        let all = self.experiments.iter_mut();
+        all.for_each(|(_, experiment)| experiment.overridden(overrides));
     }
 
     /// Checks every value.
@@ -301,7 +318,7 @@ impl Job {
     /// [`crate::Error::Usage`] naming the value and the expected range, or a file that cannot be read.
     pub fn validate(&self) -> Result<()> {
         self.common.validate()?;
-        self.experiments.iter().try_for_each(|(_, e)| e.validate())
+        self.experiments.iter().try_for_each(|(_, e)| e.checked())
     }
 
     /// The parameters that the experiments share.

@@ -6,7 +6,7 @@
 //! `paper/` has the others.
 
 pub mod common;
-mod experiment;
+pub mod experiment;
 mod job;
 pub mod outcome;
 pub mod parameters;

@@ -383,10 +383,16 @@ pub fn percent(share: Option<f64>) -> String {
 /// A number as text, without a negative zero.
 ///
 /// Small ones have two decimals, others one.
-pub fn number(value: Option<f64>) -> String {
-    match value {
+pub fn number(value: impl Into<Option<f64>>) -> String {
+    match value.into() {
         None => "–".into(),
         Some(v) if v.abs() < 10.0 => format!("{:.2}", (100.0 * v).round() / 100.0 + 0.0),
         Some(v) => format!("{v:.1}"),
     }
+}
+
+/// A number and the ends of its range as text.
+pub fn ranged(value: f64, ends: [f64; 2]) -> String {
+    let [low, high] = ends.map(number);
+    format!("{} ({low} to {high})", number(value))
 }

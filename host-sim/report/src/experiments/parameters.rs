@@ -6,12 +6,13 @@ use bonebeam_files::settings::{LEVELS, out_of_range};
 /// Makes a section of an experiment's configuration from rows.
 ///
 /// A row has the documentation, the key with its type and default, and its [`Range`] or, after `=>`, the check of a
-/// section within the section. The struct has `check`, which goes through the rows.
+/// section within the section. `check` goes through the rows. The fields of a scanner may follow the section's name.
 #[macro_export]
 macro_rules! parameters {
     (
         $(#[$about:meta])*
-        $type:ident $section:literal {
+        $type:ident $section:literal
+        $([$($simulation:ident).+, $($receive:ident).+, $($image:ident).+])? {
             $($(#[$of:meta])* $name:ident: $value:ty = $default:expr $(, $range:expr)? $(=> $valid:path)?;)*
         }
     ) => {
@@ -30,17 +31,19 @@ macro_rules! parameters {
 
         impl $crate::experiments::Parameters for $type {
             const NAME: &'static str = $section;
-        }
 
-        impl $type {
-            /// Checks each value that has a range.
-            pub(crate) fn check(&self) -> $crate::Result<()> {
+            fn check(&self) -> $crate::Result<()> {
                 $(
                     $($range.check(&self.$name, $section, stringify!($name))?;)?
                     $($valid(&self.$name)?;)?
                 )*
                 Ok(())
             }
+
+            $(fn scanner(&mut self) -> Option<$crate::experiments::experiment::Scanner<'_>> {
+                let own = (&mut self.$($simulation).+, &mut self.$($receive).+, &mut self.$($image).+);
+                Some(own)
+            })?
         }
     };
 }

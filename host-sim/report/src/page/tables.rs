@@ -8,7 +8,7 @@ use bonebeam_drive::check::{Bound, Check};
 
 /// The paper's values, one or two.
 fn paper(value: &PaperComparison) -> String {
-    let all: Vec<String> = value.paper.iter().map(|&v| number(Some(v))).collect();
+    let all: Vec<String> = value.paper.iter().map(|&v| number(v)).collect();
     if all.is_empty() {
         "–".into()
     } else {

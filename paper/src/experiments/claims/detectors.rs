@@ -75,9 +75,10 @@ fn table(
     title: &str,
     rows: impl Iterator<Item = (String, [Option<Interval>; DETECTORS.len()])>,
 ) -> Table {
-    let text = |interval: Option<Interval>| interval.map_or("–".into(), |i| i.text());
     let row = |(name, cells): (String, [Option<Interval>; DETECTORS.len()])| {
-        std::iter::once(name).chain(cells.map(text)).collect()
+        std::iter::once(name)
+            .chain(cells.map(Interval::cell))
+            .collect()
     };
     let head = std::iter::once("").chain(DETECTORS).collect();
     Table::new(title, head, rows.map(row))

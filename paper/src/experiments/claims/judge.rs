@@ -244,7 +244,7 @@ fn verdict(statement: &Statement, cells: &[Cell]) -> Verdict {
         let Some(cell) = conditions.iter().find(|c| c.condition == condition) else {
             continue;
         };
-        let [das, esmv] = cell.means.map(|v| number(Some(v)));
+        let [das, esmv] = cell.means.map(number);
         evidence += &format!(" {}: {das} → {esmv}.", condition.title());
     }
     if statement.paper != "–" {

@@ -56,14 +56,15 @@ impl Experiment for Claims {
     }
 
     fn apply(&mut self, overrides: &Overrides) {
-        overrides.replace(&mut self.simulation.seed, Some(&mut self.mesh));
+        let seed = &mut self.simulation.seed;
+        *seed = overrides.seed.unwrap_or(*seed);
+        overrides.replace_mesh(&mut self.mesh);
         if !overrides.only.is_empty() {
             self.only = overrides.only.clone();
         }
     }
 
     fn validate(&self) -> Result<()> {
-        self.check()?;
         self.bone.validate(Self::NAME)?;
         if self.half_windows.is_empty() || self.half_windows.iter().any(|k| *k > 100) {
             let message =

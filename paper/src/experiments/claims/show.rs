@@ -165,10 +165,10 @@ fn tuned(result: &ClaimsResult) -> Table {
                 let scales = t.scales.iter().map(|s| format!("2^{}", s.log2()));
                 scales.collect::<Vec<_>>().join(" ")
             }),
-            ("threshold", |(_, t)| number(Some(t.threshold))),
-            ("dynamic range, dB", |(_, t)| number(Some(t.dynamic_range))),
+            ("threshold", |(_, t)| number(t.threshold)),
+            ("dynamic range, dB", |(_, t)| number(t.dynamic_range)),
             ("average precision on them", |(_, t)| {
-                number(Some(t.average_precision))
+                number(t.average_precision)
             }),
             ("at an edge of the grid", |(_, t)| {
                 if t.at_edge { "yes" } else { "no" }.to_owned()
@@ -184,9 +184,7 @@ fn zones(result: &ClaimsResult) -> Table {
         &result.zones,
         &[
             ("", |(name, _)| name.clone()),
-            ("mean", |(_, interval)| {
-                interval.map_or("–".into(), |i| i.text())
-            }),
+            ("mean", |(_, interval)| Interval::cell(*interval)),
         ],
     )
 }
@@ -205,9 +203,9 @@ fn population(result: &ClaimsResult) -> Table {
         bones.map(|bone| (bone, conditions.map(|c| brightness(bone, c)))),
         &[
             ("", |(bone, _)| bone.number.to_string()),
-            ("slice, mm", |(bone, _)| number(Some(1e3 * bone.slice))),
-            ("tilt, °", |(bone, _)| number(Some(bone.tilt))),
-            ("depth, mm", |(bone, _)| number(Some(1e3 * bone.depth))),
+            ("slice, mm", |(bone, _)| number(1e3 * bone.slice)),
+            ("tilt, °", |(bone, _)| number(bone.tilt)),
+            ("depth, mm", |(bone, _)| number(1e3 * bone.depth)),
             ("size", |(bone, _)| number(bone.shape.map(|s| s.scale))),
             ("spinous process", |(bone, _)| {
                 number(bone.shape.map(|s| s.spinous_length))

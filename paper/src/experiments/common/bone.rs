@@ -185,13 +185,7 @@ pub(super) mod tests {
         let (x, top, bottom) = (10e-3, 20e-3, 60e-3);
         let corners = vec![[-x, top], [x, top], [x, bottom], [-x, bottom]];
         let slab = Outline::new(vec![corners]).unwrap();
-        let grid = PixelGrid {
-            x0: -5e-3,
-            z0: 10e-3,
-            pixel: 0.1e-3,
-            rows: 201,
-            columns: 101,
-        };
+        let grid = PixelGrid::new([-5e-3, 10e-3], 0.1e-3, [201, 101]);
         View::new(Some(&slab), grid).unwrap()
     }
 

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::bone::View;
 use super::truth::TOLERANCE;
-use crate::experiments::outcome::number;
+use crate::experiments::outcome::ranged;
 
 /// Dynamic range of the image that levels are read from, dB.
 const RANGE: f64 = 160.0;
@@ -72,11 +72,9 @@ impl Brightness {
 
     /// The text in tables.
     pub fn text(found: Option<&Self>) -> String {
-        let Some(found) = found else {
-            return "–".into();
-        };
-        let [low, high] = found.tenths_db.map(|v| number(Some(v)));
-        format!("{} ({low} to {high})", number(Some(found.median_db)))
+        found.map_or("–".into(), |found| {
+            ranged(found.median_db, found.tenths_db)
+        })
     }
 }
 

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::experiments::outcome::number;
+use crate::experiments::outcome::{number, ranged};
 use crate::measure::mean;
 
 use super::student;
@@ -82,15 +82,16 @@ impl Interval {
         self.chance_below(margin).max(self.chance_above(-margin))
     }
 
+    /// The text of an interval in tables, or a dash.
+    pub fn cell(interval: Option<Self>) -> String {
+        interval.map_or("–".into(), |interval| interval.text())
+    }
+
     /// The text in tables.
     pub fn text(&self) -> String {
-        let mean = number(Some(self.mean));
         match self.ends {
-            None => format!("{mean} (one scene)"),
-            Some(ends) => {
-                let [low, high] = ends.map(|v| number(Some(v)));
-                format!("{mean} ({low} to {high})")
-            }
+            None => format!("{} (one scene)", number(self.mean)),
+            Some(ends) => ranged(self.mean, ends),
         }
     }
 }

@@ -99,10 +99,7 @@ fn phase_plots(phases: &[PhaseResult]) -> Vec<Plot> {
 
 fn noise_table(result: &PointSpreadResult) -> Table {
     fn cell(value: Option<[f64; 3]>) -> String {
-        value.map_or("–".into(), |values| {
-            let [mean, least, most] = values.map(|v| number(Some(v)));
-            format!("{mean} ({least} to {most})")
-        })
+        value.map_or("–".into(), |[mean, ends @ ..]| ranged(mean, ends))
     }
     let snrs = result.snrs.iter();
     Table::of(
@@ -124,8 +121,8 @@ fn tables(result: &PointSpreadResult) -> Vec<Table> {
             ("FWHM, mm", |m| number(m.fwhm_mm)),
             ("side lobe, dB", |m| number(m.side_lobe_db)),
             ("beyond 2 mm, dB", |m| number(m.beyond_2mm_db)),
-            ("peak re DAS, dB", |m| number(Some(m.peak_re_das_db))),
-            ("on axis re DAS, dB", |m| number(Some(m.on_axis_re_das_db))),
+            ("peak re DAS, dB", |m| number(m.peak_re_das_db)),
+            ("on axis re DAS, dB", |m| number(m.on_axis_re_das_db)),
         ];
         Table::of(title, measures, &columns).on_page()
     };

@@ -59,11 +59,11 @@ impl Experiment for PointSpread {
     }
 
     fn apply(&mut self, overrides: &Overrides) {
-        overrides.replace(&mut self.simulation.seed, None);
+        let seed = &mut self.simulation.seed;
+        *seed = overrides.seed.unwrap_or(*seed);
     }
 
     fn validate(&self) -> Result<()> {
-        self.check()?;
         self.settings(None, 1).validate()
     }
 
@@ -141,13 +141,11 @@ impl PointSpread {
         let x = &all[0].beam_x;
         let centre = x[x.len() / 2];
         let pixel = 2.0 * SHOWN[1] / (COLUMNS - 1) as f64;
-        let grid = PixelGrid {
-            x0: centre - SHOWN[1],
-            z0: self.simulation.focus - SHOWN[0],
+        let grid = PixelGrid::new(
+            [centre - SHOWN[1], self.simulation.focus - SHOWN[0]],
             pixel,
-            rows: (2.0 * SHOWN[0] / pixel).round() as usize + 1,
-            columns: COLUMNS,
-        };
+            [(2.0 * SHOWN[0] / pixel).round() as usize + 1, COLUMNS],
+        );
         let placed = PixelGrid {
             x0: grid.x0 - centre,
             ..grid

@@ -17,7 +17,7 @@ use show::{FAMILIES, SceneResult};
 
 parameters! {
     /// Section `[surface]`.
-    Surface "surface" {
+    Surface "surface" [simulation, receive, image] {
         /// Frames of each view.
         seeds: u64 = 2, within([1.0, 10_000.0], "");
         /// Depth of the bone's shallowest point, m.
@@ -75,18 +75,6 @@ impl Experiment for Surface {
             simulation: common::quick(full.simulation),
             ..full
         }
-    }
-
-    fn resolve(&mut self) {
-        common::resolve(&self.simulation, &mut self.receive, &mut self.image);
-    }
-
-    fn apply(&mut self, overrides: &Overrides) {
-        overrides.replace(&mut self.simulation.seed, None);
-    }
-
-    fn validate(&self) -> Result<()> {
-        self.check()
     }
 
     fn run(&self, context: &Context<'_>) -> Result<Outcome> {

@@ -84,5 +84,5 @@ fn table(condition: Condition, results: &[SceneResult]) -> Table {
 /// The mean of a share over frames, with its interval.
 pub fn interval(frames: &[&Judged], pick: fn(&Judged) -> Option<f64>) -> String {
     let values = frames.iter().filter_map(|judged| pick(judged));
-    Interval::of_shares(values).map_or("–".into(), |interval| interval.text())
+    Interval::cell(Interval::of_shares(values))
 }

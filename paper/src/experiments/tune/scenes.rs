@@ -163,14 +163,9 @@ mod tests {
         Frame {
             condition: Condition::Clean,
             coherence: Array2::from_elem(z.dim(), 0.12),
-            lines: BeamformedLines {
-                z,
-                fs: 1540.0 / (2.0 * step),
-                t0: 0.0,
-                beam_x: (0..count).map(|k| 0.3e-3 * k as f64).collect(),
-                rays: None,
-                sub_lines: 1,
-                c: 1540.0,
+            lines: {
+                let x = (0..count).map(|k| 0.3e-3 * k as f64);
+                BeamformedLines::straight(z, x.collect(), [1540.0 / (2.0 * step), 0.0, 1540.0])
             },
             surface: (0..count).map(known).collect(),
         }

@@ -109,12 +109,11 @@ fn summary<'a>(candidate: &'a Candidate, k: usize, bones: &[JudgedBone]) -> Summ
 }
 
 fn judged(summaries: &[Summary<'_>], tune: &Tune) -> Table {
-    let interval = |i: &Option<Interval>| i.map_or("–".into(), |i| i.text());
     let row = |s: &Summary<'_>| {
         let shares = [s.precision, s.recall, Some(s.candidate.score)];
         std::iter::once(s.candidate.name.clone())
             .chain(s.f1.iter().map(|i| number(i.map(|i| i.mean))))
-            .chain([&s.mean_f1, &s.gain].map(interval))
+            .chain([s.mean_f1, s.gain].map(Interval::cell))
             .chain(shares.map(|share| number(share.map(|share| 100.0 * share))))
             .collect()
     };

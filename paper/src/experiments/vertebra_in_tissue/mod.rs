@@ -32,16 +32,11 @@ impl Experiment for VertebraInTissue {
         }
     }
 
-    fn resolve(&mut self) {
-        common::resolve(&self.simulation, &mut self.receive, &mut self.image);
-    }
-
     fn apply(&mut self, overrides: &Overrides) {
-        overrides.replace(&mut self.simulation.seed, Some(&mut self.mesh));
+        overrides.replace_mesh(&mut self.mesh);
     }
 
     fn validate(&self) -> Result<()> {
-        self.check()?;
         self.bone.validate(Self::NAME)?;
         self.clutter
             .iter()

@@ -8,7 +8,7 @@ pub const TISSUE: [[f64; 2]; 2] = [[-15e-3, 15e-3], [12e-3, 37e-3]];
 
 parameters! {
     /// Section `[vertebra_in_tissue]`.
-    VertebraInTissue "vertebra_in_tissue" {
+    VertebraInTissue "vertebra_in_tissue" [simulation, receive, image] {
         /// A closed surface in mm in place of the built-in vertebra.
         #[serde(skip_serializing_if = "Option::is_none")]
         mesh: Option<PathBuf> = None;

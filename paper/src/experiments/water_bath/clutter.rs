@@ -290,7 +290,7 @@ fn table(rows: &[Tried]) -> Table {
     let mut paper = vec!["the paper".to_owned(), String::new(), String::new()];
     for [.., c] in &TABLE_ONE {
         let slices = [0, 1].into_iter();
-        paper.extend(slices.flat_map(|slice| c.map(|slices| number(Some(slices[slice])))));
+        paper.extend(slices.flat_map(|slice| c.map(|slices| number(slices[slice]))));
     }
     let mut cells = vec![paper];
     for row in rows {
@@ -301,10 +301,10 @@ fn table(rows: &[Tried]) -> Table {
         } = row.shadow;
         let name = match coherence.is_finite() {
             false => "focuses perfectly".into(),
-            true => number(Some(1e3 * coherence)),
+            true => number(1e3 * coherence),
         };
         let noise = format!("{noise} + {} dB/cm", 0.01 * noise_rise);
-        let mut line = vec![name, noise, number(Some(row.level))];
+        let mut line = vec![name, noise, number(row.level)];
         for image in 0..2 {
             for slice in &row.slices {
                 line.extend(slice.iter().map(|beamformer| number(beamformer[image].c)));

@@ -319,11 +319,9 @@ fn registrations_table(registrations: &Registrations) -> Table {
             ("FRE, mm", |(sources, of)| {
                 number((sources.registration != Registration::Exact).then_some(of.fre_mm))
             }),
-            ("error at the bone, RMS, mm", |(_, of)| {
-                number(Some(of.tre_mm))
-            }),
+            ("error at the bone, RMS, mm", |(_, of)| number(of.tre_mm)),
             ("of it towards the array, mm", |(_, of)| {
-                number(Some(of.towards_array_mm))
+                number(of.towards_array_mm)
             }),
         ],
     )

@@ -41,13 +41,14 @@ impl WaterBath {
     pub(super) fn grid(&self) -> PixelGrid {
         let [rows, columns] = [self.image.rows, self.image.columns].map(|n| n.unwrap_or(512));
         let pixel = 0.077e-3 * 512.0 / columns as f64;
-        PixelGrid {
-            x0: -0.5 * pixel * (columns - 1) as f64,
-            z0: self.receive.depths()[0],
+        PixelGrid::new(
+            [
+                -0.5 * pixel * (columns - 1) as f64,
+                self.receive.depths()[0],
+            ],
             pixel,
-            rows,
-            columns,
-        }
+            [rows, columns],
+        )
     }
 
     /// Bone in water around a slice.

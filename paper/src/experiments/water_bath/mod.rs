@@ -41,16 +41,11 @@ impl Experiment for WaterBath {
         quick
     }
 
-    fn resolve(&mut self) {
-        common::resolve(&self.simulation, &mut self.receive, &mut self.image);
-    }
-
     fn apply(&mut self, overrides: &Overrides) {
-        overrides.replace(&mut self.simulation.seed, Some(&mut self.mesh));
+        overrides.replace_mesh(&mut self.mesh);
     }
 
     fn validate(&self) -> Result<()> {
-        self.check()?;
         self.tried.iter().try_for_each(Shadow::validate)?;
         self.bone.validate(Self::NAME)?;
         self.clutter.validate(Self::NAME)

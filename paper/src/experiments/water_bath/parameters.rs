@@ -82,7 +82,7 @@ impl Shadow {
 
 parameters! {
     /// Section `[water_bath]`.
-    WaterBath "water_bath" {
+    WaterBath "water_bath" [simulation, receive, image] {
         /// Closed surface (PLY, STL or OBJ file) in place of the built-in vertebra.
         ///
         /// In mm, +x towards the front, +z towards the head.

@@ -120,13 +120,7 @@ mod tests {
 
     #[test]
     fn a_tip_is_the_brightest_voxel_or_the_front_of_its_echo() {
-        let grid = PixelGrid {
-            x0: -1e-3,
-            z0: 10e-3,
-            pixel: 0.1e-3,
-            rows: 40,
-            columns: 21,
-        };
+        let grid = PixelGrid::new([-1e-3, 10e-3], 0.1e-3, [40, 21]);
         let blank = Array2::zeros((40, 21));
         let mut echo = blank.clone();
         for (row, grey) in [

@@ -18,7 +18,7 @@ use crate::{Error, Result};
 use bonebeam_files::section::{Value, row};
 use bonebeam_files::settings::{COUNTS, LENGTHS};
 use bonebeam_files::terminal::short;
-use bonebeam_files::{ChannelData, Samples, choice, section};
+use bonebeam_files::{ChannelData, choice, section};
 
 /// Default number of samples of a line per period of the centre frequency.
 ///
@@ -323,10 +323,8 @@ impl Beamform {
     ///
     /// I/Q has the information of RF at twice its rate, and gives the same lines.
     pub fn rate_of(&self, data: &ChannelData) -> f64 {
-        match data.samples {
-            Samples::Rf(_) | Samples::Counts(_) => self.rate(data.f0, data.fs),
-            Samples::Iq { .. } => self.rate(data.f0, 2.0 * data.fs),
-        }
+        let rates = data.samples.f_demod().map_or(1.0, |_| 2.0);
+        self.rate(data.f0, rates * data.fs)
     }
 
     /// A warning for the terminal if the sampling rates lose part of a pulse's band.

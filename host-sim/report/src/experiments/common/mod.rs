@@ -12,7 +12,7 @@ use toml::de::ValueDeserializer;
 
 use crate::{Error, Result};
 use bonebeam_drive::check::References;
-use bonebeam_drive::config::{Image, PhaseSymmetry};
+use bonebeam_drive::config::PhaseSymmetry;
 use bonebeam_simulate::Settings;
 
 /// Fewer beams, for a first look.
@@ -27,12 +27,6 @@ pub fn quick(simulation: Settings) -> Settings {
 /// Scales 2⁻ᵏ from an exponent k to another, the finest first, cycles per pixel.
 pub fn octaves([from, to]: [i32; 2]) -> Vec<f64> {
     (from..=to).map(|k| f64::from(-k).exp2()).collect()
-}
-
-/// Fills in missing values of receiver and image from the scanner.
-pub fn resolve(simulation: &Settings, receive: &mut Receive, image: &mut Image) {
-    receive.resolve(simulation);
-    image.resolve_square();
 }
 
 /// Parameters shared by all experiments.

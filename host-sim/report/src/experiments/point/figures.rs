@@ -99,10 +99,8 @@ fn table(sampling: &SamplingResult) -> Table {
             ("-12 dB width, mm", |(_, m)| number(m.width_12db_mm)),
             ("side lobe, dB", |(_, m)| number(m.side_lobe_db)),
             ("beyond 2 mm, dB", |(_, m)| number(m.beyond_2mm_db)),
-            ("peak re DAS, dB", |(_, m)| number(Some(m.peak_re_das_db))),
-            ("on axis re DAS, dB", |(_, m)| {
-                number(Some(m.on_axis_re_das_db))
-            }),
+            ("peak re DAS, dB", |(_, m)| number(m.peak_re_das_db)),
+            ("on axis re DAS, dB", |(_, m)| number(m.on_axis_re_das_db)),
         ],
     )
     .on_page()

@@ -12,9 +12,9 @@ use bonebeam_drive::image::PixelGrid;
 use bonebeam_files::BeamformedLines;
 use bonebeam_simulate::{Phantom, Settings, Summation, channel_data};
 
+use super::common::Receive;
 use super::common::lines::beamform_all;
 use super::common::pictures::{Pair, Studio};
-use super::common::{self, Receive};
 use super::{Context, Experiment, Outcome};
 use measure::{PointResult, measure};
 
@@ -23,7 +23,7 @@ const SHOWN: f64 = 1.5e-3;
 
 parameters! {
     /// Section `[point]`.
-    Point "point" {
+    Point "point" [simulation, receive, image] {
         /// Array, pulse, transmit. `sampling` sets the beams.
         simulation: Settings = Settings::point();
         /// Delay and beamformer.
@@ -66,12 +66,7 @@ impl Experiment for Point {
         point
     }
 
-    fn resolve(&mut self) {
-        common::resolve(&self.simulation, &mut self.receive, &mut self.image);
-    }
-
     fn validate(&self) -> Result<()> {
-        self.check()?;
         let usage = |message: String| Err(Error::Usage(message));
         if self.sampling.is_empty() {
             return usage("`sampling` in [point] is empty; expected at least one set".into());

@@ -9,7 +9,6 @@ use bonebeam_drive::image::grid_of_picture;
 use bonebeam_files::settings::out_of_range;
 use bonebeam_simulate::{Outline, Phantom, Summation, channel_data};
 
-use super::common;
 use super::common::lines::beamform_all;
 use super::common::pictures::Studio;
 use super::{Context, Experiment, Outcome, Overrides, Parameters};
@@ -27,19 +26,12 @@ impl Experiment for Vertebra {
         vertebra
     }
 
-    fn resolve(&mut self) {
-        common::resolve(&self.simulation, &mut self.receive, &mut self.image);
-    }
-
     fn apply(&mut self, overrides: &Overrides) {
-        if let Some(mesh) = &overrides.mesh {
-            self.mesh = Some(mesh.clone());
-        }
+        overrides.replace_mesh(&mut self.mesh);
         self.slice = overrides.slice.unwrap_or(self.slice);
     }
 
     fn validate(&self) -> Result<()> {
-        self.check()?;
         if !self.slice.is_finite() {
             let expected = "a finite number (m)";
             return Err(out_of_range(Self::NAME, "slice", self.slice, expected));

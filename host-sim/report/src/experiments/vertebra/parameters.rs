@@ -11,7 +11,7 @@ use bonebeam_simulate::Settings;
 
 parameters! {
     /// Section `[vertebra]`.
-    Vertebra "vertebra" {
+    Vertebra "vertebra" [simulation, receive, image] {
         /// Closed surface as a PLY file in mm in place of the built-in vertebra.
         ///
         /// +x towards the front, +z towards the head.
