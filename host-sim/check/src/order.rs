@@ -28,9 +28,10 @@ const SHARE: f64 = 0.15;
 /// The same of mirrored beams: if the array is narrow, they lie side by side.
 const LITTLE: f64 = 0.03;
 const MUCH: f64 = 0.2;
-/// Share of the best agreement below which a transmit may be exchanged with another, the number of transmits that are
-/// tried, and the gain of both by which they are, if compounded and if not.
-const ODD: f64 = 0.95;
+/// Share of the usual agreement below which a transmit may be exchanged with another, and that of both once exchanged.
+const ODD: f64 = 0.67;
+const USUAL: f64 = 0.75;
+/// The number of transmits that are tried, and the gain of both by which they are exchanged, if compounded and if not.
 const MOST_ODD: usize = 6;
 const EXCHANGED: [f64; 2] = [0.15, 0.08];
 
@@ -319,8 +320,10 @@ pub(crate) fn check(
 /// Two transmits that have each other's place in the list: both agree better once exchanged.
 fn exchanged(base: &Base, view: &View, table: &Table) -> Option<(View, [usize; 2])> {
     let own = table.agreements(view);
-    let most = own.iter().copied().fold(0.0, f64::max);
-    let mut odd: Vec<usize> = (0..own.len()).filter(|&t| own[t] < ODD * most).collect();
+    let mut sorted = own.clone();
+    sorted.sort_by(f64::total_cmp);
+    let usual = *sorted.get(sorted.len() / 2)?;
+    let mut odd: Vec<usize> = (0..own.len()).filter(|&t| own[t] < ODD * usual).collect();
     odd.sort_by(|&a, &b| own[a].total_cmp(&own[b]));
     odd.truncate(MOST_ODD);
     odd.sort_unstable();
@@ -341,9 +344,12 @@ fn exchanged(base: &Base, view: &View, table: &Table) -> Option<(View, [usize; 2
         }
         let new = Table::new(base, &few).agreements(view);
         let gain = (new[a] - own[a]).min(new[b] - own[b]);
-        (gain, other, [a, b])
+        let is_usual = new[a].min(new[b]) > USUAL * usual;
+        is_usual.then_some((gain, other, [a, b]))
     };
-    let best = pairs.map(of_pair).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let best = pairs
+        .filter_map(of_pair)
+        .max_by(|a, b| a.0.total_cmp(&b.0))?;
     (best.0 > EXCHANGED[usize::from(view.own)]).then_some((best.1, best.2))
 }
 
