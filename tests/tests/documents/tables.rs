@@ -74,9 +74,18 @@ fn measured(
             "step: f64::INFINITY",
             "piece: 0.0",
         ];
-        let text = off.iter().fold(text.to_owned(), |text, row| {
+        let mut text = off.iter().fold(text.to_owned(), |text, row| {
             text.replace(&format!("        {row},\n"), "")
         });
+        // Terms were written by the names of their numbers.
+        for (old, new) in [
+            ("Ramp {\n            weight: ", "Ramp::new("),
+            (",\n            centre: ", ", "),
+            (",\n            width: ", ", "),
+            (",\n        }", ")"),
+        ] {
+            text = text.replace(old, new);
+        }
         all.insert(format!("Settings::{preset}"), text);
     }
     Some(all)
