@@ -108,6 +108,7 @@ class SurfaceParameters(TypedDict, total=False):
     shadow: float | None
     margin: float | None
     min_confidence: float | None
+    min_piece: float | None
     columns_as_lines: bool | None
 
 
