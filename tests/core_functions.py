@@ -1,13 +1,15 @@
-"""Lists the functions of Rust's `core` that are in bonebeam's code on a Cortex-M7, for an auditor.
+"""Lists the functions of Rust's `core` in bonebeam's code on a Cortex-M7 and on AArch64, for an auditor.
 
     tests/core_functions.py [LIST]
 
 The image `no_panic` calls every public function of bonebeam, so what it calls and inlines of `core` is what bonebeam
-does. Names are those of the debug information, without generic arguments. LIST, or the environment variable
-FERROCENE_SYMBOLS, names the certified subset of a qualified compiler, a function a line: for Ferrocene,
-ferrocene/doc/symbol-report.csv of its repository at the release. Then those outside of it are marked.
+does; on AArch64, `every-target` computes the golden cases. Names are those of the debug information, without generic
+arguments. LIST, or the environment variable FERROCENE_SYMBOLS, names the certified subset of a qualified compiler, a
+function a line: for Ferrocene, ferrocene/doc/symbol-report.csv of its repository at the release. Then those outside of
+it are marked. The last lines name compiler and list.
 """
 
+import hashlib
 import os
 import re
 import subprocess
@@ -16,7 +18,12 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 TARGET = (ROOT / os.environ.get("CARGO_TARGET_DIR", "firmware/target")).resolve()
-BUILD = "cargo build --locked --quiet --release --features no-panic --bin no_panic --config profile.release.debug='limited'"
+BUILD = ["cargo", "build", "--locked", "--quiet", "--release", "--config", "profile.release.debug=\"limited\"", "--target"]
+# Folder, target and options of each image.
+IMAGES = {
+    "no_panic": ("firmware", "thumbv7em-none-eabihf", "--features no-panic --bin no_panic"),
+    "every-target": ("firmware/every-target", "aarch64-unknown-none", "--bin every-target"),
+}
 # The escapes of mangled names.
 ESCAPES = {"LT": "<", "GT": ">", "RF": "&", "BP": "*", "C": ",", "LP": "(", "RP": ")"}
 
@@ -53,17 +60,27 @@ def of_core(image):
 
 
 def main():
-    subprocess.run(BUILD.replace("'", '"').split(), check=True, cwd=ROOT / "firmware")
-    names = of_core(TARGET / "thumbv7em-none-eabihf/release/no_panic")
-    if len(names) < 50:
-        sys.exit(f"{len(names)} functions of core: the debug information has none")
+    environment = {**os.environ, "CARGO_TARGET_DIR": str(TARGET), "MACHINE": "virt-aarch64"}
+    of = {}
+    for image, (folder, target, options) in IMAGES.items():
+        subprocess.run([*BUILD, target, *options.split()], check=True, cwd=ROOT / folder, env=environment)
+        of[target] = of_core(TARGET / target / "release" / image)
+        if len(of[target]) < 50:
+            sys.exit(f"{len(of[target])} functions of core: the debug information has none")
     path = (sys.argv[1:] or [os.environ.get("FERROCENE_SYMBOLS")])[0]
-    certified = {plain(line) for line in Path(path).read_text().splitlines()} if path else None
+    listed = Path(path).read_bytes() if path else b""
+    certified = {plain(line) for line in listed.decode().splitlines()}
+    names = sorted(set().union(*of.values()))
     for name in names:
-        mark = "" if certified is None else "certified  " if name in certified else "outside    "
-        print(mark + name)
-    outside = "" if certified is None else f", {sum(name not in certified for name in names)} outside of {path}"
-    print(f"{len(names)} functions of core{outside}")
+        mark = "" if not path else "certified  " if name in certified else "outside    "
+        where = " ".join(f"{target:21}" if name in of[target] else " " * 21 for target in of)
+        print(f"{mark}{where} {name}")
+    print(subprocess.run(["rustc", "--version"], check=True, capture_output=True, text=True, cwd=ROOT).stdout, end="")
+    if path:
+        print(f"{len(certified)} functions in {path}, SHA-256 {hashlib.sha256(listed).hexdigest()}")
+    for target, here in of.items():
+        outside = f", {sum(name not in certified for name in here)} outside of the list" if path else ""
+        print(f"{target}: {len(here)} functions of core{outside}")
 
 
 if __name__ == "__main__":

@@ -193,7 +193,7 @@ pub const STEPS: &[Step] = &[
 
     step(Named, "findings", &[], Call(packages::findings),
         "surprises of other software, by its own packages, outside of this project: findings/*.sh"),
-    step(Named, "core-functions", &[MICROCONTROLLER[0], Tool::Debian(&["llvm-dwarfdump"], &["llvm"])],
+    step(Named, "core-functions", &[MICROCONTROLLER[0], Tool::Target("aarch64-unknown-none"), Tool::Debian(&["llvm-dwarfdump"], &["llvm"])],
         Lines(&["python3 tests/core_functions.py"]),
         "the functions of Rust's core in bonebeam's code, and those outside of a certified subset"),
     step(Named, "fuzz", FUZZ, Lines(&["python3 tests/fuzz.py 60"]), "a minute of every fuzz target"),
