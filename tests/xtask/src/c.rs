@@ -10,8 +10,8 @@ use crate::here::{CORTEX_M7, Here, output, same};
 pub(crate) const AARCH64: &str = "aarch64-unknown-linux-musl";
 /// Cases that C does not have.
 #[rustfmt::skip]
-const OTHERS: [&str; 10] = [
-    "sqrt", "delay-upsampled", "surface", "short-lag-coherence", "sub-lines-das", "sub-lines-mv", "sub-lines-esmv",
+const OTHERS: [&str; 11] = [
+    "sqrt", "delay-upsampled", "surface", "short-lag-coherence", "speed-trials", "sub-lines-das", "sub-lines-mv", "sub-lines-esmv",
     "steering", "depth-interpolation", "phase-symmetry-map",
 ];
 /// The linker's and the compiler's options of images for a Cortex-M7.
