@@ -149,20 +149,11 @@ impl ShortLagCoherence {
 
     fn check(&self, line: AlignedLine<'_>, active: impl Fn(usize) -> Active) -> Result<(), Error> {
         let samples = line.samples();
-        let refused =
-            |name, value: usize, expected| Err(Error::parameter(name, value as f64, expected));
         if !line.holds(0..samples) {
-            return refused("samples", samples, "a whole line");
+            return Err(Error::parameter("samples", samples as f64, "a whole line"));
         }
         self.check_window(samples)?;
-        let beyond = |set: &Active| set.first.saturating_add(set.count) > line.elements();
-        match (0..samples).map(active).find(beyond) {
-            Some(set) => {
-                let expected = "an active set within the line's elements";
-                refused("first element", set.first, expected)
-            }
-            None => Ok(()),
-        }
+        check_active(line, active)
     }
 }
 
@@ -240,9 +231,24 @@ impl<'m> CoherenceOfLine<'m> {
     }
 }
 
+/// Refuses active sets beyond a line's elements.
+pub(super) fn check_active(
+    line: AlignedLine<'_>,
+    active: impl Fn(usize) -> Active,
+) -> Result<(), Error> {
+    let beyond = |set: &Active| set.first.saturating_add(set.count) > line.elements();
+    match (0..line.samples()).map(active).find(beyond) {
+        Some(Active { first, .. }) => {
+            let expected = "an active set within the line's elements";
+            Err(Error::parameter("first element", first as f64, expected))
+        }
+        None => Ok(()),
+    }
+}
+
 /// The active elements of a sample; none of a sample that is not present.
 #[inline(always)]
-fn active_of(line: AlignedLine<'_>, sample: usize, active: Active) -> &[Complex<f32>] {
+pub(super) fn active_of(line: AlignedLine<'_>, sample: usize, active: Active) -> &[Complex<f32>] {
     let elements = line.samples_from(sample).get(active.first..);
     let elements = elements.and_then(|elements| elements.get(..active.count));
     elements.unwrap_or_default()

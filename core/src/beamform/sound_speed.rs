@@ -5,6 +5,7 @@
 //! measure of focusing.
 
 use super::AlignedLine;
+use super::coherence::{active_of, check_active};
 use crate::Error;
 use crate::error::{attempt, finite, positive};
 use crate::geometry::Active;
@@ -17,11 +18,11 @@ pub const GROUPS: usize = 8;
 /// A scanner aligns a few lines at each of the speeds, one line of a frame after the other, and keeps its own speed
 /// meanwhile. Depths are given by their [two-way time](crate::geometry::Depth::Seconds), so that each trial has the
 /// same echoes; [`Delay::set`](crate::delay::Delay::set) changes the speed of a stage in place, and keeps its filters.
-/// Five trials 2.5 % apart serve.
+/// Seven trials 40 m/s apart are tested.
 ///
 /// RAM: `4·N·8` bytes and two numbers. Cost: `8·M + 4` flops a sample with `M` active elements, beside its alignment.
 /// It is the mean speed between array and echoes. The waves should be compounded ones, of single elements or plane:
-/// above its focus a focused beam is wide, and echoes from beside the line raise the speed by up to 30 m/s. Tissue that
+/// above its focus a focused beam is wide, and echoes from beside the line raised the speed by 20 to 35 m/s in simulations. Tissue that
 /// delays elements unevenly widens the peak and moves it.
 ///
 /// ```
@@ -130,15 +131,7 @@ impl<const N: usize> SpeedTrials<N> {
         if block == 0 {
             return Err(Error::parameter("block", 0.0, "at least one sample"));
         }
-        let beyond = |set: &Active| set.first.saturating_add(set.count) > line.elements();
-        if let Some(set) = (0..line.samples()).map(&active).find(beyond) {
-            let expected = "an active set within the line's elements";
-            return Err(Error::parameter(
-                "first element",
-                set.first as f64,
-                expected,
-            ));
-        }
+        check_active(line, &active)?;
         let sums = self.sums.get_mut(group % GROUPS);
         let Some(sum) = sums.and_then(|sums| sums.get_mut(trial)) else {
             return Err(Error::parameter("trial", trial as f64, "one of the trials"));
@@ -186,7 +179,7 @@ impl<const N: usize> SpeedTrials<N> {
             true => self.step * libm::sqrt(squares * (count - 1.0) / count),
             false => f64::INFINITY,
         };
-        let is_sure = deviation <= self.step || count <= 1.0;
+        let is_sure = count <= 1.0 || deviation <= self.step;
         is_sure.then(|| SoundSpeed {
             speed: self.speed(best) + offset * self.step,
             deviation,
@@ -203,10 +196,8 @@ fn coherence_factor(
     let [mut coherent, mut all] = [0.0; 2];
     for sample in samples {
         let set = active(sample);
-        let elements = line.samples_from(sample).get(set.first..);
-        let elements = elements.and_then(|elements| elements.get(..set.count));
         let (mut re, mut im, mut power) = (0.0, 0.0, 0.0);
-        for x in elements.unwrap_or_default() {
+        for x in active_of(line, sample, set) {
             let x = x * line.scale();
             re += x.re;
             im += x.im;

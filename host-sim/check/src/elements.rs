@@ -42,7 +42,8 @@ pub(crate) struct Elements {
     pub good: Vec<bool>,
 }
 
-fn median(values: impl Iterator<Item = f64>) -> f64 {
+/// The upper median; 0 of none.
+pub(crate) fn median(values: impl Iterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(0.0)

@@ -8,6 +8,7 @@ use bonebeam_files::{ChannelData, Samples, Transmits};
 use num_complex::Complex;
 
 use crate::base::Base;
+use crate::elements::median;
 use crate::finding::{Finding, Severity};
 use crate::table::{Line, Table, View, Wave};
 
@@ -320,9 +321,7 @@ pub(crate) fn check(
 /// Two transmits that have each other's place in the list: both agree better once exchanged.
 fn exchanged(base: &Base, view: &View, table: &Table) -> Option<(View, [usize; 2])> {
     let own = table.agreements(view);
-    let mut sorted = own.clone();
-    sorted.sort_by(f64::total_cmp);
-    let usual = *sorted.get(sorted.len() / 2)?;
+    let usual = median(own.iter().copied());
     let mut odd: Vec<usize> = (0..own.len()).filter(|&t| own[t] < ODD * usual).collect();
     odd.sort_by(|&a, &b| own[a].total_cmp(&own[b]));
     odd.truncate(MOST_ODD);
@@ -362,11 +361,7 @@ fn listed(view: &View, table: &Table, all_read: bool) -> Option<(View, Finding)>
     if view.elements.iter().any(|at| at[1] != 0.0) || pitch == 0.0 || count < 4 {
         return None;
     }
-    let usual = |of: &dyn Fn(usize) -> f64| {
-        let mut steps: Vec<f64> = (1..count).map(|t| of(t) - of(t - 1)).collect();
-        steps.sort_by(f64::total_cmp);
-        steps[steps.len() / 2]
-    };
+    let usual = |of: &dyn Fn(usize) -> f64| median((1..count).map(|t| of(t) - of(t - 1)));
     let step = match &view.waves[0] {
         Wave::Own | Wave::Source(_) if view.own => {
             let parallel = view.lines.iter().all(|line| line.angle == 0.0);

@@ -14,6 +14,7 @@ use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
 use crate::base::Base;
+use crate::elements::median;
 use crate::table::{Block, Part, Table, View, Wave};
 
 /// Alignments, each at the speed that the one before found: by neighbours, whose phases are small.
@@ -389,9 +390,7 @@ fn robust(mut blocks: Vec<Curvature>) -> Vec<Curvature> {
             0.0
         }
     };
-    let mut sizes: Vec<f64> = blocks.iter().map(size).filter(|&size| size > 0.0).collect();
-    sizes.sort_by(f64::total_cmp);
-    let usual = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
+    let usual = median(blocks.iter().map(size).filter(|&size| size > 0.0));
     for own in &mut blocks {
         if size(own) > OUTLYING * usual {
             *own = Curvature::new();

@@ -11,7 +11,6 @@ use bonebeam_files::{ChannelData, OUT_OF_PLANE, Result, Samples, Transmits};
 
 /// Speed of sound if a file gives none, m/s.
 const SOUND_SPEED: f64 = 1540.0;
-/// Largest distance of a wave or an element from the image plane, rad or m.
 /// Largest distance of a source from the element that it is, m.
 const AT_ELEMENT: f64 = 1e-6;
 

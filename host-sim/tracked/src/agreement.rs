@@ -114,6 +114,11 @@ pub(crate) fn weigh(
 mod tests {
     use super::*;
 
+    const AXES: Axes = Axes {
+        across: [1.0, 0.0, 0.0],
+        down: [0.0, 0.0, -1.0],
+    };
+
     /// Points of frames `step` mm apart along y. Pictures lie in x and −z; a depth of `None` is no bone.
     fn frames(
         count: usize,
@@ -137,12 +142,8 @@ mod tests {
         step: f64,
         least: f64,
     ) -> (usize, Vec<CloudPoint>) {
-        let axes = Axes {
-            across: [1.0, 0.0, 0.0],
-            down: [0.0, 0.0, -1.0],
-        };
         let [removed, _] = weigh(&mut frames, least, |frame| {
-            ([0.0, step * frame as f64, 0.0], axes)
+            ([0.0, step * frame as f64, 0.0], AXES)
         });
         (removed, frames.into_iter().flat_map(|(_, p)| p).collect())
     }
@@ -200,12 +201,8 @@ mod tests {
                     .iter_mut()
                     .for_each(|point| point.sure = sure(*frame));
             }
-            let axes = Axes {
-                across: [1.0, 0.0, 0.0],
-                down: [0.0, 0.0, -1.0],
-            };
             weigh(&mut frames, 0.0, |frame| {
-                ([0.0, 0.3 * frame as f64, 0.0], axes)
+                ([0.0, 0.3 * frame as f64, 0.0], AXES)
             })
         };
         assert_eq!(of(&|frame| frame != 4), [0, 80]);
@@ -225,11 +222,7 @@ mod tests {
             let shift = 3.0 * *frame as f64;
             points.iter_mut().for_each(|p| p.position[0] += shift);
         }
-        let axes = Axes {
-            across: [1.0, 0.0, 0.0],
-            down: [0.0, 0.0, -1.0],
-        };
-        let place = |frame: usize| ([3.0 * frame as f64, 0.3 * frame as f64, 0.0], axes);
+        let place = |frame: usize| ([3.0 * frame as f64, 0.3 * frame as f64, 0.0], AXES);
         assert_eq!(weigh(&mut frames, 0.0, place), [0, 0]);
         let sure =
             |(_, points): &(usize, Vec<CloudPoint>)| points.iter().all(|p| p.confidence == 1.0);

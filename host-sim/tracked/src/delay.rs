@@ -112,11 +112,11 @@ fn between(a: &Matrix, b: &Matrix, share: f64) -> Matrix {
 pub(crate) fn estimate(
     sequence: &Sequence,
     track: &Track,
-    (finder, sure): (&Finder, f32),
+    finder: &Finder,
     surfaces: &[(usize, Vec<SurfacePoint>)],
 ) -> Result<[f64; 2]> {
     let (times, step) = times(sequence)?;
-    let mut cloud: Vec<CloudPoint> = placed(track, finder, surfaces, sure).concat();
+    let mut cloud: Vec<CloudPoint> = placed(track, finder, surfaces).concat();
     cloud.retain(|point| point.sure);
     set_normals(&mut cloud, |frame| axes(track, frame));
     let normals: HashMap<(usize, usize), [f64; 3]> = cloud
@@ -126,7 +126,7 @@ pub(crate) fn estimate(
     let every = normals.len() / MOST + 1;
     let costs = (-CANDIDATES..=CANDIDATES).into_par_iter().map(|candidate| {
         let track = track.delayed(sequence, f64::from(candidate) * step / PER_STEP)?;
-        let mut placed = placed(&track, finder, surfaces, sure);
+        let mut placed = placed(&track, finder, surfaces);
         for points in &mut placed {
             points.retain(|point| point.sure && point.line % every == 0);
         }

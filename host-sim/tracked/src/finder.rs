@@ -18,28 +18,14 @@ use crate::{Error, Result};
 const SHOWN: usize = 16;
 
 /// The points of each surface in space, by the poses of a track, without normals.
-///
-/// Points of pieces whose mean confidence is below `sure` are marked.
 pub(crate) fn placed(
     track: &Track,
     finder: &Finder,
     surfaces: &[(usize, Vec<SurfacePoint>)],
-    sure: f32,
 ) -> Vec<Vec<CloudPoint>> {
-    let of = |(frame, found): &(usize, Vec<SurfacePoint>)| {
-        let Ok(pose) = &track.poses[*frame] else {
-            return Vec::new();
-        };
-        let mut points = finder.points(found, *frame, pose);
-        let mut rest = points.as_mut_slice();
-        for piece in found.chunk_by(|a, b| a.piece == b.piece) {
-            let (own, others) = rest.split_at_mut(piece.len());
-            let sum: f32 = piece.iter().map(|point| point.confidence).sum();
-            let is_sure = sum >= sure * piece.len() as f32;
-            own.iter_mut().for_each(|point| point.sure = is_sure);
-            rest = others;
-        }
-        points
+    let of = |(frame, found): &(usize, Vec<SurfacePoint>)| match &track.poses[*frame] {
+        Ok(pose) => finder.points(found, *frame, pose),
+        Err(_) => Vec::new(),
     };
     surfaces.iter().map(of).collect()
 }
@@ -72,6 +58,8 @@ pub struct Finder {
     surface: Surface,
     /// Columns and rows of the pictures.
     sides: [usize; 2],
+    /// Mean confidence from which a piece is sure.
+    pub(crate) sure: f32,
     /// First column and row, columns, rows.
     part: [usize; 4],
     /// Distances of columns and of rows, m.
@@ -131,6 +119,7 @@ impl Finder {
         Ok(Self {
             asked: surface.clone(),
             surface: surface.clone(),
+            sure: 0.0,
             sides: [columns, rows],
             part,
             // By matrices: sides that differ by rounding are one.
@@ -252,6 +241,40 @@ impl Finder {
             let line = point.line + if fan.is_none() { self.part[0] } else { 0 };
             CloudPoint::new(position, place(start), point.confidence, [frame, line])
         };
-        found.iter().map(point).collect()
+        let of_piece = |piece: &[SurfacePoint]| -> Vec<CloudPoint> {
+            let sum: f32 = piece.iter().map(|point| point.confidence).sum();
+            let sure = sum >= self.sure * piece.len() as f32;
+            let points = piece.iter().map(point);
+            points.map(|point| CloudPoint { sure, ..point }).collect()
+        };
+        let pieces = found.chunk_by(|a, b| a.piece == b.piece);
+        pieces.flat_map(of_piece).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_piece_is_sure_by_its_mean_confidence() {
+        let finder = Finder::of(&Surface::default(), None, [8, 8], [0.1; 2]);
+        let finder = Finder {
+            sure: 0.5,
+            ..finder.unwrap()
+        };
+        let confidences = [(0, 0.9), (0, 0.2), (1, 0.4), (2, 0.5)];
+        let point = |(line, (piece, confidence))| SurfacePoint {
+            line,
+            x: 0.0,
+            z: 0.0,
+            confidence,
+            piece,
+        };
+        let found: Vec<_> = confidences.into_iter().enumerate().map(point).collect();
+        let pose = std::array::from_fn(|row| std::array::from_fn(|k| f64::from(row == k)));
+        let points = finder.points(&found, 0, &pose);
+        let sure: Vec<_> = points.iter().map(|point| point.sure).collect();
+        assert_eq!(sure, [true, true, false, true]);
     }
 }

@@ -93,7 +93,8 @@ pub fn sweep(
         min_piece: Some(UNSURE.min(f64::from(sure))),
         ..settings.surface.clone()
     };
-    let finder = Finder::new(sequence, track, (&surface, settings.crop), &frames)?;
+    let mut finder = Finder::new(sequence, track, (&surface, settings.crop), &frames)?;
+    finder.sure = sure;
     let mut partial = None;
     if let Some((output, program)) = &settings.resumable {
         partial = Some(kept::open((output, program), sequence, &finder, &frames)?);
@@ -102,12 +103,12 @@ pub fn sweep(
     let estimated;
     let mut delay = None;
     if settings.delay == Delay::Estimated {
-        let found = estimate(sequence, track, (&finder, sure), &surfaces)?;
+        let found = estimate(sequence, track, &finder, &surfaces)?;
         delay = Some(found);
         estimated = track.delayed(sequence, found[0])?;
         track = &estimated;
     }
-    let points = placed(track, &finder, &surfaces, sure).into_iter();
+    let points = placed(track, &finder, &surfaces).into_iter();
     let points = surfaces.iter().map(|(frame, _)| *frame).zip(points);
     let cloud = Cloud {
         fan: finder.fan(),
