@@ -6,6 +6,7 @@ use crate::common::program::{Folder, program, succeeded};
 use std::f64::consts::{PI, TAU};
 
 use bonebeam_drive::config::{Beamform, LineKind};
+use bonebeam_drive::delay::DelayStage;
 use bonebeam_drive::frame::{RecordingFrames, beamform_channel_data};
 use bonebeam_drive::image::{b_mode, grid_of_lines};
 use bonebeam_drive::methods::MethodName;
@@ -353,6 +354,92 @@ fn the_loss_between_lines_counts_the_transmits() {
         "{of_elements}, {said}"
     );
     assert!(said > said_of_plane + 1.0, "{said}, {said_of_plane}");
+}
+
+/// An echo through a lens, by paths of least time over its face, is aligned at all elements once the lens is known.
+#[test]
+fn refraction_at_a_lens_is_taken_out() {
+    const THICKNESS: f64 = 1e-3;
+    const SPEED: f64 = 1000.0;
+    const MIDDLE: usize = 24;
+    for (probe, radius) in [(straight(0.3e-3), None), (convex(), Some(40e-3))] {
+        // The direction of the normal, and a place on the face or below it.
+        let place = |along: f64, below: f64| match radius {
+            Some(radius) => {
+                let (sin, cos) = (along / radius).sin_cos();
+                [(radius - below) * sin, (radius - below) * cos - radius]
+            }
+            None => [along, -below],
+        };
+        let pitch = if radius.is_some() { 0.4e-3 } else { 0.3e-3 };
+        let along = |m: usize| (m as f64 - 23.5) * pitch;
+        let distance = |[ax, az]: [f64; 2], [bx, bz]: [f64; 2]| (ax - bx).hypot(az - bz);
+        let time = |m: usize, point: [f64; 2]| {
+            let through = |at: f64| {
+                let face = place(at, 0.0);
+                distance(place(along(m), THICKNESS), face) / SPEED + distance(face, point) / C
+            };
+            let [mut low, mut high] = [-2e-3, 2e-3].map(|far| along(m) + far);
+            for _ in 0..100 {
+                let [a, b] = [low + (high - low) / 3.0, high - (high - low) / 3.0];
+                if through(a) < through(b) {
+                    high = b;
+                } else {
+                    low = a;
+                }
+            }
+            through(low)
+        };
+        let given = Beamform {
+            depth_start: Some(5e-3),
+            depth_end: Some(7e-3),
+            f_number: 1.0,
+            lens_thickness: Some(THICKNESS),
+            ..parameters(MethodName::Das)
+        };
+        let recorded = |point: [f64; 2], samples: usize| {
+            let late = |m: usize| time(MIDDLE, point) + time(m, point);
+            let rf = Array3::from_shape_fn((1, ELEMENTS, samples), |(_, m, n)| {
+                let late = n as f64 / FS - late(m);
+                (envelope(late) * (TAU * F0 * late).cos()) as f32
+            });
+            ChannelData {
+                element_z: probe.z.clone(),
+                lens_delay: THICKNESS / SPEED,
+                ..ChannelData::linear(
+                    rf,
+                    probe.x.clone(),
+                    Transmits::Element {
+                        index: vec![MIDDLE],
+                    },
+                    ([FS, F0], C),
+                )
+            }
+        };
+        let any = recorded([0.0, 6e-3], 600);
+        let stage = DelayStage::new(&any, &given).unwrap();
+        let (sample, line) = (stage.samples() / 2, 2 * MIDDLE);
+        let depth = stage.depths().first + sample as f64 * stage.depths().step;
+        let data = recorded(place(along(MIDDLE), -depth), 600);
+        let errors = |parameters: &Beamform| {
+            let stage = DelayStage::new(&data, parameters).unwrap();
+            let x = stage.delay(line..line + 1).unwrap();
+            let active = stage.active(line, sample);
+            let from = |m: usize| (f64::from(x[[0, sample, m]].arg()) / TAU / F0).abs();
+            (active.first..active.first + active.count)
+                .map(from)
+                .fold(0.0, f64::max)
+        };
+        let without = Beamform {
+            lens_thickness: None,
+            ..given.clone()
+        };
+        let [known, unknown] = [&given, &without].map(errors);
+        assert!(
+            known < 3e-9 && unknown > 15e-9,
+            "{radius:?}: {known} {unknown}"
+        );
+    }
 }
 
 /// Beams from right to left, in ping-pong, in blocks, and twice give the lines of those from left to right.

@@ -67,7 +67,9 @@ pub(super) fn array_of<'e>(data: &'e ChannelData, elements: &'e [Element]) -> Ar
     if elements.is_empty() {
         return Array::LinearAt(&data.element_x);
     }
-    Array::at(elements, data.pitch())
+    let between = |pair: &[Element]| (pair[1].x - pair[0].x).hypot(pair[1].z - pair[0].z);
+    let along: f64 = elements.windows(2).map(between).sum();
+    Array::at(elements, along / (elements.len() - 1) as f64)
 }
 
 impl Beams {

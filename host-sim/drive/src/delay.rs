@@ -19,6 +19,7 @@ use ndarray::{Array3, ArrayView2, ArrayView3, ArrayViewMut2, CowArray, Ix3};
 use num_complex::Complex;
 
 use super::beams::{self, Beams};
+use super::lens::Lens;
 use super::limits::{check_depths, check_rate, check_upsampling, record_times};
 use super::records::{in_float, picked, records};
 use super::sub_lines::SubLines;
@@ -42,8 +43,9 @@ const COUNTED_PASSES: usize = 8;
 /// of sub-lines), or into the requested beams.
 pub struct DelayStage<'a> {
     data: &'a ChannelData,
-    /// `None` if the array is straight.
+    /// None if the array is straight.
     elements: Vec<Element>,
+    lens: Lens,
     beams: Beams,
     sub_lines: SubLines,
     interpolation: DepthInterpolation,
@@ -94,7 +96,12 @@ impl<'a> DelayStage<'a> {
             .depth_end
             .map_or(Depth::Seconds(end), Depth::Metres);
         check_depths(start, end, c)?;
-        let elements = beams::elements_of(data);
+        let lens = Lens::new(parameters, c);
+        let [start, end] = [start, end].map(|depth| match depth {
+            Depth::Metres(depth) => Depth::Metres(depth + lens.behind()),
+            Depth::Seconds(time) => Depth::Seconds(time + 2.0 * lens.behind() / c),
+        });
+        let elements = lens.moved(beams::elements_of(data));
         let array = beams::array_of(data, &elements);
         let beams = Beams::new(data, &array, parameters)?;
         let own = ScanParameters {
@@ -149,16 +156,19 @@ impl<'a> DelayStage<'a> {
             Some(weights) => Some(weights.factors(transmits, parameters.tukey_taper as f32)?),
             None => None,
         };
+        let late = late(data, lens, c);
         let transmit = |t| Transmit {
-            law: law(data, t),
-            // A lens delays what is heard, there and back.
-            t0: data.t0[t] - 2.0 * data.lens_delay,
+            law: law(data, &elements, t),
+            t0: data.t0[t] - late,
         };
         let transmits: Vec<Transmit> = match &beams.order {
             Some(order) => order.iter().copied().map(transmit).collect(),
             None => (0..transmits).map(transmit).collect(),
         };
-        let sub_lines = SubLines::new(data, &beams, parameters);
+        let mut sub_lines = SubLines::new(data, &beams, parameters);
+        for ray in &mut sub_lines.rays {
+            *ray = lens.from_face(*ray);
+        }
         let angles = || sub_lines.rays.iter().map(Ray::angle);
         if let Some(beyond) = angles().find(|angle| angle.abs() >= FRAC_PI_2) {
             return Err(Error::Usage(format!(
@@ -174,13 +184,14 @@ impl<'a> DelayStage<'a> {
                 .map(|line| scan.aperture_centre(line))
                 .collect(),
             aperture: *scan.aperture(),
-            start: scan.start(),
+            start: scan.start() - 2.0 * lens.behind() / c,
             samples: scan.samples(),
             parameters: own,
             stage,
             transmits,
             data,
             elements,
+            lens,
             beams,
             set: InstructionSet::detect(),
             upsampled,
@@ -291,8 +302,8 @@ impl<'a> DelayStage<'a> {
     pub fn active(&self, beam: usize, sample: usize) -> Active {
         let time = self.start + sample as f64 / self.parameters.output_rate;
         let centre = self.centres.get(beam).copied().unwrap_or(f64::NAN);
-        self.aperture
-            .active(centre, self.parameters.sound_speed * time / 2.0)
+        let depth = self.parameters.sound_speed * time / 2.0 + self.lens.behind();
+        self.aperture.active(centre, depth)
     }
 
     /// Origins and directions of the beams, if not straight down from z = 0.
@@ -434,8 +445,8 @@ impl<'a> DelayStage<'a> {
             }
             (Stage::Iq(input), FrameSamples::Iq { iq, f_demod }) => {
                 // Demodulated from the moment of t0, which a lens puts off.
-                let late = (2.0 * self.data.lens_delay * f_demod).rem_euclid(1.0);
-                let phase = late * std::f64::consts::TAU;
+                let late = late(self.data, self.lens, self.sound_speed());
+                let phase = (late * f_demod).rem_euclid(1.0) * std::f64::consts::TAU;
                 let iq = self.weighted(&iq);
                 let records = records(iq.view(), |iq, elements| {
                     Record::iq(IqSamples::Float(iq), IqLayout::Planar, elements)?.with_phase(phase)
@@ -492,15 +503,23 @@ fn scan<'s>(
     })
 }
 
-/// The delay law of one transmit.
-fn law(data: &ChannelData, transmit: usize) -> TransmitLaw<'_> {
+/// By how much a lens delays what is heard, there and back, beside the way from where the elements seem to lie, s.
+fn late(data: &ChannelData, lens: Lens, c: f64) -> f64 {
+    2.0 * (data.lens_delay - lens.behind() / c)
+}
+
+/// The delay law of one transmit; `elements` are given if the array is not straight.
+fn law<'d>(data: &'d ChannelData, elements: &[Element], transmit: usize) -> TransmitLaw<'d> {
     match &data.transmits {
         Transmits::Focused { .. } => TransmitLaw::Focused,
         Transmits::Plane { angle } => TransmitLaw::Plane {
             angle: angle[transmit],
         },
         Transmits::Element { index } => {
-            let [x, z] = data.element(index[transmit]);
+            let at = index[transmit];
+            let [x, z] = elements
+                .get(at)
+                .map_or_else(|| data.element(at), |e| [e.x, e.z]);
             TransmitLaw::Element { x, z }
         }
         Transmits::VirtualSource { x, z } => TransmitLaw::VirtualSource {

@@ -8,6 +8,7 @@ pub mod config;
 pub mod delay;
 pub mod frame;
 pub mod image;
+mod lens;
 mod limits;
 pub mod methods;
 pub mod phase_symmetry;

@@ -46,6 +46,8 @@ class DelayParameters(TypedDict, total=False):
     iq_interpolation: Literal["linear", "cubic", "sinc"] | None
     depth_start: float | None
     depth_end: float | None
+    lens_thickness: float | None
+    lens_speed: float | None
     sound_speed: float | None
 
 

@@ -247,6 +247,12 @@ section! {
             depth_start: Option<f64> = None, row("M").at_least(DEPTHS, " (m)");
             /// Greatest depth of the lines, m [default: the end of the recording]
             depth_end: Option<f64> = None, row("M");
+            /// Thickness of the lens before the elements, m [default: no refraction]
+            ///
+            /// Echoes are refracted at its face. The time straight through it stays that of the recording.
+            lens_thickness: Option<f64> = None, row("M").positive(LENSES, " (m)");
+            /// Speed of sound in the lens, m/s [default: 1000, of silicone]
+            lens_speed: f64 = 1000.0, row("M/S").positive([100.0, 20e3], " (m/s)");
         }
         "" {
             /// Speed of sound, m/s [default: that of the file; 1540 for aligned data]
@@ -261,6 +267,8 @@ section! {
 pub const DELAY: &str = "Delay (channel data only)";
 /// Range of depths, m.
 const DEPTHS: [f64; 2] = [0.0, LENGTHS[1]];
+/// Range of thicknesses, m.
+const LENSES: [f64; 2] = [1e-6, 0.02];
 /// Range of spacings, m.
 const SPACINGS: [f64; 2] = [1e-6, 1.0];
 
