@@ -1,7 +1,7 @@
 //! The fan of a picture of a curved array or a sector, found by its black corners.
 
 use super::lit::largest_part;
-use ndarray::{ArrayView2, Axis};
+use ndarray::{Array2, ArrayView2, Axis};
 use serde::{Deserialize, Serialize};
 
 /// Geometry of a picture's beams, which fan out from an apex.
@@ -22,6 +22,8 @@ pub struct PictureFan {
     pub angles: [f64; 2],
 }
 
+/// Blocks to the middle of letters that touch the picture.
+const LETTERS: usize = 2;
 /// Largest deviation of a side from a straight line, pixels.
 const STRAIGHT: f64 = 1.5;
 /// Smallest height of a fan, as a share of the picture's: echoes of a point in water are no fan.
@@ -54,9 +56,14 @@ impl PictureFan {
     /// The largest connected part that is not black is the picture. Each pair of straight sides of its convex hull that
     /// meet above it is a candidate, and each circle through three points of its lower hull, with sides at the same
     /// angle: shadows may hide a side. So is the circle of its upper edge, with sides through the ends, which needs
-    /// no sides. The candidate with most of the outline on its sides and arcs is the fan.
+    /// no sides. The candidate with most of the outline on its sides and arcs is the fan. If there is none, letters may
+    /// touch the picture: they are left out.
     pub(super) fn of(pixels: ArrayView2<f32>) -> Option<Self> {
-        let lit = largest_part(pixels);
+        let found = |margin| Self::around_part(&largest_part(pixels, margin));
+        found(0).or_else(|| found(LETTERS))
+    }
+
+    fn around_part(lit: &Array2<bool>) -> Option<Self> {
         let lanes = |axis| {
             let lanes = lit.axis_iter(Axis(axis)).enumerate();
             let ends = lanes.filter_map(|(k, lane)| {
@@ -71,7 +78,7 @@ impl PictureFan {
         let (rows, columns) = (lanes(0), lanes(1));
         let (top, bottom) = (rows.first()?[0], rows.last()?[0]);
         let height = bottom - top;
-        if height < LEAST_HEIGHT * pixels.nrows() as f64 {
+        if height < LEAST_HEIGHT * lit.nrows() as f64 {
             return None;
         }
         let across = rows.iter().flat_map(|&[z, a, b]| [[a, z], [b, z]]);
@@ -353,7 +360,6 @@ impl Ends {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ndarray::Array2;
 
     /// A fan of even speckle, with a shadow in it and letters beside it.
     fn drawn(fan: &PictureFan, rows: usize, columns: usize) -> Array2<f32> {
@@ -437,6 +443,28 @@ mod tests {
             let [u, v] = fan.at(360.0, angle);
             let found = (u - found.x).atan2(v - found.z);
             assert!((found - angle).abs() < 0.05, "{found} for {angle}");
+        }
+    }
+
+    #[test]
+    fn letters_may_touch_the_fan() {
+        let fan = PictureFan {
+            x: 310.0,
+            z: 20.0,
+            radii: [20.0, 420.0],
+            angles: [-0.45, 0.45],
+        };
+        let mut picture = drawn(&fan, 480, 620);
+        for ((row, column), level) in picture.indexed_iter_mut() {
+            let stroke = column % 7 < 3 || row % 8 < 3;
+            if (36..52).contains(&row) && (150..330).contains(&column) && stroke {
+                *level = 255.0;
+            }
+        }
+        let found = PictureFan::of(picture.view()).unwrap();
+        assert!((found.x - fan.x).abs() < 5.0, "{found:?}");
+        for k in 0..2 {
+            assert!((found.angles[k] - fan.angles[k]).abs() < 0.02, "{found:?}");
         }
     }
 

@@ -18,33 +18,39 @@ const THIN: usize = 3;
 const LONG: f64 = 0.4;
 
 /// The largest connected part that is not background, without letters, rulers and thin lines.
-pub(super) fn largest_part(pixels: ArrayView2<f32>) -> Array2<bool> {
+///
+/// What is not wider than twice `margin` blocks is left out too, as letters are that touch the picture.
+pub(super) fn largest_part(pixels: ArrayView2<f32>, margin: usize) -> Array2<bool> {
     let (rows, columns) = pixels.dim();
     let background = background(pixels);
     let lit = pixels.mapv(|level| (level - background).abs() > BLACK);
     let lit = without_frame(&lit);
-    let mut blocks = Array2::from_elem((rows.div_ceil(BLOCK), columns.div_ceil(BLOCK)), 0usize);
+    let mut counts = Array2::from_elem((rows.div_ceil(BLOCK), columns.div_ceil(BLOCK)), 0);
     for ((row, column), lit) in lit.indexed_iter() {
-        blocks[[row / BLOCK, column / BLOCK]] += usize::from(*lit);
+        counts[[row / BLOCK, column / BLOCK]] += usize::from(*lit);
     }
-    blocks.mapv_inplace(|count| if count >= FILLED { usize::MAX } else { 0 });
+    let mut filled = counts.mapv(|count| count >= FILLED);
+    for _ in 0..margin {
+        filled = of_around(&filled, true);
+    }
+    // The numbers of parts, 0 for none.
+    let mut parts = Array2::from_elem(filled.dim(), 0usize);
     let mut sizes = vec![0];
-    let starts: Vec<[usize; 2]> = blocks.indexed_iter().map(|((a, b), _)| [a, b]).collect();
-    for start in starts {
-        if blocks[start] != usize::MAX {
+    for (start, _) in filled.indexed_iter().filter(|(_, filled)| **filled) {
+        if parts[start] != 0 {
             continue;
         }
         let name = sizes.len();
         let mut size = 0;
-        blocks[start] = name;
+        parts[start] = name;
         let mut left = VecDeque::from([start]);
-        while let Some([row, column]) = left.pop_front() {
+        while let Some((row, column)) = left.pop_front() {
             size += 1;
             for beside in (row.saturating_sub(1)..=row + 1)
-                .flat_map(|r| (column.saturating_sub(1)..=column + 1).map(move |c| [r, c]))
+                .flat_map(|r| (column.saturating_sub(1)..=column + 1).map(move |c| (r, c)))
             {
-                if blocks.get(beside) == Some(&usize::MAX) {
-                    blocks[beside] = name;
+                if filled.get(beside) == Some(&true) && parts[beside] == 0 {
+                    parts[beside] = name;
                     left.push_back(beside);
                 }
             }
@@ -52,14 +58,27 @@ pub(super) fn largest_part(pixels: ArrayView2<f32>) -> Array2<bool> {
         sizes.push(size);
     }
     let largest = (1..sizes.len()).max_by_key(|&name| sizes[name]);
+    let mut part = parts.mapv(|name| Some(name) == largest);
     // Also the blocks beside it, of which it fills a part.
-    let part = Array2::from_shape_fn(blocks.dim(), |(row, column)| {
-        (row.saturating_sub(1)..=row + 1)
-            .flat_map(|r| (column.saturating_sub(1)..=column + 1).map(move |c| [r, c]))
-            .any(|beside| largest.is_some() && blocks.get(beside).copied() == largest)
-    });
+    for _ in 0..margin.max(1) {
+        part = of_around(&part, false);
+    }
     Array2::from_shape_fn((rows, columns), |(row, column)| {
         lit[[row, column]] && part[[row / BLOCK, column / BLOCK]]
+    })
+}
+
+/// Whether every place, or any, is true of each with those around it.
+fn of_around(blocks: &Array2<bool>, every: bool) -> Array2<bool> {
+    let (rows, columns) = blocks.dim();
+    Array2::from_shape_fn((rows, columns), |(row, column)| {
+        let [rows, columns] = [(row, rows), (column, columns)]
+            .map(|(at, count)| at.saturating_sub(1)..(at + 2).min(count));
+        let mut all = rows.flat_map(|r| columns.clone().map(move |c| blocks[[r, c]]));
+        match every {
+            true => all.all(|inside| inside),
+            false => all.any(|inside| inside),
+        }
     })
 }
 
