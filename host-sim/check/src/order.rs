@@ -10,7 +10,7 @@ use num_complex::Complex;
 use crate::base::Base;
 use crate::elements::median;
 use crate::finding::{Finding, Severity};
-use crate::table::{Line, Table, View, Wave};
+use crate::table::{Block, Line, Table, View, Wave, sureness};
 
 /// Gain of the score from which an alternative is named.
 const GAIN: f64 = 0.07;
@@ -29,12 +29,17 @@ const SHARE: f64 = 0.15;
 /// The same of mirrored beams: if the array is narrow, they lie side by side.
 const LITTLE: f64 = 0.03;
 const MUCH: f64 = 0.2;
+/// Coherence of subapertures from which they agree, and the standard deviations by which it is more.
+const FOCUSED: f64 = 0.05;
+const SHARPER: f64 = 5.0;
+/// The square of the step of a line to the next, over the usual one's, from which it is left out.
+const FAR: f64 = 9.0;
 /// Share of the usual agreement below which a transmit may be exchanged with another, and that of both once exchanged.
 const ODD: f64 = 0.67;
 const USUAL: f64 = 0.75;
 /// The number of transmits that are tried, and the gain of both by which they are exchanged, if compounded and if not.
 const MOST_ODD: usize = 6;
-const EXCHANGED: [f64; 2] = [0.15, 0.08];
+const EXCHANGED: [f64; 2] = [0.15, 0.12];
 
 /// A mistake, the view without it, and its remedy.
 type Alternative = (&'static str, Option<View>, &'static str, &'static str);
@@ -257,7 +262,8 @@ pub(crate) fn check(
         every: EVERY,
         ..view.clone()
     };
-    let own = Table::new(base, &coarse).score();
+    let of_file = Table::new(base, &coarse);
+    let (own, focused) = (of_file.score(), of_file.focused());
     let most = if table.transmit_coherence().is_some() {
         2.0
     } else {
@@ -265,11 +271,13 @@ pub(crate) fn check(
     };
     let mut best: Option<(f64, Alternative)> = None;
     let mut highest = f64::NEG_INFINITY;
+    let mut is_one_named = false;
     for alternative in alternatives(&coarse, all_read) {
         let Some(other) = &alternative.1 else {
             continue;
         };
-        let score = Table::new(base, other).score();
+        let table_of_other = Table::new(base, other);
+        let score = table_of_other.score();
         let gain = score - own;
         highest = highest.max(score);
         let small = matches!(alternative.0, "element-index" | "transmit-order");
@@ -278,11 +286,14 @@ pub(crate) fn check(
             true => gain > GAIN || gain > 0.0 && moved(&view, &table, other),
             false if view.own && alternative.0 == "mirrored" => gain > LITTLE && missing > MUCH,
             false => gain > GAIN && missing > SHARE,
-        };
-        if named && best.as_ref().is_none_or(|(best, ..)| score > *best) {
+        } || !small && gain > LITTLE && is_sharper(&table_of_other.focused(), &focused);
+        is_one_named |= named;
+        let counts = named || gain > GAIN;
+        if counts && best.as_ref().is_none_or(|(best, ..)| score > *best) {
             best = Some((score, alternative));
         }
     }
+    let best = best.filter(|_| is_one_named);
     let two = all_read.then(|| exchanged(base, &view, &table)).flatten();
     if let Some((view, [a, b])) = two {
         let table = Table::new(base, &view);
@@ -316,6 +327,12 @@ pub(crate) fn check(
             None => (view, table, Vec::new()),
         },
     }
+}
+
+/// Whether subapertures agree, and on most lines better than otherwise.
+fn is_sharper(focused: &[f64], otherwise: &[f64]) -> bool {
+    let mean = focused.iter().sum::<f64>() / focused.len() as f64;
+    mean > FOCUSED && sureness(focused, otherwise) > SHARPER
 }
 
 /// Two transmits that have each other's place in the list: both agree better once exchanged.
@@ -352,50 +369,50 @@ fn exchanged(base: &Base, view: &View, table: &Table) -> Option<(View, [usize; 2
     (best.0 > EXCHANGED[usize::from(view.own)]).then_some((best.1, best.2))
 }
 
-/// Records and a list of transmits that are shifted by one: all echoes then lie beside their lines, by the distance of
-/// a transmit from the next, or by its angle.
+/// Records and a list of transmits that are shifted by one: all echoes then come from the next transmit's line.
+///
+/// Their phases between neighbouring elements say from where.
 fn listed(view: &View, table: &Table, all_read: bool) -> Option<(View, Finding)> {
-    let count = view.waves.len();
-    let last = view.elements.len() - 1;
-    let pitch = (view.elements[last][0] - view.elements[0][0]) / last as f64;
-    if view.elements.iter().any(|at| at[1] != 0.0) || pitch == 0.0 || count < 4 {
+    if !all_read || !view.own {
         return None;
     }
-    let usual = |of: &dyn Fn(usize) -> f64| median((1..count).map(|t| of(t) - of(t - 1)));
-    let step = match &view.waves[0] {
-        Wave::Own | Wave::Source(_) if view.own => {
-            let parallel = view.lines.iter().all(|line| line.angle == 0.0);
-            parallel.then(|| usual(&|t| view.lines[t].from[0]))?
+    [1, -1].into_iter().find_map(|by| {
+        let other = shifted(view, by)?;
+        let mut lines = vec![[0.0; 2]; view.lines.len()];
+        let counts = |block: &&Block| block.total() > 0.0 && other.signs[block.line] != 0.0;
+        for block in table.blocks.iter().filter(counts) {
+            let (own, next) = (view.lines[block.line], other.lines[block.line]);
+            let [along, across] = view.pitch_at(own.from);
+            // The path to the next element, less by this.
+            let nearer = |line: Line| {
+                let at = line.at(view.c * block.time);
+                let [x, z] = [at[0] - own.from[0], at[1] - own.from[1]];
+                (x * along + z * across) / x.hypot(z)
+            };
+            let expected = nearer(next) - nearer(own);
+            let sum = block.next();
+            let found = f64::from(sum.arg()) * view.c / (TAU * table.frequency);
+            let weight = (f64::from(sum.norm()) / block.total()).powi(2);
+            lines[block.line][0] += weight * expected * expected;
+            lines[block.line][1] += weight * expected * found;
         }
-        _ => return None,
-    };
-    // The direction from which echoes come, from their phases between neighbours, beside 1/r or beside 1.
-    let mut lines = vec![[0.0; 2]; view.lines.len()];
-    for block in table.blocks.iter().filter(|block| block.total() > 0.0) {
-        let sum = block.next();
-        let sine = f64::from(sum.arg()) * view.c / (TAU * table.frequency * pitch);
-        let weight = (f64::from(sum.norm()) / block.total()).powi(2);
-        let by = 1.0 / (view.c * block.time);
-        lines[block.line][0] += weight * by * by;
-        lines[block.line][1] += weight * by * sine;
-    }
-    let (shift, variance) = jackknife(&lines);
-    let is = |step: f64| {
-        let share = shift / step;
-        (0.65..1.35).contains(&share) && shift.powi(2) > SURE * SURE * variance
-    };
-    let by = [1, -1]
-        .into_iter()
-        .find(|&by| all_read && is(by as f64 * step))?;
-    let text = "records and the list of transmits are shifted by one, a transmit is missing or doubled: all echoes lie \
-                beside their lines, by the distance of two transmits";
-    let finding = Finding::new("transmit-order", Severity::Error, text);
-    Some((
-        shifted(view, by)?,
-        finding
-            .valued(1e3 * shift, "mm")
-            .remedy("take out the doubled record, or the entry of the missing one"),
-    ))
+        // The list's first and last may stand side by side.
+        let usual = median(lines.iter().map(|own| own[0]).filter(|&xx| xx > 0.0));
+        let lines: Vec<[f64; 2]> = lines
+            .iter()
+            .map(|&[xx, xy]| if xx < FAR * usual { [xx, xy] } else { [0.0; 2] })
+            .collect();
+        let (share, variance) = jackknife(&lines);
+        if !(0.65..1.35).contains(&share) || share * share < SURE * SURE * variance {
+            return None;
+        }
+        let text = "records and the list of transmits are shifted by one, a transmit is missing or doubled: all echoes \
+                    come from the next transmit's line";
+        let finding = Finding::new("transmit-order", Severity::Error, text)
+            .valued(share, "lines")
+            .remedy("take out the doubled record, or the entry of the missing one");
+        Some((other, finding))
+    })
 }
 
 /// Base band at the frequency, rate and sign of the echoes, and a finding if they are not the file's.

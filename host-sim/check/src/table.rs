@@ -229,6 +229,18 @@ impl View {
         (x - ex).hypot(z - ez) / c
     }
 
+    /// From an element near a position to the next, m.
+    pub fn pitch_at(&self, from: [f64; 2]) -> [f64; 2] {
+        let away = |m: usize| {
+            let [x, z] = self.elements[m];
+            (x - from[0]).hypot(z - from[1])
+        };
+        let nearest = (1..self.elements.len() - 1).min_by(|&a, &b| away(a).total_cmp(&away(b)));
+        let nearest = nearest.unwrap_or(1);
+        let [a, b] = [self.elements[nearest - 1], self.elements[nearest + 1]];
+        [(b[0] - a[0]) / 2.0, (b[1] - a[1]) / 2.0]
+    }
+
     /// Elements within the aperture of a line at the distance `r`.
     fn active(&self, line: &Line, r: f64) -> std::ops::Range<usize> {
         let across = |m: usize| line.beside(self.elements[m]);
@@ -352,12 +364,13 @@ impl Table {
         transmit_coherence(&self.blocks)
     }
 
-    /// How well each transmit agrees with the neighbour that it agrees with better; on a line of its own, its elements.
+    /// How well each transmit agrees with the neighbour that it agrees with better; on a line of its own, its elements
+    /// and its subapertures.
     pub fn agreements(&self, view: &View) -> Vec<f64> {
         let mut found = vec![0.0; view.waves.len()];
         if view.own {
             for blocks in self.blocks.chunk_by(|a, b| a.line == b.line) {
-                found[blocks[0].line] = coherence(blocks);
+                found[blocks[0].line] = coherence(blocks) + of_parts(blocks);
             }
         }
         for (t, (product, power)) in self.transmits.iter().enumerate() {
@@ -403,6 +416,20 @@ impl Table {
     }
 }
 
+/// The mean of the differences of two rows, in its standard deviations.
+pub(crate) fn sureness(values: &[f64], others: &[f64]) -> f64 {
+    let gains: Vec<f64> = values.iter().zip(others).map(|(a, b)| a - b).collect();
+    let count = gains.len() as f64;
+    let mean = gains.iter().sum::<f64>() / count;
+    let squares: f64 = gains.iter().map(|gain| (gain - mean).powi(2)).sum();
+    let deviation = (squares / (count - 1.0) / count).sqrt();
+    if deviation > 0.0 {
+        mean / deviation
+    } else {
+        0.0
+    }
+}
+
 /// Strong echoes count more, by the root of their power.
 fn coherence(blocks: &[Block]) -> f64 {
     let (mut shared, mut all) = (0.0, 0.0);
@@ -411,6 +438,20 @@ fn coherence(blocks: &[Block]) -> f64 {
         if power > 0.0 {
             shared += f64::from(block.next().re) / power.sqrt();
             all += power.sqrt();
+        }
+    }
+    if all > 0.0 { shared / all } else { 0.0 }
+}
+
+/// The same of subapertures, which see best from where echoes come.
+fn of_parts(blocks: &[Block]) -> f64 {
+    let (mut shared, mut all) = (0.0, 0.0);
+    for block in blocks {
+        let power: f32 = block.parts.iter().map(|part| part.power).sum();
+        if power > 0.0 {
+            let product: f32 = block.parts.iter().map(|part| part.product.re).sum();
+            shared += f64::from(product / power.sqrt());
+            all += f64::from(power.sqrt());
         }
     }
     if all > 0.0 { shared / all } else { 0.0 }

@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::base::Base;
 use crate::finding::{Finding, Severity, drawn};
 use crate::speed::{self, Speeds};
-use crate::table::{Table, View};
+use crate::table::{Table, View, sureness};
 
 /// Standard deviations by which a value must differ from the file's, with a part of those of its gain in coherence.
 const SURE: f64 = 3.0;
@@ -178,20 +178,6 @@ pub(crate) fn check(
         finding("sound-speed", Severity::Warning, text)
             .remedy(format!("--sound-speed {:.0}", found.value)),
     ]
-}
-
-/// The mean of the differences of two rows, in its standard deviations.
-fn sureness(values: &[f64], others: &[f64]) -> f64 {
-    let gains: Vec<f64> = values.iter().zip(others).map(|(a, b)| a - b).collect();
-    let count = gains.len() as f64;
-    let mean = gains.iter().sum::<f64>() / count;
-    let squares: f64 = gains.iter().map(|gain| (gain - mean).powi(2)).sum();
-    let deviation = (squares / (count - 1.0) / count).sqrt();
-    if deviation > 0.0 {
-        mean / deviation
-    } else {
-        0.0
-    }
 }
 
 fn plausible(speed: f64) -> bool {

@@ -168,12 +168,9 @@ pub const FAULTS: &[Fault] = &[
         "a transmit of opposite polarity",
         &["polarity"],
         |data, random| {
-            if matches!(data.transmits, Transmits::Focused { .. }) {
-                return false;
-            }
             let t = random.random_range(0..data.transmits.len());
             rf(data).index_axis_mut(Axis(1), t).mapv_inplace(|v| -v);
-            true
+            !has_own_lines(data)
         },
     ),
     fault(
@@ -210,14 +207,23 @@ pub const FAULTS: &[Fault] = &[
         &["time-zero"],
         |data, _| {
             let late = std::mem::take(&mut data.lens_delay);
-            late >= 0.4e-6 && !matches!(data.transmits, Transmits::Focused { .. })
+            late >= 0.4e-6 && !has_own_lines(data)
         },
     ),
     fault("t0 1 us early", &["time-zero"], |data, _| {
         data.t0.iter_mut().for_each(|t| *t -= 1e-6);
-        !matches!(data.transmits, Transmits::Focused { .. })
+        !has_own_lines(data)
     }),
 ];
+
+/// Whether each transmit is focused on a line of its own, which has neither its sign nor its time.
+fn has_own_lines(data: &ChannelData) -> bool {
+    match &data.transmits {
+        Transmits::Focused { .. } => true,
+        Transmits::VirtualSource { z, .. } => z[0] > 0.0,
+        _ => false,
+    }
+}
 
 fn permute(data: &mut ChannelData, from: impl Fn(usize, usize) -> usize) {
     let count = data.element_x.len();

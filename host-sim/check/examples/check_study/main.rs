@@ -13,13 +13,18 @@ mod scene;
 
 use std::fmt::Write;
 
-use bonebeam_check::{Severity, check, doubt, sound_speed};
+use bonebeam_check::{Finding, Severity, check, doubt, sound_speed};
 use faults::{FAULTS, Fault};
 use rand::RngExt;
 use scene::{ABERRATIONS, Scene};
 
 /// Of recordings with each RMS of the tissue's delays.
 type Counts = [[usize; 2]; ABERRATIONS.len()];
+/// Errors and half intervals, m/s, by [`MEDIA`] and by that RMS.
+type Speeds = [[Vec<[f64; 2]>; ABERRATIONS.len()]; MEDIA.len()];
+
+/// The kinds of echoes, in the order of [`scene::Medium`].
+const MEDIA: [&str; 3] = ["tissue alone", "points", "layers over bone"];
 
 /// Ends of the tables in the document: with faults, and of sound recordings alone.
 const MARKS: [[&str; 2]; 2] = [
@@ -42,8 +47,7 @@ fn main() {
     let mut alarms = [Counts::default(); 4];
     // Two faults at once: both named, and one.
     let mut pairs = [Counts::default(); 2];
-    // Errors and half intervals, m/s.
-    let mut speeds: [Vec<[f64; 2]>; ABERRATIONS.len()] = Default::default();
+    let mut speeds = Speeds::default();
     for seed in first..first + count {
         let scene = Scene::draw(seed);
         let column = ABERRATIONS
@@ -56,12 +60,20 @@ fn main() {
         other.c *= 1.0 + 0.04 * ((seed % 9) as f64 / 4.0 - 1.0);
         let estimate =
             sound_speed(&other).map(|s| [s.value - scene.c, (s.interval[1] - s.interval[0]) / 2.0]);
-        speeds[column].extend(estimate);
-        let found = |data: &_| -> Vec<&str> {
+        speeds[scene.medium as usize][column].extend(estimate);
+        let found = |data: &_| -> Vec<Finding> {
             let findings = check(data).into_iter();
-            findings
-                .filter(|f| f.severity > Severity::Note)
-                .map(|f| f.name)
+            findings.filter(|f| f.severity > Severity::Note).collect()
+        };
+        let names = |fault: &Fault, found: &[Finding]| {
+            found
+                .iter()
+                .any(|finding| fault.named.contains(&finding.name))
+        };
+        let texts = |found: &[Finding]| -> String {
+            found
+                .iter()
+                .map(|finding| format!("    {finding}\n"))
                 .collect()
         };
         let wrong = found(&sound);
@@ -72,7 +84,7 @@ fn main() {
         tally(&mut alarms[scene.shape as usize], !wrong.is_empty());
         tally(&mut alarms[3], doubt(&sound).is_some());
         if verbose {
-            println!("{scene:?}: {estimate:.1?} m/s, falsely {wrong:?}");
+            print!("{scene:?}: {estimate:.1?} m/s\n{}", texts(&wrong));
         } else {
             eprintln!("{} of {count}", seed + 1 - first);
         }
@@ -85,11 +97,11 @@ fn main() {
             if !(fault.put)(&mut data, &mut faults::random(seed, index)) {
                 continue;
             }
-            let names = found(&data);
-            let is_named = names.iter().any(|name| fault.named.contains(name));
+            let findings = found(&data);
+            let is_named = names(fault, &findings);
             tally(&mut named[index], is_named);
             if verbose && !is_named {
-                println!("  {}: not named, but {names:?}", fault.name);
+                print!("  {}: not named, but\n{}", fault.name, texts(&findings));
             }
         }
         let mut random = faults::random(seed, FAULTS.len());
@@ -99,13 +111,17 @@ fn main() {
             if two[0].named != two[1].named
                 && two.iter().all(|fault| (fault.put)(&mut data, &mut random))
             {
-                let names = found(&data);
-                let is_named = |fault: &Fault| names.iter().any(|name| fault.named.contains(name));
-                let of_two = two.iter().filter(|fault| is_named(fault)).count();
+                let findings = found(&data);
+                let of_two = two.iter().filter(|fault| names(fault, &findings)).count();
                 tally(&mut pairs[0], of_two == 2);
                 tally(&mut pairs[1], of_two >= 1);
                 if verbose && of_two < 2 {
-                    println!("  {} and {}: {names:?}", two[0].name, two[1].name);
+                    print!(
+                        "  {} and {}:\n{}",
+                        two[0].name,
+                        two[1].name,
+                        texts(&findings)
+                    );
                 }
             }
         }
@@ -123,12 +139,7 @@ fn main() {
     }
 }
 
-fn tables(
-    named: &[Counts],
-    alarms: &[Counts; 4],
-    pairs: &[Counts; 2],
-    speeds: &[Vec<[f64; 2]>],
-) -> String {
+fn tables(named: &[Counts], alarms: &[Counts; 4], pairs: &[Counts; 2], speeds: &Speeds) -> String {
     let mut text = String::new();
     let head: Vec<String> = ABERRATIONS
         .iter()
@@ -171,16 +182,25 @@ fn tables(
             writeln!(text, "| {name} | {finding} |{}", row(counts)).expect("a string");
         }
     }
-    text += "\n| sound speed | recordings | RMS error, m/s | intervals that cover |\n|---|---|---|---|\n";
-    for (head, all) in head.iter().zip(speeds) {
-        let count = all.len();
-        let rms =
-            (all.iter().map(|[error, _]| error * error).sum::<f64>() / count.max(1) as f64).sqrt();
+    let heads = head.join(" | ");
+    writeln!(
+        text,
+        "\n| sound speed, RMS error in m/s | {heads} | intervals that cover |\n|---|---|---|---|---|"
+    )
+    .expect("a string");
+    for (medium, by_rms) in MEDIA.iter().zip(speeds) {
+        let rms = |all: &Vec<[f64; 2]>| {
+            let squares: f64 = all.iter().map(|[error, _]| error * error).sum();
+            let rms = (squares / all.len().max(1) as f64).sqrt();
+            format!(" {rms:.1} ({}) |", all.len())
+        };
+        let cells: String = by_rms.iter().map(rms).collect();
+        let all: Vec<_> = by_rms.iter().flatten().collect();
         let cover = all
             .iter()
             .filter(|[error, half]| error.abs() <= *half)
             .count();
-        writeln!(text, "| {head} | {count} | {rms:.1} | {cover} |").expect("a string");
+        writeln!(text, "| {medium} |{cells} {cover} of {} |", all.len()).expect("a string");
     }
     text
 }
