@@ -234,7 +234,7 @@ pub(crate) const fn check_length(
 }
 
 /// Refuses a number that is not positive and finite.
-#[inline(never)]
+#[cfg_attr(not(feature = "constants"), inline(never))]
 pub(crate) const fn positive(name: &'static str, value: f64) -> Result<(), Error> {
     if value > 0.0 && value.is_finite() {
         return Ok(());
