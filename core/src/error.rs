@@ -141,24 +141,25 @@ pub struct Words {
 }
 
 impl Words {
-    const fn of(parts: [&str; 3]) -> Self {
-        let mut words = Words {
+    const fn of([before, between, after]: [&str; 3]) -> Self {
+        let words = Words {
             bytes: [0; 160],
             length: 0,
         };
-        let mut part = 0;
-        while part < parts.len() {
-            let mut rest = parts[part].as_bytes();
-            while let [first, after @ ..] = rest
-                && words.length < words.bytes.len()
-            {
-                words.bytes[words.length] = *first;
-                words.length += 1;
-                rest = after;
-            }
-            part += 1;
+        words.and(before).and(between).and(after)
+    }
+
+    #[inline(never)]
+    const fn and(mut self, text: &str) -> Self {
+        let mut rest = text.as_bytes();
+        while let [first, after @ ..] = rest
+            && self.length < self.bytes.len()
+        {
+            self.bytes[self.length] = *first;
+            self.length += 1;
+            rest = after;
         }
-        words
+        self
     }
 
     /// The text.
@@ -233,6 +234,7 @@ pub(crate) const fn check_length(
 }
 
 /// Refuses a number that is not positive and finite.
+#[cfg_attr(not(feature = "constants"), inline(never))]
 pub(crate) const fn positive(name: &'static str, value: f64) -> Result<(), Error> {
     if value > 0.0 && value.is_finite() {
         return Ok(());

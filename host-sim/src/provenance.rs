@@ -83,45 +83,37 @@ impl Snapshot {
         Err(file_error(&self.path, message))
     }
 
-    /// Hashes the input after it was read. `is_whole`: all of it was used.
+    /// Hashes the input after it was read.
     ///
     /// # Errors
     /// A file that changed or that cannot be read.
-    pub fn hashed(&self, is_whole: bool) -> Result<Input> {
-        self.input(self.hash(is_whole).as_mut())
+    pub fn hashed(&self) -> Result<Input> {
+        self.input(Some(&mut self.hash()))
     }
 
-    /// Begins to hash the input, behind its reader. `is_whole`: all of it is used.
-    ///
-    /// An input that is read at once needs no thread, but is hashed at the end.
-    pub fn hashing(&self, is_whole: bool, is_read_at_once: bool) -> Hashing<'_> {
+    /// Begins to hash the input, behind its reader.
+    pub fn hashing(&self) -> Hashing<'_> {
         let (read, receiver) = channel();
-        let (hash, bytes) = (self.hash(is_whole).map(SharedHash::new), self.bytes());
+        let (hash, bytes) = (SharedHash::new(self.hash()), self.bytes());
         let own = hash.clone();
         let follow = move || {
             for fraction in receiver {
-                if let Some(hash) = &own {
-                    hash.lock().up_to((fraction * bytes as f64) as u64)?;
-                }
+                own.lock().up_to((fraction * bytes as f64) as u64)?;
             }
             Ok(())
         };
         Hashing {
             snapshot: self,
-            hash,
+            hash: Some(hash),
             read,
-            thread: match is_read_at_once {
-                true => None,
-                false => thread::Builder::new().spawn(follow).ok(),
-            },
+            thread: thread::Builder::new().spawn(follow).ok(),
         }
     }
 
-    /// The hash of the input, unless it is a part of a large file.
-    fn hash(&self, is_whole: bool) -> Option<FileHash> {
+    fn hash(&self) -> FileHash {
         let of_folder = self.files.iter().any(|file| file.path != self.path);
         let files = self.files.iter().map(|file| file.path.clone()).collect();
-        (is_whole || self.bytes() <= PART).then(|| FileHash::new(files, of_folder))
+        FileHash::new(files, of_folder)
     }
 
     fn bytes(&self) -> u64 {
@@ -161,10 +153,17 @@ impl Hashing<'_> {
         self.hash.clone().filter(|_| is_file)
     }
 
+    /// Without a hash from here on if only a part of a large input is used.
+    pub fn of_part(&mut self) {
+        self.hash.take_if(|_| self.snapshot.bytes() > PART);
+    }
+
     /// Follows the reader to a share of the input.
     pub fn follow(&self, fraction: f64) {
-        // `finish` returns the error of a thread that has ended.
-        let _ = self.read.send(fraction);
+        if self.hash.is_some() {
+            // `finish` returns the error of a thread that has ended.
+            let _ = self.read.send(fraction);
+        }
     }
 
     /// Hashes the rest.
@@ -223,7 +222,7 @@ mod tests {
             let snapshot = Snapshot::of(&path).unwrap();
             assert!(snapshot.check().is_ok());
             fs::write(&path, "behind").unwrap();
-            let message = snapshot.hashed(true).err().unwrap().to_string();
+            let message = snapshot.hashed().err().unwrap().to_string();
             assert!(message.contains("changed while it was read"), "{message}");
         }
         let snapshot = Snapshot::of(folder.path()).unwrap();

@@ -12,10 +12,11 @@ use bonebeam_drive::coherence::{Measure, of_frame};
 use bonebeam_drive::config::Beamform;
 use bonebeam_drive::frame::{RecordingFrames, beamform_channel_data};
 use bonebeam_drive::methods::MethodName;
-use bonebeam_files::{ChannelData, FrameSamples, Recording, Samples, Transmits};
+use bonebeam_files::Transmits;
+use bonebeam_files::{ChannelData, FileHash, FrameSamples, Recording, Samples, SharedHash};
 use bonebeam_formats::{RecordingFile, Variables};
 use common::program::{Folder, ended, shell};
-use common::{channel_data_with, channel_data_without, npy};
+use common::{channel_data_with, channel_data_without, npy, vector};
 use ndarray::{Array, Array3, Array4, ArrayD, Axis, ShapeBuilder};
 use ndarray_npy::{WritableElement, WriteNpyExt};
 use num_complex::Complex;
@@ -186,10 +187,10 @@ fn some_frames_are_those_of_the_whole() {
     }
 }
 
-/// Counts by 8 elements: a focused beam for each line, and plane waves.
-fn of_counts() -> [ChannelData; 2] {
+/// Counts of some elements and samples: a focused beam for each line, and plane waves.
+fn of_counts([elements, length]: [usize; 2]) -> [ChannelData; 2] {
     const TRANSMITS: usize = 19;
-    let element_x: Vec<f64> = (0..8).map(|m| (f64::from(m) - 3.5) * 3e-4).collect();
+    let element_x: Vec<f64> = (0..elements).map(|m| (m as f64 - 3.5) * 3e-4).collect();
     let x: Vec<f64> = (0..TRANSMITS).map(|t| (t as f64 - 9.0) * 1e-4).collect();
     let focused = Transmits::Focused {
         x: x.clone(),
@@ -198,7 +199,7 @@ fn of_counts() -> [ChannelData; 2] {
     };
     let angle = x.iter().map(|x| 100.0 * x).collect();
     [focused, Transmits::Plane { angle }].map(|transmits| {
-        let counts = samples(0, [TRANSMITS, 8, 512]).insert_axis(Axis(0));
+        let counts = samples(0, [TRANSMITS, elements, length]).insert_axis(Axis(0));
         let (samples, x) = (Samples::Counts(counts), element_x.clone());
         ChannelData::linear(samples, x, transmits, ([40e6, 5e6], 1540.0))
     })
@@ -207,7 +208,7 @@ fn of_counts() -> [ChannelData; 2] {
 /// Counts become f32 some transmits at a time if each line has its own, and otherwise a frame at a time.
 #[test]
 fn counts_have_the_lines_of_their_values() {
-    for mut data in of_counts() {
+    for mut data in of_counts([8, 512]) {
         let lines = |data: &ChannelData| {
             beamform_channel_data(data, &Beamform::default(), &|_| {}).unwrap()
         };
@@ -234,7 +235,7 @@ fn samples_aligned_once_serve_lines_and_coherence() {
         of(MethodName::Mv, 3, 0, None),
         of(MethodName::EsmvRank1, 1, 2, Some([3e-3, 6e-3])),
     ] {
-        for data in of_counts() {
+        for data in of_counts([8, 512]) {
             let recording = Recording::Channel(data);
             let frames = RecordingFrames::new(&recording, &parameters).unwrap();
             let both = frames.lines_and_coherence(&recording, 0, &|_| {});
@@ -246,6 +247,85 @@ fn samples_aligned_once_serve_lines_and_coherence() {
             assert!(map.iter().any(|&coherence| coherence > 0.1));
         }
     }
+}
+
+/// Its lines, its map, its warnings, its errors and its hash are those of a frame in memory.
+#[test]
+fn a_large_frame_of_focused_transmits_stays_in_its_file() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("data.npz");
+    let [mut data, _] = of_counts([64, 7000]);
+    if let Transmits::Focused { x, .. } = &mut data.transmits {
+        // In another order than the lines, and a wave that is sent again with the opposite sign.
+        x.reverse();
+        x[1] = x[0];
+    }
+    let Samples::Counts(mut counts) = data.samples else {
+        unreachable!()
+    };
+    let opposite = counts.index_axis(Axis(1), 0).mapv(|count| -count);
+    counts.index_axis_mut(Axis(1), 1).assign(&opposite);
+    let rf = counts.mapv(f32::from);
+    let iq = rf.mapv(|re| Complex::new(re, 3.0 - re));
+    let f_demod = 5e6;
+    let parameters = Beamform {
+        depth_end: Some(0.03),
+        ..Beamform::default()
+    };
+    let (known, hash) = (Variables::default(), || {
+        FileHash::new(vec![path.clone()], false)
+    });
+    for samples in [
+        Samples::Counts(counts),
+        Samples::Iq { iq, f_demod },
+        Samples::Rf(rf),
+    ] {
+        data.samples = samples;
+        data.write(&path).unwrap();
+        let passed = SharedHash::new(hash());
+        let stored = RecordingFile::open_hashed(&path, &known, Some(passed.clone()));
+        let files = [stored, RecordingFile::open(&path, &known)].map(Result::unwrap);
+        let [stored, held] = files.map(|file| {
+            let recording = file.first();
+            let Recording::Channel(data) = recording else {
+                unreachable!()
+            };
+            let frames = RecordingFrames::new(recording, &parameters).unwrap();
+            let both = frames.lines_and_coherence(recording, 0, &|_| {}).unwrap();
+            let doubts = (data.warnings(), bonebeam_check::doubt(data));
+            (
+                matches!(data.samples, Samples::Stored(_)),
+                both,
+                format!("{doubts:?}"),
+            )
+        });
+        assert_eq!([stored.0, held.0], [true, false]);
+        assert!(
+            stored.1 == held.1 && held.2.contains("opposite sign"),
+            "{}",
+            held.2
+        );
+        assert_eq!(stored.2, held.2);
+        let passed = passed.lock().finish().unwrap();
+        assert_eq!(passed, hash().finish().unwrap());
+    }
+    let mut rf = Array3::zeros((2, 4, 1 << 19)).into_dyn();
+    rf[[1, 2, 6000]] = f32::NAN;
+    let places = || vector(&[0.0, 1e-4]);
+    let keys = channel_data_without(&path, &["rf", "tx_angle"]).with("rf", rf);
+    keys.with("tx_x", places())
+        .with("tx_focus", places())
+        .finish();
+    let [stored, held] = [
+        RecordingFile::open_hashed(&path, &known, Some(SharedHash::new(hash()))),
+        RecordingFile::open(&path, &known),
+    ]
+    .map(|file| file.err().unwrap().to_string());
+    assert_eq!(stored, held);
+    assert!(
+        held.contains("NaN at transmit 1, element 2, sample 6000"),
+        "{held}"
+    );
 }
 
 /// A frame with missing numbers is an error, whichever other frames are present.

@@ -121,6 +121,7 @@ pub fn channel_data(py: Python<'_>, data: ChannelData) -> PyResult<Bound<'_, PyD
     match data.samples {
         Samples::Rf(rf) => keys.set_item("rf", rf.into_pyarray(py))?,
         Samples::Counts(counts) => keys.set_item("rf", counts.into_pyarray(py))?,
+        Samples::Stored(_) => {}
         Samples::Iq { iq, f_demod } => {
             keys.set_item("iq", iq.into_pyarray(py))?;
             keys.set_item("f_demod", f_demod)?;

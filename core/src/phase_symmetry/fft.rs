@@ -112,15 +112,22 @@ pub(super) const fn is_supported(length: usize) -> bool {
 }
 
 /// The longest line.
-pub(super) const LONGEST: usize = 1024;
+pub(super) const LONGEST: usize = if LARGE_MAPS { 1024 } else { 64 };
+
+/// Whether sides above 64 are compiled in.
+pub(super) const LARGE_MAPS: bool = cfg!(feature = "large-maps");
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn sides_are_powers_of_two_from_64_to_1024() {
+    fn without_its_feature_sides_above_64_are_refused() {
         let supported = (0..=4096).filter(|&length| is_supported(length));
-        assert!(supported.eq([64, 128, 256, 512, 1024]));
+        let sides: &[usize] = match LARGE_MAPS {
+            true => &[64, 128, 256, 512, 1024],
+            false => &[64],
+        };
+        assert!(supported.eq(sides.iter().copied()));
     }
 }

@@ -12,7 +12,7 @@ use num_complex::Complex;
 /// The transform of lines in lanes, with its twiddle factors.
 #[derive(Clone, Debug)]
 pub struct LaneFft {
-    /// `exp(−2πik/1024)`, `k < 512`; shorter lines take every second, fourth, … one.
+    /// `exp(−2πik/N)`, `k < N/2`, for the longest line N; shorter lines take every second, fourth, … one.
     twiddles: [Complex<f32>; LONGEST / 2],
 }
 

@@ -13,7 +13,7 @@
 //! x·(c₂ + x·c₃))`. The gain errs by at most 2.5·10⁻⁷ of the filter's peak. A table per filter over a 512×512 grid
 //! would need 1 MiB; these need 17.9 kB for all filters of all sizes.
 
-use super::fft::is_supported;
+use super::fft::{LARGE_MAPS, is_supported};
 use crate::Error;
 
 /// Segments an octave of `m`; the top bits of a float's mantissa number them.
@@ -150,7 +150,10 @@ impl Scale {
         while k < sides.len() {
             let (name, side) = sides[k];
             if !is_supported(side) {
-                let expected = "a power of two: 64, 128, 256, 512 or 1024";
+                let expected = match LARGE_MAPS {
+                    true => "a power of two: 64, 128, 256, 512 or 1024",
+                    false => "64 without the feature large-maps",
+                };
                 return Err(Error::parameter(name, side as f64, expected));
             }
             k += 1;

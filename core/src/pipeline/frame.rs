@@ -167,7 +167,9 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
         }
     }
 
-    #[inline]
+    /// One copy for all probes of a program, which pass the same sizes, unless the code may be large.
+    #[cfg_attr(feature = "constants", inline)]
+    #[cfg_attr(not(feature = "constants"), inline(never))]
     fn line_of<'r, A: Averaging<f32>>(
         &mut self,
         sizes: Sizes,

@@ -10,6 +10,7 @@ use core::panic::PanicInfo;
 
 use bonebeam::memory::Memory;
 use bonebeam::prelude::stages::*;
+use bonebeam::surface::Detector;
 use bonebeam_stream::scan::{BEAMS, ELEMENTS, SAMPLES, ScanBlock, record};
 use bonebeam_stream::{Chain, Plan, Pool, Probe, Sequence, Sink, Source, Stamp};
 use cortex_m::peripheral::{SYST, syst::SystClkSource};
@@ -130,12 +131,21 @@ fn bone<P: Probe<Stage = IqDelay>>(
             break;
         }
     }
-    chain.frame().image_in_steps(&mut |_| kick())?;
-    let map = chain.frame().bone_map_in_steps(&mut |_| kick())?;
+    show(name, chain.frame(), &detector, shared.surface.scratch())
+}
+
+/// Makes image, map and surface of a frame, and prints where its bone is.
+fn show(
+    name: &str,
+    frame: &mut Frame<'_, '_, IqDelay>,
+    detector: &Detector,
+    memory: Scratch<'_>,
+) -> Result<(), Error> {
+    frame.image_in_steps(&mut |_| kick())?;
+    let map = frame.bone_map_in_steps(&mut |_| kick())?;
     let bright = map.iter().filter(|&&symmetry| symmetry > 0.25).count();
     let mut surface = [None; BEAMS];
-    let found = chain.frame();
-    found.surface(&detector, shared.surface.scratch(), &mut surface)?;
+    frame.surface(detector, memory, &mut surface)?;
     let lines = surface.iter().flatten().count();
     let depth = surface[BEAMS / 2].map_or(f32::NAN, |point| point.depth);
     let micrometres = (1e6 * depth) as u32;

@@ -36,15 +36,16 @@ pub fn check(data: &ChannelData) -> Vec<Finding> {
     let mut findings: Vec<Finding> = keys
         .map(|text| Finding::new("keys", Severity::Warning, text))
         .collect();
-    let offset = data.offset().into_iter();
+    let survey = data.samples.survey();
+    let offset = data.offset(&survey).into_iter();
     findings.extend(offset.map(|text| Finding::new("offset-binary", Severity::Warning, text)));
-    if data.samples.dead().len() == data.element_x.len() {
+    if survey.dead().len() == data.element_x.len() {
         let text = "every record is constant: nothing was received";
         findings.push(Finding::new("dead", Severity::Error, text));
         return findings;
     }
-    let (found, power) = samples::check(data);
-    findings.extend(found);
+    findings.extend(samples::check(data, &survey));
+    let power = survey.power();
     let (base, view, found) = order::band(data, &chosen, &view);
     findings.extend(found);
     let all_read = chosen.len() == data.transmits.len();
@@ -74,7 +75,8 @@ pub fn check(data: &ChannelData) -> Vec<Finding> {
 #[must_use]
 pub fn doubt(data: &ChannelData) -> Option<String> {
     let count = data.element_x.len();
-    if count < LEAST || data.samples.dead().len() == count {
+    let survey = data.samples.survey();
+    if count < LEAST || survey.dead().len() == count {
         return None;
     }
     let of = |most: usize| table::chosen(data.transmits.len(), most);
@@ -82,7 +84,7 @@ pub fn doubt(data: &ChannelData) -> Option<String> {
     let chosen = of(if own { LINES } else { FEW });
     let view = View::new(data, &chosen);
     let base = Base::new(data, &chosen, data.f0, data.fs);
-    let (table, power) = (Table::new(&base, &view), samples::power(data));
+    let (table, power) = (Table::new(&base, &view), survey.power());
     let elements = Elements::new(&power, &view, &table);
     let findings = elements.check(&base, &power, &view, &table);
     let texts: Vec<&str> = findings.iter().map(|f| f.text.as_str()).collect();
@@ -95,7 +97,7 @@ pub fn sound_speed(data: &ChannelData) -> Option<Speed> {
     let chosen = table::chosen(data.transmits.len(), LINES);
     let view = View::new(data, &chosen);
     let base = Base::new(data, &chosen, data.f0, data.fs);
-    let power = samples::power(data);
+    let power = data.samples.survey().power();
     let elements = Elements::new(&power, &view, &Table::new(&base, &view));
     let speeds = speed::estimate(&base, &view, &elements.good)?;
     speeds.is_sure().then(|| time::speed(data, &speeds))

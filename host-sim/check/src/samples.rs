@@ -1,10 +1,9 @@
 //! Raw samples: a constant, clipping, frames in which nothing oscillates.
 
 use bonebeam_files::terminal::digits;
-use bonebeam_files::{ChannelData, FrameSamples};
-use ndarray::{ArrayView2, ArrayView3, Axis};
+use bonebeam_files::{ChannelData, FrameSamples, Survey};
+use ndarray::{ArrayView3, Axis};
 use num_complex::Complex;
-use rayon::prelude::*;
 
 use crate::finding::{Finding, Severity};
 
@@ -14,59 +13,6 @@ const CONSTANT: f64 = 0.2;
 const FLAT: usize = 2;
 /// Flat tops of an element from which it is clipped.
 const TOPS: usize = 3;
-/// Samples that are summed side by side.
-const SIDE: usize = 8;
-
-/// Sums and extremes of an element's samples.
-struct Moments {
-    /// Of the samples, of I/Q of their real parts, and of their squares.
-    sums: [f64; 2],
-    least: f64,
-    extremes: [f64; 2],
-    count: usize,
-}
-
-impl Moments {
-    fn of<T: Copy>(samples: ArrayView2<'_, T>, parts: impl Fn(T) -> [f64; 2]) -> Self {
-        let (mut sums, mut squares) = ([0.0; SIDE], [0.0; SIDE]);
-        let (mut least, mut lowest, mut highest) =
-            ([f64::INFINITY; SIDE], [0.0; SIDE], [0.0; SIDE]);
-        let mut add = |side: usize, value: T| {
-            let [a, b] = parts(value);
-            sums[side] += a;
-            squares[side] += a * a;
-            least[side] = a.min(least[side]);
-            lowest[side] = a.min(b).min(lowest[side]);
-            highest[side] = a.max(b).max(highest[side]);
-        };
-        for row in samples.rows() {
-            let row = row.as_standard_layout();
-            let (parts, rest) = row.as_slice().unwrap_or_default().as_chunks::<SIDE>();
-            for part in parts {
-                (0..SIDE).for_each(|side| add(side, part[side]));
-            }
-            rest.iter()
-                .enumerate()
-                .for_each(|(side, &value)| add(side, value));
-        }
-        Moments {
-            sums: [sums, squares].map(|sums| sums.iter().sum()),
-            least: least.into_iter().fold(f64::INFINITY, f64::min),
-            extremes: [
-                lowest.into_iter().fold(0.0, f64::min),
-                highest.into_iter().fold(0.0, f64::max),
-            ],
-            count: samples.len(),
-        }
-    }
-
-    /// Variance, times a constant.
-    fn power(&self) -> f64 {
-        let [sum, squares] = self.sums;
-        squares - sum * sum / self.count.max(1) as f64
-    }
-}
-
 fn real<T: Into<f64>>(value: T) -> [f64; 2] {
     [value.into(); 2]
 }
@@ -75,51 +21,32 @@ fn both(value: Complex<f32>) -> [f64; 2] {
     [f64::from(value.re), f64::from(value.im)]
 }
 
-/// The variance of each element's samples in the first frame, times a constant.
-pub(crate) fn power(data: &ChannelData) -> Vec<f64> {
-    fn of<T: Copy + Sync>(
-        frame: ArrayView3<'_, T>,
-        parts: impl Fn(T) -> [f64; 2] + Sync,
-    ) -> Vec<f64> {
-        let of_element = |m| Moments::of(frame.index_axis(Axis(1), m), &parts).power();
-        (0..frame.dim().1).into_par_iter().map(of_element).collect()
-    }
+/// Checks the samples of the first frame.
+pub(crate) fn check(data: &ChannelData, survey: &Survey) -> Vec<Finding> {
     match data.samples.frame(0) {
-        Some(FrameSamples::Rf(rf)) => of(rf, real),
-        Some(FrameSamples::Counts(rf)) => of(rf, real),
-        Some(FrameSamples::Iq { iq, .. }) => of(iq, both),
-        None => vec![0.0; data.element_x.len()],
-    }
-}
-
-/// Checks the samples of the first frame; also the variance of each element's samples, times a constant.
-pub(crate) fn check(data: &ChannelData) -> (Vec<Finding>, Vec<f64>) {
-    match data.samples.frame(0) {
-        Some(FrameSamples::Rf(rf)) => of_frame(rf, real, true),
-        Some(FrameSamples::Counts(rf)) => of_frame(rf, real, true),
-        Some(FrameSamples::Iq { iq, .. }) => of_frame(iq, both, false),
-        None => (Vec::new(), vec![0.0; data.element_x.len()]),
+        Some(FrameSamples::Rf(rf)) => of_frame(rf, survey, real, true),
+        Some(FrameSamples::Counts(rf)) => of_frame(rf, survey, real, true),
+        Some(FrameSamples::Iq { iq, .. }) => of_frame(iq, survey, both, false),
+        Some(FrameSamples::Stored(_)) | None => Vec::new(),
     }
 }
 
 fn of_frame<T: Copy>(
     frame: ArrayView3<'_, T>,
+    survey: &Survey,
     parts: impl Fn(T) -> [f64; 2],
     rf: bool,
-) -> (Vec<Finding>, Vec<f64>) {
+) -> Vec<Finding> {
     let (transmits, elements, samples) = frame.dim();
     let mut findings = Vec::new();
     let (mut sum, mut squares, mut least) = (0.0, 0.0, f64::INFINITY);
-    let (mut clipped, mut power) = (Vec::new(), Vec::new());
-    let mut share = 0;
-    for m in 0..elements {
+    let (mut clipped, mut share) = (Vec::new(), 0);
+    for (m, own) in survey.elements.iter().enumerate() {
         let of_element = frame.index_axis(Axis(1), m);
         let rows = || of_element.outer_iter();
-        let own = Moments::of(of_element, &parts);
         least = least.min(own.least);
         sum += own.sums[0];
         squares += own.sums[1];
-        power.push(own.power());
         let mut tops = 0;
         for part in 0..if rf { 1 } else { 2 } {
             for row in rows() {
@@ -167,7 +94,7 @@ fn of_frame<T: Copy>(
             .valued(clipped.len() as f64, "elements");
         findings.push(finding.remedy("record with less gain, or set these elements of rf to 0"));
     }
-    (findings, power)
+    findings
 }
 
 /// A short list of elements.

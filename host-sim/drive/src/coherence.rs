@@ -10,9 +10,10 @@ use num_complex::Complex;
 use rayon::prelude::*;
 
 use super::beamform::{check_window, memory};
-use super::frame::{DEFAULT_SOUND_SPEED, RecordingFrames, no_frame, other_kind};
+use super::config::Beamform;
+use super::delay::{DelayStage, other_kind};
+use super::frame::{DEFAULT_SOUND_SPEED, RecordingFrames, no_frame};
 use super::short_lag::{of_lines, short_lag};
-use super::{config::Beamform, delay::DelayStage};
 use crate::Result;
 use bonebeam_files::choice;
 use bonebeam_files::{AlignedData, ChannelData, FrameSamples, Recording};

@@ -25,8 +25,10 @@ use super::records::{in_float, picked, records};
 use super::sub_lines::SubLines;
 use crate::config::{Beamform, RfInterpolation};
 use crate::{Error, Result};
+use bonebeam_files::npz::Spare;
 use bonebeam_files::terminal::digits;
-use bonebeam_files::{BeamRays, BeamformedLines, ChannelData, FrameSamples, Samples, Transmits};
+use bonebeam_files::{BeamRays, BeamformedLines, ChannelData, FrameSamples, Samples};
+use bonebeam_files::{StoredFrame, Transmits};
 
 /// Number of compounded transmits from which on upsampled records are the default: they cost less than the filter.
 pub(crate) const UPSAMPLED_FROM: usize = 2;
@@ -64,8 +66,8 @@ pub struct DelayStage<'a> {
     upsampled: bool,
     /// Factor of each transmit's record, if they differ.
     factors: Option<Vec<f32>>,
-    /// Counts as f32; memory that is used again costs less than fresh memory.
-    floats: Mutex<Vec<f32>>,
+    /// For counts as f32 and samples from a file; memory that is used again costs less than fresh memory.
+    spare: Mutex<Spare>,
 }
 
 /// The core's stage for this kind of samples.
@@ -196,7 +198,7 @@ impl<'a> DelayStage<'a> {
             set: InstructionSet::detect(),
             upsampled,
             factors,
-            floats: Mutex::default(),
+            spare: Mutex::default(),
         })
     }
 
@@ -366,6 +368,7 @@ impl<'a> DelayStage<'a> {
         let at_a_time = match self.data.samples {
             _ if self.upsampled => LINES_UPSAMPLED,
             Samples::Counts(_) if self.beams.own => lines.div_ceil(COUNTED_PASSES),
+            Samples::Stored(_) if self.beams.own => lines.div_ceil(StoredFrame::WINDOWS),
             _ => lines,
         };
         let firsts = (0..lines).step_by(at_a_time.max(1));
@@ -385,8 +388,28 @@ impl<'a> DelayStage<'a> {
     ) -> Result<()> {
         let own = self.beams.transmits_of(&lines);
         let own = own.unwrap_or(0..self.transmits.len());
-        let by = (own.clone(), lines, beamformer);
         let order = self.beams.order.as_ref().map(|order| &order[own.clone()]);
+        let by = (own.clone(), lines, beamformer);
+        let FrameSamples::Stored(stored) = frame else {
+            return self.source_of_some(frame, (order, own), by, work);
+        };
+        let spare = || self.spare.lock().unwrap_or_else(PoisonError::into_inner);
+        let chosen = order.map_or_else(|| own.collect(), <[_]>::to_vec);
+        let read = stored.read(&chosen, &mut spare())?;
+        let frame = read.frame(0).expect("one frame is read");
+        let done = self.source_of_some(frame, (None, 0..chosen.len()), by, work);
+        read.leave(&mut spare());
+        done
+    }
+
+    /// [`DelayStage::source`] with the transmits of a range, or those of an order, of a frame in memory.
+    fn source_of_some(
+        &self,
+        frame: FrameSamples<'_>,
+        (order, own): (Option<&[usize]>, Range<usize>),
+        by: (Range<usize>, Range<usize>, Parameters),
+        work: &mut dyn FnMut(&LineSource<'_>) -> Result<()>,
+    ) -> Result<()> {
         match frame {
             FrameSamples::Rf(rf) => {
                 let rf = picked(rf, order, own);
@@ -394,11 +417,11 @@ impl<'a> DelayStage<'a> {
             }
             FrameSamples::Counts(counts) => {
                 let counts = picked(counts, order, own);
-                let kept = || self.floats.lock().unwrap_or_else(PoisonError::into_inner);
-                let mut floats = std::mem::take(&mut *kept());
+                let spare = || self.spare.lock().unwrap_or_else(PoisonError::into_inner);
+                let mut floats = std::mem::take(&mut spare().real);
                 let rf = in_float(counts.view(), &mut floats);
                 let done = self.source_of(FrameSamples::Rf(rf), by, work);
-                *kept() = floats;
+                spare().real = floats;
                 done
             }
             FrameSamples::Iq { iq, f_demod } => {
@@ -406,6 +429,7 @@ impl<'a> DelayStage<'a> {
                 let iq = iq.view();
                 self.source_of(FrameSamples::Iq { iq, f_demod }, by, work)
             }
+            FrameSamples::Stored(_) => Err(other_kind()),
         }
     }
 
@@ -459,9 +483,7 @@ impl<'a> DelayStage<'a> {
                     of_line: &of_line,
                 }))
             }
-            _ => Err(Error::Data(
-                "the frame's samples are of another kind than the recording's".into(),
-            )),
+            _ => Err(other_kind()),
         }
     }
 
@@ -483,6 +505,10 @@ impl<'a> DelayStage<'a> {
     fn array(&self) -> Array<'_> {
         beams::array_of(self.data, &self.elements)
     }
+}
+
+pub(crate) fn other_kind() -> Error {
+    Error::Data("the frame is of another kind of data than the recording".into())
 }
 
 /// The scan of a recording's lines.

@@ -11,7 +11,7 @@ use ndarray::{Array2, ArrayViewMut2, Axis};
 use num_complex::Complex;
 
 use super::beamform::{Plan, Tile};
-use super::delay::DelayStage;
+use super::delay::{DelayStage, other_kind};
 use super::short_lag;
 use crate::config::Beamform;
 use crate::{Error, Result};
@@ -326,10 +326,6 @@ fn plan(parameters: Parameters, largest: usize) -> Result<Plan> {
 
 fn z_len(stage: &DelayStage<'_>) -> usize {
     stage.rays().len() * stage.samples()
-}
-
-pub(crate) fn other_kind() -> Error {
-    Error::Data("the frame is of another kind of data than the recording".into())
 }
 
 pub(crate) fn no_frame(index: usize, frames: usize) -> Error {

@@ -5,7 +5,7 @@ use bonebeam::phase_symmetry::Sizes;
 use bonebeam_files::memory::product;
 use bonebeam_files::settings::in_mm;
 use bonebeam_files::terminal::short;
-use bonebeam_files::{ChannelData, Recording, Samples};
+use bonebeam_files::{ChannelData, Recording};
 use num_complex::Complex;
 
 use crate::beamform::TILE;
@@ -28,9 +28,9 @@ const FAR_BEYOND: f64 = 2.0;
 /// # Errors
 /// As [`check_depths`].
 pub fn warnings(data: &ChannelData, parameters: &Beamform) -> Result<Vec<String>> {
-    let band = match data.samples {
-        Samples::Rf(_) | Samples::Counts(_) => parameters.warnings(data.f0, data.fs),
-        Samples::Iq { .. } => None,
+    let band = match data.samples.f_demod() {
+        None => parameters.warnings(data.f0, data.fs),
+        Some(_) => None,
     };
     let depths = check_depths(data, parameters)?;
     let reported = data.warnings().into_iter().chain(band);

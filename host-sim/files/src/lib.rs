@@ -29,6 +29,8 @@ pub mod section;
 pub mod settings;
 #[cfg(all(feature = "signals", unix))]
 pub mod signals;
+mod stored;
+mod survey;
 pub mod temporary_files;
 pub mod terminal;
 mod transmits;
@@ -49,6 +51,8 @@ pub use partial::Partial;
 pub use partial_frames::PartialFrames;
 pub use recording::Recording;
 pub use samples::{FrameSamples, Samples};
+pub use stored::StoredFrame;
+pub use survey::{Moments, Survey};
 pub use transmits::Transmits;
 pub use truth::{Truth, add_surface_to, ply};
 pub use volume::nifti;

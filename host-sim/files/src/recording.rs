@@ -33,7 +33,7 @@ impl Recording {
                 Some(FrameSamples::Rf(rf)) => hash::of_array(&rf),
                 Some(FrameSamples::Counts(counts)) => hash::of_array(&counts),
                 Some(FrameSamples::Iq { iq, .. }) => hash::of_array(&iq),
-                None => 0,
+                Some(FrameSamples::Stored(_)) | None => 0,
             },
             Recording::Aligned(data) => hash::of_array(&data.x.index_axis(Axis(0), frame)),
             Recording::Lines(lines) => hash::of_array(&lines.z.index_axis(Axis(0), frame)),
@@ -146,30 +146,13 @@ impl Recording {
     }
 
     fn into_spare(self) -> npz::Spare {
-        let none = npz::Spare::default();
-        let real = |samples: Array4<f32>| samples.into_raw_vec_and_offset().0;
-        let complex = |samples: Array4<_>| samples.into_raw_vec_and_offset().0;
+        let mut spare = npz::Spare::default();
         match self {
-            Recording::Channel(data) => match data.samples {
-                Samples::Rf(rf) => npz::Spare {
-                    real: real(rf),
-                    ..none
-                },
-                Samples::Counts(counts) => npz::Spare {
-                    counts: counts.into_raw_vec_and_offset().0,
-                    ..none
-                },
-                Samples::Iq { iq, .. } => npz::Spare {
-                    complex: complex(iq),
-                    ..none
-                },
-            },
-            Recording::Aligned(data) => npz::Spare {
-                complex: complex(data.x),
-                ..none
-            },
-            Recording::Lines(_) => none,
+            Recording::Channel(data) => data.samples.leave(&mut spare),
+            Recording::Aligned(data) => spare.complex = data.x.into_raw_vec_and_offset().0,
+            Recording::Lines(_) => {}
         }
+        spare
     }
 
     /// The recording with [`Samples::into_float`].
@@ -253,7 +236,7 @@ impl ChannelData {
     /// The recording of some transmits.
     ///
     /// # Panics
-    /// If a transmit does not exist.
+    /// If a transmit does not exist, or is in a file that cannot be read.
     #[must_use]
     pub fn only(&self, transmits: &[usize]) -> Self {
         let samples = match &self.samples {
@@ -263,6 +246,10 @@ impl ChannelData {
                 iq: iq.select(Axis(1), transmits),
                 f_demod: *f_demod,
             },
+            Samples::Stored(stored) => {
+                let read = stored.read(transmits, &mut npz::Spare::default());
+                read.expect("the file is as it was when it was opened")
+            }
         };
         Self {
             samples,

@@ -3,9 +3,10 @@
 use std::io::{Seek, Write};
 use std::ops::Range;
 
-use ndarray::{Array, Array3, Array4, ArrayView3, Axis, Dimension, concatenate};
+use ndarray::{Array, Array3, Array4, ArrayView3, Axis, Dimension, Slice, concatenate};
 use num_complex::Complex;
 
+use super::stored::{Kind, StoredFrame};
 use super::{npz, npz_writer, units, validate};
 use crate::Result;
 use crate::terminal::digits;
@@ -28,6 +29,8 @@ pub enum Samples {
         /// Demodulation frequency, Hz.
         f_demod: f64,
     },
+    /// One frame that stays in its file.
+    Stored(Box<StoredFrame>),
 }
 
 /// Samples of one frame, [transmit, element, sample], by reference.
@@ -44,19 +47,21 @@ pub enum FrameSamples<'a> {
         /// Demodulation frequency, Hz.
         f_demod: f64,
     },
+    /// See [`Samples::Stored`].
+    Stored(&'a StoredFrame),
 }
 
-/// A value of the array, whatever its numbers.
+/// A value of the array, whatever its numbers; another of a frame that stays in its file.
 macro_rules! of_any {
-    ($kind:ident, $samples:expr, $array:ident => $value:expr) => {
+    ($kind:ident, $samples:expr, $array:ident => $value:expr, $stored:pat => $other:expr) => {
         match $samples {
             $kind::Rf($array) => $value,
             $kind::Counts($array) => $value,
             $kind::Iq { iq: $array, .. } => $value,
+            $kind::Stored($stored) => $other,
         }
     };
 }
-pub(super) use of_any;
 
 const AXES: [&str; 4] = ["frame", "transmit", "element", "sample"];
 
@@ -76,7 +81,7 @@ impl From<Array3<f32>> for Samples {
 impl FrameSamples<'_> {
     /// Numbers of transmits, elements and samples.
     pub fn dim(&self) -> (usize, usize, usize) {
-        of_any!(FrameSamples, self, array => array.dim())
+        of_any!(FrameSamples, self, array => array.dim(), stored => stored.dim())
     }
 
     /// The same kind of samples without a frame, if the frames stay elsewhere.
@@ -90,7 +95,41 @@ impl FrameSamples<'_> {
                 iq: Array4::default(shape),
                 f_demod,
             },
+            FrameSamples::Stored(stored) => Samples::Stored(Box::new(stored.clone())),
         }
+    }
+
+    /// Passes one transmit's samples, [1, element, sample], to `work`.
+    ///
+    /// They are read if they are in a file.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    ///
+    /// # Panics
+    /// If the transmit does not exist.
+    pub fn with_transmit<R>(
+        &self,
+        transmit: usize,
+        work: impl FnOnce(FrameSamples<'_>) -> R,
+    ) -> Result<R> {
+        let own = Slice::from(transmit..transmit + 1);
+        let read;
+        let one = match *self {
+            FrameSamples::Rf(rf) => FrameSamples::Rf(rf.slice_axis_move(Axis(0), own)),
+            FrameSamples::Counts(counts) => {
+                FrameSamples::Counts(counts.slice_axis_move(Axis(0), own))
+            }
+            FrameSamples::Iq { iq, f_demod } => FrameSamples::Iq {
+                iq: iq.slice_axis_move(Axis(0), own),
+                f_demod,
+            },
+            FrameSamples::Stored(stored) => {
+                read = stored.read(&[transmit], &mut npz::Spare::default())?;
+                read.frame(0).expect("one frame is read")
+            }
+        };
+        Ok(work(one))
     }
 
     /// Checks that there is a sample, and that all are finite.
@@ -100,7 +139,26 @@ impl FrameSamples<'_> {
         } else {
             "rf"
         };
-        of_any!(FrameSamples, self, array => validate::samples(key, array, &AXES[1..]))
+        of_any!(FrameSamples, self, array => validate::samples(key, array, &AXES[1..]), _ => Ok(()))
+    }
+}
+
+impl StoredFrame {
+    /// Reads some transmits: one frame, in spare memory.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is shorter than it was.
+    pub fn read(&self, transmits: &[usize], spare: &mut npz::Spare) -> Result<Samples> {
+        Ok(match self.kind {
+            Kind::Rf => Samples::Rf(self.array(transmits, &mut spare.real, npz::floats)?),
+            Kind::Counts => {
+                Samples::Counts(self.array(transmits, &mut spare.counts, npz::counts)?)
+            }
+            Kind::Iq(f_demod) => {
+                let iq = self.array(transmits, &mut spare.complex, npz::complex)?;
+                Samples::Iq { iq, f_demod }
+            }
+        })
     }
 }
 
@@ -115,7 +173,10 @@ impl Samples {
 
     /// Numbers of frames, transmits, elements and samples.
     pub fn dim(&self) -> (usize, usize, usize, usize) {
-        of_any!(Samples, self, array => array.dim())
+        of_any!(Samples, self, array => array.dim(), stored => {
+            let (transmits, elements, samples) = stored.dim();
+            (1, transmits, elements, samples)
+        })
     }
 
     /// The number of frames.
@@ -132,6 +193,7 @@ impl Samples {
                 iq: iq.index_axis(Axis(0), frame),
                 f_demod: *f_demod,
             },
+            Samples::Stored(stored) => FrameSamples::Stored(stored),
         })
     }
 
@@ -141,7 +203,7 @@ impl Samples {
     pub fn rf(&self, frame: usize) -> Option<ArrayView3<'_, f32>> {
         match self.frame(frame)? {
             FrameSamples::Rf(rf) => Some(rf),
-            FrameSamples::Counts(_) | FrameSamples::Iq { .. } => None,
+            _ => None,
         }
     }
 
@@ -160,7 +222,7 @@ impl Samples {
     pub fn keep(&mut self, frames: Range<usize>) {
         of_any!(Samples, self, array => {
             *array = array.slice_axis(Axis(0), frames.into()).to_owned();
-        })
+        }, _ => ())
     }
 
     /// Concatenates samples along the transmits of one recording.
@@ -169,7 +231,7 @@ impl Samples {
     pub fn stacked(parts: Vec<Self>) -> Option<Self> {
         let rf = parts.iter().filter_map(|part| match part {
             Samples::Rf(rf) => Some(rf.view()),
-            Samples::Counts(_) | Samples::Iq { .. } => None,
+            _ => None,
         });
         let rf: Vec<_> = rf.collect();
         if rf.len() == parts.len() {
@@ -177,7 +239,7 @@ impl Samples {
         }
         let iq = parts.iter().filter_map(|part| match part {
             Samples::Iq { iq, f_demod } => Some((iq.view(), *f_demod)),
-            Samples::Rf(_) | Samples::Counts(_) => None,
+            _ => None,
         });
         let (iq, f_demod): (Vec<_>, Vec<_>) = iq.unzip();
         let f_demod = f_demod
@@ -218,15 +280,26 @@ impl Samples {
 
     /// Reverses the order of the elements.
     pub(super) fn flip(&mut self) {
-        of_any!(Samples, self, array => reverse(array, Axis(2)))
+        of_any!(Samples, self, array => reverse(array, Axis(2)), _ => ())
     }
 
-    /// Size of the samples, bytes.
+    /// Size of the samples in memory, bytes.
     pub fn bytes(&self) -> usize {
         match self {
             Samples::Rf(rf) => rf.len() * size_of::<f32>(),
             Samples::Counts(counts) => counts.len() * size_of::<i16>(),
             Samples::Iq { iq, .. } => iq.len() * size_of::<Complex<f32>>(),
+            Samples::Stored(stored) => stored.bytes().div_ceil(StoredFrame::WINDOWS),
+        }
+    }
+
+    /// Leaves the memory of the samples.
+    pub fn leave(self, spare: &mut npz::Spare) {
+        match self {
+            Samples::Rf(rf) => spare.real = rf.into_raw_vec_and_offset().0,
+            Samples::Counts(counts) => spare.counts = counts.into_raw_vec_and_offset().0,
+            Samples::Iq { iq, .. } => spare.complex = iq.into_raw_vec_and_offset().0,
+            Samples::Stored(_) => {}
         }
     }
 
@@ -240,6 +313,10 @@ impl Samples {
         match *self {
             Samples::Rf(_) | Samples::Counts(_) => None,
             Samples::Iq { f_demod, .. } => Some(f_demod),
+            Samples::Stored(ref stored) => match stored.kind {
+                Kind::Iq(f_demod) => Some(f_demod),
+                Kind::Rf | Kind::Counts => None,
+            },
         }
     }
 
@@ -271,7 +348,9 @@ impl Samples {
     pub(super) fn check(&self) -> std::result::Result<(), String> {
         match self.frame(0) {
             Some(frame) if self.frames() == 1 => frame.check(),
-            _ => of_any!(Samples, self, array => validate::samples(self.key(), array, &AXES)),
+            _ => {
+                of_any!(Samples, self, array => validate::samples(self.key(), array, &AXES), _ => Ok(()))
+            }
         }
     }
 
@@ -306,6 +385,9 @@ impl Samples {
     ///
     /// All are finite.
     pub(super) fn from_npz(file: &mut npz::Reader, frames: Range<usize>) -> Result<(Self, usize)> {
+        if let Some(stored) = StoredFrame::of_npz(file)? {
+            return Ok((Samples::Stored(Box::new(stored)), 1));
+        }
         let axes = AXES[1..].join(", ");
         let (samples, held, are_finite) = match (file.has("rf"), file.has("iq")) {
             (true, true) => {
@@ -350,6 +432,7 @@ impl Samples {
                 npz.add("f_demod", &ndarray::arr0(*f_demod))?;
                 npz.begin::<Complex<f32>>("iq", shape)
             }
+            Samples::Stored(_) => Err(left_in_file()),
         }
     }
 
@@ -359,6 +442,11 @@ impl Samples {
         frames: Range<usize>,
         npz: &mut npz_writer::Writer<W>,
     ) -> npz_writer::Written {
-        of_any!(Samples, self, array => npz.append(&array.slice_axis(Axis(0), frames.into())))
+        of_any!(Samples, self, array => npz.append(&array.slice_axis(Axis(0), frames.into())),
+            _ => Err(left_in_file()))
     }
+}
+
+fn left_in_file() -> std::io::Error {
+    std::io::Error::other("its samples are left in their file")
 }

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::units;
 use crate::terminal::digits;
-use crate::{ChannelData, Transmits};
+use crate::{ChannelData, Survey, Transmits};
 
 /// A focus beyond this, m, or a steering angle beyond the next, rad, gives a warning.
 const FAR_FOCUS: f64 = 1.0;
@@ -18,20 +18,21 @@ impl ChannelData {
     ///
     /// Each is a sentence.
     pub fn warnings(&self) -> Vec<String> {
+        let survey = self.samples.survey();
         let mut warnings = self.key_warnings();
-        warnings.extend(self.offset());
-        warnings.extend(self.beside());
-        warnings.extend(self.few_receivers());
-        warnings.extend(self.silent());
-        warnings.extend(self.turned());
+        warnings.extend(self.offset(&survey));
+        warnings.extend(self.beside(&survey));
+        warnings.extend(self.few_receivers(&survey));
+        warnings.extend(self.silent(&survey));
+        warnings.extend(self.turned(&survey));
         warnings.extend(self.opposite());
         warnings
     }
 
     /// Warns of RF that changes, but has no sample below 0.
-    pub fn offset(&self) -> Option<String> {
+    pub fn offset(&self, survey: &Survey) -> Option<String> {
         let mean = self.samples.mean_if_positive()?;
-        if self.samples.dead().len() == self.element_x.len() {
+        if survey.dead().len() == self.element_x.len() {
             return None;
         }
         Some(format!(
@@ -90,8 +91,8 @@ impl ChannelData {
     }
 
     /// Warns of RF at another multiple of `f0`, as of a harmonic that is received.
-    fn beside(&self) -> Option<String> {
-        let [twice, half] = self.samples.harmonics(self.f0, self.fs)?;
+    fn beside(&self, survey: &Survey) -> Option<String> {
+        let [twice, half] = survey.harmonics(self.f0, self.fs)?;
         let (found, ratio) = if twice > half {
             (2.0, twice)
         } else {
@@ -109,8 +110,8 @@ impl ChannelData {
     }
 
     /// Warns of transmits that few elements recorded.
-    fn few_receivers(&self) -> Option<String> {
-        let (most, elements) = (self.samples.most_receivers(), self.element_x.len());
+    fn few_receivers(&self, survey: &Survey) -> Option<String> {
+        let (most, elements) = (survey.most_receivers, self.element_x.len());
         (most > 0 && 4 * most <= elements).then(|| {
             format!(
                 "each transmit was recorded by at most {most} of {elements} elements; adaptive methods need an \
@@ -120,8 +121,8 @@ impl ChannelData {
     }
 
     /// Warns of elements that recorded nothing in the first frame.
-    fn silent(&self) -> Option<String> {
-        let dead = self.samples.dead();
+    fn silent(&self, survey: &Survey) -> Option<String> {
+        let dead = survey.dead();
         if dead.len() == self.element_x.len() {
             return Some("every record of the first frame is constant, such as 0".into());
         }
@@ -138,9 +139,9 @@ impl ChannelData {
     }
 
     /// Warns of I/Q whose spectrum lies on the other side of the carrier.
-    fn turned(&self) -> Option<String> {
+    fn turned(&self, survey: &Survey) -> Option<String> {
         let expected = self.f0 - self.samples.f_demod()?;
-        let found = self.samples.mean_frequency(self.fs)?;
+        let found = survey.mean_frequency(self.fs)?;
         let is_turned = expected.abs() > 0.02 * self.f0
             && (found + expected).abs() < 0.5 * (found - expected).abs();
         is_turned.then(|| {
@@ -190,7 +191,10 @@ mod tests {
             (-(u * 1.2e6).powi(2)).exp() * (std::f64::consts::TAU * f * u).cos()
         };
         for fs in [24e6, 31.25e6, 62.5e6, 40.3e6] {
-            let says = |rf: &dyn Fn(f64) -> f64| data(fs, 5e6, rf).beside().is_some();
+            let says = |rf: &dyn Fn(f64) -> f64| {
+                let data = data(fs, 5e6, rf);
+                data.beside(&data.samples.survey()).is_some()
+            };
             for f in [2.4e6, 9.6e6] {
                 assert!(says(&|t| 7.0 + pulse(t, f)), "{f} at {fs}");
             }

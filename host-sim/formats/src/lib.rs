@@ -35,7 +35,8 @@ use std::ops::Range;
 use std::path::Path;
 
 use bonebeam_files::{
-    ChannelData, Error, Recording, Result, Samples, cannot_be_opened, choice, file_error, input,
+    ChannelData, Error, Recording, Result, Samples, SharedHash, cannot_be_opened, choice,
+    file_error, input,
 };
 use hdf5::Store;
 use mat5::Mat5;
@@ -148,17 +149,22 @@ pub struct Found {
 /// # Errors
 /// The file cannot be opened, has a format that is not read, or is not valid.
 pub fn read(path: &Path, variables: &Variables, frames: Range<usize>) -> Result<Found> {
-    let found = read_as_stored(path, variables, frames)?;
+    let found = read_as_stored(path, variables, frames, None)?;
     Ok(Found {
         recording: found.recording.into_float(),
         ..found
     })
 }
 
-/// As [`read`]; samples that an archive stores as i16 stay i16.
-fn read_as_stored(path: &Path, variables: &Variables, frames: Range<usize>) -> Result<Found> {
+/// As [`read`]; samples that an archive stores as i16 stay i16, and with a hash a large frame may stay in its file.
+fn read_as_stored(
+    path: &Path,
+    variables: &Variables,
+    frames: Range<usize>,
+    hash: Option<SharedHash>,
+) -> Result<Found> {
     variables.check().map_err(Error::Usage)?;
-    let mut found = read_as_written(path, variables, frames)?;
+    let mut found = read_as_written(path, variables, frames, hash)?;
     if let Recording::Channel(data) = &mut found.recording
         && let Some(zero) = data.samples.centre()
     {
@@ -181,7 +187,12 @@ fn read_as_stored(path: &Path, variables: &Variables, frames: Range<usize>) -> R
     Ok(found)
 }
 
-fn read_as_written(path: &Path, variables: &Variables, frames: Range<usize>) -> Result<Found> {
+fn read_as_written(
+    path: &Path,
+    variables: &Variables,
+    frames: Range<usize>,
+    hash: Option<SharedHash>,
+) -> Result<Found> {
     if path.is_dir() {
         return match sonix::is(path) {
             true => {
@@ -208,14 +219,14 @@ fn read_as_written(path: &Path, variables: &Variables, frames: Range<usize>) -> 
     }
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
     if head.starts_with(b"PK") {
-        return npz_archive(path, variables, frames);
+        return npz_archive(path, variables, frames, hash);
     }
     if let Some((_, what)) = FOREIGN.iter().find(|(magic, _)| head.starts_with(magic)) {
         return Err(file_error(path, format!("is {what}; {}", expected())));
     }
     // One that is cut short or damaged says so itself.
     if extension.eq_ignore_ascii_case("npz") {
-        return npz_archive(path, variables, frames);
+        return npz_archive(path, variables, frames, hash);
     }
     let named = |extensions: &[&str]| extensions.iter().any(|e| extension.eq_ignore_ascii_case(e));
     let what = if named(&["h5", "hdf5", "uff"]) {
@@ -230,7 +241,12 @@ fn read_as_written(path: &Path, variables: &Variables, frames: Range<usize>) -> 
     Err(file_error(path, format!("{what}; {}", expected())))
 }
 
-fn npz_archive(path: &Path, variables: &Variables, frames: Range<usize>) -> Result<Found> {
+fn npz_archive(
+    path: &Path,
+    variables: &Variables,
+    frames: Range<usize>,
+    hash: Option<SharedHash>,
+) -> Result<Found> {
     let source = npz::Archive::open(path)?;
     let own = ["rf", "iq", "x", "z"].iter().any(|key| source.has(key))
         && !source.has(RX_ELEMENT)
@@ -248,7 +264,7 @@ fn npz_archive(path: &Path, variables: &Variables, frames: Range<usize>) -> Resu
         )));
     }
     refuse_without_effect(variables, path)?;
-    let (recording, frames) = Recording::read_npz(path, frames, None, None)?;
+    let (recording, frames) = Recording::read_npz(path, frames, None, hash)?;
     Ok(Found {
         recording,
         format: Format::Npz,

@@ -88,6 +88,7 @@ pub fn of_elements(
     Ok(match samples {
         Samples::Rf(rf) => Samples::Rf(placed(&rf, channels, of)),
         Samples::Counts(counts) => Samples::Counts(placed(&counts, channels, of)),
+        Samples::Stored(_) => return Err("is left in its file".into()),
         Samples::Iq { iq, f_demod } => Samples::Iq {
             iq: placed(&iq, channels, of),
             f_demod,

@@ -35,13 +35,30 @@ impl RecordingFile {
     /// # Errors
     /// As [`crate::read`], and variables that have no effect on that format.
     pub fn open(path: &Path, variables: &Variables) -> Result<Self> {
-        let found = crate::read_as_stored(path, variables, 0..1)?;
+        Self::open_hashed(path, variables, None)
+    }
+
+    /// As [`RecordingFile::open`], with the hash of this file.
+    ///
+    /// A large frame of focused transmits may then stay in the file.
+    ///
+    /// Bytes of an .npz archive that is not compressed are passed to the hash when they are read; the hash reads the
+    /// others itself.
+    ///
+    /// # Errors
+    /// As [`RecordingFile::open`].
+    pub fn open_hashed(
+        path: &Path,
+        variables: &Variables,
+        hash: Option<SharedHash>,
+    ) -> Result<Self> {
+        let found = crate::read_as_stored(path, variables, 0..1, hash.clone())?;
         Ok(Self {
             source: Source {
                 path: path.to_path_buf(),
                 variables: variables.clone(),
                 format: found.format,
-                hash: None,
+                hash,
             },
             frames: found.frames,
             first: found.recording,
@@ -124,9 +141,7 @@ impl RecordingFile {
         }
     }
 
-    /// Passes bytes that are read to the hash of this file.
-    ///
-    /// Only bytes of an .npz archive that is not compressed; the hash reads the others itself.
+    /// Replaces the hash of [`RecordingFile::open_hashed`].
     pub fn set_hash(&mut self, hash: Option<SharedHash>) {
         self.source.hash = hash;
     }

@@ -364,7 +364,9 @@ pub fn run(arguments: Arguments) -> Result<()> {
     arguments
         .estimate
         .apply(&arguments.recording, &mut config)?;
-    let mut file = RecordingFile::open(&arguments.recording, &config.variables)?;
+    let mut hashing = snapshot.hashing();
+    let (path, hash) = (&arguments.recording, hashing.shared());
+    let mut file = RecordingFile::open_hashed(path, &config.variables, hash)?;
     let first = file.first();
     arguments.refuse_flags_without_effect(first)?;
     if !matches!(first, Recording::Lines(_)) && arguments.output.is_none() {
@@ -385,8 +387,10 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let bytes = working_memory(first, &config.beamform, pictures.as_ref(), at_a_time);
     memory::check(bytes, "beamforming").map_err(|e| about(&arguments.recording, e))?;
     let (format, of) = (file.format(), file.frames());
-    let hashing = snapshot.hashing(frames.len() == of, frames.len() == at_a_time);
-    file.set_hash(hashing.shared());
+    if frames.len() < of {
+        hashing.of_part();
+        file.set_hash(hashing.shared());
+    }
     let (shared, mut blocks) = file.into_blocks(frames.clone(), at_a_time);
     let beamformer = RecordingFrames::new(&shared, &config.beamform);
     let beamformer = beamformer.map_err(|e| about(&arguments.recording, e))?;

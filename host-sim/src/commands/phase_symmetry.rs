@@ -116,7 +116,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
         scale_for_display(levels.as_slice_memory_order_mut().unwrap_or_default())?;
         image::add_to(&levels, picture, &mut outputs)?;
     }
-    let inputs = [snapshot.hashed(true)?];
+    let inputs = [snapshot.hashed()?];
     config.add_to(&command_line(), &inputs, &config_path, &mut outputs)?;
     outputs.commit()?;
     match chosen {

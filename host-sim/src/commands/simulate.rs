@@ -105,7 +105,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     first.add_npz_to(frames, parts, &arguments.output, &mut outputs)?;
     bar.clear();
 
-    let inputs = snapshots.iter().map(|mesh| mesh.hashed(true));
+    let inputs = snapshots.iter().map(Snapshot::hashed);
     let inputs = inputs.collect::<Result<Vec<_>>>()?;
     config.add_to(&command_line(), &inputs, &config_path, &mut outputs)?;
     config

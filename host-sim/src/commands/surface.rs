@@ -125,6 +125,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     check_outputs(&[&arguments.input], &outputs)?;
 
     let snapshot = Snapshot::of(&arguments.input)?;
+    let hashing = snapshot.hashing();
     arguments.estimate.apply(&arguments.input, &mut config)?;
     let picture = arguments
         .surface
@@ -134,6 +135,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
         path: &arguments.input,
         crop: arguments.crop,
         frames: arguments.frames.as_ref(),
+        hash: hashing.shared(),
         every: 1,
         drawn: arguments.image.is_some(),
         of_picture: match arguments.crop {
@@ -152,7 +154,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     }
     // The written configuration has the fan that was found, so that it repeats the run.
     config.surface.fan = found.fan;
-    let inputs = [snapshot.hashed(true)?];
+    let inputs = [hashing.finish()?];
     config.add_to(&command_line(), &inputs, &config_path, &mut outputs)?;
     outputs.commit()?;
     print(&format!("{}\n", summary(&found)))

@@ -15,7 +15,7 @@ use bonebeam_drive::image::{BModeImage, image_of};
 use bonebeam_drive::policy::{Pictures, working_memory};
 use bonebeam_drive::surface::{self, FrameSurface, Picture, PictureFan, of_picture};
 use bonebeam_files::terminal::remark;
-use bonebeam_files::{BeamformedLines, Recording, image, memory};
+use bonebeam_files::{BeamformedLines, Recording, SharedHash, image, memory};
 use bonebeam_formats::RecordingFile;
 use bonebeam_tracked::{PoseTable, Sequence};
 use ndarray::{Array2, Slice};
@@ -48,6 +48,8 @@ pub struct Source<'a> {
     pub path: &'a Path,
     pub crop: Option<Crop>,
     pub frames: Option<&'a FrameRange>,
+    /// The hash of the file, if it is wanted.
+    pub hash: Option<SharedHash>,
     /// Distance of the frames of a recording that are searched.
     pub every: usize,
     /// Whether the picture is drawn.
@@ -277,7 +279,7 @@ fn add_frame(
 /// Beamforms frames in the file's blocks, and finds the surface of each.
 fn of_recording(source: &Source<'_>, config: &Config, snapshot: &Snapshot) -> Result<Found> {
     let path = source.path;
-    let file = RecordingFile::open(path, &config.variables)?;
+    let file = RecordingFile::open_hashed(path, &config.variables, source.hash.clone())?;
     let frames = source.range(file.frames(), config)?;
     super::tell_assumed(path, &file);
     let first = file.first();

@@ -270,6 +270,7 @@ impl Arguments {
                 path: &self.input,
                 crop: None,
                 frames: self.frames.as_ref(),
+                hash: None,
                 every: self.every as usize,
                 drawn: self.overlay.is_some(),
                 of_picture,

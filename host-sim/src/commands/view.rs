@@ -342,6 +342,7 @@ fn fitted(mut data: ChannelData, limit: usize, bits: &[u32]) -> Result<(Vec<u8>,
 fn rounded(data: &ChannelData, bits: u32) -> (ChannelData, Option<f64>) {
     let full = ((1u32 << (bits - 1)) - 1) as f32;
     let (samples, loss) = match &data.samples {
+        Samples::Stored(_) => (data.samples.clone(), None),
         Samples::Counts(_) if bits == 16 => (data.samples.clone(), None),
         Samples::Counts(counts) => whole(counts.view(), full, f32::from),
         Samples::Rf(rf) => whole(rf.view(), full, |value| value),

@@ -9,17 +9,17 @@ use bonebeam_files::document::rewritten;
 use bonebeam_files::image;
 use ndarray::{Axis, concatenate};
 
-/// The largest losses of a point at three distances from a line, by MV and by rank 1, dB.
+/// The largest losses of a point at three distances from a line, by two methods, dB.
 ///
 /// Then the largest distances of its peak and of its vertex, mm. Lines are the default, or have the directions given,
 /// as lines of their own or pooled.
 fn worst(
     points: &[(Point, ChannelData)],
+    methods: &[Beamform; 2],
     sub_lines: Option<usize>,
     pooling: Option<Pooling>,
 ) -> [f64; 4] {
     let mut worst = [0.0f64; 4];
-    let methods = [MethodName::Mv, MethodName::EsmvRank1].map(section);
     for (k, method) in methods.iter().enumerate() {
         let mut on = 0.0;
         for (at, (point, record)) in points.iter().enumerate() {
@@ -46,9 +46,12 @@ fn worst(
 #[test]
 #[ignore = "writes docs/numerics.md, in minutes"]
 fn write_points() {
+    let methods = [MethodName::Mv, MethodName::EsmvRank1].map(section);
+    // At all depths, and those of `--preset live`.
+    let das = [1, 4].map(|step| changed(section(MethodName::Das), |b| b.depth_step = Some(step)));
     let mut table = String::from(
         "| geometry | f₀, MHz | SNR, dB | one direction | largest | vertex, mm | RMS | vertex, mm | 32 directions | \
-         peak, vertex, mm |\n|---|---|---|---|---|---|---|---|---|---|\n",
+         peak, vertex, mm | DAS, live |\n|---|---|---|---|---|---|---|---|---|---|---|\n",
     );
     for geometry in [
         Geometry::Linear,
@@ -75,10 +78,10 @@ fn write_points() {
                     (Some(32), Some(Pooling::Rms)),
                     (Some(32), None),
                 ]
-                .map(|(sub_lines, pooling)| worst(&points, sub_lines, pooling));
+                .map(|(sub_lines, pooling)| worst(&points, &methods, sub_lines, pooling));
                 let losses = |of: [f64; 4]| format!("{:.1}, {:.1}", of[0], of[1]);
                 table += &format!(
-                    "| {} | {} | {snr} | {} | {} | {:.3} | {} | {:.3} | {} | {:.3}, {:.3} |\n",
+                    "| {} | {} | {snr} | {} | {} | {:.3} | {} | {:.3} | {} | {:.3}, {:.3} | {} |\n",
                     match geometry {
                         Geometry::Linear => "linear",
                         Geometry::Curved => "curved",
@@ -93,7 +96,8 @@ fn write_points() {
                     rms[3],
                     losses(each),
                     each[2],
-                    each[3]
+                    each[3],
+                    losses(worst(&points, &das, None, None))
                 );
                 println!("{}", table.lines().next_back().unwrap_or_default());
             }

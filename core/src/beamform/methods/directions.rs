@@ -15,6 +15,9 @@ use crate::linalg::panels::{TILE, panel};
 use crate::linalg::size::{Size, small_known};
 use crate::simd::{ComplexVector, Mask, Scalar, Vector, copy};
 
+/// Whether kernels of four directions are compiled, beside those of two.
+const FOUR: bool = cfg!(any(feature = "constants", feature = "simd"));
+
 /// Number of sub-lines, and the subaperture's length.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::beamform) struct Shape {
@@ -33,7 +36,7 @@ impl Shape {
     #[inline(always)]
     fn groups<const N: usize>(self) -> usize {
         match N {
-            2 => 1,
+            2 if FOUR => 1,
             _ => self.sub_lines / N,
         }
     }
@@ -53,7 +56,9 @@ pub(in crate::beamform) fn answers<A: Averaging<V>, V: Vector>(
 ) {
     let of = (shape, n, zero_power);
     match shape.sub_lines {
-        2 => of_groups::<A, V, 2>(zero, method, solver, directions, of),
+        sub_lines if sub_lines == 2 || !FOUR => {
+            of_groups::<A, V, 2>(zero, method, solver, directions, of)
+        }
         _ => of_groups::<A, V, TILE>(zero, method, solver, directions, of),
     }
 }

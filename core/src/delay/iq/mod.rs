@@ -99,7 +99,8 @@ impl IqDelay {
     /// Validates `parameters`. Nothing is computed; the stage may be a constant.
     ///
     /// # Errors
-    /// [`Error::Parameter`] or [`Error::Capacity`], naming the parameter that is out of range.
+    /// [`Error::Parameter`] or [`Error::Capacity`], naming the parameter that is out of range. Without the feature
+    /// `float-iq`, for an interpolation other than [`IqInterpolation::LinearFixed`].
     pub const fn new(parameters: IqParameters) -> Result<Self, Error> {
         let p = &parameters;
         attempt!(positive("sound_speed", p.sound_speed));
@@ -118,6 +119,11 @@ impl IqDelay {
             ));
         }
         let fixed = matches!(p.interpolation, IqInterpolation::LinearFixed);
+        if !fixed && !FLOAT {
+            let expected = "LinearFixed without the feature float-iq";
+            let value = p.interpolation as u8 as f64;
+            return Err(Error::parameter("interpolation", value, expected));
+        }
         let few = cycles > -fixed::MAX_CYCLES_PER_SAMPLE && cycles < fixed::MAX_CYCLES_PER_SAMPLE;
         if fixed && !few {
             return Err(Error::parameter(
@@ -149,6 +155,9 @@ impl IqDelay {
     }
 }
 
+/// Whether interpolation in floating point is compiled in.
+const FLOAT: bool = cfg!(feature = "float-iq");
+
 impl Sealed for IqDelay {}
 
 impl Stage for IqDelay {
@@ -177,9 +186,6 @@ impl Stage for IqDelay {
     ) -> Result<(), Error> {
         let p = &self.parameters;
         match self.parameters.interpolation {
-            IqInterpolation::Linear => p.read(zero, &Linear, source, scratch, out),
-            IqInterpolation::Cubic => p.read(zero, &Cubic, source, scratch, out),
-            IqInterpolation::Sinc => p.read(zero, &SINC, source, scratch, out),
             IqInterpolation::LinearFixed => {
                 let Samples::Iq(IqSamples::Counts(samples, _), layout) = source.record.samples
                 else {
@@ -188,7 +194,33 @@ impl Stage for IqDelay {
                 };
                 p.fixed(source, &source.record.window(samples, layout), scratch, out)?;
             }
+            _ if !FLOAT => {}
+            IqInterpolation::Linear => p.read(zero, &Linear, source, scratch, out),
+            IqInterpolation::Cubic => p.read(zero, &Cubic, source, scratch, out),
+            IqInterpolation::Sinc => p.read(zero, &SINC, source, scratch, out),
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::prelude::stages::{Scan, ScanParameters};
+
+    #[test]
+    fn without_its_feature_floating_point_is_refused() {
+        let scan = Scan::of_iq(ScanParameters::EXAMPLE).expect("an example");
+        for (interpolation, compiled) in [
+            (IqInterpolation::Linear, FLOAT),
+            (IqInterpolation::Sinc, FLOAT),
+            (IqInterpolation::LinearFixed, true),
+        ] {
+            let delay = IqDelay::new(IqParameters {
+                interpolation,
+                ..IqParameters::of(&scan, 5e6)
+            });
+            assert_eq!(delay.is_ok(), compiled);
+        }
     }
 }

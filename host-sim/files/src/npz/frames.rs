@@ -3,7 +3,7 @@
 use std::io::{self, Read, Seek, SeekFrom};
 use std::ops::Range;
 
-use ndarray::{Array4, ArrayD, Axis};
+use ndarray::{Array2, Array4, ArrayD, ArrayView2, Axis};
 use num_complex::Complex;
 use zip::CompressionMethod;
 use zip::result::ZipResult;
@@ -14,6 +14,8 @@ use crate::npy;
 use crate::npy_header::Header;
 use crate::{Error, Result, memory};
 
+/// Size from which an array may stay in the file, bytes.
+const LARGE: usize = 16 << 20;
 /// Numbers to read at a time.
 const AT_A_TIME: usize = 1 << 14;
 
@@ -28,14 +30,21 @@ pub struct SomeFrames<T> {
 }
 
 /// Some frames of an array, or all.
-struct Part {
-    header: Header,
+pub struct Part {
+    pub(crate) header: Header,
     /// Within the member.
     bytes: Range<usize>,
     /// Number of all frames.
     held: usize,
     /// Whether the bytes are the member's rest.
     is_all: bool,
+}
+
+impl Part {
+    /// The last three sides.
+    pub(crate) fn sides(&self) -> [usize; 3] {
+        self.header.shape.last_chunk().copied().unwrap_or_default()
+    }
 }
 
 impl Reader {
@@ -95,13 +104,7 @@ impl Reader {
             && part.header.descr == "<c8"
         {
             let numbers = std::mem::take(&mut self.spare.complex);
-            let parts = |source: &mut dyn Read, numbers: &mut [_]| {
-                floats(
-                    source,
-                    bytemuck::cast_slice_mut::<Complex<f32>, f32>(numbers),
-                )
-            };
-            if let Some(stored) = self.stored(key, &part, numbers, parts)? {
+            if let Some(stored) = self.stored(key, &part, numbers, complex)? {
                 return self.framed(key, axes, stored, Some(part.held));
             }
         }
@@ -207,56 +210,102 @@ impl Reader {
         mut numbers: Vec<T>,
         read: impl Fn(&mut dyn Read, &mut [T]) -> io::Result<bool>,
     ) -> Result<Option<(ArrayD<T>, bool)>> {
-        let name = format!("{key}.npy");
+        // What is too large is reported by `Reader::bytes`.
+        if part.is_all && memory::check(part.bytes.len(), "the array").is_err() {
+            return Ok(None);
+        }
         let count = part.header.shape.iter().product();
-        let mut fill = || -> ZipResult<Option<bool>> {
-            let member = self.archive.by_name(&name)?;
-            if member.compression() != CompressionMethod::Stored {
-                return Ok(None);
-            }
-            // What is too large, or not as long as its header says, is reported by `Reader::bytes`.
-            let fits = memory::check(part.bytes.len(), "the array").is_ok();
-            if part.is_all && (member.size() != part.bytes.end as u64 || !fits) {
-                return Ok(None);
-            }
+        let filled = self.within(key, part, |member| {
             numbers.resize(count, T::default());
-            let position = member.data_start();
-            let from = part.bytes.start as u64;
-            let mut fill = |inner: &mut dyn Read, skipped: u64| -> io::Result<bool> {
-                let (position, hash) = (position + skipped, self.hash.as_ref());
+            let mut are_finite = true;
+            for some in numbers.chunks_mut(AT_A_TIME) {
+                are_finite &= read(member, some)?;
+            }
+            Ok(are_finite)
+        })?;
+        let Some((are_finite, _)) = filled else {
+            return Ok(None);
+        };
+        let array = ArrayD::from_shape_vec(part.header.shape.clone(), numbers);
+        let array = array.map_err(|e| self.error(format!("`{key}` {e}")))?;
+        Ok(Some((array, are_finite)))
+    }
+
+    /// The result of `work` with the bytes of a part that is stored uncompressed, and their position in the file.
+    ///
+    /// `None` if it is compressed, or not as long as its header says.
+    fn within<R>(
+        &mut self,
+        key: &str,
+        part: &Part,
+        work: impl FnOnce(&mut dyn Read) -> io::Result<R>,
+    ) -> Result<Option<(R, u64)>> {
+        let name = format!("{key}.npy");
+        let within = || -> ZipResult<Option<(R, u64)>> {
+            let member = self.archive.by_name(&name)?;
+            let is_short = part.is_all && member.size() != part.bytes.end as u64;
+            if member.compression() != CompressionMethod::Stored || is_short {
+                return Ok(None);
+            }
+            let (begin, from) = (member.data_start(), part.bytes.start as u64);
+            let work = |inner: &mut dyn Read, skipped: u64| -> io::Result<R> {
+                let (position, hash) = (begin + skipped, self.hash.as_ref());
                 let mut member = Hashed {
                     inner,
                     position,
                     hash,
                 };
                 io::copy(&mut (&mut member).take(from - skipped), &mut io::sink())?;
-                let mut are_finite = true;
-                for some in numbers.chunks_mut(AT_A_TIME) {
-                    are_finite &= read(&mut member, some)?;
-                }
-                Ok(are_finite)
+                work(&mut member)
             };
-            if part.is_all {
+            let done = if part.is_all {
                 let mut member = member;
-                let are_finite = fill(&mut member, 0)?;
+                let done = work(&mut member, 0)?;
                 // Its end compares the archive's checksum.
                 io::copy(&mut member, &mut io::sink())?;
-                return Ok(Some(are_finite));
-            }
-            drop(member);
-            let mut member = self.archive.by_name_seek(&name)?;
-            member.seek(SeekFrom::Start(from))?;
-            Ok(Some(fill(&mut member, from)?))
+                done
+            } else {
+                drop(member);
+                let mut member = self.archive.by_name_seek(&name)?;
+                member.seek(SeekFrom::Start(from))?;
+                work(&mut member, from)?
+            };
+            Ok(Some((done, begin + from)))
         };
-        match fill() {
-            Ok(None) => Ok(None),
-            Ok(Some(are_finite)) => {
-                let array = ArrayD::from_shape_vec(part.header.shape.clone(), numbers);
-                let array = array.map_err(|e| self.error(format!("`{key}` {e}")))?;
-                Ok(Some((array, are_finite)))
+        within().map_err(|e| self.damaged(key, &e))
+    }
+
+    /// A large array of three axes, or of four with one frame, that may stay in the file: its header.
+    ///
+    /// Only a file with a hash.
+    pub(crate) fn large(&mut self, key: &str) -> Result<Option<Part>> {
+        let part = self.part(key, &(0..1))?;
+        let is_large = |part: &Part| part.is_all && part.bytes.len() >= LARGE;
+        Ok(part.filter(|part| self.hash.is_some() && is_large(part)))
+    }
+
+    /// Passes such an array to `each`, one index of the first of the last three axes after the other.
+    ///
+    /// Returns the position of its numbers in the file; `None` if it is compressed, or if a number is not finite.
+    pub(crate) fn pass<T: Clone + Default>(
+        &mut self,
+        (key, part): (&str, &Part),
+        read: fn(&mut dyn Read, &mut [T]) -> io::Result<bool>,
+        mut each: impl FnMut(ArrayView2<'_, T>),
+    ) -> Result<Option<u64>> {
+        let [count, rows, columns] = part.sides();
+        let passed = self.within(key, part, |member| {
+            let mut own = Array2::default((rows, columns));
+            let mut are_finite = true;
+            for _ in 0..count {
+                for some in own.as_slice_mut().unwrap_or_default().chunks_mut(AT_A_TIME) {
+                    are_finite &= read(member, some)?;
+                }
+                each(own.view());
             }
-            Err(e) => Err(self.damaged(key, &e)),
-        }
+            Ok(are_finite)
+        })?;
+        Ok(passed.and_then(|(are_finite, position)| are_finite.then_some(position)))
     }
 
     /// Checks that there is memory for an array that is stored by columns.
@@ -310,8 +359,13 @@ impl Reader {
     }
 }
 
+/// Fills `numbers` with little-endian f32 in pairs; returns whether all are finite.
+pub(crate) fn complex(source: &mut dyn Read, numbers: &mut [Complex<f32>]) -> io::Result<bool> {
+    floats(source, bytemuck::cast_slice_mut(numbers))
+}
+
 /// Fills `numbers` with little-endian f32; returns whether all are finite.
-fn floats(source: &mut dyn Read, numbers: &mut [f32]) -> io::Result<bool> {
+pub(crate) fn floats(source: &mut dyn Read, numbers: &mut [f32]) -> io::Result<bool> {
     source.read_exact(bytemuck::cast_slice_mut(numbers))?;
     for number in numbers.iter_mut() {
         *number = f32::from_bits(u32::from_le(number.to_bits()));
@@ -320,7 +374,7 @@ fn floats(source: &mut dyn Read, numbers: &mut [f32]) -> io::Result<bool> {
 }
 
 /// Fills `numbers` with little-endian i16.
-fn counts(source: &mut dyn Read, numbers: &mut [i16]) -> io::Result<bool> {
+pub(crate) fn counts(source: &mut dyn Read, numbers: &mut [i16]) -> io::Result<bool> {
     source.read_exact(bytemuck::cast_slice_mut(numbers))?;
     for number in numbers {
         *number = i16::from_le(*number);

@@ -13,6 +13,7 @@ use zip::result::ZipError;
 
 pub use super::npz_writer::{Writer, Written};
 pub use frames::SomeFrames;
+pub(super) use frames::{complex, counts, floats};
 
 use super::npy::{self, Half, NpyError, or_type};
 use super::npy_header::{Header, MAX_LENGTH};
@@ -96,8 +97,15 @@ impl Reader {
     }
 
     /// Passes samples that are stored uncompressed to the hash of this file.
+    ///
+    /// A large frame may then stay in the file.
     pub fn with_hash(self, hash: Option<SharedHash>) -> Self {
         Reader { hash, ..self }
+    }
+
+    /// The file.
+    pub(super) fn path(&self) -> &Path {
+        &self.path
     }
 
     /// An error about this file.

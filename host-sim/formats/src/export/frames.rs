@@ -53,7 +53,7 @@ pub(super) fn each_frame<'a>(
         for frame in own {
             let missing = || Error::Data(format!("the recording has no frame {frame}"));
             match &data.samples {
-                Samples::Rf(_) | Samples::Counts(_) => {
+                Samples::Rf(_) | Samples::Counts(_) | Samples::Stored(_) => {
                     let rf = data.samples.rf(frame).ok_or_else(missing)?;
                     let rf = rf.as_standard_layout();
                     take(done, [rf.as_slice().unwrap_or_default(), &[]])?;
