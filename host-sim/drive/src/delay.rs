@@ -169,7 +169,7 @@ impl<'a> DelayStage<'a> {
         };
         let mut sub_lines = SubLines::new(data, &beams, parameters);
         for ray in &mut sub_lines.rays {
-            *ray = lens.from_face(*ray);
+            *ray = lens.at_face(*ray);
         }
         let angles = || sub_lines.rays.iter().map(Ray::angle);
         if let Some(beyond) = angles().find(|angle| angle.abs() >= FRAC_PI_2) {

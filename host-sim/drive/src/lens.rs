@@ -40,7 +40,7 @@ impl Lens {
     }
 
     /// A line from moved elements as one that begins at the face.
-    pub fn from_face(self, ray: Ray) -> Ray {
+    pub fn at_face(self, ray: Ray) -> Ray {
         let [x, z] = ray.point(self.0);
         Ray::new(x, z - self.0, ray.angle())
     }
