@@ -10,7 +10,8 @@ use num_complex::Complex;
 use crate::base::Base;
 use crate::finding::{Finding, Severity};
 use crate::samples::listed;
-use crate::table::{NEAR, Table, View};
+use crate::table::{NEAR, Table};
+use crate::view::View;
 
 /// Amplitude below which an element is dead, below which it is weak.
 const DEAD: f64 = 0.12;

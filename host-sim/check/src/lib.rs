@@ -3,6 +3,7 @@
 //! [`check`] reads the first frame and changes nothing. It compares the echoes with the file's keys: samples, carrier,
 //! order of elements and transmits, single elements, sound speed, time zero. Each result is a [`Finding`].
 
+mod band;
 mod base;
 mod elements;
 mod finding;
@@ -11,6 +12,8 @@ mod samples;
 mod speed;
 mod table;
 mod time;
+mod transmits;
+mod view;
 
 use bonebeam_files::ChannelData;
 
@@ -20,7 +23,8 @@ pub use time::Speed;
 use base::Base;
 use elements::Elements;
 use speed::Speeds;
-use table::{LINES, Table, View};
+use table::Table;
+use view::{LINES, View};
 
 /// Transmits that [`doubt`] reads at most, unless each has a line of its own.
 const FEW: usize = 8;
@@ -30,7 +34,7 @@ const LEAST: usize = 32;
 /// All findings of a recording's first frame, the worst first.
 #[must_use]
 pub fn check(data: &ChannelData) -> Vec<Finding> {
-    let chosen = table::chosen(data.transmits.len(), LINES);
+    let chosen = view::chosen(data.transmits.len(), LINES);
     let view = View::new(data, &chosen);
     let keys = data.key_warnings().into_iter();
     let mut findings: Vec<Finding> = keys
@@ -46,7 +50,7 @@ pub fn check(data: &ChannelData) -> Vec<Finding> {
     }
     findings.extend(samples::check(data, &survey));
     let power = survey.power();
-    let (base, view, found) = order::band(data, &chosen, &view);
+    let (base, view, found) = band::check(data, &chosen, &view);
     findings.extend(found);
     let all_read = chosen.len() == data.transmits.len();
     let table = Table::new(&base, &view);
@@ -66,7 +70,7 @@ pub fn check(data: &ChannelData) -> Vec<Finding> {
         None => (view, table, elements),
     };
     findings.extend(elements.check(&base, &power, &view, &table));
-    findings.extend(order::transmits(data, &base, &view, &table));
+    findings.extend(transmits::check(data, &base, &view, &table));
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
     findings
 }
@@ -79,7 +83,7 @@ pub fn doubt(data: &ChannelData) -> Option<String> {
     if count < LEAST || survey.dead().len() == count {
         return None;
     }
-    let of = |most: usize| table::chosen(data.transmits.len(), most);
+    let of = |most: usize| view::chosen(data.transmits.len(), most);
     let own = View::new(data, &of(LINES)).own;
     let chosen = of(if own { LINES } else { FEW });
     let view = View::new(data, &chosen);
@@ -94,7 +98,7 @@ pub fn doubt(data: &ChannelData) -> Option<String> {
 /// The sound speed of the echoes in a recording's first frame; `None` if they do not show it well.
 #[must_use]
 pub fn sound_speed(data: &ChannelData) -> Option<Speed> {
-    let chosen = table::chosen(data.transmits.len(), LINES);
+    let chosen = view::chosen(data.transmits.len(), LINES);
     let view = View::new(data, &chosen);
     let base = Base::new(data, &chosen, data.f0, data.fs);
     let power = data.samples.survey().power();

@@ -15,7 +15,8 @@ use rand::{RngExt, SeedableRng};
 
 use crate::base::Base;
 use crate::elements::median;
-use crate::table::{Block, Part, Table, View, Wave};
+use crate::table::{Block, Part, Table};
+use crate::view::{View, Wave};
 
 /// Alignments, each at the speed that the one before found: by neighbours, whose phases are small.
 const COARSE: usize = 4;

@@ -8,7 +8,8 @@ use serde::Serialize;
 use crate::base::Base;
 use crate::finding::{Finding, Severity, drawn};
 use crate::speed::{self, Speeds};
-use crate::table::{Table, View, sureness};
+use crate::table::{Table, sureness};
+use crate::view::View;
 
 /// Standard deviations by which a value must differ from the file's, with a part of those of its gain in coherence.
 const SURE: f64 = 3.0;
