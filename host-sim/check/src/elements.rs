@@ -22,6 +22,8 @@ const NOISY: f64 = 2.5;
 const INDEPENDENT: f64 = 3.0;
 /// Standard deviation of an amplitude above which an element is not judged.
 const UNSURE: f64 = 0.25;
+/// Share of the blocks of its neighbours that an element must be aligned in to be judged.
+const REACHED: f64 = 0.6;
 /// Elements at each end that are not judged: few lines reach them.
 const ENDS: usize = 2 * NEAR;
 /// Standard deviations by which an amplitude must be less than 1.
@@ -54,21 +56,38 @@ fn near(count: usize, m: usize) -> impl Iterator<Item = usize> {
     (m.saturating_sub(NEAR)..(m + NEAR + 1).min(count)).filter(move |&n| n != m)
 }
 
+/// A value over those of its neighbours, by the medians of either side; 1 between the two.
+fn relative(values: &[f64], m: usize) -> f64 {
+    let side = |of: std::ops::Range<usize>| (!of.is_empty()).then(|| median(of.map(|n| values[n])));
+    let sides = [
+        side(m.saturating_sub(NEAR)..m),
+        side(m + 1..(m + 1 + NEAR).min(values.len())),
+    ];
+    let [mut least, mut most] = [f64::INFINITY, f64::MIN_POSITIVE];
+    for side in sides.into_iter().flatten() {
+        (least, most) = (least.min(side.max(f64::MIN_POSITIVE)), most.max(side));
+    }
+    (values[m] / least).min(1.0).max(values[m] / most)
+}
+
 impl Elements {
     /// `power` has the variance of each row's samples.
     pub fn new(power: &[f64], view: &View, table: &Table) -> Self {
         let count = view.elements.len();
         let raw: Vec<f64> = view.order.iter().map(|&row| power[row]).collect();
-        let power: Vec<f64> = (0..count)
-            .map(|m| raw[m] / median(near(count, m).map(|n| raw[n])).max(f64::MIN_POSITIVE))
-            .collect();
+        let power: Vec<f64> = (0..count).map(|m| relative(&raw, m)).collect();
         let mut sums = vec![[0.0; 2]; count];
         let mut next = vec![Complex::<f64>::default(); count];
+        // Blocks that an element is aligned in.
+        let mut blocks = vec![0.0; count];
         for block in table.blocks.iter().filter(|block| block.total() > 0.0) {
             let total = block.total();
             let turn = Complex::from_polar(1.0 / total, -f64::from(block.next().arg()));
             for (sum, product) in next.iter_mut().zip(&block.lags[0]) {
                 *sum += turn * Complex::new(f64::from(product.re), f64::from(product.im));
+            }
+            for (blocks, own) in blocks.iter_mut().zip(&block.power) {
+                *blocks += f64::from(u8::from(*own > 0.0));
             }
             for ((sum, (product, beam)), own) in sums.iter_mut().zip(block.near()).zip(&block.power)
             {
@@ -82,8 +101,12 @@ impl Elements {
             next[m].max(next[m.saturating_sub(1)]) / usual
         };
         let usual = |m: usize| median(near(count, m).map(|n| sums[n][0]));
+        let is_reached = |m: usize| {
+            let most = near(count, m).map(|n| blocks[n]).fold(0.0, f64::max);
+            blocks[m] > REACHED * most
+        };
         let judge = |m: usize| match usual(m) {
-            usual if usual > 0.0 => [
+            usual if usual > 0.0 && is_reached(m) => [
                 (sums[m][0] / usual).clamp(-2.0, 2.0),
                 sums[m][1].sqrt() / usual,
             ],
@@ -135,7 +158,8 @@ impl Elements {
             let kind = match self.judged(m) {
                 Some(a) if a < -WEAK && -a > SURE / 2.0 * self.deviation[m] => 2,
                 _ if p > NOISY => 3,
-                _ if p < 1e-3 => 0,
+                // Records may end before the echoes of the last elements.
+                _ if p == 0.0 || p < 1e-3 && self.judged(m).is_some() => 0,
                 Some(a) if self.is_weak(m) && p < 1.0 => match a.abs() < DEAD {
                     true if self.deviation[m] < DEAD => 0,
                     _ if p < 0.9 => 1,

@@ -152,9 +152,9 @@ pub(crate) fn check(
     } else {
         1.0
     };
-    let mut best: Option<(f64, Alternative)> = None;
+    // Of those named, and of all with a gain.
+    let [mut best, mut likeliest]: [Option<(f64, Alternative)>; 2] = [None, None];
     let mut highest = f64::NEG_INFINITY;
-    let mut is_one_named = false;
     for alternative in alternatives(&coarse, all_read) {
         let Some(other) = &alternative.1 else {
             continue;
@@ -170,13 +170,19 @@ pub(crate) fn check(
             false if view.own && alternative.0 == "mirrored" => gain > LITTLE && missing > MUCH,
             false => gain > GAIN && missing > SHARE,
         } || !small && gain > LITTLE && is_sharper(&table_of_other.focused(), &focused);
-        is_one_named |= named;
-        let counts = named || gain > GAIN;
-        if counts && best.as_ref().is_none_or(|(best, ..)| score > *best) {
-            best = Some((score, alternative));
+        for (best, counts) in [(&mut likeliest, gain > GAIN), (&mut best, named)] {
+            if counts && best.as_ref().is_none_or(|(best, ..)| score > *best) {
+                *best = Some((score, alternative.clone()));
+            }
         }
     }
-    let best = best.filter(|_| is_one_named);
+    // Any wrong order makes a shifted list a little better.
+    if let Some((score, (name, ..))) = best {
+        let is_likelier = |(other, _): &(f64, Alternative)| *other > score;
+        if name == "transmit-order" {
+            best = likeliest.filter(is_likelier).or(best);
+        }
+    }
     let two = all_read.then(|| exchanged(base, &view, &table)).flatten();
     if let Some((view, [a, b])) = two {
         let table = Table::new(base, &view);

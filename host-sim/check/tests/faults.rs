@@ -5,12 +5,12 @@ mod faults;
 #[path = "../examples/check_study/scene.rs"]
 mod scene;
 
-use bonebeam_check::{Finding, Severity, check, sound_speed};
+use bonebeam_check::{Finding, Severity, check, doubt, sound_speed};
 use bonebeam_files::Samples;
 use bonebeam_simulate::{Phantom, Scatterer, Settings, Summation, channel_data};
 use faults::FAULTS;
 use rand::RngExt;
-use scene::{Law, Scene, Shape};
+use scene::{Law, Medium, Scene, Shape};
 
 fn wrong(findings: Vec<Finding>) -> Vec<Finding> {
     findings
@@ -54,6 +54,45 @@ fn tissue_before_the_array_exchanges_no_transmits() {
         let found = wrong(check(&scene.record()));
         assert!(found.is_empty(), "{found:#?}");
     }
+}
+
+/// A list that is shifted by one makes mirrored points a little better; the elements' own order makes them much better.
+#[test]
+fn mirrored_elements_are_not_taken_for_a_shifted_list() {
+    let scene = Scene::draw(660_009);
+    assert_eq!(
+        (scene.shape, scene.law, scene.medium),
+        (Shape::Curved, Law::Diverging, Medium::Points)
+    );
+    let reversed = &FAULTS[0];
+    assert_eq!(reversed.name, "elements reversed");
+    let mut data = scene.record();
+    assert!((reversed.put)(&mut data, &mut faults::random(7, 0)));
+    let found = wrong(check(&data));
+    assert!(found.iter().any(|f| f.name == "mirrored"), "{found:#?}");
+}
+
+/// Few beams reach few elements, and the record ends before the echoes of the last ones.
+#[test]
+fn a_point_without_noise_blames_no_element() {
+    let settings = Settings {
+        beams: 5,
+        first_beam: 61.0,
+        noise: None,
+        ..Settings::default()
+    };
+    let point = Phantom {
+        scatterers: vec![Scatterer {
+            x: 0.1e-3,
+            y: 0.0,
+            z: 15e-3,
+            amplitude: 1.0,
+        }],
+        ..Phantom::default()
+    };
+    let data = channel_data(&settings, &point, Summation::Direct, &|_| {}).expect("a record");
+    assert_eq!(wrong(check(&data)), Vec::new());
+    assert_eq!(doubt(&data), None);
 }
 
 /// Beams of a narrow array lie near their mirrored places: most coherence is there with either.
