@@ -147,7 +147,8 @@ impl Survey {
     /// Elements whose records are constant.
     pub fn dead(&self) -> Vec<usize> {
         let all = 0..self.elements.len();
-        all.filter(|&m| !self.elements[m].changes).collect()
+        let is_dead = |own: &Moments| own.count > 0 && !own.changes;
+        all.filter(|&m| is_dead(&self.elements[m])).collect()
     }
 
     /// Mean frequency of I/Q, Hz.
