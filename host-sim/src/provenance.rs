@@ -96,17 +96,22 @@ impl Snapshot {
         let (read, receiver) = channel();
         let (hash, bytes) = (SharedHash::new(self.hash()), self.bytes());
         let own = hash.clone();
+        let (begun, begin) = channel();
         let follow = move || {
+            // Its memory is taken before other memory is asked for.
+            let _ = begun.send(());
             for fraction in receiver {
                 own.lock().up_to((fraction * bytes as f64) as u64)?;
             }
             Ok(())
         };
+        let thread = thread::Builder::new().spawn(follow).ok();
+        let _ = begin.recv();
         Hashing {
             snapshot: self,
             hash: Some(hash),
             read,
-            thread: thread::Builder::new().spawn(follow).ok(),
+            thread,
         }
     }
 
