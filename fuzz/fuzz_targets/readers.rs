@@ -65,7 +65,7 @@ fn recording(path: &Path) {
             };
             let (data, copy) = (settled(data), settled(copy));
             assert_eq!(data, copy);
-            data.warnings();
+            data.warnings(&data.samples.survey());
         }
         Ok(Recording::Aligned(data)) => {
             data.write(&again).expect("valid data are written");

@@ -292,7 +292,8 @@ fn a_large_frame_of_focused_transmits_stays_in_its_file() {
             };
             let frames = RecordingFrames::new(recording, &parameters).unwrap();
             let both = frames.lines_and_coherence(recording, 0, &|_| {}).unwrap();
-            let doubts = (data.warnings(), bonebeam_check::doubt(data));
+            let survey = data.samples.survey();
+            let doubts = (data.warnings(&survey), bonebeam_check::doubt(data, &survey));
             (
                 matches!(data.samples, Samples::Stored(_)),
                 both,

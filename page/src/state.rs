@@ -131,7 +131,9 @@ impl State {
             self.coarsen(&mut settings)?;
         }
         let warnings = match self.recording {
-            Some(Recording::Channel(data)) => warnings(data, &settings.beamform)?,
+            Some(Recording::Channel(data)) => {
+                warnings(data, &data.samples.survey(), &settings.beamform)?
+            }
             _ => Vec::new(),
         };
         if self.beamform != Some(&settings.beamform) || self.coarse != (coarse > 0) {
@@ -349,7 +351,7 @@ fn of_channel_data(data: &ChannelData, frames: usize) -> Value {
         "c": data.c,
         "iq": data.samples.f_demod().is_some(),
         "focused": matches!(data.transmits, Transmits::Focused { .. }),
-        "warnings": data.warnings(),
+        "warnings": data.warnings(&data.samples.survey()),
     })
 }
 

@@ -171,7 +171,7 @@ pub fn delay<'py>(
         sub_lines: Some(1),
         ..parameters.0.clone()
     };
-    let warnings = warnings(&data, parameters).map_err(refused)?;
+    let warnings = warnings(&data, &data.samples.survey(), parameters).map_err(refused)?;
     let warnings = warnings.iter().map(|text| in_python(text)).collect();
     let stage = DelayStage::new(&data, parameters).map_err(refused)?;
     let (beams, samples, elements) = (stage.beam_x().len(), stage.samples(), data.samples.dim().2);
@@ -228,7 +228,7 @@ pub fn beamform_channel_data<'py>(
     let frame = data.frame()?;
     let data = data.channel_data(py, &frame)?;
     let parameters = &parameters.0;
-    let warnings = warnings(&data, parameters).map_err(refused)?;
+    let warnings = warnings(&data, &data.samples.survey(), parameters).map_err(refused)?;
     let warnings = warnings.iter().map(|text| in_python(text)).collect();
     let recording = Recording::Channel(data);
     memory::check(

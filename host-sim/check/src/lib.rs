@@ -15,7 +15,7 @@ mod time;
 mod transmits;
 mod view;
 
-use bonebeam_files::ChannelData;
+use bonebeam_files::{ChannelData, Survey};
 
 pub use finding::{Finding, Severity};
 pub use time::Speed;
@@ -76,10 +76,11 @@ pub fn check(data: &ChannelData) -> Vec<Finding> {
 }
 
 /// The findings of single elements by a few transmits, in a line; these cost little.
+///
+/// The survey is that of the data's samples.
 #[must_use]
-pub fn doubt(data: &ChannelData) -> Option<String> {
+pub fn doubt(data: &ChannelData, survey: &Survey) -> Option<String> {
     let count = data.element_x.len();
-    let survey = data.samples.survey();
     if count < LEAST || survey.dead().len() == count {
         return None;
     }

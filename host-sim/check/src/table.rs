@@ -72,6 +72,13 @@ impl Block {
         near
     }
 
+    /// Sums of subapertures' products, their real parts, and of their powers.
+    fn of_parts(&self) -> [f32; 2] {
+        self.parts.iter().fold([0.0; 2], |[product, power], part| {
+            [product + part.product.re, power + part.power]
+        })
+    }
+
     /// Power of all elements.
     pub fn total(&self) -> f64 {
         f64::from(self.power.iter().sum::<f32>())
@@ -166,10 +173,8 @@ impl Table {
     /// The mean coherence of subapertures on each line.
     pub fn focused(&self) -> Vec<f64> {
         let of = |block: &Block| {
-            let sums = block.parts.iter().fold([0.0; 2], |[shared, all], part| {
-                [shared + part.product.re, all + part.power]
-            });
-            f64::from(sums[0] / sums[1].max(f32::MIN_POSITIVE))
+            let [product, power] = block.of_parts();
+            f64::from(product / power.max(f32::MIN_POSITIVE))
         };
         let lines = self.blocks.chunk_by(|a, b| a.line == b.line);
         let mean = |line: &[Block]| line.iter().map(of).sum::<f64>() / line.len() as f64;
@@ -191,31 +196,26 @@ pub(crate) fn sureness(values: &[f64], others: &[f64]) -> f64 {
     }
 }
 
-/// Strong echoes count more, by the root of their power.
-fn coherence(blocks: &[Block]) -> f64 {
+/// The mean of products over powers. Strong echoes count more, by the root of their power.
+fn mean(blocks: &[Block], of: impl Fn(&Block) -> (f64, f64)) -> f64 {
     let (mut shared, mut all) = (0.0, 0.0);
-    for block in blocks {
-        let power = block.total();
-        if power > 0.0 {
-            shared += f64::from(block.next().re) / power.sqrt();
-            all += power.sqrt();
-        }
+    for (product, power) in blocks.iter().map(of).filter(|(_, power)| *power > 0.0) {
+        shared += product / power.sqrt();
+        all += power.sqrt();
     }
     if all > 0.0 { shared / all } else { 0.0 }
 }
 
+fn coherence(blocks: &[Block]) -> f64 {
+    mean(blocks, |block| (f64::from(block.next().re), block.total()))
+}
+
 /// The same of subapertures, which see best from where echoes come.
 fn of_parts(blocks: &[Block]) -> f64 {
-    let (mut shared, mut all) = (0.0, 0.0);
-    for block in blocks {
-        let power: f32 = block.parts.iter().map(|part| part.power).sum();
-        if power > 0.0 {
-            let product: f32 = block.parts.iter().map(|part| part.product.re).sum();
-            shared += f64::from(product / power.sqrt());
-            all += f64::from(power.sqrt());
-        }
-    }
-    if all > 0.0 { shared / all } else { 0.0 }
+    mean(blocks, |block| {
+        let [product, power] = block.of_parts();
+        (product.into(), power.into())
+    })
 }
 
 fn transmit_coherence(blocks: &[Block]) -> Option<f64> {

@@ -92,7 +92,7 @@ fn a_point_without_noise_blames_no_element() {
     };
     let data = channel_data(&settings, &point, Summation::Direct, &|_| {}).expect("a record");
     assert_eq!(wrong(check(&data)), Vec::new());
-    assert_eq!(doubt(&data), None);
+    assert_eq!(doubt(&data, &data.samples.survey()), None);
 }
 
 /// Beams of a narrow array lie near their mirrored places: most coherence is there with either.

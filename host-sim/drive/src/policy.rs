@@ -5,13 +5,14 @@ use bonebeam::phase_symmetry::Sizes;
 use bonebeam_files::memory::product;
 use bonebeam_files::settings::in_mm;
 use bonebeam_files::terminal::short;
-use bonebeam_files::{ChannelData, Recording};
+use bonebeam_files::{ChannelData, Recording, Survey};
 use num_complex::Complex;
 
 use crate::beamform::TILE;
 use crate::config::{Beamform, Image, LONGER_SIDE, PhaseSymmetry, RfInterpolation};
 use crate::delay::{LINES_UPSAMPLED, UPSAMPLED_FROM};
 use crate::limits::depths_of;
+use crate::methods::MethodName;
 use crate::phase_symmetry::FROM_IMAGE;
 use crate::sub_lines;
 use crate::{Error, Result};
@@ -23,18 +24,23 @@ const FAR_BEYOND: f64 = 2.0;
 
 /// Warnings about input that is accepted but probably a mistake.
 ///
-/// Each is a sentence.
+/// Each is a sentence. The survey is that of the data's samples.
 ///
 /// # Errors
 /// As [`check_depths`].
-pub fn warnings(data: &ChannelData, parameters: &Beamform) -> Result<Vec<String>> {
+pub fn warnings(data: &ChannelData, survey: &Survey, parameters: &Beamform) -> Result<Vec<String>> {
     let band = match data.samples.f_demod() {
         None => parameters.warnings(data.f0, data.fs),
         Some(_) => None,
     };
     let depths = check_depths(data, parameters)?;
-    let reported = data.warnings().into_iter().chain(band);
+    let few = match parameters.method {
+        MethodName::Das => None,
+        _ => data.few_receivers(survey),
+    };
+    let reported = data.warnings(survey).into_iter().chain(few);
     Ok(reported
+        .chain(band)
         .chain(sparse(data, parameters))
         .chain(depths)
         .collect())

@@ -16,15 +16,13 @@ const MANY: usize = 1024;
 impl ChannelData {
     /// Warnings about input that is accepted but probably a mistake.
     ///
-    /// Each is a sentence.
-    pub fn warnings(&self) -> Vec<String> {
-        let survey = self.samples.survey();
+    /// Each is a sentence. The survey is that of the samples.
+    pub fn warnings(&self, survey: &Survey) -> Vec<String> {
         let mut warnings = self.key_warnings();
-        warnings.extend(self.offset(&survey));
-        warnings.extend(self.beside(&survey));
-        warnings.extend(self.few_receivers(&survey));
-        warnings.extend(self.silent(&survey));
-        warnings.extend(self.turned(&survey));
+        warnings.extend(self.offset(survey));
+        warnings.extend(self.beside(survey));
+        warnings.extend(self.silent(survey));
+        warnings.extend(self.turned(survey));
         warnings.extend(self.opposite());
         warnings
     }
@@ -109,8 +107,8 @@ impl ChannelData {
         })
     }
 
-    /// Warns of transmits that few elements recorded.
-    fn few_receivers(&self, survey: &Survey) -> Option<String> {
+    /// Warns of transmits that few elements recorded, for adaptive methods.
+    pub fn few_receivers(&self, survey: &Survey) -> Option<String> {
         let (most, elements) = (survey.most_receivers, self.element_x.len());
         (most > 0 && 4 * most <= elements).then(|| {
             format!(

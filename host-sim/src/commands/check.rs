@@ -102,7 +102,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 /// # Errors
 /// Depths that are not recorded.
 pub fn warn_of(path: &Path, data: &ChannelData, parameters: &Beamform) -> Result<()> {
-    for warning in warnings(data, parameters)?.into_iter().chain(doubt(data)) {
+    let survey = data.samples.survey();
+    let warnings = warnings(data, &survey, parameters)?;
+    for warning in warnings.into_iter().chain(doubt(data, &survey)) {
         warn(&format!("{}: {warning}", path.display()));
     }
     Ok(())

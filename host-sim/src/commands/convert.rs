@@ -69,7 +69,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let file = RecordingFile::open(&arguments.recording, &config.variables)?;
     tell_assumed(&arguments.recording, &file);
     if let Recording::Channel(data) = file.first() {
-        for warning in data.warnings() {
+        for warning in data.warnings(&data.samples.survey()) {
             warn(&format!("{}: {warning}", arguments.recording.display()));
         }
     }

@@ -286,7 +286,7 @@ fn to_be_done(data: &ChannelData, config: &Config) -> Vec<Fact> {
         }
         Err(error) => facts.push(("lines", format!("none: {error}"))),
     }
-    match warnings(data, parameters) {
+    match warnings(data, &data.samples.survey(), parameters) {
         Ok(warnings) => facts.extend(warnings.into_iter().map(|warning| ("warning", warning))),
         Err(error) => facts.push(("warning", error.to_string())),
     }

@@ -82,7 +82,7 @@ fn main() {
             counts[column][1] += 1;
         };
         tally(&mut alarms[scene.shape as usize], !wrong.is_empty());
-        tally(&mut alarms[3], doubt(&sound).is_some());
+        tally(&mut alarms[3], doubt(&sound, &sound.samples.survey()).is_some());
         if verbose {
             print!("{scene:?}: {estimate:.1?} m/s\n{}", texts(&wrong));
         } else {

@@ -1,6 +1,6 @@
 //! The fan of a picture of a curved array or a sector, found by its black corners.
 
-use super::lit::largest_part;
+use super::lit::Lit;
 use ndarray::{Array2, ArrayView2, Axis};
 use serde::{Deserialize, Serialize};
 
@@ -59,7 +59,8 @@ impl PictureFan {
     /// no sides. The candidate with most of the outline on its sides and arcs is the fan. If there is none, letters may
     /// touch the picture: they are left out.
     pub(super) fn of(pixels: ArrayView2<f32>) -> Option<Self> {
-        let found = |margin| Self::around_part(&largest_part(pixels, margin));
+        let lit = Lit::of(pixels);
+        let found = |margin| Self::around_part(&lit.largest_part(margin));
         found(0).or_else(|| found(LETTERS))
     }
 

@@ -17,55 +17,68 @@ const FILLED: usize = 6;
 const THIN: usize = 3;
 const LONG: f64 = 0.4;
 
-/// The largest connected part that is not background, without letters, rulers and thin lines.
-///
-/// What is not wider than twice `margin` blocks is left out too, as letters are that touch the picture.
-pub(super) fn largest_part(pixels: ArrayView2<f32>, margin: usize) -> Array2<bool> {
-    let (rows, columns) = pixels.dim();
-    let background = background(pixels);
-    let lit = pixels.mapv(|level| (level - background).abs() > BLACK);
-    let lit = without_frame(&lit);
-    let mut counts = Array2::from_elem((rows.div_ceil(BLOCK), columns.div_ceil(BLOCK)), 0);
-    for ((row, column), lit) in lit.indexed_iter() {
-        counts[[row / BLOCK, column / BLOCK]] += usize::from(*lit);
-    }
-    let mut filled = counts.mapv(|count| count >= FILLED);
-    for _ in 0..margin {
-        filled = of_around(&filled, true);
-    }
-    // The numbers of parts, 0 for none.
-    let mut parts = Array2::from_elem(filled.dim(), 0usize);
-    let mut sizes = vec![0];
-    for (start, _) in filled.indexed_iter().filter(|(_, filled)| **filled) {
-        if parts[start] != 0 {
-            continue;
+/// The pixels of a screen that are not background, without thin lines, and their blocks.
+pub(super) struct Lit {
+    pixels: Array2<bool>,
+    blocks: Array2<bool>,
+}
+
+impl Lit {
+    pub fn of(pixels: ArrayView2<f32>) -> Self {
+        let (rows, columns) = pixels.dim();
+        let background = background(pixels);
+        let lit = pixels.mapv(|level| (level - background).abs() > BLACK);
+        let pixels = without_frame(&lit);
+        let mut counts = Array2::from_elem((rows.div_ceil(BLOCK), columns.div_ceil(BLOCK)), 0);
+        for ((row, column), lit) in pixels.indexed_iter() {
+            counts[[row / BLOCK, column / BLOCK]] += usize::from(*lit);
         }
-        let name = sizes.len();
-        let mut size = 0;
-        parts[start] = name;
-        let mut left = VecDeque::from([start]);
-        while let Some((row, column)) = left.pop_front() {
-            size += 1;
-            for beside in (row.saturating_sub(1)..=row + 1)
-                .flat_map(|r| (column.saturating_sub(1)..=column + 1).map(move |c| (r, c)))
-            {
-                if filled.get(beside) == Some(&true) && parts[beside] == 0 {
-                    parts[beside] = name;
-                    left.push_back(beside);
+        let blocks = counts.mapv(|count| count >= FILLED);
+        Lit { pixels, blocks }
+    }
+
+    /// The pixels of the largest connected part.
+    ///
+    /// What is not wider than twice `margin` blocks is left out, as letters are that touch the picture.
+    pub fn largest_part(&self, margin: usize) -> Array2<bool> {
+        let mut filled = self.blocks.clone();
+        for _ in 0..margin {
+            filled = of_around(&filled, true);
+        }
+        // The numbers of parts, 0 for none.
+        let mut parts = Array2::from_elem(filled.dim(), 0usize);
+        let mut sizes = vec![0];
+        for (start, _) in filled.indexed_iter().filter(|(_, filled)| **filled) {
+            if parts[start] != 0 {
+                continue;
+            }
+            let name = sizes.len();
+            let mut size = 0;
+            parts[start] = name;
+            let mut left = VecDeque::from([start]);
+            while let Some((row, column)) = left.pop_front() {
+                size += 1;
+                for beside in (row.saturating_sub(1)..=row + 1)
+                    .flat_map(|r| (column.saturating_sub(1)..=column + 1).map(move |c| (r, c)))
+                {
+                    if filled.get(beside) == Some(&true) && parts[beside] == 0 {
+                        parts[beside] = name;
+                        left.push_back(beside);
+                    }
                 }
             }
+            sizes.push(size);
         }
-        sizes.push(size);
+        let largest = (1..sizes.len()).max_by_key(|&name| sizes[name]);
+        let mut part = parts.mapv(|name| Some(name) == largest);
+        // Also the blocks beside it, of which it fills a part.
+        for _ in 0..margin.max(1) {
+            part = of_around(&part, false);
+        }
+        Array2::from_shape_fn(self.pixels.dim(), |(row, column)| {
+            self.pixels[[row, column]] && part[[row / BLOCK, column / BLOCK]]
+        })
     }
-    let largest = (1..sizes.len()).max_by_key(|&name| sizes[name]);
-    let mut part = parts.mapv(|name| Some(name) == largest);
-    // Also the blocks beside it, of which it fills a part.
-    for _ in 0..margin.max(1) {
-        part = of_around(&part, false);
-    }
-    Array2::from_shape_fn((rows, columns), |(row, column)| {
-        lit[[row, column]] && part[[row / BLOCK, column / BLOCK]]
-    })
 }
 
 /// Whether every place, or any, is true of each with those around it.
