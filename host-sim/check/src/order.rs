@@ -10,6 +10,8 @@ use crate::view::{View, Wave};
 
 /// Gain of the score from which an alternative is named.
 pub(crate) const GAIN: f64 = 0.07;
+/// The same of a small change of the waves, which delays of tissue imitate, unless the transmits' phases tell it.
+const OF_SMALL: f64 = 0.14;
 /// Every how many lines are read for it.
 const EVERY: usize = 2;
 /// Least share of the missing coherence that it brings, but for a small change of the waves.
@@ -166,7 +168,7 @@ pub(crate) fn check(
         let small = matches!(alternative.0, "element-index" | "transmit-order");
         let missing = gain / (most - own);
         let named = match small {
-            true => gain > GAIN || gain > 0.0 && moved(&view, &table, other),
+            true => gain > OF_SMALL || gain > 0.0 && moved(&view, &table, other),
             false if view.own && alternative.0 == "mirrored" => gain > LITTLE && missing > MUCH,
             false => gain > GAIN && missing > SHARE,
         } || !small && gain > LITTLE && is_sharper(&table_of_other.focused(), &focused);

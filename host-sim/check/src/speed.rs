@@ -15,8 +15,8 @@ use rand::{RngExt, SeedableRng};
 
 use crate::base::Base;
 use crate::elements::median;
-use crate::table::{Block, Part, Table};
-use crate::view::{View, Wave};
+use crate::table::{Block, Part, Table, sureness};
+use crate::view::{View, Wave, chosen};
 
 /// Alignments, each at the speed that the one before found: by neighbours, whose phases are small.
 const COARSE: usize = 4;
@@ -24,6 +24,16 @@ const COARSE: usize = 4;
 const PASSES: usize = 4;
 /// Gain of the focused echoes from which the first estimate counts.
 const MORE: f64 = 1.1;
+/// Speeds that are tried where neighbours hear too much from beside the line, in steps from the file's, the step as a
+/// share, and the lines and transmits that are read.
+///
+/// A pitch that is wrong acts as a speed far off.
+const TRIED: [i32; 2] = [-10, 18];
+const APART: f64 = 0.02;
+const EVERY: usize = 3;
+const FEW: usize = 4;
+/// Standard deviations by which subapertures must agree better.
+const SHARPER: f64 = 4.0;
 /// Largest step of the time, s.
 const LONGEST: f64 = 1e-6;
 /// Largest step of the speed, as a share.
@@ -77,6 +87,8 @@ const PRIOR: f64 = 10e-9;
 /// Waves that are sent through it are not focused again. From 90 recordings of the study, seeds from 500000 on and from
 /// 520000 on.
 const UNEVEN: [f64; 2] = [0.4e9, 12.0];
+/// Share of the tissue's delays that is left if time zero explains them.
+const EXPLAINED: f64 = 0.5;
 /// Speed that uneven tissue adds, m/s per s² of its delays' mean square: it widens the beams, and echoes from beside
 /// the line look like a higher speed. From the same recordings.
 const WIDER: f64 = 0.011e18;
@@ -174,6 +186,9 @@ pub(crate) fn estimate(base: &Base, view: &View, good: &[bool]) -> Option<Speeds
     if Table::new(base, &coarse).focus() > MORE * Table::new(base, &view).focus() {
         view.c = coarse.c;
     }
+    if let Some(c) = sharpest(base, &view) {
+        view.c = c;
+    }
     let (mut aligned, [speed, _], uneven) = refined(base, view.clone(), false)?;
     let (_, [free, late], and_late) = refined(base, view, true)?;
     aligned.without.clear();
@@ -182,12 +197,40 @@ pub(crate) fn estimate(base: &Base, view: &View, good: &[bool]) -> Option<Speeds
         deviation: (SHARED * estimate.deviation).hypot(by),
     };
     let speed_of = |speed, uneven: f64| with(speed, WIDER * uneven * uneven, UNEVEN[0] * uneven);
+    // A wrong time that is not allowed for looks like tissue; tissue stays.
+    let of_late = if and_late < EXPLAINED * uneven {
+        and_late
+    } else {
+        uneven.max(and_late)
+    };
     Some(Speeds {
         speed: speed_of(speed, uneven),
         free: speed_of(free, and_late),
-        late: with(late, 0.0, UNEVEN[1] * uneven.max(and_late)),
+        late: with(late, 0.0, UNEVEN[1] * of_late),
         view: aligned,
     })
+}
+
+/// The speed at which subapertures agree best, if clearly better than at the view's.
+fn sharpest(base: &Base, view: &View) -> Option<f64> {
+    let mean = |focused: &[f64]| focused.iter().sum::<f64>() / focused.len() as f64;
+    let at = |c: f64, every: usize| {
+        let mut view = View {
+            c,
+            every,
+            ..view.clone()
+        };
+        if !view.own && every > 1 {
+            let read = chosen(view.waves.len(), FEW);
+            let all = view.signs.iter_mut().enumerate();
+            all.for_each(|(t, sign)| *sign *= f32::from(u8::from(read.contains(&t))));
+        }
+        Table::new(base, &view).focused()
+    };
+    let speeds = (TRIED[0]..=TRIED[1]).map(|k| view.c * (1.0 + APART * f64::from(k)));
+    let tried = speeds.map(|c| (c, mean(&at(c, EVERY))));
+    let (c, _) = tried.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    (sureness(&at(c, 1), &at(view.c, 1)) > SHARPER).then_some(c)
 }
 
 impl View {

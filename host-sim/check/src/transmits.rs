@@ -125,7 +125,7 @@ fn jackknife(lines: &[[f64; 2]]) -> (f64, f64) {
     (slope, squares.sum::<f64>() / 3.0)
 }
 
-/// Two transmits that have each other's place in the list: both agree better once exchanged.
+/// Two transmits, not neighbours, that have each other's place in the list: both agree better once exchanged.
 pub(crate) fn exchanged(base: &Base, view: &View, table: &Table) -> Option<(View, [usize; 2])> {
     let own = table.agreements(view);
     let usual = median(own.iter().copied());
@@ -134,9 +134,11 @@ pub(crate) fn exchanged(base: &Base, view: &View, table: &Table) -> Option<(View
     odd.truncate(MOST_ODD);
     odd.sort_unstable();
     let near = if view.own { 0 } else { 1 };
-    let pairs = (0..odd.len()).flat_map(|i| (i + 1..odd.len()).map(move |j| [i, j]));
-    let of_pair = |[i, j]: [usize; 2]| {
-        let [a, b] = [odd[i], odd[j]];
+    // Delays of tissue make neighbours agree otherwise, too.
+    let far = |&[a, b]: &[usize; 2]| b > a + 1;
+    let pairs = odd.iter().flat_map(|&a| odd.iter().map(move |&b| [a, b]));
+    let pairs = pairs.filter(far);
+    let of_pair = |[a, b]: [usize; 2]| {
         let mut other = view.clone();
         other.waves.swap(a, b);
         if view.own {
@@ -213,7 +215,7 @@ pub(crate) fn check(data: &ChannelData, base: &Base, view: &View, table: &Table)
         sum.norm() > 0.2 * power && sum.re < -OPPOSITE * sum.norm()
     };
     let count = view.waves.len();
-    if !view.own && count > 2 && table.coherence() > 0.0 {
+    if !view.own && count > 2 {
         let inverted: Vec<usize> = (0..count)
             .filter(|&t| match t {
                 0 => negative(0) && !negative(1),
@@ -252,16 +254,17 @@ fn differ(data: &ChannelData, t: usize) -> bool {
     }
 }
 
-/// Whether a record is that of the transmit before, but for noise.
+/// Whether a record is that of the transmit before, but for noise and for a phase, as of another `t0`.
 fn doubled(base: &Base, t: usize) -> bool {
     let (_, elements, samples) = base.z.dim();
-    let (mut same, mut total) = (0.0f64, 0.0f64);
+    let (mut same, mut total) = (Complex::<f64>::default(), 0.0f64);
     for m in 0..elements {
         for n in 0..samples {
             let [a, b] = [base.z[[t - 1, m, n]], base.z[[t, m, n]]];
-            same += f64::from((a * b.conj()).re);
+            let product = a * b.conj();
+            same += Complex::new(f64::from(product.re), f64::from(product.im));
             total += f64::from(a.norm_sqr() + b.norm_sqr()) / 2.0;
         }
     }
-    total > 0.0 && same > 0.999 * total
+    total > 0.0 && same.norm() > 0.999 * total
 }

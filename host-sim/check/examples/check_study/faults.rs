@@ -151,7 +151,7 @@ pub const FAULTS: &[Fault] = &[
         &["transmit-order"],
         |data, _| {
             shift(data);
-            data.transmits.len() > 3
+            data.transmits.len() > 3 && !matches!(data.transmits, Transmits::Delays { .. })
         },
     ),
     fault(

@@ -6,14 +6,18 @@
 //! ```
 //!
 //! `--seed` and `--count` choose the recordings, `--only` the faults by a part of their names, `--verbose` lists what was
-//! missed. It writes the tables of docs/check.md.
+//! missed. It writes the tables of docs/check.md. `--recordings A.npz,B.uff` takes RF of files instead, which must be sound.
 
 mod faults;
 mod scene;
 
 use std::fmt::Write;
 
+use std::path::Path;
+
 use bonebeam_check::{Finding, Severity, check, doubt, sound_speed};
+use bonebeam_files::{ChannelData, Recording};
+use bonebeam_formats::{Variables, read};
 use faults::{FAULTS, Fault};
 use rand::RngExt;
 use scene::{ABERRATIONS, Scene};
@@ -40,7 +44,13 @@ fn main() {
     };
     let number =
         |flag: &str, default: u64| value(flag).map_or(default, |n| n.parse().expect("a number"));
-    let (first, count) = (number("--seed", 200_000), number("--count", 16));
+    let files: Vec<&str> = value("--recordings").map_or(Vec::new(), |all| all.split(',').collect());
+    let count = if files.is_empty() {
+        16
+    } else {
+        files.len() as u64
+    };
+    let (first, count) = (number("--seed", 200_000), number("--count", count));
     let verbose = arguments.iter().any(|a| a == "--verbose");
     let mut named: Vec<Counts> = vec![Counts::default(); FAULTS.len()];
     // Of `check` by the array's shape, and of the line that `beamform` prints.
@@ -49,18 +59,23 @@ fn main() {
     let mut pairs = [Counts::default(); 2];
     let mut speeds = Speeds::default();
     for seed in first..first + count {
-        let scene = Scene::draw(seed);
-        let column = ABERRATIONS
-            .iter()
-            .position(|&rms| rms == scene.aberration)
-            .expect("one of them");
-        let sound = scene.record();
+        let (sound, scene) = match files.get((seed - first) as usize) {
+            Some(path) => (of_file(path), None),
+            None => {
+                let scene = Scene::draw(seed);
+                (scene.record(), Some(scene))
+            }
+        };
+        let of_rms = |scene: &Scene| ABERRATIONS.iter().position(|&rms| rms == scene.aberration);
+        let column = scene.as_ref().and_then(of_rms).unwrap_or(0);
         // From a file's speed that is off by up to 4 %.
         let mut other = sound.clone();
         other.c *= 1.0 + 0.04 * ((seed % 9) as f64 / 4.0 - 1.0);
+        let c = scene.map_or(sound.c, |scene| scene.c);
         let estimate =
-            sound_speed(&other).map(|s| [s.value - scene.c, (s.interval[1] - s.interval[0]) / 2.0]);
-        speeds[scene.medium as usize][column].extend(estimate);
+            sound_speed(&other).map(|s| [s.value - c, (s.interval[1] - s.interval[0]) / 2.0]);
+        let [shape, medium] = scene.map_or([0; 2], |s| [s.shape as usize, s.medium as usize]);
+        speeds[medium][column].extend(estimate);
         let found = |data: &_| -> Vec<Finding> {
             let findings = check(data).into_iter();
             findings.filter(|f| f.severity > Severity::Note).collect()
@@ -81,10 +96,17 @@ fn main() {
             counts[column][0] += usize::from(is_true);
             counts[column][1] += 1;
         };
-        tally(&mut alarms[scene.shape as usize], !wrong.is_empty());
-        tally(&mut alarms[3], doubt(&sound, &sound.samples.survey()).is_some());
+        tally(&mut alarms[shape], !wrong.is_empty());
+        tally(
+            &mut alarms[3],
+            doubt(&sound, &sound.samples.survey()).is_some(),
+        );
         if verbose {
-            print!("{scene:?}: {estimate:.1?} m/s\n{}", texts(&wrong));
+            match files.get((seed - first) as usize) {
+                Some(path) => println!("{path}: {estimate:.1?} m/s"),
+                None => println!("{scene:?}: {estimate:.1?} m/s"),
+            }
+            print!("{}", texts(&wrong));
         } else {
             eprintln!("{} of {count}", seed + 1 - first);
         }
@@ -136,6 +158,15 @@ fn main() {
             let new = format!("{}{}\n\n{text}\n{}", &old[..start], marks[0], &old[end..]);
             std::fs::write(path, new).expect("the document");
         }
+    }
+}
+
+/// RF of a file.
+fn of_file(path: &str) -> ChannelData {
+    let found = read(Path::new(path), &Variables::default(), 0..1);
+    match found.expect("a recording").recording {
+        Recording::Channel(data) => data,
+        Recording::Aligned(_) | Recording::Lines(_) => panic!("{path}: no RF"),
     }
 }
 
