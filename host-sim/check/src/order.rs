@@ -10,8 +10,11 @@ use crate::view::{View, Wave};
 
 /// Gain of the score from which an alternative is named.
 pub(crate) const GAIN: f64 = 0.07;
-/// The same of a small change of the waves, which delays of tissue imitate, unless the transmits' phases tell it.
+/// The same of a small change of the waves, which delays of tissue and points beside the lines imitate, with the least
+/// share of it that the transmits' phases have, unless they surely have it; and the gain that they do not bring.
 const OF_SMALL: f64 = 0.14;
+const LEAST_SHARE: f64 = 0.15;
+const MOST_OF_SMALL: f64 = 0.5;
 /// Every how many lines are read for it.
 const EVERY: usize = 2;
 /// Least share of the missing coherence that it brings, but for a small change of the waves.
@@ -168,7 +171,11 @@ pub(crate) fn check(
         let small = matches!(alternative.0, "element-index" | "transmit-order");
         let missing = gain / (most - own);
         let named = match small {
-            true => gain > OF_SMALL || gain > 0.0 && moved(&view, &table, other),
+            true if gain > 0.0 => {
+                let (share, is_sure) = moved(&view, &table, other);
+                is_sure || gain > OF_SMALL && share > LEAST_SHARE || gain > MOST_OF_SMALL
+            }
+            true => false,
             false if view.own && alternative.0 == "mirrored" => gain > LITTLE && missing > MUCH,
             false => gain > GAIN && missing > SHARE,
         } || !small && gain > LITTLE && is_sharper(&table_of_other.focused(), &focused);
@@ -221,7 +228,7 @@ pub(crate) fn check(
 }
 
 /// Whether subapertures agree, and on most lines better than otherwise.
-fn is_sharper(focused: &[f64], otherwise: &[f64]) -> bool {
+pub(crate) fn is_sharper(focused: &[f64], otherwise: &[f64]) -> bool {
     let mean = focused.iter().sum::<f64>() / focused.len() as f64;
     mean > FOCUSED && sureness(focused, otherwise) > SHARPER
 }

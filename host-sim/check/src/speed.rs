@@ -15,7 +15,8 @@ use rand::{RngExt, SeedableRng};
 
 use crate::base::Base;
 use crate::elements::median;
-use crate::table::{Block, Part, Table, sureness};
+use crate::order::is_sharper;
+use crate::table::{Block, Part, Table};
 use crate::view::{View, Wave, chosen};
 
 /// Alignments, each at the speed that the one before found: by neighbours, whose phases are small.
@@ -32,8 +33,6 @@ const TRIED: [i32; 2] = [-10, 18];
 const APART: f64 = 0.02;
 const EVERY: usize = 3;
 const FEW: usize = 4;
-/// Standard deviations by which subapertures must agree better.
-const SHARPER: f64 = 4.0;
 /// Largest step of the time, s.
 const LONGEST: f64 = 1e-6;
 /// Largest step of the speed, as a share.
@@ -230,7 +229,7 @@ fn sharpest(base: &Base, view: &View) -> Option<f64> {
     let speeds = (TRIED[0]..=TRIED[1]).map(|k| view.c * (1.0 + APART * f64::from(k)));
     let tried = speeds.map(|c| (c, mean(&at(c, EVERY))));
     let (c, _) = tried.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    (sureness(&at(c, 1), &at(view.c, 1)) > SHARPER).then_some(c)
+    is_sharper(&at(c, 1), &at(view.c, 1)).then_some(c)
 }
 
 impl View {

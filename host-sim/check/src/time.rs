@@ -11,8 +11,10 @@ use crate::speed::{self, Speeds};
 use crate::table::{Table, sureness};
 use crate::view::View;
 
-/// Standard deviations by which a value must differ from the file's, with a part of those of its gain in coherence.
+/// Standard deviations by which a speed and a time must differ from the file's, with a part of those of the gain in
+/// coherence.
 const SURE: f64 = 3.0;
+const SURE_LATE: f64 = 3.5;
 /// These parts of a gain and of a loss, and the most that a gain adds.
 const GAIN: f64 = 0.5;
 const LOSS: f64 = 1.5;
@@ -101,10 +103,10 @@ pub(crate) fn check(
         view.late -= late;
         Table::new(base, &view).focused()
     };
-    let is_sure = |deviations: f64, [old, new]: [[f64; 2]; 2]| {
+    let is_sure = |deviations: f64, sure: f64, [old, new]: [[f64; 2]; 2]| {
         let [old, new] = [old, new].map(|[c, late]| focused(c, late));
         let gain = sureness(&new, &old);
-        deviations + (GAIN * gain).min(MOST).min(LOSS * gain) > SURE
+        deviations + (GAIN * gain).min(MOST).min(LOSS * gain) > sure
     };
     // An estimate that starts from the found values finds them again.
     let again = |c: f64, late: f64| {
@@ -117,7 +119,11 @@ pub(crate) fn check(
     let with_late = [[found.value, 0.0], [free.value, late.value]];
     if late.value.abs() > LATE
         && plausible(free.value)
-        && is_sure(late.value.abs() / (times * late.deviation), with_late)
+        && is_sure(
+            late.value.abs() / (times * late.deviation),
+            SURE_LATE,
+            with_late,
+        )
         && again(free.value, late.value).is_some_and(|s| same(s.late.value, 0.0, late.deviation))
     {
         let text = format!(
@@ -139,7 +145,7 @@ pub(crate) fn check(
     }
     let beyond = (TISSUE[0] - found.value).max(found.value - TISSUE[1]);
     let with_speed = [[data.c, 0.0], [found.value, 0.0]];
-    if beyond > SPEED * data.c && is_sure(beyond / speeds.speed.deviation, with_speed) {
+    if beyond > SPEED * data.c && is_sure(beyond / speeds.speed.deviation, SURE, with_speed) {
         let pitch = data.pitch() * data.c / found.value;
         let text = format!(
             "the curvature of echoes fits {:.0} m/s, which is not tissue, or a pitch of {:.4} mm and not {:.4} mm",
@@ -161,7 +167,7 @@ pub(crate) fn check(
     let deviation = speeds.speed.deviation;
     let is_found =
         || again(found.value, 0.0).is_some_and(|s| same(s.speed.value, found.value, deviation));
-    if !(is_off && is_sure(off.abs() / deviation, with_speed) && is_found()) {
+    if !(is_off && is_sure(off.abs() / deviation, SURE, with_speed) && is_found()) {
         let text = match (found.interval[0]..=found.interval[1]).contains(&data.c) {
             true => "the echoes agree with the file's sound speed".into(),
             false => format!(

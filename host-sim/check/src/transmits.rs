@@ -46,12 +46,12 @@ pub(crate) fn shifted(view: &View, by: isize) -> Option<View> {
     Some(view)
 }
 
-/// Whether the phases between transmits are those of an alternative's waves.
+/// The share of an alternative's waves in the phases between transmits, and whether they surely have it.
 ///
 /// Echoes beside a line turn them, too: by receiving, it is known how far beside. The share of the alternative's phases
 /// is 1 for single points, and 2 for tissue, of which the wrong waves select echoes beside the line. Its variance is
 /// that of leaving lines out.
-pub(crate) fn moved(view: &View, table: &Table, other: &View) -> bool {
+pub(crate) fn moved(view: &View, table: &Table, other: &View) -> (f64, bool) {
     let mut lines = vec![[0.0; 2]; view.lines.len()];
     let turn = TAU * table.frequency;
     for block in table.blocks.iter().filter(|block| block.total() > 0.0) {
@@ -106,7 +106,8 @@ pub(crate) fn moved(view: &View, table: &Table, other: &View) -> bool {
         }
     }
     let (share, variance) = jackknife(&lines);
-    SHARES.contains(&share) && share * share > SURE * SURE * variance
+    let is_sure = SHARES.contains(&share) && share * share > SURE * SURE * variance;
+    (share, is_sure)
 }
 
 /// The slope of lines' sums of xx and xy, and its variance.
