@@ -52,9 +52,8 @@ pub fn check(data: &ChannelData) -> Vec<Finding> {
     let power = survey.power();
     let (base, view, found) = band::check(data, &chosen, &view);
     findings.extend(found);
-    let all_read = chosen.len() == data.transmits.len();
     let table = Table::new(&base, &view);
-    let (view, table, found) = order::check(&base, view, table, all_read);
+    let (view, table, found) = order::check(&base, (data, &chosen), view, table);
     findings.extend(found);
     let elements = Elements::new(&power, &view, &table);
     let speeds = speed::estimate(&base, &view, &elements.good);

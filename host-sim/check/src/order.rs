@@ -2,6 +2,8 @@
 //!
 //! An alternative is named if echoes agree clearly better with it. Rows of one table.
 
+use bonebeam_files::ChannelData;
+
 use crate::base::Base;
 use crate::finding::{Finding, Severity};
 use crate::table::{Table, sureness};
@@ -66,7 +68,7 @@ fn mirrored(view: &View) -> Option<View> {
     permuted(view, |m, count| count - 1 - m)
 }
 
-fn alternatives(view: &View, all_read: bool) -> Vec<Alternative> {
+fn alternatives(source: (&ChannelData, &[usize]), view: &View) -> Vec<Alternative> {
     let halves = |m: usize, count: usize| (m + count / 2) % count;
     // File order 0, n/2, 1, n/2 + 1, …, and the other way.
     let dealt = |m: usize, count: usize| 2 * m % count + 2 * m / count;
@@ -126,11 +128,11 @@ fn alternatives(view: &View, all_read: bool) -> Vec<Alternative> {
             "subtract 1 from tx_element",
         ),
     ];
-    if all_read && !view.own {
+    if are_all(source) && !view.own {
         for by in [1, -1] {
             all.push((
                 "transmit-order",
-                shifted(view, by),
+                shifted(source, view, by),
                 "records and the list of transmits are shifted by one: a transmit is missing or doubled",
                 "take out the doubled record, or the entry of the missing one",
             ));
@@ -139,12 +141,17 @@ fn alternatives(view: &View, all_read: bool) -> Vec<Alternative> {
     all
 }
 
+/// Whether all transmits are read.
+fn are_all((data, read): (&ChannelData, &[usize])) -> bool {
+    read.len() == data.transmits.len()
+}
+
 /// The view that echoes agree with best, and a finding if it is not that of the file.
 pub(crate) fn check(
     base: &Base,
+    source: (&ChannelData, &[usize]),
     view: View,
     table: Table,
-    all_read: bool,
 ) -> (View, Table, Vec<Finding>) {
     let coarse = View {
         every: EVERY,
@@ -160,7 +167,7 @@ pub(crate) fn check(
     // Of those named, and of all with a gain.
     let [mut best, mut likeliest]: [Option<(f64, Alternative)>; 2] = [None, None];
     let mut highest = f64::NEG_INFINITY;
-    for alternative in alternatives(&coarse, all_read) {
+    for alternative in alternatives(source, &coarse) {
         let Some(other) = &alternative.1 else {
             continue;
         };
@@ -192,8 +199,8 @@ pub(crate) fn check(
             best = likeliest.filter(is_likelier).or(best);
         }
     }
-    let two = all_read.then(|| exchanged(base, &view, &table)).flatten();
-    if let Some((view, [a, b])) = two {
+    let two = are_all(source).then(|| exchanged(base, &view, &table));
+    if let Some(Some((view, [a, b]))) = two {
         let table = Table::new(base, &view);
         let coarse = View {
             every: EVERY,
@@ -217,7 +224,7 @@ pub(crate) fn check(
             let table = Table::new(base, &view);
             (view, table, vec![finding.valued(score - own, "coherence")])
         }
-        _ => match listed(&view, &table, all_read) {
+        _ => match listed(source, &view, &table) {
             Some((other, finding)) => {
                 let table = Table::new(base, &other);
                 (other, table, vec![finding])

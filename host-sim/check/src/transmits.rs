@@ -28,21 +28,33 @@ const USUAL: f64 = 0.75;
 const MOST_ODD: usize = 6;
 const EXCHANGED: [f64; 2] = [0.15, 0.12];
 
-/// Each transmit with the wave, or the line, of the one `by` further in the list.
-pub(crate) fn shifted(view: &View, by: isize) -> Option<View> {
-    let count = view.waves.len();
-    let from = |t: usize| (t as isize + by).rem_euclid(count as isize) as usize;
+/// Each transmit with the wave, or the line, of the one `by` further in the whole list, of which some are read.
+pub(crate) fn shifted(
+    (data, read): (&ChannelData, &[usize]),
+    view: &View,
+    by: isize,
+) -> Option<View> {
+    let count = data.transmits.len() as isize;
     if count < 4 {
         return None;
     }
+    let next = |t: usize| t as isize + by;
+    let from: Vec<usize> = read
+        .iter()
+        .map(|&t| next(t).rem_euclid(count) as usize)
+        .collect();
+    let other = View::new(data, &from);
     let mut view = view.clone();
-    view.waves = (0..count).map(|t| view.waves[from(t)].clone()).collect();
+    view.waves = other.waves;
     if view.own {
-        view.lines = (0..count).map(|t| view.lines[from(t)]).collect();
+        view.lines = other.lines;
     }
-    // The list ends there: the transmit without a wave of its own is left out.
-    let end = if by > 0 { count - 1 } else { 0 };
-    view.signs[end] = 0.0;
+    // The list ends there: a transmit without a wave of its own is left out.
+    for (sign, &t) in view.signs.iter_mut().zip(read) {
+        if !(0..count).contains(&next(t)) {
+            *sign = 0.0;
+        }
+    }
     Some(view)
 }
 
@@ -165,12 +177,16 @@ pub(crate) fn exchanged(base: &Base, view: &View, table: &Table) -> Option<(View
 /// Records and a list of transmits that are shifted by one: all echoes then come from the next transmit's line.
 ///
 /// Their phases between neighbouring elements say from where.
-pub(crate) fn listed(view: &View, table: &Table, all_read: bool) -> Option<(View, Finding)> {
-    if !all_read || !view.own {
+pub(crate) fn listed(
+    source: (&ChannelData, &[usize]),
+    view: &View,
+    table: &Table,
+) -> Option<(View, Finding)> {
+    if !view.own {
         return None;
     }
     [1, -1].into_iter().find_map(|by| {
-        let other = shifted(view, by)?;
+        let other = shifted(source, view, by)?;
         let mut lines = vec![[0.0; 2]; view.lines.len()];
         let counts = |block: &&Block| block.total() > 0.0 && other.signs[block.line] != 0.0;
         for block in table.blocks.iter().filter(counts) {
