@@ -141,6 +141,11 @@ fn alternatives(source: (&ChannelData, &[usize]), view: &View) -> Vec<Alternativ
     all
 }
 
+/// Whether an alternative changes the waves a little.
+fn is_small(name: &str) -> bool {
+    matches!(name, "element-index" | "transmit-order")
+}
+
 /// Whether all transmits are read.
 fn are_all((data, read): (&ChannelData, &[usize])) -> bool {
     read.len() == data.transmits.len()
@@ -175,14 +180,10 @@ pub(crate) fn check(
         let score = table_of_other.score();
         let gain = score - own;
         highest = highest.max(score);
-        let small = matches!(alternative.0, "element-index" | "transmit-order");
+        let small = is_small(alternative.0);
         let missing = gain / (most - own);
         let named = match small {
-            true if gain > 0.0 => {
-                let (share, is_sure) = moved(&view, &table, other);
-                is_sure || gain > OF_SMALL && share > LEAST_SHARE || gain > MOST_OF_SMALL
-            }
-            true => false,
+            true => gain > GAIN || gain > 0.0 && moved(&view, &table, other).1,
             false if view.own && alternative.0 == "mirrored" => gain > LITTLE && missing > MUCH,
             false => gain > GAIN && missing > SHARE,
         } || !small && gain > LITTLE && is_sharper(&table_of_other.focused(), &focused);
@@ -192,12 +193,15 @@ pub(crate) fn check(
             }
         }
     }
-    // Any wrong order makes a shifted list a little better.
-    if let Some((score, (name, ..))) = best {
-        let is_likelier = |(other, _): &(f64, Alternative)| *other > score;
-        if name == "transmit-order" {
-            best = likeliest.filter(is_likelier).or(best);
-        }
+    // Any wrong order makes a shifted list a little better, and so do points beside the lines.
+    if let Some((score, (name, Some(other), ..))) = &best
+        && is_small(name)
+    {
+        let (share, is_sure) = moved(&view, &table, other);
+        let gain = score - own;
+        let is_shown = is_sure || gain > OF_SMALL && share > LEAST_SHARE || gain > MOST_OF_SMALL;
+        let is_likelier = |(other, _): &(f64, Alternative)| other > score;
+        best = likeliest.filter(is_likelier).or(best.filter(|_| is_shown));
     }
     let two = are_all(source).then(|| exchanged(base, &view, &table));
     if let Some(Some((view, [a, b]))) = two {

@@ -122,11 +122,6 @@ impl Table {
         table
     }
 
-    /// Mean coherence of neighbouring elements, −1 to 1.
-    pub fn coherence(&self) -> f64 {
-        coherence(&self.blocks)
-    }
-
     /// Mean coherence of neighbouring transmits; `None` of a single one, or if each has its line.
     pub fn transmit_coherence(&self) -> Option<f64> {
         transmit_coherence(&self.blocks)

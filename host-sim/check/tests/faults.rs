@@ -6,9 +6,10 @@ mod faults;
 mod scene;
 
 use bonebeam_check::{Finding, Severity, check, doubt, sound_speed};
-use bonebeam_files::Samples;
-use bonebeam_simulate::{Phantom, Scatterer, Settings, Summation, channel_data};
+use bonebeam_files::{Samples, Transmits};
+use bonebeam_simulate::{Layers, Phantom, Scatterer, Settings, Summation, Tissue, channel_data};
 use faults::FAULTS;
+use ndarray::Axis;
 use rand::RngExt;
 use scene::{Law, Medium, Scene, Shape};
 
@@ -42,6 +43,76 @@ fn each_fault_is_named_and_none_in_sound_recordings() {
                 assert!(is_named, "{law:?}: {}: {found:#?}", fault.name);
             }
         }
+    }
+}
+
+/// Elements 1.5 wavelengths apart hear so much from beside the lines that neighbours do not agree; focused subapertures do.
+#[test]
+fn faults_of_wide_elements_are_named() {
+    let scene = Scene {
+        pitch: 1.5,
+        ..Scene::small(Law::Plane)
+    };
+    let sound = scene.record();
+    assert_eq!(wrong(check(&sound)), Vec::new());
+    let of_speed = ["sound-speed", "pitch", "time-zero", "doubled", "polarity"];
+    for (index, fault) in FAULTS.iter().enumerate() {
+        let mut data = sound.clone();
+        if of_speed.contains(&fault.named[0])
+            && (fault.put)(&mut data, &mut faults::random(7, index))
+        {
+            let found = wrong(check(&data));
+            let is_named = found.iter().any(|found| found.name == fault.named[0]);
+            assert!(is_named, "{}: {found:#?}", fault.name);
+        }
+    }
+}
+
+/// A record that is there twice is found where its time is another's, too: I/Q and phases turn with it.
+#[test]
+fn doubled_records_have_any_time() {
+    let mut data = Scene::small(Law::Plane).record();
+    data.t0[3] += 0.13e-6;
+    let Samples::Rf(rf) = &mut data.samples else {
+        panic!("RF");
+    };
+    let before = rf.index_axis(Axis(1), 2).to_owned();
+    rf.index_axis_mut(Axis(1), 3).assign(&before);
+    let found = wrong(check(&data));
+    assert!(found.iter().any(|f| f.name == "doubled"), "{found:#?}");
+}
+
+/// Of 64 lines 24 are read, and the list's next line is known without its record.
+#[test]
+fn a_shifted_list_of_many_lines_is_named() {
+    let settings = Settings {
+        elements: 64,
+        beams: 64,
+        noise: Some(-30.0),
+        ..Settings::default()
+    };
+    let phantom = Phantom::vertebra(0.0, 18e-3).expect("a bone");
+    let phantom = phantom.with_tissue(&Tissue {
+        density: 20e6,
+        amplitude: 1.0,
+        layers: Layers::Uniform,
+        x: [-13e-3, 13e-3],
+        z: [3e-3, 36e-3],
+        seed: 5,
+    });
+    let sound = channel_data(&settings, &phantom, Summation::Cells, &|_| {}).expect("a record");
+    assert_eq!(wrong(check(&sound)), Vec::new());
+    for by in [1, 63] {
+        let mut data = sound.clone();
+        let Transmits::Focused { x, .. } = &mut data.transmits else {
+            panic!("focused");
+        };
+        x.rotate_left(by);
+        let found = wrong(check(&data));
+        assert!(
+            found.iter().any(|f| f.name == "transmit-order"),
+            "{found:#?}"
+        );
     }
 }
 

@@ -1,7 +1,7 @@
 //! Study of the checks: each fault put into recordings of a known truth, and what is named.
 //!
 //! ```sh
-//! cargo run --release -p bonebeam-check --example check_study -- --seed 630000 --count 16 --docs docs/check.md
+//! cargo run --release -p bonebeam-check --example check_study -- --seed 730000 --count 16 --docs docs/check.md
 //! cargo run --release -p bonebeam-check --example check_study -- --seed 680000 --count 100 --only none --docs docs/check.md
 //! ```
 //!
