@@ -128,7 +128,9 @@ fn main() {
         }
         let mut random = faults::random(seed, FAULTS.len());
         for _ in 0..if value("--only").is_none() { 2 } else { 0 } {
-            let two = [0; 2].map(|_| &FAULTS[random.random_range(0..FAULTS.len())]);
+            let mut two = [0; 2].map(|_| &FAULTS[random.random_range(0..FAULTS.len())]);
+            // I/Q comes last: the others are put into RF.
+            two.sort_by_key(|fault| fault.named == ["carrier-sign"]);
             let mut data = sound.clone();
             if two[0].named != two[1].named
                 && two.iter().all(|fault| (fault.put)(&mut data, &mut random))
