@@ -89,7 +89,9 @@ def document(of, parts):
         compiler: {sys.argv[2]}. The marks are those of the two targets, in the order of the table. A name that only a
         newer or older `core` has counts as outside, and so does a shim of the compiler (`FnOnce::call_once`). Written
         by `tests/core_functions.py LIST NAME`; the step `core-functions` fails if an image calls another function."""
-    text = f"""# Functions of Rust's core
+    text = f"""# Core functions
+
+<!-- functions -->
 
 {textwrap.fill(" ".join(about.split()), 120, break_long_words=False, break_on_hyphens=False)}
 
@@ -101,7 +103,7 @@ def document(of, parts):
     for title, part in zip(("Outside", "Certified"), parts):
         lines = "\n".join(line(name, of) for name in part)
         text += f"\n## {title}\n\n```text\n{lines}\n```\n"
-    return text
+    return text + "\n<!-- end of functions -->\n"
 
 
 if __name__ == "__main__":
