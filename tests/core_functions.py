@@ -1,19 +1,18 @@
-"""Lists the functions of Rust's `core` in bonebeam's code on a Cortex-M7 and on AArch64, for an auditor.
+"""Compares the functions of Rust's `core` in bonebeam's code with docs/core-functions.md, for an auditor.
 
-    tests/core_functions.py [LIST]
+    tests/core_functions.py [LIST NAME]
 
 The image `no_panic` calls every public function of bonebeam, so what it calls and inlines of `core` is what bonebeam
-does; on AArch64, `every-target` computes the golden cases. Names are those of the debug information, without generic
-arguments. LIST, or the environment variable FERROCENE_SYMBOLS, names the certified subset of a qualified compiler, a
-function a line: for Ferrocene, ferrocene/doc/symbol-report.csv of its repository at the release. Then those outside of
-it are marked. The last lines name compiler and list.
+does on a Cortex-M7; on AArch64, `every-target` computes the golden cases. Names are those of the debug information,
+without generic arguments. Each must be in the document, which says whether it is certified. LIST is the certified
+subset of a qualified compiler, a function a line, and NAME its version: with them the document is written anew.
 """
 
-import hashlib
 import os
 import re
 import subprocess
 import sys
+import textwrap
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -24,6 +23,7 @@ IMAGES = {
     "no_panic": ("firmware", "thumbv7em-none-eabihf", "--features no-panic --bin no_panic"),
     "every-target": ("firmware/every-target", "aarch64-unknown-none", "--bin every-target"),
 }
+DOCUMENT = ROOT / "docs/core-functions.md"
 # The escapes of mangled names.
 ESCAPES = {"LT": "<", "GT": ">", "RF": "&", "BP": "*", "C": ",", "LP": "(", "RP": ")"}
 
@@ -43,8 +43,9 @@ def demangled(name):
 
 
 def plain(name):
-    """A name without lifetimes and names of lengths, which mangled names do not have."""
+    """A name without lifetimes and names of lengths, which mangled names do not have; newer ones of `Infallible` are `!`."""
     name = re.sub(r"<'\w+>", "", re.sub(r"'\w+,? ", "", name.strip())).replace(", ", ",")
+    name = re.sub(r"::<(?!impl )", "<", re.sub("(drop_in_place)<.*", r"\1", name)).replace("core::convert::Infallible", "!")
     return re.sub(r"(?<=,)[NM](?=[,>])", "_", name)
 
 
@@ -67,20 +68,42 @@ def main():
         of[target] = of_core(TARGET / target / "release" / image)
         if len(of[target]) < 50:
             sys.exit(f"{len(of[target])} functions of core: the debug information has none")
-    path = (sys.argv[1:] or [os.environ.get("FERROCENE_SYMBOLS")])[0]
-    listed = Path(path).read_bytes() if path else b""
-    certified = {plain(line) for line in listed.decode().splitlines()}
     names = sorted(set().union(*of.values()))
-    for name in names:
-        mark = "" if not path else "certified  " if name in certified else "outside    "
-        where = " ".join(f"{target:21}" if name in of[target] else " " * 21 for target in of)
-        print(f"{mark}{where} {name}")
-    print(subprocess.run(["rustc", "--version"], check=True, capture_output=True, text=True, cwd=ROOT).stdout, end="")
-    if path:
-        print(f"{len(certified)} functions in {path}, SHA-256 {hashlib.sha256(listed).hexdigest()}")
+    if sys.argv[1:]:
+        certified = {plain(line) for line in Path(sys.argv[1]).read_text().splitlines()}
+        DOCUMENT.write_text(document(of, [[name for name in names if (name in certified) == inside] for inside in (False, True)]))
+    looked_up = set(DOCUMENT.read_text().splitlines())
+    if new := [name for name in names if line(name, of) not in looked_up]:
+        sys.exit("\n".join([*new, f"{len(new)} functions are not in {DOCUMENT}"]))
+    print(f"{len(names)} functions, all in {DOCUMENT}")
+
+
+def line(name, of):
+    return " ".join(("x" if name in here else "-") for here in of.values()) + " " + name
+
+
+def document(of, parts):
+    """The document of the functions outside of the list and in it."""
+    compiler = subprocess.run(["rustc", "--version"], check=True, capture_output=True, text=True, cwd=ROOT).stdout.strip()
+    about = f"""What bonebeam calls or inlines of `core`, by {compiler}, beside the certified subset of a qualified
+        compiler: {sys.argv[2]}. The marks are those of the two targets, in the order of the table. A name that only a
+        newer or older `core` has counts as outside, and so does a shim of the compiler (`FnOnce::call_once`). Written
+        by `tests/core_functions.py LIST NAME`; the step `core-functions` fails if an image calls another function."""
+    text = f"""# Core functions
+
+<!-- functions -->
+
+{textwrap.fill(" ".join(about.split()), 120, break_long_words=False, break_on_hyphens=False)}
+
+| | functions | outside |
+|---|---|---|
+"""
     for target, here in of.items():
-        outside = f", {sum(name not in certified for name in here)} outside of the list" if path else ""
-        print(f"{target}: {len(here)} functions of core{outside}")
+        text += f"| `{target}` | {len(here)} | {sum(name in here for name in parts[0])} |\n"
+    for title, part in zip(("Outside", "Certified"), parts):
+        lines = "\n".join(line(name, of) for name in part)
+        text += f"\n## {title}\n\n```text\n{lines}\n```\n"
+    return text + "\n<!-- end of functions -->\n"
 
 
 if __name__ == "__main__":

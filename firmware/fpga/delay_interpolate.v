@@ -38,8 +38,9 @@ module delay_interpolate #(
     localparam H = $clog2((SAMPLES + 1) / 2);
     localparam [E-1:0] LAST = ELEMENTS[E-1:0] - 1'b1;
 
-    reg [2*BITS-1:0] even [0:(1<<(H+E))-1];
-    reg [2*BITS-1:0] odd [0:(1<<(H+E))-1];
+    // Here and in other cores: no word is needed in the clock of its write, so Yosys adds no logic for that.
+    (* no_rw_check *) reg [2*BITS-1:0] even [0:(1<<(H+E))-1];
+    (* no_rw_check *) reg [2*BITS-1:0] odd [0:(1<<(H+E))-1];
     reg [31:0] phasors [0:2047];   // {cosine, sine} of half a cycle, 2^-14
     initial $readmemh(TABLE, phasors);
     wire [E+H-1:0] record_address = {record_sample[H:1], record_element};

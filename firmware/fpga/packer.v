@@ -87,7 +87,7 @@ module packer #(
     wire [A+9:0] written = {10'd0, address}, needed = {10'd0, read_address};
     generate
         for (k = 0; k < MEMORIES; k = k + 1) begin : part
-            reg [63:0] words [0:(2*BANK < 1024 ? 2*BANK : 1024)-1];
+            (* no_rw_check *) reg [63:0] words [0:(2*BANK < 1024 ? 2*BANK : 1024)-1];
             reg [63:0] read, held;
             wire [63:0] own = memory_2 == k[A-1:0] ? held : 64'd0;
             wire [63:0] found;     // of this memory and those before

@@ -117,7 +117,7 @@ module real_form #(
     reg [71:0] image_7;
     reg [5:0] place_7, place_8;
     reg write_7, write_8, ends_7, ends_8, last_8, power_7, power_8, top_8, bottom_8;
-    reg [73:0] sums_f [0:127], sums_g [0:127];
+    (* no_rw_check *) reg [73:0] sums_f [0:127], sums_g [0:127];
     always @(posedge clock) begin
         {column_6, mirror_6} <= {first_5[2:0], mirror_5[1:0]};
         middle_6 <= mirror_5 == {1'b0, first_5[2:0]};

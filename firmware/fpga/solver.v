@@ -24,7 +24,7 @@ module solver #(
     output reg signed [31:0] im
 );
     // --- Two banks of eight samples of 128 numbers; an exponent is above each number.
-    reg [35:0] memory_a [0:2047], memory_b [0:2047];
+    (* no_rw_check *) reg [35:0] memory_a [0:2047], memory_b [0:2047];
     reg [4:0] exponents [0:15];
     reg [1:0] full, solved;
     reg full_end [0:1];

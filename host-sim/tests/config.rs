@@ -16,13 +16,22 @@ use host_sim::config::Config;
 use host_sim::provenance::Input;
 use tempfile::tempdir;
 
-fn refused(text: &str) -> String {
+fn read(text: &str) -> Result<Config, Error> {
     let folder = tempdir().unwrap();
     let path = folder.path().join("config.toml");
     fs::write(&path, text).unwrap();
-    let error = Config::read(&path)
-        .and_then(|c| c.validate())
-        .expect_err(text);
+    Config::read(&path)
+}
+
+/// Asserts that a file gives the defaults with something changed.
+fn assert_read(text: &str, change: impl FnOnce(&mut Config)) {
+    let expected = changed(Config::default(), change);
+    assert_ne!(expected, Config::default(), "{text}");
+    assert_eq!(read(text).unwrap(), expected);
+}
+
+fn refused(text: &str) -> String {
+    let error = read(text).and_then(|c| c.validate()).expect_err(text);
     assert!(matches!(error, Error::Usage(_)), "{text}");
     let message = error.to_string();
     assert!(!message.contains('\n'), "more than one line: {message}");
@@ -55,15 +64,11 @@ fn the_defaults_are_those_of_the_paper_and_the_contract() {
 /// The core's table defines all keys and ranges.
 #[test]
 fn every_parameter_of_the_core_is_a_key_with_its_range() {
-    let folder = tempdir().unwrap();
-    let path = folder.path().join("config.toml");
     for row in Parameters::TABLE {
         let key = row.name;
-        fs::write(&path, format!("[beamform]\n{key} = {}\n", row.example)).unwrap();
-        let mut expected = Config::default();
-        expected.beamform.set(key, &row.example.to_string());
-        assert_ne!(expected, Config::default());
-        assert_eq!(Config::read(&path).unwrap(), expected);
+        assert_read(&format!("[beamform]\n{key} = {}\n", row.example), |c| {
+            c.beamform.set(key, &row.example.to_string());
+        });
         let message = refused(&format!("[beamform]\n{key} = \"a\"\n"));
         assert!(message.contains("line 2"), "{message}");
         let outside = [row.range.least - 1.0, row.range.most + 1.0];
@@ -73,18 +78,14 @@ fn every_parameter_of_the_core_is_a_key_with_its_range() {
         }
     }
     for postfilter in Postfilter::EXAMPLES {
-        let key = postfilter.key();
-        fs::write(&path, format!("[beamform]\npostfilter = \"{key}\"\n")).unwrap();
-        let mut expected = Config::default();
-        expected.beamform.postfilter = postfilter;
-        assert_eq!(Config::read(&path).unwrap(), expected);
+        let text = format!("[beamform]\npostfilter = \"{}\"\n", postfilter.key());
+        let expected = changed(Config::default(), |c| c.beamform.postfilter = postfilter);
+        assert_eq!(read(&text).unwrap(), expected);
     }
     for apodization in Apodization::EXAMPLES {
-        let key = apodization.key();
-        fs::write(&path, format!("[beamform]\napodization = \"{key}\"\n")).unwrap();
-        let mut expected = Config::default();
-        expected.beamform.apodization = apodization;
-        assert_eq!(Config::read(&path).unwrap(), expected);
+        let text = format!("[beamform]\napodization = \"{}\"\n", apodization.key());
+        let expected = changed(Config::default(), |c| c.beamform.apodization = apodization);
+        assert_eq!(read(&text).unwrap(), expected);
     }
     let message = refused("[beamform]\nf_number = 2.0\npostfilter = \"wiener\"\n");
     assert!(
@@ -133,26 +134,16 @@ fn the_written_configuration_is_read_back_as_it_was() {
 }
 
 #[test]
-fn a_file_may_mention_one_key_only() {
-    let folder = tempdir().unwrap();
-    let path = folder.path().join("config.toml");
-    fs::write(&path, "[beamform]\ndiagonal_loading = 0.2\n").unwrap();
-    let mut expected = Config::default();
-    expected.beamform.diagonal_loading = 0.2;
-    assert_eq!(Config::read(&path).unwrap(), expected);
-}
-
-#[test]
-fn keys_are_also_read_by_their_older_names() {
-    let folder = tempdir().unwrap();
-    let path = folder.path().join("config.toml");
+fn a_file_may_mention_one_key_only_and_by_its_older_name() {
+    assert_read("[beamform]\ndiagonal_loading = 0.2\n", |c| {
+        c.beamform.diagonal_loading = 0.2
+    });
     let older = "[beamform]\nloading = 0.2\ntemporal = 3\nsubarray_ratio = 0.4\n";
-    fs::write(&path, older).unwrap();
-    let mut expected = Config::default();
-    expected.beamform.diagonal_loading = 0.2;
-    expected.beamform.temporal_half_window = 3;
-    expected.beamform.subaperture_ratio = 0.4;
-    assert_eq!(Config::read(&path).unwrap(), expected);
+    assert_read(older, |c| {
+        c.beamform.diagonal_loading = 0.2;
+        c.beamform.temporal_half_window = 3;
+        c.beamform.subaperture_ratio = 0.4;
+    });
 }
 
 #[test]

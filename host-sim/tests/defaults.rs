@@ -1,11 +1,11 @@
 //! The defaults fit the probe: records of 3 to 15 MHz without a flag.
 
-use crate::common::program::{Folder, program, succeeded};
+use crate::common::program::{Folder, folder_with, program, succeeded};
 use std::f64::consts::{PI, TAU};
 
 use bonebeam_files::{ChannelData, Transmits};
 use ndarray::{Array3, Axis};
-use tempfile::{TempDir, tempdir};
+use tempfile::TempDir;
 
 const C: f64 = 1540.0;
 const ELEMENTS: usize = 32;
@@ -50,10 +50,7 @@ fn peak(folder: &TempDir) -> f32 {
 #[test]
 fn a_probe_of_any_frequency_keeps_its_band() {
     for f0 in PROBES {
-        let folder = tempdir().unwrap();
-        point(f0, RECORDED)
-            .write(&folder.path().join("data.npz"))
-            .unwrap();
+        let folder = folder_with(&point(f0, RECORDED));
         let das = "beamform data.npz -o lines.npz --method das";
         let [printed, warned] = run(&folder, das);
         assert_eq!(warned, "");
@@ -73,10 +70,7 @@ fn a_probe_of_any_frequency_keeps_its_band() {
 fn a_rate_that_cuts_the_band_is_reported() {
     let das = "beamform data.npz -o lines.npz --method das --output-rate 20e6";
     for (f0, cut) in [(3e6, false), (5e6, false), (7.5e6, true), (9e6, true)] {
-        let folder = tempdir().unwrap();
-        point(f0, RECORDED)
-            .write(&folder.path().join("data.npz"))
-            .unwrap();
+        let folder = folder_with(&point(f0, RECORDED));
         let [_, warned] = run(&folder, das);
         assert_eq!(
             warned.contains("--output-rate is 20"),
@@ -90,10 +84,7 @@ fn a_rate_that_cuts_the_band_is_reported() {
 #[test]
 fn a_record_of_few_samples_a_period_is_reported() {
     for (rate, folded) in [(2.2, true), (2.5, true), (4.0, false)] {
-        let folder = tempdir().unwrap();
-        point(6e6, rate)
-            .write(&folder.path().join("data.npz"))
-            .unwrap();
+        let folder = folder_with(&point(6e6, rate));
         let [_, warned] = run(&folder, "beamform data.npz -o lines.npz --method das");
         let lines = folder.lines("lines.npz");
         assert_eq!(lines.fs, rate * 6e6);
@@ -108,10 +99,9 @@ fn a_record_of_few_samples_a_period_is_reported() {
 #[test]
 fn elements_far_apart_are_reported() {
     for (pitch, warns) in [(1.0, false), (1.5, false), (1.7, true), (3.0, true)] {
-        let folder = tempdir().unwrap();
         let mut data = point(5e6, RECORDED);
         data.element_x.iter_mut().for_each(|x| *x *= pitch);
-        data.write(&folder.path().join("data.npz")).unwrap();
+        let folder = folder_with(&data);
         let das = "beamform data.npz -o lines.npz --method das";
         let [_, warned] = run(&folder, das);
         assert_eq!(warned.contains("grating lobes"), warns, "{pitch}: {warned}");
@@ -127,10 +117,7 @@ fn elements_far_apart_are_reported() {
 #[test]
 fn images_have_square_pixels_and_no_margin() {
     for f0 in PROBES {
-        let folder = tempdir().unwrap();
-        point(f0, RECORDED)
-            .write(&folder.path().join("data.npz"))
-            .unwrap();
+        let folder = folder_with(&point(f0, RECORDED));
         let beamform = "beamform data.npz -o lines.npz --method das --image image.npy \
                         --dynamic-range 300";
         for (flags, longer) in [("", 512), (" --columns 101", 0), (" --rows 300", 0)] {

@@ -1,7 +1,5 @@
 //! Bit and word alignment of a receiver's lanes.
 
-use core::fmt;
-
 use crate::{Receiver, TestPattern};
 
 /// The receiving end of a receiver's lanes, in an FPGA.
@@ -58,14 +56,17 @@ pub struct Lane {
 /// Reason why lanes could not be aligned.
 ///
 /// `R` and `D` are the errors of receiver and deserialiser.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum AlignError<R, D> {
     /// Error of the receiver.
+    #[error("receiver: {0:?}")]
     Receiver(R),
     /// Error of the deserialiser.
+    #[error("deserialiser: {0:?}")]
     Deserialiser(D),
     /// A channel has fewer good taps than required.
+    #[error("channel {channel} has only {window} good taps in a row")]
     NoEye {
         /// The channel.
         channel: usize,
@@ -73,6 +74,7 @@ pub enum AlignError<R, D> {
         window: u16,
     },
     /// No shift of a channel's words shows the synchronisation pattern.
+    #[error("channel {channel} never shows the synchronisation pattern, {word:#06x} at last")]
     NoFrame {
         /// The channel.
         channel: usize,
@@ -82,6 +84,7 @@ pub enum AlignError<R, D> {
     /// A ramp or toggle pattern has a wrong word.
     ///
     /// The word is not the next of its channel, or differs from channel 0's.
+    #[error("the ramp of channel {channel} is {got:#06x}, expected {expected:#06x}")]
     Ramp {
         /// The channel.
         channel: usize,
@@ -91,32 +94,6 @@ pub enum AlignError<R, D> {
         got: u16,
     },
 }
-
-impl<R: fmt::Debug, D: fmt::Debug> fmt::Display for AlignError<R, D> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            AlignError::Receiver(error) => write!(f, "receiver: {error:?}"),
-            AlignError::Deserialiser(error) => write!(f, "deserialiser: {error:?}"),
-            AlignError::NoEye { channel, window } => {
-                write!(f, "channel {channel} has only {window} good taps in a row")
-            }
-            AlignError::NoFrame { channel, word } => write!(
-                f,
-                "channel {channel} never shows the synchronisation pattern, {word:#06x} at last"
-            ),
-            AlignError::Ramp {
-                channel,
-                expected,
-                got,
-            } => write!(
-                f,
-                "the ramp of channel {channel} is {got:#06x}, expected {expected:#06x}"
-            ),
-        }
-    }
-}
-
-impl<R: fmt::Debug, D: fmt::Debug> core::error::Error for AlignError<R, D> {}
 
 /// Words that are looked at for each tap, and of each ramp.
 const WORDS: usize = 64;

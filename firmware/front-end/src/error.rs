@@ -1,21 +1,22 @@
 //! Errors of the parts.
 
-use core::fmt;
-
 use embedded_hal::{digital, spi};
 
 /// Reason why the configuration of a part failed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Error {
     /// The SPI device refused a frame.
+    #[error("the SPI device refused a frame: {0}")]
     Spi(spi::ErrorKind),
     /// A pin could not be set.
+    #[error("a pin could not be set: {0}")]
     Pin(digital::ErrorKind),
     /// A register does not hold the value that was written.
     ///
     /// Causes: a broken line, another part, a part without power or in reset.
+    #[error("register {register} reads {read:#06x}, {written:#06x} was written")]
     ReadBack {
         /// The register.
         register: u16,
@@ -25,6 +26,7 @@ pub enum Error {
         read: u32,
     },
     /// A word of the demodulator's memories does not hold the value that was written.
+    #[error("word {index} behind register {register:#04x} does not read as it was written")]
     Memory {
         /// The register of the memory.
         register: u8,
@@ -32,8 +34,10 @@ pub enum Error {
         index: u8,
     },
     /// The part has no demodulator.
+    #[error("the part has no demodulator")]
     NoDemodulator,
     /// A number is beyond the part's range.
+    #[error("{name} is {value}, expected {expected}")]
     Range {
         /// Its name.
         name: &'static str,
@@ -53,32 +57,3 @@ impl Error {
         Error::Pin(error.kind())
     }
 }
-
-impl fmt::Display for Error {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Error::Spi(kind) => write!(f, "the SPI device refused a frame: {kind}"),
-            Error::Pin(kind) => write!(f, "a pin could not be set: {kind}"),
-            Error::ReadBack {
-                register,
-                written,
-                read,
-            } => write!(
-                f,
-                "register {register} reads {read:#06x}, {written:#06x} was written"
-            ),
-            Error::Memory { register, index } => write!(
-                f,
-                "word {index} behind register {register:#04x} does not read as it was written"
-            ),
-            Error::NoDemodulator => write!(f, "the part has no demodulator"),
-            Error::Range {
-                name,
-                value,
-                expected,
-            } => write!(f, "{name} is {value}, expected {expected}"),
-        }
-    }
-}
-
-impl core::error::Error for Error {}

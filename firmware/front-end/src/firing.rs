@@ -1,7 +1,5 @@
 //! Delays of a transmit, in a pulser's clock cycles.
 
-use core::fmt;
-
 /// Delays of a transmit, and the time origin of its law after the trigger.
 ///
 /// Elements are at depth 0 and face down, as in the beamformer.
@@ -17,7 +15,8 @@ pub struct Firing<const N: usize> {
 }
 
 /// Error for delays that are longer than the pulser's longest, or not finite.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("the delay of element {element} is {cycles} cycles, expected at most {longest}")]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct OutOfRange {
     /// Index of the element.
@@ -27,22 +26,6 @@ pub struct OutOfRange {
     /// The pulser's longest delay, clock cycles.
     pub longest: u16,
 }
-
-impl fmt::Display for OutOfRange {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let OutOfRange {
-            element,
-            cycles,
-            longest,
-        } = self;
-        write!(
-            f,
-            "the delay of element {element} is {cycles} cycles, expected at most {longest}"
-        )
-    }
-}
-
-impl core::error::Error for OutOfRange {}
 
 impl<const N: usize> Firing<N> {
     /// Delays of a plane wave by `angle` rad, positive towards positive x.

@@ -1,7 +1,5 @@
 //! Two receivers used as one.
 
-use core::fmt;
-
 use embedded_hal::digital::{Error as _, ErrorKind, OutputPin};
 use embedded_hal_async::delay::DelayNs;
 
@@ -25,28 +23,19 @@ pub struct Pair<A, B, SYNC, DELAY> {
 }
 
 /// Error of one part of a [`Pair`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum PairError<E> {
     /// Error of the first part. The second did not change.
+    #[error("first part: {0}")]
     First(E),
     /// Error of the second part. The first has changed: reset the pair.
+    #[error("second part: {0}")]
     Second(E),
     /// The synchronisation line could not be set.
+    #[error("the synchronisation line could not be set: {0}")]
     Sync(ErrorKind),
 }
-
-impl<E: fmt::Display> fmt::Display for PairError<E> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            PairError::First(error) => write!(f, "first part: {error}"),
-            PairError::Second(error) => write!(f, "second part: {error}"),
-            PairError::Sync(kind) => write!(f, "the synchronisation line could not be set: {kind}"),
-        }
-    }
-}
-
-impl<E: core::error::Error> core::error::Error for PairError<E> {}
 
 impl<A, B, SYNC, DELAY> Pair<A, B, SYNC, DELAY>
 where

@@ -188,8 +188,10 @@ impl Limits {
             receive_after,
             prf,
         } = *profile;
-        positive([waveform.frequency, waveform.driven, prf])?;
-        not_negative([waveform.volts, waveform.damping, receive_after])?;
+        within([waveform.frequency, waveform.driven, prf], |x| x > 0.0)?;
+        within([waveform.volts, waveform.damping, receive_after], |x| {
+            x >= 0.0
+        })?;
         if waveform.driven > 1.0 {
             return Err(no_value(waveform.driven));
         }
@@ -209,8 +211,8 @@ impl Limits {
             (Limit::Period, time, 1.0 / prf),
         ] {
             // A value that is not finite is beyond every limit.
-            let within = value <= most;
-            if !within {
+            let is_within = value <= most;
+            if !is_within {
                 return Err(LimitError { limit, value, most });
             }
         }
@@ -226,40 +228,25 @@ fn no_value(value: f64) -> LimitError {
     }
 }
 
-fn positive<const N: usize>(values: [f64; N]) -> Result<(), LimitError> {
-    match values.into_iter().find(|x| !(*x > 0.0 && x.is_finite())) {
-        Some(value) => Err(no_value(value)),
-        None => Ok(()),
-    }
-}
-
-fn not_negative<const N: usize>(values: [f64; N]) -> Result<(), LimitError> {
-    match values.into_iter().find(|x| !(*x >= 0.0 && x.is_finite())) {
+/// Refuses a value that is not finite, or not within `range`.
+fn within<const N: usize>(values: [f64; N], range: impl Fn(f64) -> bool) -> Result<(), LimitError> {
+    match values.into_iter().find(|&x| !(range(x) && x.is_finite())) {
         Some(value) => Err(no_value(value)),
         None => Ok(()),
     }
 }
 
 /// Reason why [`Limited`] refused a call.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum LimitedError<E> {
     /// The profile exceeds a limit.
+    #[error("{0}")]
     Limit(LimitError),
     /// Error of the pulser.
+    #[error("{0}")]
     Pulser(E),
 }
-
-impl<E: fmt::Display> fmt::Display for LimitedError<E> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            LimitedError::Limit(error) => error.fmt(f),
-            LimitedError::Pulser(error) => error.fmt(f),
-        }
-    }
-}
-
-impl<E: core::error::Error> core::error::Error for LimitedError<E> {}
 
 /// A pulser within limits.
 ///
@@ -283,7 +270,9 @@ impl<P: Pulser> Limited<P> {
             prf,
             load,
         } = limits;
-        positive([volts, duty, energy, prf, load, pulser.clock()])?;
+        within([volts, duty, energy, prf, load, pulser.clock()], |x| {
+            x > 0.0
+        })?;
         if duty > 1.0 {
             return Err(no_value(duty));
         }

@@ -4,8 +4,6 @@
 //! of the part; the data sheet was not available. Not verified: the fields of the transmit/receive switch in
 //! [`DELAY_SELECT`], and their unit.
 
-use core::fmt;
-
 use embedded_hal::spi::Operation;
 use embedded_hal_async::spi::SpiDevice;
 
@@ -80,18 +78,23 @@ pub trait TransmitBoard {
 /// Reason why a [`Tx7332`] refused a call.
 ///
 /// `B` is the board's error.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum TxError<B> {
     /// Error of the part: bus, read-back, a number beyond its range.
+    #[error("{0}")]
     Part(Error),
     /// There is no such profile.
+    #[error("there is no profile {0}, expected 0 to 15")]
     Profile(u8),
     /// The profile was never loaded.
+    #[error("profile {0} was never loaded")]
     NotLoaded(u8),
     /// The number of delays differs from the number of channels.
+    #[error("there are {0} delays, expected 32")]
     Channels(usize),
     /// A channel's delay is too long.
+    #[error("the delay of channel {channel} is {cycles} cycles, expected at most 8191")]
     Delay {
         /// The channel.
         channel: usize,
@@ -99,10 +102,12 @@ pub enum TxError<B> {
         cycles: u16,
     },
     /// Error of the board.
+    #[error("the board: {0:?}")]
     Board(B),
     /// The rails are higher than the profile's voltage.
     ///
     /// Nothing fires, and the driver requests 0 V.
+    #[error("the rails are at {measured} V, {asked} V were asked for")]
     Supply {
         /// The profile's voltage, V.
         asked: f64,
@@ -110,27 +115,6 @@ pub enum TxError<B> {
         measured: f64,
     },
 }
-
-impl<B: fmt::Debug> fmt::Display for TxError<B> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            TxError::Part(error) => error.fmt(f),
-            TxError::Profile(index) => write!(f, "there is no profile {index}, expected 0 to 15"),
-            TxError::NotLoaded(index) => write!(f, "profile {index} was never loaded"),
-            TxError::Channels(delays) => write!(f, "there are {delays} delays, expected 32"),
-            TxError::Delay { channel, cycles } => write!(
-                f,
-                "the delay of channel {channel} is {cycles} cycles, expected at most 8191"
-            ),
-            TxError::Board(error) => write!(f, "the board: {error:?}"),
-            TxError::Supply { asked, measured } => {
-                write!(f, "the rails are at {measured} V, {asked} V were asked for")
-            }
-        }
-    }
-}
-
-impl<B: fmt::Debug> core::error::Error for TxError<B> {}
 
 /// A profile's share of the registers that all profiles use.
 #[derive(Clone, Copy, Debug)]

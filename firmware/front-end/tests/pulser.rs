@@ -1,9 +1,13 @@
 //! Transmit delays, and limits of transmits.
 
+#[path = "common/profile.rs"]
+mod profile;
+
 use bonebeam_front_end::mock::{MockPulser, MockPulserError};
 use bonebeam_front_end::{
-    Firing, Limit, LimitError, Limited, LimitedError, Limits, OutOfRange, Profile, Waveform, block,
+    Firing, Limit, LimitError, Limited, LimitedError, Limits, OutOfRange, Profile, block,
 };
+use profile::{WAVEFORM, profile};
 
 const C: f64 = 1540.0;
 const CLOCK: f64 = 100e6;
@@ -64,16 +68,6 @@ fn delays_beyond_the_board_are_refused() {
     assert!(Firing::focused(&array::<16>(), (0.0, 0.02), 0.0, CLOCK, 140).is_err());
 }
 
-/// Two cycles at 5 MHz, of ±50 V.
-const WAVEFORM: Waveform = Waveform {
-    frequency: 5e6,
-    half_cycles: 4,
-    positive_first: true,
-    driven: 0.6,
-    volts: 50.0,
-    damping: 0.2e-6,
-};
-
 /// Limits that two firing channels of [`WAVEFORM`] at 4 kHz just meet: each is driven for 240 ns at 50 V, over
 /// 1000 Ω.
 const LIMITS: Limits = Limits {
@@ -83,15 +77,6 @@ const LIMITS: Limits = Limits {
     prf: 4000.0,
     load: 1000.0,
 };
-
-fn profile(delays: &[Option<u16>]) -> Profile<'_> {
-    Profile {
-        waveform: WAVEFORM,
-        delays,
-        receive_after: 0.5e-6,
-        prf: 4000.0,
-    }
-}
 
 #[test]
 fn the_mock_fires_what_was_loaded() {

@@ -1,32 +1,17 @@
 //! A TX7332, on a mock of its registers and its board.
 
+#[path = "common/profile.rs"]
+mod profile;
+
 use bonebeam_front_end::mock::{BoardFailed, MockBoard, MockTx7332, TxRefused};
 use bonebeam_front_end::tx7332::{Tx7332, TxError};
 use bonebeam_front_end::{
     Blocking, Error, Limited, LimitedError, Limits, Profile, Waveform, block,
 };
 use embedded_hal::spi::SpiDevice;
+use profile::{WAVEFORM, profile};
 
 const CLOCK: f64 = 100e6;
-
-/// Two cycles at 5 MHz, of ±50 V.
-const WAVEFORM: Waveform = Waveform {
-    frequency: 5e6,
-    half_cycles: 4,
-    positive_first: true,
-    driven: 0.6,
-    volts: 50.0,
-    damping: 0.2e-6,
-};
-
-fn profile(delays: &[Option<u16>]) -> Profile<'_> {
-    Profile {
-        waveform: WAVEFORM,
-        delays,
-        receive_after: 0.5e-6,
-        prf: 4000.0,
-    }
-}
 
 /// Wide limits, for the part's own.
 const WIDE: Limits = Limits {

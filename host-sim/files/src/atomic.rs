@@ -275,16 +275,9 @@ pub fn check_outputs(inputs: &[&Path], outputs: &[&Path]) -> Result<()> {
         if folders.insert(folder.to_path_buf()) {
             temporary_files::remove_leftovers(folder);
         }
-        let target = match (target.parent(), target.file_name()) {
-            (Some(folder), Some(name)) => {
-                let folder = if folder.as_os_str().is_empty() {
-                    Path::new(".")
-                } else {
-                    folder
-                };
-                fs::canonicalize(folder).map_or(target.clone(), |folder| folder.join(name))
-            }
-            _ => target.clone(),
+        let target = match target.file_name() {
+            Some(name) => fs::canonicalize(folder).map_or(target.clone(), |f| f.join(name)),
+            None => target.clone(),
         };
         if let Some((_, other)) = taken.iter().find(|(other, _)| *other == target) {
             return Err(Error::Usage(format!(

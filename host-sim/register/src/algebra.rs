@@ -1,34 +1,14 @@
 //! Vectors of three, and the eigenvectors of small symmetric matrices.
 
-/// A vector in space.
-pub type V3 = [f64; 3];
+pub use bonebeam_simulate::V3;
+pub(crate) use bonebeam_simulate::{cross, dot, norm, sub};
 
 pub(crate) fn add(a: V3, b: V3) -> V3 {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
-pub(crate) fn sub(a: V3, b: V3) -> V3 {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
 pub(crate) fn scale(a: V3, by: f64) -> V3 {
     a.map(|v| v * by)
-}
-
-pub(crate) fn dot(a: V3, b: V3) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-pub(crate) fn cross(a: V3, b: V3) -> V3 {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
-}
-
-pub(crate) fn norm(a: V3) -> f64 {
-    dot(a, a).sqrt()
 }
 
 /// The vector of length 1; zero stays zero.

@@ -38,6 +38,7 @@ mod settings;
 mod shadow;
 mod surface;
 mod time_axis;
+mod vector;
 mod vertebra;
 mod volume;
 
@@ -63,6 +64,7 @@ pub use section::{Kind, Simulate};
 pub use settings::{Baffle, NoiseSpectrum, Settings};
 pub use shadow::visible;
 pub use surface::Surface;
+pub use vector::{V3, cross, dot, norm, sub};
 pub use vertebra::{VertebraShape, slice_vertebra};
 pub use volume::{Block, Bone, DynamicRange, PAPER_DENSITY};
 

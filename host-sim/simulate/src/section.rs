@@ -15,9 +15,9 @@ use crate::{
 };
 
 const SECTION: &str = "simulate";
-/// Range of positions, m.
 /// Bytes that a bone in space takes while it is made.
 const BONE: usize = 256 << 20;
+/// Range of positions, m.
 const POSITIONS: [f64; 2] = [-LENGTHS[1], LENGTHS[1]];
 
 section! {

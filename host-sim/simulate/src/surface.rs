@@ -7,6 +7,7 @@ use crate::Result;
 use super::chain::{Segment, closed_loops};
 use super::outline::Outline;
 use super::scatterer::{Scatterer, SurfacePoint};
+use super::vector::{cross, dot, sub};
 
 /// A surface of triangles, in metres along the array's axes.
 #[derive(Clone, Debug, PartialEq)]
@@ -327,20 +328,4 @@ pub(super) fn crossing(
     let total = w[0] + w[1] + w[2];
     let at = (w[0] * a[along] + w[1] * b[along] + w[2] * c[along]) / total;
     (total != 0.0).then_some((at, left_turns[0]))
-}
-
-fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
 }

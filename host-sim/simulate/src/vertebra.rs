@@ -15,8 +15,7 @@ use crate::{Error, Result};
 use super::chain::closed_loops;
 use super::marching_squares::{PlaneGrid, contour};
 use super::outline::Outline;
-
-type Vector = [f64; 3];
+use super::vector::{V3, dot, norm, sub};
 
 /// Radius of the fillets between the parts, mm.
 const FILLET: f64 = 3.0;
@@ -115,7 +114,7 @@ impl VertebraShape {
     /// Signed distance to its surface, mm, negative inside.
     ///
     /// It is exact only on the surface of the built-in one.
-    pub(super) fn distance(&self, p: Vector) -> f64 {
+    pub(super) fn distance(&self, p: V3) -> f64 {
         let p = p.map(|v| v / self.scale);
         let side = if p[0] < 0.0 { -1.0 } else { 1.0 };
         let across = p[0] / (self.width * (1.0 + side * self.asymmetry));
@@ -145,12 +144,12 @@ impl VertebraShape {
 /// Signed distance to the built-in vertebra's surface, mm, negative inside.
 ///
 /// It is exact only on the surface.
-pub(super) fn distance(p: Vector) -> f64 {
+pub(super) fn distance(p: V3) -> f64 {
     VertebraShape::default().distance(p)
 }
 
 /// A superellipsoid with flat end plates, drawn in at the waist and at the back.
-fn body([x, y, z]: Vector) -> f64 {
+fn body([x, y, z]: V3) -> f64 {
     let waist = 1.0 - 0.10 * (1.0 - (z / 14.0) * (z / 14.0)).max(0.0);
     let hollow = 2.5 * libm::exp(-(x / 9.0) * (x / 9.0));
     let y = y - 49.5;
@@ -166,7 +165,7 @@ fn body([x, y, z]: Vector) -> f64 {
     (level - 1.0) * 14.0
 }
 
-fn pedicle(p: Vector) -> f64 {
+fn pedicle(p: V3) -> f64 {
     capsule(
         [p[0], p[1], 0.75 * (p[2] - 5.0)],
         [13.5, 20.0, 0.0],
@@ -177,7 +176,7 @@ fn pedicle(p: Vector) -> f64 {
 }
 
 /// A slab from the spinous process's base outwards, its lower edge further back.
-fn lamina(p: Vector, fall: f64) -> f64 {
+fn lamina(p: V3, fall: f64) -> f64 {
     let y = p[1] + 0.22 * (p[2] + 2.0);
     let (dx, dy) = (12.5f64, fall);
     let length = (dx * dx + dy * dy).sqrt();
@@ -191,7 +190,7 @@ fn lamina(p: Vector, fall: f64) -> f64 {
 /// A plate that becomes thinner from its base and ends in a thicker tip.
 ///
 /// It slopes towards the feet.
-fn spinous_process(p: Vector) -> f64 {
+fn spinous_process(p: V3) -> f64 {
     let z = p[2] + 6.0 - 0.12 * (p[1] - 6.0);
     let half = 2.2 + 0.06 * (p[1] - 4.0).max(0.0);
     let plate = rounded_box([p[0], p[1] - 9.0, z], [half, 7.0, 8.5], 1.6);
@@ -199,7 +198,7 @@ fn spinous_process(p: Vector) -> f64 {
     smooth_min(plate, tip, 2.0)
 }
 
-fn transverse_process(p: Vector) -> f64 {
+fn transverse_process(p: V3) -> f64 {
     let slim = [p[0], p[1], 0.7 * p[2]];
     capsule(slim, [15.0, 23.0, 3.5], [42.0, 18.5, 5.5], 4.0, 2.6)
 }
@@ -207,8 +206,8 @@ fn transverse_process(p: Vector) -> f64 {
 /// Lower pair beside the laminae, upper pair further out.
 ///
 /// The upper pair has a mammillary process.
-fn articular_processes([x, y, z]: Vector, size: f64) -> f64 {
-    let sized = |axes: Vector| axes.map(|v| size * v);
+fn articular_processes([x, y, z]: V3, size: f64) -> f64 {
+    let sized = |axes: V3| axes.map(|v| size * v);
     let lower = ellipsoid([x - 11.5, y - 14.0, z + 11.0], sized([5.0, 5.4, 11.0]));
     let upper = ellipsoid([x - 17.5, y - 16.0, z - 9.0], sized([4.6, 6.8, 9.5]));
     smooth_min(lower, upper, 2.0)
@@ -217,7 +216,7 @@ fn articular_processes([x, y, z]: Vector, size: f64) -> f64 {
 /// A triangle with rounded corners, positive outside.
 ///
 /// Its apex is towards the spinous process.
-fn canal([x, y, _]: Vector) -> f64 {
+fn canal([x, y, _]: V3) -> f64 {
     let v = (y - 25.0) / 8.0;
     let half = 11.5 * (1.0 + 0.25 * v);
     let q = pow((x / half).abs(), 2.2) + pow(v.abs(), 2.2);
@@ -230,21 +229,21 @@ fn smooth_min(a: f64, b: f64, k: f64) -> f64 {
 }
 
 /// A capsule from `a` to `b` with radii `ra` and `rb` at its ends.
-fn capsule(p: Vector, a: Vector, b: Vector, ra: f64, rb: f64) -> f64 {
+fn capsule(p: V3, a: V3, b: V3, ra: f64, rb: f64) -> f64 {
     let axis = sub(b, a);
     let along = (dot(sub(p, a), axis) / dot(axis, axis)).clamp(0.0, 1.0);
-    let nearest: Vector = std::array::from_fn(|k| a[k] + along * axis[k]);
+    let nearest: V3 = std::array::from_fn(|k| a[k] + along * axis[k]);
     norm(sub(p, nearest)) - (ra + along * (rb - ra))
 }
 
 /// A box with half sizes `half` and edges of radius `r`.
-fn rounded_box(p: Vector, half: Vector, r: f64) -> f64 {
-    let q: Vector = std::array::from_fn(|k| p[k].abs() - half[k] + r);
+fn rounded_box(p: V3, half: V3, r: f64) -> f64 {
+    let q: V3 = std::array::from_fn(|k| p[k].abs() - half[k] + r);
     let outside = norm(q.map(|v| v.max(0.0)));
     outside + q[0].max(q[1]).max(q[2]).min(0.0) - r
 }
 
-fn ellipsoid(p: Vector, axes: Vector) -> f64 {
+fn ellipsoid(p: V3, axes: V3) -> f64 {
     let k0 = norm(std::array::from_fn(|k| p[k] / axes[k]));
     let k1 = norm(std::array::from_fn(|k| p[k] / (axes[k] * axes[k])));
     if k1 == 0.0 {
@@ -252,18 +251,6 @@ fn ellipsoid(p: Vector, axes: Vector) -> f64 {
     } else {
         k0 * (k0 - 1.0) / k1
     }
-}
-
-fn sub(a: Vector, b: Vector) -> Vector {
-    std::array::from_fn(|k| a[k] - b[k])
-}
-
-fn dot(a: Vector, b: Vector) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn norm(a: Vector) -> f64 {
-    dot(a, a).sqrt()
 }
 
 #[cfg(test)]

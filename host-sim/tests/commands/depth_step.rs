@@ -1,19 +1,11 @@
 //! Lines by a depth step and by a preset.
 
-use super::{brightest, laws, point, write_aligned};
+use super::{brightest, by_plane_waves, write_aligned};
 use crate::common::program::{Folder, USAGE, refused};
 use bonebeam_files::BeamformedLines;
 use num_complex::Complex;
 use std::fs;
 use tempfile::{TempDir, tempdir};
-
-/// A folder with the recording `data.npz` of a point by plane waves.
-fn folder_with_point() -> TempDir {
-    let folder = tempdir().unwrap();
-    let [_, plane, _] = laws();
-    point(plane).write(&folder.path().join("data.npz")).unwrap();
-    folder
-}
 
 fn lines(folder: &TempDir, recording: &str, flags: &str) -> BeamformedLines {
     folder.works(&format!("beamform {recording} -o lines.npz {flags}"));
@@ -32,7 +24,7 @@ fn every(lines: &BeamformedLines, step: usize) -> Vec<Vec<Complex<f32>>> {
 /// A point keeps its position. Pooled sub-lines are interpolated first.
 #[test]
 fn lines_of_channel_data_have_all_samples() {
-    let folder = folder_with_point();
+    let folder = by_plane_waves();
     let recording = "data.npz --depth-start 0.009 --depth-end 0.0135";
     for (flags, exact) in [
         ("--method das --sub-lines 1", true),
@@ -65,7 +57,7 @@ fn lines_of_channel_data_have_all_samples() {
 /// A point between lines loses at most the 2 dB by which their number is chosen, and keeps its place.
 #[test]
 fn das_with_a_depth_step_takes_sub_lines() {
-    let folder = folder_with_point();
+    let folder = by_plane_waves();
     let recording = "data.npz --depth-start 0.009 --depth-end 0.0135";
     let all = lines(&folder, recording, "--method das");
     let stepped = lines(&folder, recording, "--method das --preset live");
@@ -92,7 +84,7 @@ fn lines_of_aligned_data_have_the_computed_samples() {
 
 #[test]
 fn a_preset_is_its_flags_and_others_go_over_it() {
-    let folder = folder_with_point();
+    let folder = by_plane_waves();
     let recording = "data.npz --depth-start 0.009 --depth-end 0.0135";
     let of = |flags: &str| lines(&folder, recording, flags).z;
     for (name, keys) in [
@@ -123,7 +115,7 @@ fn a_preset_is_its_flags_and_others_go_over_it() {
 
 #[test]
 fn a_rate_below_the_carriers_is_refused_and_names_the_way() {
-    let folder = folder_with_point();
+    let folder = by_plane_waves();
     let command = "beamform data.npz -o lines.npz --output-rate 10e6";
     let words = ["--output-rate is 10000000 Hz", "--depth-step"];
     refused(&folder, command, USAGE, &words);

@@ -13,7 +13,7 @@ use bonebeam::covariance::Covariance;
 use bonebeam_drive::config::{Beamform, Image};
 use bonebeam_drive::methods::MethodName;
 use bonebeam_files::{AlignedData, BeamformedLines, ChannelData, Transmits, image};
-use common::program::{Folder, USAGE, program, refused, run, succeeded};
+use common::program::{Folder, USAGE, folder_with, program, refused, run, succeeded};
 use common::{Npz, scalar, vector};
 use host_sim::config::Config;
 use ndarray::{Array2, Array3, Axis};
@@ -67,12 +67,14 @@ fn point(transmits: Transmits) -> ChannelData {
 
 /// A folder with `data.npz`, the point by focused beams.
 fn folder_of_a_point() -> TempDir {
-    let folder = tempdir().unwrap();
     let [focused, ..] = laws();
-    point(focused)
-        .write(&folder.path().join("data.npz"))
-        .unwrap();
-    folder
+    folder_with(&point(focused))
+}
+
+/// The same by plane waves.
+fn by_plane_waves() -> TempDir {
+    let [_, plane, _] = laws();
+    folder_with(&point(plane))
 }
 
 fn laws() -> [Transmits; 3] {
@@ -103,10 +105,9 @@ fn brightest(lines: &BeamformedLines) -> (f64, f64) {
 
 #[test]
 fn a_point_appears_where_it_is_with_every_delay_law_and_method() {
-    let folder = tempdir().unwrap();
     let depths = "--depth-start 0.009 --depth-end 0.0135";
     for law in laws() {
-        point(law).write(&folder.path().join("data.npz")).unwrap();
+        let folder = folder_with(&point(law));
         for method in [
             "das",
             "mv",
@@ -130,9 +131,7 @@ fn a_point_appears_where_it_is_with_every_delay_law_and_method() {
 
 #[test]
 fn depths_and_rate_are_those_asked_for() {
-    let folder = tempdir().unwrap();
-    let [_, plane, _] = laws();
-    point(plane).write(&folder.path().join("data.npz")).unwrap();
+    let folder = by_plane_waves();
     let command = "beamform data.npz -o lines.npz --depth-start 0.005 --depth-end 0.015";
     folder.works(&format!("{command} --output-rate 30.8e6"));
     let lines = folder.lines("lines.npz");
@@ -162,9 +161,7 @@ fn write_aligned(folder: &TempDir, samples: usize) {
 /// A time window may reach past the two depths. Tested with channel data and with aligned data.
 #[test]
 fn the_method_works_between_the_depths_asked_for() {
-    let folder = tempdir().unwrap();
-    let [_, plane, _] = laws();
-    point(plane).write(&folder.path().join("data.npz")).unwrap();
+    let folder = by_plane_waves();
     write_aligned(&folder, 120);
     // One direction a line, because the largest of several changes DAS as well.
     let depths = "--sub-lines 1 --depth-start 0.009 --depth-end 0.0135";
@@ -335,9 +332,7 @@ fn aligned_data_are_not_delayed_again() {
 /// The measures of a run as one line of JSON.
 #[test]
 fn a_run_tells_its_measures() {
-    let folder = tempdir().unwrap();
-    let [_, plane, _] = laws();
-    point(plane).write(&folder.path().join("data.npz")).unwrap();
+    let folder = by_plane_waves();
     let command = "beamform data.npz -o lines.npz --json --method das --depth-start 0.009";
     let [text, _] = succeeded(&mut program(&folder, command));
     assert_eq!(text.lines().count(), 1, "{text}");

@@ -2,7 +2,7 @@
 
 use std::fs::{self, File};
 
-use bonebeam_files::BeamformedLines;
+use bonebeam_files::{BeamformedLines, ChannelData};
 use ndarray::{Array2, ArrayD};
 use ndarray_npy::NpzReader;
 use num_complex::Complex;
@@ -63,6 +63,13 @@ impl Folder for TempDir {
         let file = File::open(self.path().join("lines.npz")).unwrap();
         NpzReader::new(file).unwrap().by_name("z").unwrap()
     }
+}
+
+/// A folder with a recording in `data.npz`.
+pub fn folder_with(data: &ChannelData) -> TempDir {
+    let folder = tempdir().unwrap();
+    data.write(&folder.path().join("data.npz")).unwrap();
+    folder
 }
 
 /// A folder with valid channel data in `data.npz`.

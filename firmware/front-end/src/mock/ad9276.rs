@@ -1,10 +1,10 @@
 //! Mock of Analog Devices' AD9276, by its registers.
 
-use core::cell::{Cell, RefCell};
+use core::cell::RefCell;
 
 use embedded_hal::spi::{self, ErrorKind, Operation, SpiDevice};
 
-use super::MockWords;
+use super::{First, MockWords};
 use crate::ad9276::{
     CHANNELS, CHIP, CHIP_AD9276, CUSTOM, FILTER, GAIN, MODES, OUTPUT, PORT, PORT_RESET, PORT_RUN,
     TEST, TRANSFER,
@@ -31,7 +31,7 @@ impl spi::Error for AdRefused {
 pub struct MockAd9276 {
     written: RefCell<[u8; 256]>,
     active: RefCell<[u8; 256]>,
-    refused: Cell<Option<AdRefused>>,
+    refused: First<AdRefused>,
 }
 
 /// Registers that can be written, by the public map.
@@ -46,7 +46,7 @@ impl Default for MockAd9276 {
         MockAd9276 {
             written: RefCell::new(registers),
             active: RefCell::new(registers),
-            refused: Cell::new(None),
+            refused: First::none(),
         }
     }
 }
@@ -81,7 +81,7 @@ impl MockAd9276 {
 
     /// The first frame that was refused.
     pub fn refused(&self) -> Option<AdRefused> {
-        self.refused.get()
+        self.refused.0.get()
     }
 
     fn frame(&self, operations: &mut [Operation<'_, u8>]) -> Result<(), AdRefused> {
@@ -148,10 +148,6 @@ impl spi::ErrorType for &MockAd9276 {
 
 impl SpiDevice for &MockAd9276 {
     fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), AdRefused> {
-        let outcome = self.frame(operations);
-        if let (Err(refused), None) = (outcome, self.refused.get()) {
-            self.refused.set(Some(refused));
-        }
-        outcome
+        self.refused.of(self.frame(operations))
     }
 }

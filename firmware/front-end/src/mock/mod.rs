@@ -16,6 +16,7 @@ pub use pulser::{MockProfile, MockPulser, MockPulserError};
 pub use tx7332::{BoardFailed, MockBoard, MockTx7332, TxRefused};
 pub use words::MockWords;
 
+use core::cell::Cell;
 use core::convert::Infallible;
 
 /// A delay that does not wait, and sums the requested times, ns.
@@ -33,3 +34,19 @@ impl embedded_hal::delay::DelayNs for MockDelay {
 
 /// Levels of a pin that never fails.
 type PinResult = Result<(), Infallible>;
+
+/// The first error of some outcomes.
+#[derive(Debug)]
+struct First<E: Copy>(Cell<Option<E>>);
+
+impl<E: Copy> First<E> {
+    const fn none() -> Self {
+        First(Cell::new(None))
+    }
+
+    /// Returns an outcome, whose error is kept if it is the first.
+    fn of(&self, outcome: Result<(), E>) -> Result<(), E> {
+        self.0.set(self.0.get().or(outcome.err()));
+        outcome
+    }
+}

@@ -1,7 +1,6 @@
 //! Mock of a pulser by its trait.
 
 use core::cell::Cell;
-use core::fmt;
 
 use crate::{Checked, Pulser, Waveform};
 
@@ -28,7 +27,8 @@ pub struct MockProfile<const N: usize> {
 }
 
 /// Reason why a [`MockPulser`] refused a call.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{self:?}")]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum MockPulserError {
     /// There is no such profile.
@@ -47,14 +47,6 @@ pub enum MockPulserError {
     /// A failure requested by [`MockPulser::fail_next`].
     Asked,
 }
-
-impl fmt::Display for MockPulserError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        fmt::Debug::fmt(self, f)
-    }
-}
-
-impl core::error::Error for MockPulserError {}
 
 impl<const N: usize> MockPulser<N> {
     /// A board without profiles, with a clock of `clock` Hz.

@@ -4,6 +4,7 @@ use core::cell::{Cell, RefCell};
 
 use embedded_hal::spi::{self, ErrorKind, Operation, SpiDevice};
 
+use super::First;
 use crate::tx7332::{
     CONTROL, DELAY_SELECT, LOAD_PROFILE, PATTERN_MODE, READ, REGISTERS, TransmitBoard,
 };
@@ -40,7 +41,7 @@ impl spi::Error for TxRefused {
 pub struct MockTx7332 {
     registers: RefCell<[u32; REGISTERS as usize]>,
     loaded: Cell<Option<u32>>,
-    refused: Cell<Option<TxRefused>>,
+    refused: First<TxRefused>,
     frames: Cell<u32>,
     fail: Cell<Option<u32>>,
     wrong: Cell<Option<u16>>,
@@ -51,7 +52,7 @@ impl Default for MockTx7332 {
         MockTx7332 {
             registers: RefCell::new([0; REGISTERS as usize]),
             loaded: Cell::new(None),
-            refused: Cell::new(None),
+            refused: First::none(),
             frames: Cell::new(0),
             fail: Cell::new(None),
             wrong: Cell::new(None),
@@ -72,7 +73,7 @@ impl MockTx7332 {
 
     /// The first frame that was refused.
     pub fn refused(&self) -> Option<TxRefused> {
-        self.refused.get()
+        self.refused.0.get()
     }
 
     /// Makes a frame fail on the bus. `frame` counts from now on; 0 is the next.
@@ -148,11 +149,7 @@ impl spi::ErrorType for &MockTx7332 {
 
 impl SpiDevice<u16> for &MockTx7332 {
     fn transaction(&mut self, operations: &mut [Operation<'_, u16>]) -> Result<(), TxRefused> {
-        let outcome = self.frame(operations);
-        if let (Err(refused), None) = (outcome, self.refused.get()) {
-            self.refused.set(Some(refused));
-        }
-        outcome
+        self.refused.of(self.frame(operations))
     }
 }
 
