@@ -169,7 +169,7 @@ pub(crate) fn check(
     } else {
         1.0
     };
-    // Of those named, and of all with a gain.
+    // Of those named, and of all orders with a gain.
     let [mut best, mut likeliest]: [Option<(f64, Alternative)>; 2] = [None, None];
     let mut highest = f64::NEG_INFINITY;
     for alternative in alternatives(source, &coarse) {
@@ -187,7 +187,8 @@ pub(crate) fn check(
             false if view.own && alternative.0 == "mirrored" => gain > LITTLE && missing > MUCH,
             false => gain > GAIN && missing > SHARE,
         } || !small && gain > LITTLE && is_sharper(&table_of_other.focused(), &focused);
-        for (best, counts) in [(&mut likeliest, gain > GAIN), (&mut best, named)] {
+        let is_order = gain > OF_SMALL && alternative.0 != "angle-unit";
+        for (best, counts) in [(&mut likeliest, is_order), (&mut best, named)] {
             if counts && best.as_ref().is_none_or(|(best, ..)| score > *best) {
                 *best = Some((score, alternative.clone()));
             }

@@ -12,9 +12,9 @@ use crate::table::{Table, sureness};
 use crate::view::View;
 
 /// Standard deviations by which a speed and a time must differ from the file's, with a part of those of the gain in
-/// coherence.
-const SURE: f64 = 3.0;
-const SURE_LATE: f64 = 3.5;
+/// coherence, and the least of these: a few points show a time that makes nothing sharper.
+const SURE: [f64; 2] = [3.0, f64::NEG_INFINITY];
+const SURE_LATE: [f64; 2] = [4.0, 2.0];
 /// These parts of a gain and of a loss, and the most that a gain adds.
 const GAIN: f64 = 0.5;
 const LOSS: f64 = 1.5;
@@ -103,10 +103,10 @@ pub(crate) fn check(
         view.late -= late;
         Table::new(base, &view).focused()
     };
-    let is_sure = |deviations: f64, sure: f64, [old, new]: [[f64; 2]; 2]| {
+    let is_sure = |deviations: f64, [sure, least]: [f64; 2], [old, new]: [[f64; 2]; 2]| {
         let [old, new] = [old, new].map(|[c, late]| focused(c, late));
         let gain = sureness(&new, &old);
-        deviations + (GAIN * gain).min(MOST).min(LOSS * gain) > sure
+        gain > least && deviations + (GAIN * gain).min(MOST).min(LOSS * gain) > sure
     };
     // An estimate that starts from the found values finds them again.
     let again = |c: f64, late: f64| {

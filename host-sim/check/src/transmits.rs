@@ -147,10 +147,8 @@ pub(crate) fn exchanged(base: &Base, view: &View, table: &Table) -> Option<(View
     odd.truncate(MOST_ODD);
     odd.sort_unstable();
     let near = if view.own { 0 } else { 1 };
-    // Delays of tissue make neighbours agree otherwise, too.
-    let far = |&[a, b]: &[usize; 2]| b > a + 1;
     let pairs = odd.iter().flat_map(|&a| odd.iter().map(move |&b| [a, b]));
-    let pairs = pairs.filter(far);
+    let pairs = pairs.filter(|[a, b]| a < b);
     let of_pair = |[a, b]: [usize; 2]| {
         let mut other = view.clone();
         other.waves.swap(a, b);
@@ -171,7 +169,9 @@ pub(crate) fn exchanged(base: &Base, view: &View, table: &Table) -> Option<(View
     let best = pairs
         .filter_map(of_pair)
         .max_by(|a, b| a.0.total_cmp(&b.0))?;
-    (best.0 > EXCHANGED[usize::from(view.own)]).then_some((best.1, best.2))
+    // Delays of tissue make neighbours agree with each other's place, too.
+    let [a, b] = best.2;
+    (best.0 > EXCHANGED[usize::from(view.own)] && b > a + 1).then_some((best.1, best.2))
 }
 
 /// Records and a list of transmits that are shifted by one: all echoes then come from the next transmit's line.
