@@ -2,7 +2,7 @@
 //!
 //! ```sh
 //! cargo run --release -p bonebeam-check --example check_study -- --seed 730000 --count 16 --docs docs/check.md
-//! cargo run --release -p bonebeam-check --example check_study -- --seed 680000 --count 100 --only none --docs docs/check.md
+//! cargo run --release -p bonebeam-check --example check_study -- --seed 760000 --count 100 --only none --docs docs/check.md
 //! ```
 //!
 //! `--seed` and `--count` choose the recordings, `--only` the faults by a part of their names, `--verbose` lists what was
