@@ -223,8 +223,11 @@ fn tables(named: &[Counts], alarms: &[Counts; 4], pairs: &[Counts; 2], speeds: &
     .expect("a string");
     for (medium, by_rms) in MEDIA.iter().zip(speeds) {
         let rms = |all: &Vec<[f64; 2]>| {
+            if all.is_empty() {
+                return " – |".into();
+            }
             let squares: f64 = all.iter().map(|[error, _]| error * error).sum();
-            let rms = (squares / all.len().max(1) as f64).sqrt();
+            let rms = (squares / all.len() as f64).sqrt();
             format!(" {rms:.1} ({}) |", all.len())
         };
         let cells: String = by_rms.iter().map(rms).collect();
