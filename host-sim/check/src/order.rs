@@ -205,7 +205,7 @@ pub(crate) fn check(
         best = likeliest.filter(is_likelier).or(best.filter(|_| is_shown));
     }
     let two = are_all(source).then(|| exchanged(base, &view, &table));
-    if let Some(Some((view, [a, b]))) = two {
+    if let Some((view, [a, b])) = two.flatten() {
         let table = Table::new(base, &view);
         let coarse = View {
             every: EVERY,
@@ -239,8 +239,12 @@ pub(crate) fn check(
     }
 }
 
+/// The mean coherence of lines.
+pub(crate) fn mean(focused: &[f64]) -> f64 {
+    focused.iter().sum::<f64>() / focused.len() as f64
+}
+
 /// Whether subapertures agree, and on most lines better than otherwise.
 pub(crate) fn is_sharper(focused: &[f64], otherwise: &[f64]) -> bool {
-    let mean = focused.iter().sum::<f64>() / focused.len() as f64;
-    mean > FOCUSED && sureness(focused, otherwise) > SHARPER
+    mean(focused) > FOCUSED && sureness(focused, otherwise) > SHARPER
 }

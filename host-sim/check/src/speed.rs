@@ -15,7 +15,7 @@ use rand::{RngExt, SeedableRng};
 
 use crate::base::Base;
 use crate::elements::median;
-use crate::order::is_sharper;
+use crate::order::{is_sharper, mean};
 use crate::table::{Block, Part, Table};
 use crate::view::{View, Wave, chosen};
 
@@ -212,7 +212,6 @@ pub(crate) fn estimate(base: &Base, view: &View, good: &[bool]) -> Option<Speeds
 
 /// The speed at which subapertures agree best, if clearly better than at the view's.
 fn sharpest(base: &Base, view: &View) -> Option<f64> {
-    let mean = |focused: &[f64]| focused.iter().sum::<f64>() / focused.len() as f64;
     let at = |c: f64, every: usize| {
         let mut view = View {
             c,

@@ -46,7 +46,7 @@ fn each_fault_is_named_and_none_in_sound_recordings() {
     }
 }
 
-/// Elements 1.5 wavelengths apart hear so much from beside the lines that neighbours do not agree; focused subapertures do.
+/// Elements 1.5 wavelengths apart, with grating lobes.
 #[test]
 fn faults_of_wide_elements_are_named() {
     let scene = Scene {

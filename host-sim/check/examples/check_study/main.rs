@@ -12,7 +12,6 @@ mod faults;
 mod scene;
 
 use std::fmt::Write;
-
 use std::path::Path;
 
 use bonebeam_check::{Finding, Severity, check, doubt, sound_speed};
@@ -59,7 +58,8 @@ fn main() {
     let mut pairs = [Counts::default(); 2];
     let mut speeds = Speeds::default();
     for seed in first..first + count {
-        let (sound, scene) = match files.get((seed - first) as usize) {
+        let file = files.get((seed - first) as usize);
+        let (sound, scene) = match file {
             Some(path) => (of_file(path), None),
             None => {
                 let scene = Scene::draw(seed);
@@ -102,7 +102,7 @@ fn main() {
             doubt(&sound, &sound.samples.survey()).is_some(),
         );
         if verbose {
-            match files.get((seed - first) as usize) {
+            match file {
                 Some(path) => println!("{path}: {estimate:.1?} m/s"),
                 None => println!("{scene:?}: {estimate:.1?} m/s"),
             }
