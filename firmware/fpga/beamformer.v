@@ -1,4 +1,4 @@
-// From blocks of firmware/stream to complex lines of MV: receive delays, interpolation, covariance, solver. One beam
+// From blocks of firmware/stream to complex lines of MV, rank-1 ESMV or DAS: receive delays, interpolation, covariance, solver. One beam
 // a block; its parameters are registers. See docs/fpga.md.
 module beamformer #(
     parameter SAMPLES = 280,       // of a block
@@ -54,7 +54,7 @@ module beamformer #(
     wire [34:0] depth_step = values[32*14 +: 35];
     wire [34:0] across = values[32*16 +: 35];
     wire [34:0] pitch = values[32*18 +: 35];
-    wire [8:0] first = values[32*20 +: 9];              // see solver.v
+    wire [9:0] first = values[32*20 +: 10];             // see solver.v
     wire runs = values[0];                              // low: no block is begun
     wire unused = &values;
     registers #(32) axil (clock, reset, s_axil_awaddr, s_axil_awvalid, s_axil_awready, s_axil_wdata, s_axil_wstrb,
@@ -72,6 +72,12 @@ module beamformer #(
     reg [3:0] element;
     wire loads = state == LOAD && beat_valid;
     wire line_done;
+    // Of the line whose samples are in the covariance and the solver, which the next one waits for.
+    reg solving;
+    reg [9:0] line_first;
+    reg [15:0] line_loading;
+    wire line_solved;
+    wire begins = state == START && !solving;
     assign beat_ready = state == HEADER ? runs : state == LOAD && (half || whole);
     reg write;
     reg [N-1:0] write_sample;
@@ -83,7 +89,9 @@ module beamformer #(
         write_sample <= sample;
         write_element <= element;
         write_word <= half ? {beat[32 +: BITS], beat[48 +: BITS]} : {beat[0 +: BITS], beat[16 +: BITS]};
-        start <= state == START;
+        start <= begins;
+        if (begins) {line_first, line_loading} <= {first, loading};
+        solving <= begins || solving && !line_solved;
         case (state)
             HEADER: if (beat_valid && runs) state <= LOAD;
             LOAD: if (beat_valid) begin
@@ -97,14 +105,14 @@ module beamformer #(
                 end
                 if (beat[64] && beat_ready) state <= START;
             end
-            START: begin
+            START: if (begins) begin
                 state <= LINE;
                 {half, whole, sample, element} <= 0;
                 blocks <= blocks + 1;
             end
             LINE: if (line_done) state <= HEADER;
         endcase
-        if (reset) {state, half, whole, sample, element, start, write, blocks} <= 0;
+        if (reset) {state, half, whole, sample, element, start, solving, write, blocks} <= 0;
     end
 
     // --- Delays of a line.
@@ -164,16 +172,17 @@ module beamformer #(
         if (reset) moves <= 0;
     end
 
-    // --- MV.
+    // --- MV, or another program.
     wire number_valid, number_ready, number_last, number_end, z_end, z_valid, z_ready;
     wire [31:0] number;
     wire [6:0] number_address;
     wire [4:0] exponent;
     wire [31:0] re, im;
-    real_form #(FORM) form (clock, reset, 1'b1, loading, word_valid, word_ready, {part[1].count, part[0].count}, ends[2], number_valid,
+    real_form #(FORM) form (clock, reset, 1'b1, line_loading, word_valid, word_ready, {part[1].count, part[0].count}, ends[2], number_valid,
         number_ready, number, number_address, number_last, number_end, exponent);
-    solver #(PROGRAM, 512, RECIPROCALS) solver (clock, reset, 1'b1, first, number_valid, number_ready, number, number_address,
+    solver #(PROGRAM, 1024, RECIPROCALS) solver (clock, reset, 1'b1, line_first, number_valid, number_ready, number, number_address,
         number_last, number_end, exponent, z_valid, z_ready, z_end, re, im);
+    assign line_solved = z_valid && z_ready && z_end;
     skid #(65) leaving (clock, reset, {z_end, im, re}, z_valid, z_ready, {m_axis_tlast, m_axis_tdata}, m_axis_tvalid,
         m_axis_tready);
 endmodule

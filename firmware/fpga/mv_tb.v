@@ -1,11 +1,12 @@
-// MV and DAS by real_form.v and solver.v beside mv.in.hex, mv.out.hex and mv.das.hex of `host-sim golden`, with gaps and
-// stalls on both sides. Lines end within a bank of eight samples, too.
+// MV, rank 1 and DAS by real_form.v and solver.v beside mv.in.hex, mv.out.hex, mv.rank1.hex and mv.das.hex of `host-sim
+// golden`, with gaps and stalls on both sides. Lines end within a bank of eight samples, too.
 module mv_tb;
     parameter VECTORS = 206;
     reg [31:0] in [0:16*VECTORS-1];
-    reg [63:0] mv [0:VECTORS-1], das [0:VECTORS-1];
-    reg [8:0] first;
-    wire [63:0] expected = first == 0 ? mv[received] : das[received];
+    localparam RANK1 = 0, MV = 663, DAS = 980;
+    reg [63:0] mv [0:VECTORS-1], rank1 [0:VECTORS-1], das [0:VECTORS-1];
+    reg [9:0] first;
+    wire [63:0] expected = first == MV ? mv[received] : first == DAS ? das[received] : rank1[received];
     reg clock = 0, reset = 1, enable = 1, in_valid = 0, in_end = 0, out_ready = 0;
     reg [31:0] word;
     wire in_ready, valid, ready, last, line_end, out_valid, out_end;
@@ -37,11 +38,12 @@ module mv_tb;
     initial begin
         $readmemh("mv.in.hex", in);
         $readmemh("mv.out.hex", mv);
+        $readmemh("mv.rank1.hex", rank1);
         $readmemh("mv.das.hex", das);
-        for (round = 0; round < 6; round = round + 1) begin
+        for (round = 0; round < 10; round = round + 1) begin
             gaps = round % 3 * 30;
             stalls = round % 4 * 30;
-            first = round < 4 ? 0 : 317;
+            first = round < 4 ? MV : round < 8 ? RANK1 : DAS;
             length = round % 4 == 0 ? VECTORS : 3 + 10 * round;
             reset = 1;
             in_valid = 1;

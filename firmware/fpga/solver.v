@@ -1,15 +1,16 @@
 // Sums of products of numbers of 32 bits, 26 after the point, as a program says: for each of eight samples before the
-// next sum begins. With MV's program LDLt, its solutions, and z; a sample takes as many clocks as the program has terms.
+// next sum begins. With MV's program LDLt, its solutions, and z; before it, with that of rank 1, power iteration. A sample
+// takes as many clocks as the program has terms.
 // See docs/fpga.md.
 module solver #(
     parameter PROGRAM = "solver.hex",
-    parameter TERMS = 512,         // at most, of the program
+    parameter TERMS = 1024,        // at most, of the program
     parameter RECIPROCALS = "reciprocals.hex"
 ) (
     input wire clock,
     input wire reset,
     input wire enable,             // low: no number is taken
-    input wire [8:0] first,        // term of the program's methods: 0 for MV, 317 for DAS
+    input wire [9:0] first,        // term with which a method's program begins, while samples of it are inside
     input wire in_valid,
     output wire in_ready,
     input wire [31:0] in_number,
@@ -64,7 +65,7 @@ module solver #(
     // --- Terms, in the order [sum][sample][term]. The length of a sum comes with the one before; it is 0 at the end.
     reg [32:0] terms [0:TERMS-1];
     initial $readmemh(PROGRAM, terms);
-    reg [8:0] place, start;
+    reg [9:0] place, start;
     reg [3:0] length, term;
     reg [2:0] slot;
     reg running;

@@ -16,7 +16,7 @@ from cocotb_tools.runner import get_results, get_runner
 from cocotbext.axi import AxiLiteBus, AxiLiteMaster, AxiStreamBus, AxiStreamFrame, AxiStreamSink, AxiStreamSource
 
 HERE = Path(__file__).resolve().parent
-LINES, VALUES, STATUS = 2, 19, 4 * 31
+LINES, VALUES, STATUS = 3, 20, 4 * 31
 QUIET = {"COCOTB_LOG_LEVEL": "WARNING", "PYTHONWARNINGS": "ignore"}
 
 

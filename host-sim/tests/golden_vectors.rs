@@ -98,7 +98,7 @@ fn what_is_written_is_the_same_and_what_differs_is_named() {
         .filter_map(|vectors| vectors.largest_error)
         .collect();
     assert!(
-        errors.len() == 2 && errors.iter().all(|&error| error < 5e-6),
+        errors.len() == 3 && errors.iter().all(|&error| error < 5e-6),
         "{errors:?}"
     );
     let verdicts = check(folder).expect("a check");

@@ -1,6 +1,6 @@
 //! The adaptive beamformer of `firmware/fpga`, to the bit.
 //!
-//! MV and DAS of 16 elements, by subapertures of 8, forward-backward, K = 0. `real_form.v` makes the numbers of a
+//! MV, rank-1 ESMV and DAS of 16 elements, by subapertures of 8, forward-backward, K = 0. `real_form.v` makes the numbers of a
 //! sample, by [`entries`], at a scale at which the trace is in [½, 1). `solver.v` computes with them.
 
 use bonebeam::beamform::Parameters;
@@ -9,8 +9,8 @@ use ndarray::Array2;
 
 use super::integer::{Word, covariance};
 use super::solver::{
-    A, DATA, L, Number, ONE, SCALE, TOTAL, Term, matrix, program_words, programs, reciprocals,
-    solve,
+    A, DATA, L, Number, ONE, SCALE, START, STEPS, TOTAL, Term, matrix, program_words, programs,
+    reciprocals, solve,
 };
 use crate::Result;
 use crate::reference::f64 as reference;
@@ -126,11 +126,33 @@ pub fn tables() -> Vec<(String, String)> {
     files.map(text).into()
 }
 
-/// The largest error of z against f64, of the largest |z|.
+/// The solver's programs, in their order.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Program {
+    /// Rank-1 ESMV by [`STEPS`] of power iteration.
+    Rank1,
+    /// MV.
+    Mv,
+    /// Delay and sum.
+    Das,
+}
+
+impl Program {
+    /// All.
+    pub const ALL: [Self; 3] = [Program::Rank1, Program::Mv, Program::Das];
+
+    /// The term with which it begins: MV's are the end of those of rank 1.
+    pub fn first(self) -> usize {
+        let [rank1, mv, _] = programs().map(|program| program.len());
+        [0, rank1 - mv, rank1][self as usize]
+    }
+}
+
+/// The largest error of MV or of rank 1 against f64, of the largest |z|.
 ///
 /// # Errors
 /// A singular covariance.
-pub fn largest_error(vectors: &[[Word; 16]], loading: u16) -> Result<f64> {
+pub fn largest_error(program: Program, vectors: &[[Word; 16]], loading: u16) -> Result<f64> {
     let parameters = Parameters {
         covariance: Covariance::ForwardBackward,
         temporal_half_window: 0,
@@ -139,13 +161,25 @@ pub fn largest_error(vectors: &[[Word; 16]], loading: u16) -> Result<f64> {
     };
     let word = |[re, im]: Word| Complex::new(f32::from(re), f32::from(im));
     let x = Array2::from_shape_fn((vectors.len(), 16), |(n, m)| word(vectors[n][m]));
-    let active = vec![(0, 16); vectors.len()];
-    let exact = reference::beamform::beamform(x.view(), &active, &parameters)?;
     let adaptive = Adaptive::new(loading);
     let (mut error, mut largest) = (0.0f64, 0.0f64);
-    for (x, exact) in vectors.iter().zip(exact) {
+    for (n, vector) in vectors.iter().enumerate() {
+        let sample = reference::beamform::Sample::new(x.view(), n, (0, 16), &parameters)?;
+        let exact = sample.map_or(num_complex::Complex::ZERO, |sample| {
+            let weights = &sample.minimum_variance;
+            if program == Program::Mv {
+                return sample.output(weights);
+            }
+            let mut v = weights.map(|_| num_complex::Complex::ZERO);
+            let first = START / 2;
+            (v[first], v[L - 1 - first]) = (1.0.into(), 1.0.into());
+            for _ in 0..STEPS {
+                v = (&sample.covariance * v).normalize();
+            }
+            sample.output(&(&v * v.dotc(weights)))
+        });
         let [re, im] = adaptive
-            .sample(x)
+            .z(program, vector)
             .map(|part| f64::from(part) / f64::from(1 << OUTPUT));
         error = error.max((exact - num_complex::Complex::new(re, im)).norm());
         largest = largest.max(exact.norm());
@@ -196,7 +230,7 @@ fn real_form(x: &[Word; 16], loading: i64) -> Option<([Number; 128], u32)> {
 
 /// Lines from integers.
 pub struct Adaptive {
-    programs: [Vec<Term>; 2],
+    programs: [Vec<Term>; 3],
     reciprocals: Vec<u32>,
     /// Δ/8, in 2⁻²⁰.
     loading: i64,
@@ -212,21 +246,16 @@ impl Adaptive {
         }
     }
 
-    /// z of MV, in [`OUTPUT`] bits after the point.
-    pub fn sample(&self, x: &[Word; 16]) -> [i32; 2] {
-        self.by(0, x)
-    }
-
-    /// z of DAS.
-    pub fn das(&self, x: &[Word; 16]) -> [i32; 2] {
-        self.by(1, x)
-    }
-
-    fn by(&self, program: usize, x: &[Word; 16]) -> [i32; 2] {
+    /// z, in [`OUTPUT`] bits after the point.
+    pub fn z(&self, program: Program, x: &[Word; 16]) -> [i32; 2] {
         let Some((mut memory, exponent)) = real_form(x, self.loading) else {
             return [0; 2];
         };
-        let z = solve(&self.programs[program], &self.reciprocals, &mut memory);
+        let z = solve(
+            &self.programs[program as usize],
+            &self.reciprocals,
+            &mut memory,
+        );
         z.map(|z| (((z >> (23 - exponent)) + 1) >> 1) as i32)
     }
 }
@@ -262,9 +291,19 @@ mod tests {
     fn it_is_near_f64_for_strong_and_weak_waves() {
         for (amplitude, least) in [(32_000.0, 2e-5), (300.0, 2e-5), (20.0, 2e-4)] {
             for noise in [1.0, 0.01, 0.0] {
-                for loading in [1311, LOADING, 32_768] {
-                    let error = largest_error(&waves(amplitude, noise), loading).expect("MV");
-                    assert!(error < least, "{amplitude} {noise} {loading}: {error:e}");
+                let programs = [
+                    (Program::Mv, 1311),
+                    (Program::Mv, LOADING),
+                    (Program::Mv, 32_768),
+                ];
+                let of_rank1 = [(Program::Rank1, LOADING), (Program::Rank1, 32_768)];
+                for (program, loading) in programs.into_iter().chain(of_rank1) {
+                    let waves = waves(amplitude, noise);
+                    let error = largest_error(program, &waves, loading).expect("z");
+                    assert!(
+                        error < least,
+                        "{program:?} {amplitude} {noise} {loading}: {error:e}"
+                    );
                 }
             }
         }
@@ -273,18 +312,25 @@ mod tests {
     #[test]
     fn a_wave_from_ahead_is_itself_and_silence_is_silent() {
         let adaptive = Adaptive::new(LOADING);
-        for amplitude in [1i16, 7, 100, 32_767] {
-            let [re, im] = adaptive
-                .sample(&[[amplitude, -amplitude]; 16])
-                .map(f64::from);
-            let exact = f64::from(amplitude) * 1024.0;
-            assert!(
-                (re - exact).abs() < 1.0 + 1e-5 * exact && (re + im).abs() <= 1.0,
-                "{re} {im}"
-            );
-            let das = adaptive.das(&[[amplitude, -amplitude]; 16]).map(f64::from);
-            assert_eq!(das, [exact, -exact]);
+        for program in [Program::Rank1, Program::Mv, Program::Das] {
+            for amplitude in [1i16, 7, 100, 32_767] {
+                let exact = f64::from(amplitude) * 1024.0;
+                let [re, im] = adaptive
+                    .z(program, &[[amplitude, -amplitude]; 16])
+                    .map(f64::from);
+                let is_itself = (re - exact).abs() < 1.0 + 1e-5 * exact && (re + im).abs() <= 1.0;
+                assert!(is_itself, "{program:?}: {re} {im}");
+                assert!(program != Program::Das || re == exact, "{re}");
+            }
+            assert_eq!(adaptive.z(program, &[[0; 2]; 16]), [0; 2]);
         }
-        assert_eq!(adaptive.sample(&[[0; 2]; 16]), [0; 2]);
+    }
+
+    #[test]
+    fn programs_begin_at_the_terms_that_the_documents_name() {
+        let document = include_str!("../../../../docs/fpga.md");
+        let [rank1, mv, das] = Program::ALL.map(Program::first);
+        let starts = format!("{rank1} for rank 1, {mv} for MV, {das} for DAS");
+        assert!(document.contains(&starts), "{starts}");
     }
 }

@@ -1,6 +1,6 @@
-//! `beamformer.v` of `firmware/fpga` to the bit: from blocks of I/Q to lines of MV.
+//! `beamformer.v` of `firmware/fpga` to the bit: from blocks of I/Q to lines.
 //!
-//! The scene's lines, demodulated to 10 MHz.
+//! The scene's lines, demodulated to 10 MHz, of each method in turn.
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -10,7 +10,7 @@ use std::path::Path;
 
 use bonebeam_files::atomic::Outputs;
 
-use super::adaptive::{Adaptive, LOADING};
+use super::adaptive::{Adaptive, LOADING, Program};
 use super::integer::Word;
 use super::scene::{self, ELEMENTS, LineRecord, OUTPUT_RATE, SAMPLES, START};
 use crate::reference::f32::iq::phasor;
@@ -22,10 +22,15 @@ const EVERY: usize = 4;
 const LARGEST: f64 = 16_000.0;
 const CYCLES: u64 = 1 << 44;
 /// Registers that a line has.
-const VALUES: usize = 19;
+const VALUES: usize = 20;
 
 /// The registers of a line, from register 1 on, in their units.
-fn registers(record: &LineRecord, t0: f64, [rate, demodulation, c]: [f64; 3]) -> Vec<u32> {
+fn registers(
+    record: &LineRecord,
+    t0: f64,
+    [rate, demodulation, c]: [f64; 3],
+    program: Program,
+) -> Vec<u32> {
     let whole = |x: f64, bits: i32| libm::floor(libm::ldexp(x, bits)) as i64 as u64;
     let flight = 2.0 * START / c;
     let path = rate / c;
@@ -41,7 +46,8 @@ fn registers(record: &LineRecord, t0: f64, [rate, demodulation, c]: [f64; 3]) ->
         LOADING.into(),
         whole(demodulation / rate, 26) as u32,
     ];
-    first.into_iter().chain(wide).collect()
+    let program = program.first() as u32;
+    first.into_iter().chain(wide).chain([program]).collect()
 }
 
 /// The registers of a line as `beamformer.v` reads them, from register 1 on.
@@ -103,7 +109,7 @@ fn counts(record: &LineRecord, [fs, f0]: [f64; 2], scale: f64) -> (Vec<[Word; EL
     (rows.collect(), record.t0 - 0.5 / fs)
 }
 
-/// MV of blocks of I/Q by the registers of their lines, and the aligned words.
+/// Lines of blocks of I/Q by the registers of their lines, and the aligned words.
 ///
 /// `None`: the texts are no such files.
 fn lines(blocks: &str, registers: &str) -> Option<(String, Vec<[Word; ELEMENTS]>)> {
@@ -120,9 +126,11 @@ fn lines(blocks: &str, registers: &str) -> Option<(String, Vec<[Word; ELEMENTS]>
         let row = |row| std::array::from_fn(|m| count(row, m));
         let counts: Vec<_> = rows.iter().map(|beats| row(beats)).collect();
         let (line, adaptive) = (Registers(values), Adaptive::new(values[1] as u16));
+        let begins = |program: &Program| program.first() as u64 == values[VALUES - 1];
+        let program = Program::ALL.into_iter().find(begins)?;
         for sample in 0..(values[0] & 0xffff) as usize {
             let x = std::array::from_fn(|element| line.aligned(&counts, (sample, element)));
-            let [re, im] = adaptive.sample(&x);
+            let [re, im] = adaptive.z(program, &x);
             let _ = writeln!(text, "{im:08x}{re:08x}");
             all.push(x);
         }
@@ -171,7 +179,8 @@ pub fn vectors() -> (Vec<(String, String)>, Vec<[Word; ELEMENTS]>) {
         for _ in number..number.next_multiple_of(4) {
             let _ = writeln!(blocks, "{:016x}", 0);
         }
-        for word in registers(record, t0, [data.fs / EVERY as f64, data.f0, data.c]) {
+        let rates = [data.fs / EVERY as f64, data.f0, data.c];
+        for word in registers(record, t0, rates, Program::ALL[(beam + 1) % 3]) {
             let _ = writeln!(values, "{word:08x}");
         }
     }

@@ -10,7 +10,7 @@ use num_complex::Complex;
 use serde::Serialize;
 use std::hash::Hasher;
 
-use super::adaptive::{self, Adaptive, LOADING};
+use super::adaptive::{self, Adaptive, LOADING, Program};
 use super::chain;
 use super::fixed_point::{FixedPoint, quantise};
 use super::integer::{Word, corners, covariance, das};
@@ -81,7 +81,7 @@ const CONVENTIONS: &[&str] = &[
     "das.in.hex, covariance.in.hex: 16 complex words a vector, {re, im} as 8 digits",
     "das.out.hex: {re, im} as 8 digits, (sum + 8) >> 4",
     "covariance.out.hex: {re, im} as 20 digits, 40 bits each, for i = 0..7 and j = 0..i",
-    "mv.in.hex: as das.in.hex; mv.out.hex, mv.das.hex: MV and DAS {re, im} as 16 digits, in 2^-10 of a count",
+    "mv.in.hex: as das.in.hex; mv.out.hex, mv.rank1.hex, mv.das.hex: MV, rank-1 ESMV and DAS {re, im} as 16 digits, in 2^-10 of a count",
     "chain.in.hex: beats of the blocks of 12 lines, 175 samples each; chain.out.hex: {im, re}, as mv.out.hex",
     "real_form.hex, solver.hex, reciprocals.hex: the tables of the cores of these names",
 ];
@@ -90,6 +90,7 @@ const DAS: [&str; 2] = ["das.in.hex", "das.out.hex"];
 const COVARIANCE: [&str; 2] = ["covariance.in.hex", "covariance.out.hex"];
 const CHAIN: [&str; 2] = ["chain.in.hex", "chain.out.hex"];
 const MV: [&str; 2] = ["mv.in.hex", "mv.out.hex"];
+const RANK1: [&str; 2] = ["mv.in.hex", "mv.rank1.hex"];
 
 /// A text file.
 type Text = (String, String);
@@ -192,26 +193,19 @@ fn integer_vectors(stages: &[Stage], texts: &mut Vec<Text>) -> Result<Vec<Intege
         String::from("// the forward covariance of each vector, i = 0..7, j = 0..i: {re, im}\n"),
     );
     let adaptive = Adaptive::new(LOADING);
-    let mut lines = String::from("// MV of each vector: {re, im}\n");
-    let mut averages = String::from("// DAS of each vector: {re, im}\n");
+    let mut lines =
+        Program::ALL.map(|program| format!("// {program:?} of each vector: {{re, im}}\n"));
     for (k, vector) in vectors.iter().enumerate() {
-        for text in [
-            &mut input,
-            &mut sums,
-            &mut products,
-            &mut lines,
-            &mut averages,
-        ] {
+        let of_sums = [&mut input, &mut sums, &mut products];
+        for text in of_sums.into_iter().chain(&mut lines) {
             *text += &format!("// vector {k}\n");
         }
         for &word in vector {
             input += &(digits(word) + "\n");
         }
         sums += &(digits(das(vector)) + "\n");
-        for (text, [re, im]) in [
-            (&mut lines, adaptive.sample(vector)),
-            (&mut averages, adaptive.das(vector)),
-        ] {
+        for (text, program) in lines.iter_mut().zip(Program::ALL) {
+            let [re, im] = adaptive.z(program, vector);
             *text += &format!("{re:08x}{im:08x}\n");
         }
         for i in 0..SUBAPERTURE {
@@ -234,13 +228,15 @@ fn integer_vectors(stages: &[Stage], texts: &mut Vec<Text>) -> Result<Vec<Intege
         .zip(&exact)
         .map(|(mean, &z)| (f64::from(mean) * scale - f64::from(z)).abs() / largest);
     let worst = errors.fold(0.0, f64::max);
+    let [rank1, mv, averages] = lines;
     for (name, text) in [
         (DAS[0], input.clone()),
         (DAS[1], sums),
         (COVARIANCE[0], input.clone()),
         (COVARIANCE[1], products),
         (MV[0], input),
-        (MV[1], lines),
+        (MV[1], mv),
+        (RANK1[1], rank1),
         ("mv.das.hex", averages),
     ] {
         texts.push((name.into(), text));
@@ -266,13 +262,19 @@ fn integer_vectors(stages: &[Stage], texts: &mut Vec<Text>) -> Result<Vec<Intege
             files: MV,
             what: "MV of 16 words by subapertures of 8, forward-backward, K = 0, by the program of solver.hex",
             vectors: counts,
-            largest_error: Some(adaptive::largest_error(&vectors, LOADING)?),
+            largest_error: Some(adaptive::largest_error(Program::Mv, &vectors, LOADING)?),
+        },
+        Integer {
+            files: RANK1,
+            what: "rank-1 ESMV of the same, by eight steps of power iteration",
+            vectors: counts,
+            largest_error: Some(adaptive::largest_error(Program::Rank1, &vectors, LOADING)?),
         },
         Integer {
             files: CHAIN,
-            what: "lines of MV from blocks of I/Q, by the registers of chain.lines.hex; the error of MV alone",
+            what: "lines from blocks of I/Q, by the registers of chain.lines.hex: MV, DAS and rank 1 in turn; the error of MV alone",
             vectors: [aligned.len(), 0],
-            largest_error: Some(adaptive::largest_error(&aligned, LOADING)?),
+            largest_error: Some(adaptive::largest_error(Program::Mv, &aligned, LOADING)?),
         },
     ])
 }
