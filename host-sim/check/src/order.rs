@@ -13,10 +13,12 @@ use crate::view::{View, Wave};
 /// Gain of the score from which an alternative is named.
 pub(crate) const GAIN: f64 = 0.07;
 /// The same of a small change of the waves, which delays of tissue and points beside the lines imitate, with the least
-/// share of it that the transmits' phases have, unless they surely have it; and the gain that they do not bring.
+/// share of it that the transmits' phases have, unless they surely have it; the gain that they do not bring; and the
+/// gain below which phases count for nothing.
 const OF_SMALL: f64 = 0.14;
 const LEAST_SHARE: f64 = 0.15;
 const MOST_OF_SMALL: f64 = 0.5;
+const LEAST: f64 = 0.01;
 /// Every how many lines are read for it.
 const EVERY: usize = 2;
 /// Least share of the missing coherence that it brings, but for a small change of the waves.
@@ -183,7 +185,7 @@ pub(crate) fn check(
         let small = is_small(alternative.0);
         let missing = gain / (most - own);
         let named = match small {
-            true => gain > GAIN || gain > 0.0 && moved(&view, &table, other).1,
+            true => gain > GAIN || gain > LEAST && moved(&view, &table, other).1,
             false if view.own && alternative.0 == "mirrored" => gain > LITTLE && missing > MUCH,
             false => gain > GAIN && missing > SHARE,
         } || !small && gain > LITTLE && is_sharper(&table_of_other.focused(), &focused);

@@ -68,6 +68,29 @@ fn faults_of_wide_elements_are_named() {
     }
 }
 
+/// Three waves and a wide array: at a speed far off even neighbours disagree, and the speed is found by trying many.
+#[test]
+fn a_speed_far_off_is_found_by_a_wide_array() {
+    let scene = Scene {
+        elements: 128,
+        pitch: 1.0,
+        ..Scene::small(Law::Plane)
+    };
+    let mut data = scene.record();
+    let read = [0, data.transmits.len() / 2, data.transmits.len() - 1];
+    let Transmits::Plane { angle } = &mut data.transmits else {
+        panic!("plane waves");
+    };
+    *angle = read.iter().map(|&t| angle[t]).collect();
+    data.t0.truncate(read.len());
+    data.samples = Samples::Rf(scene::rf(&mut data).select(Axis(1), &read));
+    data.c *= 1.12;
+    let found = check(&data);
+    let speed = found.iter().find(|found| found.name == "sound-speed");
+    let speed = speed.unwrap_or_else(|| panic!("{found:#?}"));
+    assert!((speed.value.expect("m/s") - scene.c).abs() < 6.0, "{speed}");
+}
+
 /// A record that is there twice is found where its time is another's, too: I/Q and phases turn with it.
 #[test]
 fn doubled_records_have_any_time() {

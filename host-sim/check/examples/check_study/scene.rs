@@ -16,7 +16,6 @@ use rayon::prelude::*;
 
 /// Taps of the fractional delays.
 const TAPS: usize = 12;
-const ELEMENTS: usize = 64;
 /// RMS of the delays of tissue before the elements, s.
 pub const ABERRATIONS: [f64; 3] = [0.0, 20e-9, 35e-9];
 
@@ -45,6 +44,7 @@ pub enum Medium {
 /// What is recorded, and how.
 #[derive(Clone, Copy, Debug)]
 pub struct Scene {
+    pub elements: usize,
     pub shape: Shape,
     pub law: Law,
     pub medium: Medium,
@@ -68,6 +68,7 @@ impl Scene {
         let media = [Medium::Speckle, Medium::Points, Medium::Bone];
         let shapes = [Shape::Linear, Shape::Linear, Shape::Curved, Shape::Phased];
         let mut scene = Scene {
+            elements: 64,
             shape: Shape::Linear,
             law: laws[random.random_range(0..4)],
             medium: media[random.random_range(0..3)],
@@ -92,6 +93,7 @@ impl Scene {
     /// Tissue under clean conditions.
     pub fn small(law: Law) -> Self {
         Scene {
+            elements: 64,
             shape: Shape::Linear,
             law,
             medium: Medium::Speckle,
@@ -108,6 +110,7 @@ impl Scene {
     pub fn record(&self) -> ChannelData {
         let mut random = ChaCha8Rng::seed_from_u64(self.seed.wrapping_add(1 << 32));
         let Scene {
+            elements: count,
             shape,
             law,
             medium,
@@ -117,13 +120,13 @@ impl Scene {
         } = *self;
         let pitch = c / f0 * self.pitch;
         let settings = Settings {
-            elements: ELEMENTS,
+            elements: count,
             pitch,
             kerf: 0.1 * pitch,
             f0,
             fs: 8.0 * f0,
             c,
-            beams: ELEMENTS,
+            beams: count,
             f_number: 1e6,
             depth_start: 3e-3,
             depth_end: 30e-3,
@@ -131,7 +134,7 @@ impl Scene {
             seed: self.seed,
             ..Settings::default()
         };
-        let half = 0.5 * ELEMENTS as f64 * pitch;
+        let half = 0.5 * count as f64 * pitch;
         let tissue = Tissue {
             density: 25e6,
             amplitude: 1.0,
@@ -176,8 +179,8 @@ impl Scene {
         } else {
             channel_data(&settings, &phantom, Summation::Cells, &|_| {}).expect("a record")
         };
-        let delays = screen(&mut random, self.aberration, pitch);
-        let elements: Vec<[f64; 2]> = (0..ELEMENTS).map(|m| all.element(m)).collect();
+        let delays = screen(&mut random, count, self.aberration, pitch);
+        let elements: Vec<[f64; 2]> = (0..count).map(|m| all.element(m)).collect();
         // Sources before or behind the array, and the half aperture of those before it.
         let from = |[sx, sz]: [f64; 2], reach: f64| -> Vec<f64> {
             let range = sx.hypot(sz) * sz.signum();
@@ -257,7 +260,7 @@ impl Scene {
                 let of = |m: usize, i: usize| if m == i { 0.0 } else { f64::NAN };
                 let fire = index
                     .iter()
-                    .map(|&i| (0..ELEMENTS).map(|m| of(m, i)).collect())
+                    .map(|&i| (0..elements.len()).map(|m| of(m, i)).collect())
                     .collect();
                 (Transmits::Element { index }, fire)
             }
@@ -278,9 +281,15 @@ impl Scene {
 /// Records of single elements on an arc; shadows are those of its middle.
 fn curved(settings: &Settings, phantom: &Phantom, radius: f64) -> ChannelData {
     const FINE: usize = 4;
-    let &Settings { f0, fs, c, .. } = settings;
-    let middle = 0.5 * (ELEMENTS - 1) as f64;
-    let angles: Vec<f64> = (0..ELEMENTS)
+    let &Settings {
+        elements: count,
+        f0,
+        fs,
+        c,
+        ..
+    } = settings;
+    let middle = 0.5 * (count - 1) as f64;
+    let angles: Vec<f64> = (0..count)
         .map(|m| (m as f64 - middle) * settings.pitch / radius)
         .collect();
     let elements: Vec<[f64; 2]> = angles
@@ -338,24 +347,22 @@ fn curved(settings: &Settings, phantom: &Phantom, radius: f64) -> ChannelData {
         };
         (0..samples).map(sample).collect()
     };
-    let rows: Vec<(usize, usize)> = (0..ELEMENTS * ELEMENTS)
-        .map(|k| (k / ELEMENTS, k % ELEMENTS))
-        .collect();
+    let rows: Vec<(usize, usize)> = (0..count * count).map(|k| (k / count, k % count)).collect();
     let rf: Vec<f32> = rows.into_par_iter().flat_map_iter(row).collect();
-    let rf = Array3::from_shape_vec((ELEMENTS, ELEMENTS, samples), rf).expect("the shape");
+    let rf = Array3::from_shape_vec((count, count, samples), rf).expect("the shape");
     let [x, z] = [0, 1].map(|k| elements.iter().map(|at| at[k]).collect());
     let transmits = Transmits::Element {
-        index: (0..ELEMENTS).collect(),
+        index: (0..count).collect(),
     };
     ChannelData {
-        t0: vec![start; ELEMENTS],
+        t0: vec![start; count],
         element_z: Some(z),
         ..ChannelData::linear(rf, x, transmits, ([fs, f0], c))
     }
 }
 
-/// Delays of tissue before the elements, of an RMS in s, smooth over 3 mm.
-fn screen(random: &mut ChaCha8Rng, rms: f64, pitch: f64) -> Vec<f64> {
+/// Delays of tissue before `count` elements, of an RMS in s, smooth over 3 mm.
+fn screen(random: &mut ChaCha8Rng, count: usize, rms: f64, pitch: f64) -> Vec<f64> {
     let waves: Vec<[f64; 3]> = (0..12)
         .map(|_| {
             [
@@ -365,7 +372,7 @@ fn screen(random: &mut ChaCha8Rng, rms: f64, pitch: f64) -> Vec<f64> {
             ]
         })
         .collect();
-    let raw: Vec<f64> = (0..ELEMENTS)
+    let raw: Vec<f64> = (0..count)
         .map(|m| {
             waves
                 .iter()
@@ -373,8 +380,8 @@ fn screen(random: &mut ChaCha8Rng, rms: f64, pitch: f64) -> Vec<f64> {
                 .sum()
         })
         .collect();
-    let mean = raw.iter().sum::<f64>() / ELEMENTS as f64;
-    let power = raw.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / ELEMENTS as f64;
+    let mean = raw.iter().sum::<f64>() / count as f64;
+    let power = raw.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / count as f64;
     raw.iter()
         .map(|v| rms * (v - mean) / power.sqrt())
         .collect()
