@@ -162,13 +162,16 @@ fn slice(path: &Path) -> Read<Slice> {
     };
     let need = |name: &str| whole(&object, name).ok_or_else(|| format!("has no {name}"));
     let sides = [need("Columns")?, need("Rows")?];
-    let (size, signed) = (
-        need("BitsAllocated")? / 8,
-        need("PixelRepresentation")? == 1,
-    );
+    let bits = need("BitsAllocated")?;
+    let (size, signed) = (bits / 8, need("PixelRepresentation")? == 1);
+    let stored = whole(&object, "BitsStored").unwrap_or(bits);
+    let high = whole(&object, "HighBit").unwrap_or(stored.saturating_sub(1));
     let pixels = element(&object, "PixelData").ok_or("has no PixelData")?;
     if pixels.fragments().is_some() || ![1, 2].contains(&size) || need("SamplesPerPixel")? != 1 {
         return Err("has pixels that are compressed or no numbers of 8 or 16 bits; dcmdjpeg, dcmdjpls or gdcmconv --raw unpacks them".into());
+    }
+    if stored == 0 || high >= bits || high + 1 < stored {
+        return Err(format!("has {stored} bits up to bit {high} of {bits}"));
     }
     let bytes = pixels.to_bytes().map_err(|e| e.to_string())?;
     if bytes.len() < product(&[sides[0], sides[1], size]) {
@@ -180,11 +183,15 @@ fn slice(path: &Path) -> Read<Slice> {
     let (slope, shift) = (numbers("RescaleSlope"), numbers("RescaleIntercept"));
     let (slope, shift) = (slope.first().unwrap_or(&1.0), shift.first().unwrap_or(&0.0));
     let value = |number: &[u8]| {
-        let whole = match (number, signed) {
-            (&[a, b], true) => f64::from(i16::from_ne_bytes([a, b])),
-            (&[a, b], false) => f64::from(u16::from_ne_bytes([a, b])),
-            (number, true) => f64::from(number[0] as i8),
-            (number, false) => f64::from(number[0]),
+        let word = match number {
+            &[a, b] => u16::from_ne_bytes([a, b]),
+            number => number[0].into(),
+        };
+        // The sign is the highest stored bit; those above it are no part of the number.
+        let top = u32::from(word) << (31 - high);
+        let whole = match signed {
+            true => f64::from(top as i32 >> (32 - stored)),
+            false => f64::from(top >> (32 - stored)),
         };
         // The cast saturates.
         (slope * whole + shift).round() as i16

@@ -72,7 +72,8 @@ struct File<'a> {
     syntax: &'a str,
     colours: &'a str,
     samples: u16,
-    bits: [u16; 2],
+    /// Allocated, stored, and whether the highest stored one is a sign.
+    bits: [u16; 3],
     frames: u16,
     more: Vec<u8>,
     /// Elements of a slice.
@@ -109,10 +110,11 @@ impl File<'_> {
             (0x0028_0011, 3),
             (0x0028_0100, self.bits[0]),
             (0x0028_0101, self.bits[1]),
+            (0x0028_0102, self.bits[1] - 1),
+            (0x0028_0103, self.bits[2]),
         ]
         .into_iter()
         .for_each(|(tag, value)| bytes.extend(short(tag, value)));
-        bytes.extend(short(0x0028_0103, 0));
         if self.colours == "PALETTE COLOR" {
             // Falling levels: an index is the inverse of the brightness.
             let table: Vec<u8> = (0..=255u8).rev().flat_map(|level| [level, level]).collect();
@@ -200,7 +202,7 @@ fn file<'a>(
         syntax,
         colours,
         samples,
-        bits: [bits; 2],
+        bits: [bits, bits, 0],
         frames: 1,
         more: Vec::new(),
         place: Vec::new(),
@@ -341,13 +343,16 @@ fn frames_take_their_poses_from_a_table() {
 }
 
 /// A slice at x, in the order of the sagittal planes from the left, of 1 × 0.5 mm pixels.
-fn slice(path: &Path, x: &str, series: &str, first: u16) {
+///
+/// Signed words have 12 of 16 bits, and zeros above them, also if they are negative: the sign is the highest stored bit
+/// (PS3.5, 8.1.1; so they are written, and read, by pydicom 3.0.2 and SimpleITK 2.5.7).
+fn slice(path: &Path, x: &str, series: &str, first: u16, signed: bool) {
     let texts = [
         (0x0020_000e, "UI", series),
         (0x0020_0032, "DS", &format!("{x}\\20\\30")),
         (0x0020_0037, "DS", "0\\1\\0\\0\\0\\-1"),
         (0x0028_0030, "DS", "0.5\\1"),
-        (0x0028_1052, "DS", "-1024"),
+        (0x0028_1052, "DS", if signed { "0" } else { "-1024" }),
         (0x0028_1053, "DS", "2"),
     ];
     let place = texts.map(|(tag, vr, text)| {
@@ -355,9 +360,17 @@ fn slice(path: &Path, x: &str, series: &str, first: u16) {
         text += if text.len() % 2 == 1 { " " } else { "" };
         element(tag, vr, text.as_bytes())
     });
-    let pixels: Vec<u8> = (0..6).flat_map(|k| (first + k).to_le_bytes()).collect();
+    let word = |number: u16| {
+        if signed {
+            number.wrapping_sub(512) & 0xfff
+        } else {
+            number
+        }
+    };
+    let pixels: Vec<u8> = (0..6).flat_map(|k| word(first + k).to_le_bytes()).collect();
     File {
         place: place.concat(),
+        bits: if signed { [16, 12, 1] } else { [16, 16, 0] },
         ..file("MONOCHROME2", [1, 16], PLAIN, plain(&pixels))
     }
     .write(path);
@@ -368,9 +381,11 @@ fn a_volume_has_its_voxels_and_their_places_in_every_format() {
     let folder = tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     let series = at("series");
-    fs::create_dir(&series).unwrap();
-    for (name, x, first) in [("a", "6", 512), ("b", "10", 500), ("c", "8", 506)] {
-        slice(&series.join(name), x, "1.2", first);
+    for (folder, signed) in [(&series, false), (&at("signed"), true)] {
+        fs::create_dir(folder).unwrap();
+        for (name, x, first) in [("a", "6", 512), ("b", "10", 500), ("c", "8", 506)] {
+            slice(&folder.join(name), x, "1.2", first, signed);
+        }
     }
     fs::write(series.join("README"), "not a slice").unwrap();
     let hu: Vec<i16> = (0..18).map(|k| 2 * (500 + k) - 1024).collect();
@@ -383,7 +398,7 @@ fn a_volume_has_its_voxels_and_their_places_in_every_format() {
                 space directions: (0,-1,0) (0,0,-0.5) (2,0,0)\nkinds: domain domain domain\nendian: little\nencoding: raw\n\
                 space origin: (-10,-20,30)\n\n";
     fs::write(at("ct.nrrd"), [nrrd.as_bytes(), &raw].concat()).unwrap();
-    for name in ["series", "ct.mha", "ct.nrrd"] {
+    for name in ["series", "signed", "ct.mha", "ct.nrrd"] {
         assert!(Voxels::recognizes(&at(name)));
         let read = Voxels::read(&at(name)).unwrap();
         assert_eq!((read.sides, &read.hu), ([3, 2, 3], &hu), "{name}");
@@ -404,8 +419,8 @@ fn a_volume_has_its_voxels_and_their_places_in_every_format() {
     let flat = [mha.replace("1 0.5 2", "1 0 2").as_bytes(), &raw].concat();
     fs::write(at("flat.mha"), flat).unwrap();
     refused("flat.mha", "expected 0.001 to 100 mm");
-    slice(&series.join("d"), "3", "1.2", 518);
+    slice(&series.join("d"), "3", "1.2", 518, false);
     refused("series", "uneven distances");
-    slice(&series.join("d"), "4", "1.3", 518);
+    slice(&series.join("d"), "4", "1.3", 518, false);
     refused("series", "2 series");
 }
