@@ -76,10 +76,10 @@ impl Bone {
     pub fn read(path: &Path, threshold: Option<f64>) -> Result<(Bone, Vec<String>)> {
         let name = path.to_string_lossy().to_ascii_lowercase();
         if name.ends_with(".nii") || name.ends_with(".nii.gz") {
-            return Ok((
-                Self::of_volume(path, Volume::read_nifti(path)?, threshold)?,
-                Vec::new(),
-            ));
+            let (volume, warning) = Volume::read_nifti(path)?;
+            let warning = warning.map(|warning| format!("{}: {warning}", path.display()));
+            let bone = Self::of_volume(path, volume, threshold)?;
+            return Ok((bone, warning.into_iter().collect()));
         }
         if threshold.is_some() {
             let message = "has triangles: a threshold has no effect on it";

@@ -14,6 +14,8 @@ use bonebeam_simulate::{CtVolume, Surface, VolumeGrid};
 
 /// Density of voxels that are not of the largest part, HU.
 const AIR: i16 = -1000;
+/// Largest distance between two places of a voxel that is not worth a warning, mm.
+const APART: f64 = 0.1;
 
 /// A CT volume.
 pub struct Volume {
@@ -26,11 +28,11 @@ pub struct Volume {
 }
 
 impl Volume {
-    /// Reads a NIfTI-1 file, `.nii` or `.nii.gz`.
+    /// Reads a NIfTI-1 file, `.nii` or `.nii.gz`, with a warning if it has two places.
     ///
     /// # Errors
     /// A file that cannot be read, is no volume, or holds less than its header says.
-    pub fn read_nifti(path: &Path) -> Result<Volume> {
+    pub fn read_nifti(path: &Path) -> Result<(Volume, Option<String>)> {
         let fail = |message: String| file_error(path, message);
         let file = input::open(path).map_err(|e| fail(cannot_be_opened(&e)))?;
         let packed = path
@@ -118,7 +120,7 @@ impl Volume {
 }
 
 /// A volume by the names of nifti1.h.
-fn nifti(mut reader: impl Read) -> std::result::Result<Volume, String> {
+fn nifti(mut reader: impl Read) -> std::result::Result<(Volume, Option<String>), String> {
     let unreadable = |e: io::Error| match e.kind() {
         ErrorKind::UnexpectedEof => "is truncated".to_owned(),
         _ => format!("is damaged ({e})"),
@@ -173,10 +175,9 @@ fn nifti(mut reader: impl Read) -> std::result::Result<Volume, String> {
         3 => 1e-3,
         _ => 1.0,
     };
-    let to_ras = if short(254) > 0 {
-        [280, 296, 312].map(|row| [0, 4, 8, 12].map(|k| mm * float(row + k))) // srow
-    } else {
-        let [b, c, d] = [256, 260, 264].map(float); // quatern
+    let srow = [280, 296, 312].map(|row| [0, 4, 8, 12].map(|k| mm * float(row + k)));
+    let quatern = {
+        let [b, c, d] = [256, 260, 264].map(float);
         let a = (1.0 - b * b - c * c - d * d).max(0.0).sqrt();
         let sign = if float(76) < 0.0 { -1.0 } else { 1.0 }; // qfac
         let steps = [float(80), float(84), sign * float(88)]; // pixdim
@@ -186,6 +187,24 @@ fn nifti(mut reader: impl Read) -> std::result::Result<Volume, String> {
             [x, y, z, mm * float(268 + 4 * i)]
         })
     };
+    // qform_code, sform_code
+    let given = [252, 254].map(|at| short(at) > 0);
+    let to_ras = if given[1] { srow } else { quatern };
+    let apart = (0..8).map(|corner| {
+        let at = |rows: &[[f64; 4]; 3]| {
+            let index = [0, 1, 2].map(|k| ((corner >> k & 1) * (sides[k] - 1)) as f64);
+            rows.map(|[a, b, c, d]| dot([a, b, c], index) + d)
+        };
+        let (srow, quatern) = (at(&srow), at(&quatern));
+        let off: V3 = [0, 1, 2].map(|k| srow[k] - quatern[k]);
+        dot(off, off).sqrt()
+    });
+    let apart = apart.fold(0.0, f64::max);
+    let warning = (given == [true; 2] && apart > APART).then(|| {
+        format!(
+            "sform and qform are up to {apart:.1} mm apart; the sform is used, as by nibabel, but by ITK only if its code is 1"
+        )
+    });
     let turned = |column: usize| to_lps(to_ras.map(|row| row[column]));
     let columns = [turned(0), turned(1), turned(2), turned(3)];
     let to_lps = [0, 1, 2].map(|i| columns.map(|column| column[i]));
@@ -232,7 +251,7 @@ fn nifti(mut reader: impl Read) -> std::result::Result<Volume, String> {
             (slope * value + shift).round() as i16
         }));
     }
-    Ok(Volume { sides, hu, to_lps })
+    Ok((Volume { sides, hu, to_lps }, warning))
 }
 
 #[cfg(test)]
@@ -262,7 +281,8 @@ mod tests {
 
     #[test]
     fn the_largest_part_has_its_place_in_lps() {
-        let volume = nifti(&balls()[..]).unwrap();
+        let (volume, warning) = nifti(&balls()[..]).unwrap();
+        assert_eq!(warning, None);
         let bone = Bone::new(volume.surface(300.0).unwrap());
         let centre = [-(1.0 + 20.0 * 0.5), -(2.0 + 12.0 * 0.6), 3.0 + 10.0 * 0.7];
         for vertex in bone.surface().vertices() {
@@ -271,8 +291,22 @@ mod tests {
         }
         // Outwards.
         assert!(bone.surface().volume() > 0.9 * 4.0 / 3.0 * std::f64::consts::PI * 343.0 * 0.21);
-        let nothing = nifti(&balls()[..]).unwrap().surface(5000.0);
+        let nothing = nifti(&balls()[..]).unwrap().0.surface(5000.0);
         assert!(nothing.is_err_and(|e| e.to_string().contains("--threshold")));
+    }
+
+    /// The sform counts, as nibabel 5.4.2 takes it; SimpleITK 2.5.7 takes the qform unless the sform's code is 1.
+    #[test]
+    fn two_places_of_a_volume_are_said() {
+        let mut bytes = balls();
+        bytes[276..280].copy_from_slice(&8f32.to_le_bytes()); // qoffset_z, 5 mm further
+        let (volume, warning) = nifti(&bytes[..]).unwrap();
+        assert!((volume.to_lps[2][3] - 3.0).abs() < 1e-6);
+        let warning = warning.expect("a warning");
+        assert!(
+            warning.contains("up to 5.0 mm apart; the sform is used"),
+            "{warning}"
+        );
     }
 
     #[test]
@@ -309,7 +343,7 @@ mod tests {
                 number.reverse();
             }
             bytes.extend(number.repeat(8));
-            nifti(&bytes[..]).unwrap()
+            nifti(&bytes[..]).unwrap().0
         };
         for big in [false, true] {
             for (kind, number, expected) in [
