@@ -121,7 +121,9 @@ impl Program {
     }
 }
 
-/// The programs of rank-1 ESMV, MV and DAS. The first goes on with the second's terms.
+/// The programs of rank-1 ESMV, MV and DAS.
+///
+/// The first goes on with the second's terms.
 pub fn programs() -> [Vec<Term>; 3] {
     [rank1(), mv(), das()]
 }
@@ -142,7 +144,9 @@ fn das() -> Vec<Term> {
 
 /// Steps of power iteration.
 pub const STEPS: usize = 8;
-/// The coordinate from which they start: the sum of the middle elements, which waves turn least.
+/// The coordinate from which they start.
+///
+/// It is the sum of the middle elements, which waves turn least.
 pub const START: usize = L - 2;
 
 /// The data's projection onto the dominant eigenvector v, `v·(v·s)/(v·v)`, before MV's program.
