@@ -49,7 +49,7 @@ struct Shared {
     surface: Memory<{ SURFACE.real }, { SURFACE.complex }>,
 }
 
-/// As many blocks as transmits come while an image is made, and one.
+/// As many blocks as transmits come while an image and a surface are made, and one.
 const BLOCKS: usize = 6;
 type Blocks = Pool<ScanBlock, BLOCKS, { BLOCKS + 1 }>;
 
@@ -113,13 +113,21 @@ fn bone<P: Probe<Stage = IqDelay>>(
     let memory = &mut shared.coherence[..coherence_len::<P>()];
     let chain = Chain::<P, BEAMS>::new(plan, shared.frame.scratch())?;
     let mut chain = chain.with(|frame| frame.with_coherence(of, memory))?;
-    let mut sequence = Sequence::new(BEAMS as u16);
+    // Blocks of the other probe. A front end changes `Header::start` with the probe, so that none comes later.
+    while sink.receive().is_some() {}
+    let (mut sequence, mut faults) = (Sequence::new(BEAMS as u16), 0);
     loop {
+        // A block that comes after the question still ends the sleep.
+        cortex_m::interrupt::free(|_| {
+            if sink.waiting() == 0 {
+                cortex_m::asm::wfi();
+            }
+        });
         let Some(block) = sink.receive() else {
-            cortex_m::asm::wfi();
             continue;
         };
         let verdict = sequence.check(block.header);
+        faults += verdict.faults.iter().flatten().count();
         if let Some(line) = verdict.line {
             let stamp = Stamp {
                 time: block.time(),
@@ -131,6 +139,7 @@ fn bone<P: Probe<Stage = IqDelay>>(
             break;
         }
     }
+    hprintln!("{name}: {faults} faults");
     show(name, chain.frame(), &detector, shared.surface.scratch())
 }
 
@@ -169,6 +178,7 @@ fn start(source: Source<ScanBlock>) {
     if let Some(peripherals) = cortex_m::Peripherals::take() {
         let mut timer: SYST = peripherals.SYST;
         timer.set_clock_source(SystClkSource::Core);
+        // In QEMU a tick is 40 instructions.
         timer.set_reload(25_000);
         timer.clear_current();
         timer.enable_interrupt();

@@ -71,20 +71,32 @@ impl<'m, P: Probe, const LINES: usize> Chain<'m, P, LINES> {
     /// # Errors
     /// [`Error::Length`] for less memory than [`Probe::NEED`]; more is no error. [`Error::Parameter`] if the records of
     /// [`Probe::TRANSMIT`] hold no sample of the first or of the last line
-    /// ([`LinePipeline::recorded`](bonebeam::pipeline::LinePipeline::recorded)): such lines are black.
+    /// ([`LinePipeline::recorded`](bonebeam::pipeline::LinePipeline::recorded)): such lines are black. The same if a line
+    /// goes on below its record: that end looks like bone above its shadow.
     pub fn new(plan: &'m Plan<P>, scratch: Scratch<'m>) -> Result<Self, Error> {
         const {
             assert!(LINES == P::LINES);
         }
         let lines = plan.pipeline().lines();
         for line in [0, LINES.saturating_sub(1)] {
-            if lines.recorded(line, &P::TRANSMIT)?.is_empty() {
-                return Err(Error::Parameter {
-                    name: "t0",
-                    value: P::TRANSMIT.t0,
-                    expected: "a time in s whose records hold samples of the lines, which begin within the array",
-                });
-            }
+            let recorded = lines.recorded(line, &P::TRANSMIT)?;
+            let [name, expected] = match recorded {
+                _ if recorded.is_empty() => [
+                    "t0",
+                    "a time in s whose records hold samples of the lines, which begin within the array",
+                ],
+                _ if recorded.end < lines.scan().samples() => [
+                    "end",
+                    "a depth in m whose echoes the records hold",
+                ],
+                _ => continue,
+            };
+            let p = P::PARAMETERS.scan;
+            let value = match name {
+                "t0" => P::TRANSMIT.t0,
+                _ => p.end.seconds(p.sound_speed) * p.sound_speed / 2.0,
+            };
+            return Err(Error::Parameter { name, value, expected });
         }
         Ok(Chain {
             frame: Frame::new(plan.pipeline(), scratch)?,

@@ -67,7 +67,7 @@ pub struct Verdict {
 ///
 /// A frame is complete or skipped: after a fault the rest of the frame is skipped, and the next one begins with
 /// beam 0. Only a repeated block does not harm its frame. All lines of a complete frame are new, and come from one
-/// start of the front end.
+/// start of the front end, if [`Header::start`] tells it.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Sequence {
@@ -78,6 +78,8 @@ pub struct Sequence {
     beam: Option<u16>,
     /// [`Header::start`] of the last block.
     start: u8,
+    /// The number of the last block, if it was repeated.
+    repeated: Option<u32>,
 }
 
 impl Sequence {
@@ -88,14 +90,15 @@ impl Sequence {
             due: None,
             beam: None,
             start: 0,
+            repeated: None,
         }
     }
 
     /// Decides about a block with this header.
     ///
     /// Another [`Header::start`] is a restarted front end, and so is number 0 with beam 0 where others are due. A
-    /// sequence number of at most two frames ago is a repeated block. With an older one, blocks are
-    /// [`Fault::Lost`].
+    /// sequence number of at most two frames ago is a repeated block, but two such numbers, one after the other, are a
+    /// restart. With an older one, blocks are [`Fault::Lost`].
     pub fn check(&mut self, header: Header) -> Verdict {
         let Header {
             sequence,
@@ -104,9 +107,11 @@ impl Sequence {
             start,
         } = header;
         let mut lost = None;
+        let follows = self.repeated.take() == Some(sequence.wrapping_sub(1));
         match self.due {
             Some(expected)
-                if start != self.start || sequence == 0 && beam == 0 && expected != 0 =>
+                if start != self.start
+                    || expected != sequence && (follows || sequence == 0 && beam == 0) =>
             {
                 let got = sequence;
                 lost = Some(Fault::Restarted { expected, got });
@@ -115,6 +120,7 @@ impl Sequence {
             Some(expected) if sequence != expected => {
                 let got = sequence;
                 if expected.wrapping_sub(got) <= 2 * u32::from(self.beams) {
+                    self.repeated = Some(got);
                     return Verdict {
                         faults: [Some(Fault::Repeated { expected, got }), None],
                         line: None,

@@ -338,3 +338,35 @@ fn a_record_that_holds_nothing_of_the_lines_is_refused_at_set_up() {
     };
     assert_eq!((name, value), ("t0", 5.0));
 }
+
+/// The probe of [`Reference`] with lines that are deeper than its records, of 25 mm.
+enum TooDeep {}
+
+impl Probe for TooDeep {
+    const TRANSMIT: Transmit<'static> = scan::TRANSMIT;
+    type Stage = bonebeam::delay::IqDelay;
+    const PARAMETERS: Parameters<'static> = Parameters {
+        scan: ScanParameters {
+            end: Depth::Metres(30e-3),
+            ..scan::PARAMETERS.scan
+        },
+        ..scan::PARAMETERS
+    };
+    const NEED: Need = valid!(Self::PARAMETERS.need(Input::Iq, 1));
+
+    fn pipeline() -> Result<Pipeline<'static, Self::Stage>, Error> {
+        Pipeline::of_iq(Self::PARAMETERS, scan::INPUT)
+    }
+}
+
+/// The end of the records would look like bone above its shadow.
+#[test]
+fn lines_deeper_than_the_records_are_refused_at_set_up() {
+    let plan = TooDeep::plan().unwrap();
+    let mut memory = Memory::<{ TooDeep::NEED.real }, { TooDeep::NEED.complex }>::new();
+    let refused = Chain::<TooDeep, BEAMS>::new(&plan, memory.scratch());
+    let Err(Error::Parameter { name, value, .. }) = refused.map(drop) else {
+        panic!("silence below the echoes");
+    };
+    assert_eq!((name, value), ("end", 30e-3));
+}

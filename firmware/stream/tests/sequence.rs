@@ -106,6 +106,22 @@ fn a_repeated_block_is_passed_over() {
     );
 }
 
+/// A front end without a `start` that restarts in its second frame, and whose block 0 is lost.
+#[test]
+fn two_old_numbers_in_a_row_are_a_restart() {
+    let (expected, got) = (4, 2);
+    assert_eq!(
+        run(&[(2, 2), (3, 0), (1, 1), (2, 2), (3, 0), (4, 1), (5, 2)])[2..],
+        [
+            left([Some(Fault::Repeated { expected, got: 1 }), None]),
+            left([Some(Fault::Restarted { expected, got }), None]),
+            line(0, false),
+            line(1, false),
+            line(2, true)
+        ]
+    );
+}
+
 #[test]
 fn an_overflowed_block_costs_its_frame() {
     for overflow in [Overflow::CLIPPED, Overflow::OVERRUN, Overflow(0x80)] {

@@ -52,7 +52,7 @@ pub fn of_lines<S: Data<Elem = Complex<f32>>>(
     lines: &BeamformedLines<ArrayBase<S, Ix2>>,
     section: &config::Surface,
 ) -> Result<Vec<SurfacePoint>> {
-    of_lines_with(lines, None, section)
+    of_lines_with(lines, None, section, f64::INFINITY)
 }
 
 /// Finds the surface in the lines of a frame of a recording.
@@ -70,13 +70,19 @@ pub fn of_recording(
     known: Option<&Array2<f32>>,
     section: &config::Surface,
 ) -> Result<Vec<SurfacePoint>> {
-    match (recording, known) {
-        (Recording::Channel(_), Some(map)) => of_lines_with_coherence(lines, map.view(), section),
-        (Recording::Channel(_), None) => {
-            let map = coherence::of_frame(frames, recording, frame, Measure::ShortLag)?;
-            of_lines_with_coherence(lines, map.view(), section)
-        }
-        (Recording::Aligned(_) | Recording::Lines(_), _) => of_lines(lines, section),
+    let Recording::Channel(data) = recording else {
+        return of_lines(lines, section);
+    };
+    let [_, end] = data.depths(lines.c);
+    let of_frame = |map: &Array2<f32>| of_lines_with(lines, Some(map.view()), section, end);
+    match known {
+        Some(map) => of_frame(map),
+        None => of_frame(&coherence::of_frame(
+            frames,
+            recording,
+            frame,
+            Measure::ShortLag,
+        )?),
     }
 }
 
@@ -89,22 +95,34 @@ pub fn of_lines_with_coherence<S: Data<Elem = Complex<f32>>>(
     coherence: ArrayView2<'_, f32>,
     section: &config::Surface,
 ) -> Result<Vec<SurfacePoint>> {
-    of_lines_with(lines, Some(coherence), section)
+    of_lines_with(lines, Some(coherence), section, f64::INFINITY)
 }
 
+/// Samples deeper than `end`, m, are not read: silence below the last recorded echo would look like a shadow.
 fn of_lines_with<S: Data<Elem = Complex<f32>>>(
     lines: &BeamformedLines<ArrayBase<S, Ix2>>,
     coherence: Option<ArrayView2<'_, f32>>,
     section: &config::Surface,
+    end: f64,
 ) -> Result<Vec<SurfacePoint>> {
-    let samples = sample_axis(lines);
+    let mut samples = sample_axis(lines);
     let spacing = match layout(lines)? {
         Layout::Even(beams) => beams.step,
         Layout::Fan { fan, angles } => spacing_of_fan(&fan, &angles, &samples),
         Layout::Any(lattice) => lattice.width() / (lattice.rays().len() - 1) as f64,
     };
-    let grey = grey_of_lines(lines, section.grey_range as f32)?;
-    let coherence = coherence.map(levels_of_coherence).transpose()?;
+    let mut grey = grey_of_lines(lines, section.grey_range as f32)?;
+    let mut coherence = coherence.map(levels_of_coherence).transpose()?;
+    // The cast saturates.
+    let recorded = ((end - samples.first) / samples.step + 1.0) as usize;
+    if recorded < samples.count {
+        for levels in [&mut grey].into_iter().chain(&mut coherence) {
+            let mut sample = 0..;
+            let count = samples.count;
+            levels.retain(|_| sample.next().is_some_and(|n| n % count < recorded));
+        }
+        samples.count = recorded;
+    }
     let settings = section.settings(match &coherence {
         Some(_) => Settings::COHERENCE,
         None => Settings::DEFAULT,
