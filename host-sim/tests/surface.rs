@@ -345,6 +345,19 @@ fn the_mesh_of_a_sweep_lies_on_the_bone() {
     assert!(reversed < 0.75 && flat < 0.75, "{reversed} {flat}");
 }
 
+/// Below the last recorded echo there is silence, not a shadow.
+#[test]
+fn the_end_of_a_record_is_no_bone() {
+    let folder = tempdir().unwrap();
+    let scanner = "--elements 48 --beams 48 --depth-start 0.012 --depth-end 0.036 --iq";
+    folder.works(&format!("simulate vertebra --tissue {scanner} -o bone.npz"));
+    folder.works("surface bone.npz -o recorded.csv");
+    folder.works("surface bone.npz --depth-end 0.055 -o beyond.csv");
+    let [recorded, beyond] = ["recorded.csv", "beyond.csv"].map(|name| rows(&folder, name));
+    assert!(recorded.len() > 10, "{}", recorded.len());
+    assert_eq!(beyond, recorded);
+}
+
 #[test]
 fn the_fan_of_a_picture_is_found_told_and_written() {
     let folder = tempdir().unwrap();
