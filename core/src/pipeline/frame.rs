@@ -345,8 +345,8 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
     /// of [`Frame::with_coherence`] counts as the settings say.
     ///
     /// # Errors
-    /// [`Error::Length`] for a detector of other lines, for memory that is too short, and if `out` does not have an
-    /// entry for each line. As [`Detector::frame`].
+    /// [`Error::Length`] or [`Error::Parameter`] for a detector of other lines; [`Error::Length`] for memory that is too
+    /// short, and if `out` does not have an entry for each line. As [`Detector::frame`].
     pub fn surface(
         &mut self,
         detector: &Detector,
@@ -355,7 +355,12 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
     ) -> Result<(), Error> {
         let samples = self.pipeline.parts.samples;
         check_length("surface", out.len(), self.pipeline.lines().scan().lines())?;
-        check_length("samples", detector.parameters().samples.count, samples)?;
+        let depths = detector.parameters().samples;
+        check_length("samples", depths.count, samples)?;
+        if depths != self.pipeline.lines().scan().depths() {
+            let expected = "the depths of the frame's lines";
+            return Err(Error::parameter("depths", depths.first, expected));
+        }
         let mut work = &mut *self.scratch.real;
         let levels = split_front(&mut work, samples);
         let all: &mut [u8] = integers(work);

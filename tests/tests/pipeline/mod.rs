@@ -148,6 +148,12 @@ fn the_bones_surface_is_where_it_is() {
         );
     }
     assert_refused(find(&mut [None; LINES - 1]), "length surface ");
+    // The same number of samples of another probe, which begin deeper.
+    let mut other = PARAMETERS.surface(settings).unwrap();
+    other.samples.first += 1e-3;
+    let other = Detector::new(other).unwrap();
+    let found = frame.surface(&other, Scratch::new(&mut real, &mut []), &mut points);
+    assert_refused(found, "parameter depths ");
 }
 
 /// All aligned samples of a line.
