@@ -113,8 +113,8 @@ fn of_lines_with<S: Data<Elem = Complex<f32>>>(
     };
     let mut grey = grey_of_lines(lines, section.grey_range as f32)?;
     let mut coherence = coherence.map(levels_of_coherence).transpose()?;
-    // The cast saturates.
-    let recorded = ((end - samples.first) / samples.step + 1.0) as usize;
+    // With the sample that holds the end, as lines have by default. The cast saturates.
+    let recorded = ((end - samples.first) / samples.step + 2.0) as usize;
     if recorded < samples.count {
         for levels in [&mut grey].into_iter().chain(&mut coherence) {
             let mut sample = 0..;
