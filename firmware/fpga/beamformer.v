@@ -1,5 +1,5 @@
-// From blocks of firmware/stream to complex lines of MV, rank-1 ESMV or DAS: receive delays, interpolation, covariance, solver. One beam
-// a block; its parameters are registers. See docs/fpga.md.
+// From blocks of firmware/stream to complex lines of MV, rank-1 ESMV or DAS: receive delays, interpolation, covariance,
+// solver. One beam a block; its parameters are registers. See docs/fpga.md.
 module beamformer #(
     parameter SAMPLES = 280,       // of a block
     parameter BITS = 16,           // of a count
@@ -178,10 +178,10 @@ module beamformer #(
     wire [6:0] number_address;
     wire [4:0] exponent;
     wire [31:0] re, im;
-    real_form #(FORM) form (clock, reset, 1'b1, line_loading, word_valid, word_ready, {part[1].count, part[0].count}, ends[2], number_valid,
-        number_ready, number, number_address, number_last, number_end, exponent);
-    solver #(PROGRAM, 1024, RECIPROCALS) solver (clock, reset, 1'b1, line_first, number_valid, number_ready, number, number_address,
-        number_last, number_end, exponent, z_valid, z_ready, z_end, re, im);
+    real_form #(FORM) form (clock, reset, 1'b1, line_loading, word_valid, word_ready, {part[1].count, part[0].count},
+        ends[2], number_valid, number_ready, number, number_address, number_last, number_end, exponent);
+    solver #(PROGRAM, 1024, RECIPROCALS) solver (clock, reset, 1'b1, line_first, number_valid, number_ready, number,
+        number_address, number_last, number_end, exponent, z_valid, z_ready, z_end, re, im);
     assign line_solved = z_valid && z_ready && z_end;
     skid #(65) leaving (clock, reset, {z_end, im, re}, z_valid, z_ready, {m_axis_tlast, m_axis_tdata}, m_axis_tvalid,
         m_axis_tready);

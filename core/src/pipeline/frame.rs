@@ -342,7 +342,8 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
     ///
     /// Grey levels have the dynamic range of the parameters; the detector's settings are made for 60 dB. `detector`
     /// has the parameters of [`Parameters::surface`](super::Parameters::surface), and `memory` its need. The coherence
-    /// of [`Frame::with_coherence`] counts as the settings say.
+    /// of [`Frame::with_coherence`] counts as the settings say. Lines that go on below their records
+    /// ([`LinePipeline::recorded`](super::LinePipeline::recorded)) end in silence, which looks like a shadow.
     ///
     /// # Errors
     /// [`Error::Length`] or [`Error::Parameter`] for a detector of other lines; [`Error::Length`] for memory that is too

@@ -49,7 +49,7 @@ struct Shared {
     surface: Memory<{ SURFACE.real }, { SURFACE.complex }>,
 }
 
-/// As many blocks as transmits come while an image and a surface are made, and one.
+/// Blocks that come while these are all taken, as during image and surface, are lost, and with them their frame.
 const BLOCKS: usize = 6;
 type Blocks = Pool<ScanBlock, BLOCKS, { BLOCKS + 1 }>;
 

@@ -80,23 +80,21 @@ impl<'m, P: Probe, const LINES: usize> Chain<'m, P, LINES> {
         let lines = plan.pipeline().lines();
         for line in [0, LINES.saturating_sub(1)] {
             let recorded = lines.recorded(line, &P::TRANSMIT)?;
-            let [name, expected] = match recorded {
-                _ if recorded.is_empty() => [
-                    "t0",
-                    "a time in s whose records hold samples of the lines, which begin within the array",
-                ],
-                _ if recorded.end < lines.scan().samples() => [
-                    "end",
-                    "a depth in m whose echoes the records hold",
-                ],
-                _ => continue,
-            };
-            let p = P::PARAMETERS.scan;
-            let value = match name {
-                "t0" => P::TRANSMIT.t0,
-                _ => p.end.seconds(p.sound_speed) * p.sound_speed / 2.0,
-            };
-            return Err(Error::Parameter { name, value, expected });
+            if recorded.is_empty() {
+                return Err(Error::Parameter {
+                    name: "t0",
+                    value: P::TRANSMIT.t0,
+                    expected: "a time in s whose records hold samples of the lines, which begin within the array",
+                });
+            }
+            if recorded.end < lines.scan().samples() {
+                let p = P::PARAMETERS.scan;
+                return Err(Error::Parameter {
+                    name: "end",
+                    value: p.end.seconds(p.sound_speed) * p.sound_speed / 2.0,
+                    expected: "a depth in m whose echoes the records hold",
+                });
+            }
         }
         Ok(Chain {
             frame: Frame::new(plan.pipeline(), scratch)?,

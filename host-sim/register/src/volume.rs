@@ -119,6 +119,17 @@ impl Volume {
     }
 }
 
+/// Largest distance between two places of a corner of a volume, mm.
+fn apart(a: [[f64; 4]; 3], b: [[f64; 4]; 3], sides: [usize; 3]) -> f64 {
+    let rows: [[f64; 4]; 3] = std::array::from_fn(|i| std::array::from_fn(|k| a[i][k] - b[i][k]));
+    let corners = (0..8).map(|corner| {
+        let index = [0, 1, 2].map(|k| ((corner >> k & 1) * (sides[k] - 1)) as f64);
+        let off = rows.map(|[x, y, z, from]| dot([x, y, z], index) + from);
+        dot(off, off).sqrt()
+    });
+    corners.fold(0.0, f64::max)
+}
+
 /// A volume by the names of nifti1.h.
 fn nifti(mut reader: impl Read) -> std::result::Result<(Volume, Option<String>), String> {
     let unreadable = |e: io::Error| match e.kind() {
@@ -190,16 +201,7 @@ fn nifti(mut reader: impl Read) -> std::result::Result<(Volume, Option<String>),
     // qform_code, sform_code
     let given = [252, 254].map(|at| short(at) > 0);
     let to_ras = if given[1] { srow } else { quatern };
-    let apart = (0..8).map(|corner| {
-        let at = |rows: &[[f64; 4]; 3]| {
-            let index = [0, 1, 2].map(|k| ((corner >> k & 1) * (sides[k] - 1)) as f64);
-            rows.map(|[a, b, c, d]| dot([a, b, c], index) + d)
-        };
-        let (srow, quatern) = (at(&srow), at(&quatern));
-        let off: V3 = [0, 1, 2].map(|k| srow[k] - quatern[k]);
-        dot(off, off).sqrt()
-    });
-    let apart = apart.fold(0.0, f64::max);
+    let apart = apart(srow, quatern, sides);
     let warning = (given == [true; 2] && apart > APART).then(|| {
         format!(
             "sform and qform are up to {apart:.1} mm apart; the sform is used, as by nibabel, but by ITK only if its code is 1"

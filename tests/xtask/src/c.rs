@@ -69,7 +69,6 @@ fn from_c(here: &Here, printed: &str, sub_lines: bool) -> Result<()> {
 pub(crate) fn c(here: &Here) -> Result<()> {
     let clippy = "bonebeam-c$ cargo clippy --locked --release --quiet";
     here.lines(&[
-        "bonebeam-c$ cargo fmt --check",
         &format!("{clippy} -- -D warnings"),
         &format!("{clippy} --no-default-features --features panic-handler -- -D warnings"),
     ])?;

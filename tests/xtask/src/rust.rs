@@ -6,9 +6,17 @@ use anyhow::{Result, ensure};
 
 use crate::here::{Here, printed};
 
-/// Without git, as in an archive of the source, there is no subject.
+/// Every workspace. Without git, as in an archive of the source, there is no subject.
 pub(crate) fn format(here: &Here) -> Result<()> {
-    here.run("cargo fmt --all --check")?;
+    here.lines(&[
+        "cargo fmt --all --check",
+        "paper$ cargo fmt --check",
+        "bonebeam-c$ cargo fmt --check",
+        "firmware$ cargo fmt --all --check",
+        "firmware/application$ cargo fmt --check",
+        "firmware/every-target$ cargo fmt --check",
+        "fuzz$ cargo fmt --check",
+    ])?;
     let (subject, _) = printed(&mut here.command("git log -1 --no-merges --format=%s"))?;
     let length = subject.trim().chars().count();
     ensure!(length <= 72, "{length} characters: {}", subject.trim());

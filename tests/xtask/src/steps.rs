@@ -84,7 +84,7 @@ const OF_TESTS: &str = "numpy>=1.23 pytest pyigtl==0.3.4 scipy mypy pyright[node
 /// All steps, in the order in which they run.
 #[rustfmt::skip]
 pub const STEPS: &[Step] = &[
-    step(Host, "format", &[], Call(rust::format), "layout of the source; the last commit's subject has at most 72 characters"),
+    step(Host, "format", &[], Call(rust::format), "layout of every workspace; the last commit's subject has at most 72 characters"),
     step(Host, "clippy", &[], Lines(&[
         "cargo clippy --locked --release --workspace --all-targets @bench -- -D warnings",
         "cargo clippy --locked --release --workspace --all-targets -- -D warnings",
@@ -98,12 +98,11 @@ pub const STEPS: &[Step] = &[
     step(Host, "verify", &[Tool::Paper], Lines(&["@paper verify"]), "every kernel against its references, to the bit"),
     step(Host, "debug", &[], Call(rust::debug), "golden hashes in the debug profile"),
     step(Host, "paper", &[], Lines(&[
-        "paper$ cargo fmt --check",
         "paper$ cargo clippy --locked --release --all-targets -- -D warnings",
         "paper$ cargo test --locked --release",
         "paper$ RUSTDOCFLAGS=-Dwarnings cargo doc --locked --release --no-deps",
     ]),
-        "the paper's experiments, a workspace of their own: layout, lints, tests, documentation"),
+        "the paper's experiments, a workspace of their own: lints, tests, documentation"),
     step(Host, "package", &[], Call(packages::package), "the crates as crates.io would take them, the core with its examples"),
     step(Host, "front-end", &[], Lines(firmware::FRONT_END),
         "the drivers of front end and pulser, on mocks of bus and pins"),
@@ -113,16 +112,13 @@ pub const STEPS: &[Step] = &[
         "the Python package's types and tests, where Python and the network are there"),
 
     step(Emulated, "firmware-lints", &[MICROCONTROLLER[0]], Lines(&[
-        "firmware$ cargo fmt --all --check",
         "firmware$ cargo clippy --locked --release --workspace --features no-panic,executors -- -D warnings",
-        "firmware/application$ cargo fmt --check",
         "firmware/application$ cargo clippy --locked --release -- -D warnings",
-        "firmware/every-target$ cargo fmt --check",
         "firmware/every-target$ MACHINE=mps2 cargo clippy --locked --release --target @m7 --features frames,fpu-modes -- -D warnings",
         "cargo clippy --locked -p bonebeam --features defmt --target @m7 -- -D warnings",
         "cargo clippy --locked -p bonebeam --no-default-features --target @m7 -- -D warnings",
     ]),
-        "layout and lints of the firmware, lints of the core with defmt and without default features"),
+        "lints of the firmware, and of the core with defmt and without default features"),
     step(Emulated, "no-panic", &[MICROCONTROLLER[0]], Call(firmware::no_panic),
         "every public function of the core without a call of a panic, shown by the linker"),
     step(Emulated, "firmware", &MICROCONTROLLER, Call(firmware::firmware),

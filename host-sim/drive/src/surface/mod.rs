@@ -117,9 +117,8 @@ fn of_lines_with<S: Data<Elem = Complex<f32>>>(
     let recorded = ((end - samples.first) / samples.step + 2.0) as usize;
     if recorded < samples.count {
         for levels in [&mut grey].into_iter().chain(&mut coherence) {
-            let mut sample = 0..;
-            let count = samples.count;
-            levels.retain(|_| sample.next().is_some_and(|n| n % count < recorded));
+            let lines = levels.chunks_exact(samples.count);
+            *levels = lines.flat_map(|line| &line[..recorded]).copied().collect();
         }
         samples.count = recorded;
     }

@@ -119,6 +119,7 @@ fn lines(blocks: &str, registers: &str) -> Option<(String, Vec<[Word; ELEMENTS]>
     let (registers, _) = registers.as_chunks::<VALUES>();
     let beats = blocks.len().checked_div(registers.len())?.max(1);
     let (mut text, mut all) = (String::new(), Vec::new());
+    let firsts = Program::ALL.map(Program::first);
     for (block, values) in blocks.chunks_exact(beats).zip(registers) {
         let (rows, _) = block[1..].as_chunks::<{ ELEMENTS / 2 }>();
         let part = |row: &[u64], k: usize| (row[k / 4] >> (16 * (k % 4))) as i16;
@@ -126,8 +127,10 @@ fn lines(blocks: &str, registers: &str) -> Option<(String, Vec<[Word; ELEMENTS]>
         let row = |row| std::array::from_fn(|m| count(row, m));
         let counts: Vec<_> = rows.iter().map(|beats| row(beats)).collect();
         let (line, adaptive) = (Registers(values), Adaptive::new(values[1] as u16));
-        let begins = |program: &Program| program.first() as u64 == values[VALUES - 1];
-        let program = Program::ALL.into_iter().find(begins)?;
+        let index = firsts
+            .iter()
+            .position(|&first| first as u64 == values[VALUES - 1]);
+        let program = Program::ALL[index?];
         for sample in 0..(values[0] & 0xffff) as usize {
             let x = std::array::from_fn(|element| line.aligned(&counts, (sample, element)));
             let [re, im] = adaptive.z(program, &x);

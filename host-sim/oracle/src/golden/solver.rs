@@ -195,6 +195,7 @@ fn rank1() -> Vec<Term> {
     for (sum, data) in SUM.into_iter().zip(DATA) {
         (0..L).for_each(|i| p.product(data + i, V + i, sum));
     }
+    // Its first sum is of nothing, and the data are read far later than they can be.
     p.terms.extend(mv());
     p.terms
 }
